@@ -126,7 +126,8 @@ struct CompiledEquations {
     /// The same with the values of fields in balance at every point.
     UniformState completed(const UniformState& at) const;
     /// As Equations::uniform_rates; sizes: the sums of the absolute values of the terms.
-    Eigen::VectorXd uniform_rates(const UniformState& at, Eigen::VectorXd* sizes = nullptr) const;
+    Eigen::VectorXd uniform_rates(const UniformState& at, const std::vector<double>& factors = {},
+                                  Eigen::VectorXd* sizes = nullptr) const;
     /// The entries of the linearisation of a term about a uniform state with these values of the slots.  Throws an
     /// input Error for a term that depends on position or time, and where a slope is not finite.
     void visit_slopes(

@@ -117,26 +117,30 @@ Symbol CompiledEquations::form_symbol(const std::vector<LinearForm>& rows, const
     return m;
 }
 
-Eigen::VectorXd Equations::uniform_rates(const UniformState& given) const { return compiled_->uniform_rates(given); }
+Eigen::VectorXd Equations::uniform_rates(const UniformState& given, const std::vector<double>& factors) const {
+    return compiled_->uniform_rates(given, factors);
+}
 
 UniformState Equations::completed(const UniformState& at) const { return compiled_->completed(at); }
 
 Eigen::VectorXd Equations::uniform_rate_sizes(const UniformState& at) const {
     Eigen::VectorXd sizes;
-    static_cast<void>(compiled_->uniform_rates(at, &sizes));
+    static_cast<void>(compiled_->uniform_rates(at, {}, &sizes));
     return sizes;
 }
 
-Eigen::VectorXd CompiledEquations::uniform_rates(const UniformState& given, Eigen::VectorXd* sizes) const {
+Eigen::VectorXd CompiledEquations::uniform_rates(const UniformState& given, const std::vector<double>& factors,
+                                                 Eigen::VectorXd* sizes) const {
     const UniformState at = balanced(given);
     Eigen::VectorXd rates = Eigen::VectorXd::Zero(components);
     if (sizes != nullptr) *sizes = rates;
     const std::vector<double> slots = slots_at(at, false);
-    for (const Term& term : terms)
-        for (std::size_t k = 0; k < term.rows.size(); ++k) {
+    for (std::size_t n = 0; n < terms.size(); ++n)
+        for (std::size_t k = 0; k < terms[n].rows.size(); ++k) {
+            const Term& term = terms[n];
             const int row = first_component[term.summary.field] + static_cast<int>(k);
             const auto add = [&](double part) {
-                rates(row) += part;
+                rates(row) += factors.empty() ? part : factors[n] * part;
                 if (sizes != nullptr) (*sizes)(row) += std::abs(part);
             };
             for (const auto& [derivative, coefficient] : term.rows[k].linear)

@@ -39,21 +39,22 @@ double direction_of(const Model& model, const UniformState& state) {
 
 namespace {
 std::vector<LinearisedAt::Power> powers_of_terms(const CompiledEquations& c, const std::vector<Term>& terms,
-                                                 const UniformState& about) {
+                                                 const UniformState& about, const std::vector<double>& scales = {}) {
     const std::vector<double> slots = c.slots_at(about);
     Powers powers;
-    for (const Term& term : terms)
-        c.visit_slopes(term, slots, [&](int row, const Derivative& derivative, double coefficient) {
-            Eigen::MatrixXd& factors =
-                powers.emplace(derivative.order, Eigen::MatrixXd::Zero(c.components, c.components)).first->second;
-            factors(row, derivative.component) += coefficient;
+    for (std::size_t n = 0; n < terms.size(); ++n)
+        c.visit_slopes(terms[n], slots, [&](int row, const Derivative& derivative, double coefficient) {
+            Eigen::MatrixXd& factors = powers[derivative.order];
+            if (factors.size() == 0) factors = Eigen::MatrixXd::Zero(c.components, c.components);
+            factors(row, derivative.component) += scales.empty() ? coefficient : scales[n] * coefficient;
         });
     return listed(powers);
 }
 }  // namespace
 
-std::vector<LinearisedAt::Power> LinearisedAt::powers_of(const Equations& equations, const UniformState& about) {
-    return powers_of_terms(*equations.compiled_, equations.compiled_->terms, about);
+std::vector<LinearisedAt::Power> LinearisedAt::powers_of(const Equations& equations, const UniformState& about,
+                                                         const std::vector<double>& factors) {
+    return powers_of_terms(*equations.compiled_, equations.compiled_->terms, about, factors);
 }
 
 LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about) : equations_(equations) {

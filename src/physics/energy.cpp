@@ -52,12 +52,12 @@ struct EnergyMeter::Work {
         // A slaved velocity requires the complete force balance.
         std::vector<std::string> forces;
         for (std::size_t n = 0; n < e.terms().size(); ++n)
-            if (slaved && e.is_force(n)) forces.push_back(e.terms()[n].name);
+            if (slaved && e.is_force(n)) forces.push_back(e.terms()[n]);
         for (std::size_t n = 0; n < e.terms().size(); ++n) {
             if (slaved && e.is_force(n)) continue;
             std::vector<std::string> chosen = forces;
-            chosen.push_back(e.terms()[n].name);
-            names.push_back(e.terms()[n].name);
+            chosen.push_back(e.terms()[n]);
+            names.push_back(e.terms()[n]);
             parts.emplace_back(e.only(chosen), grid, whole, threads);
         }
     }

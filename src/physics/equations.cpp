@@ -35,7 +35,20 @@ struct Equations::Cache {
 
 Equations::Equations(const Model& the_model) : CompiledModel(the_model) { compile(nullptr); }
 Equations::Equations(const Model& the_model, const Equations& like) : CompiledModel(the_model, like) {
-    compile(like.has_all_ ? nullptr : &like.only_);
+    const auto ratios = ratios_of_terms(like, *this);
+    if (!ratios) {
+        compile(like.has_all_ ? nullptr : &like.only_);
+        return;
+    }
+    forces_ = like.forces_;
+    terms_ = like.terms_;
+    only_ = like.only_;
+    has_all_ = like.has_all_;
+    components_ = like.components_;
+    factors_ = like.factors_;
+    cache_ = std::make_shared<Cache>();
+    for (std::size_t n = 0; n < terms_.size(); ++n)
+        if (const auto ratio = ratios->find(terms_[n]); ratio != ratios->end()) factors_[n] *= ratio->second;
 }
 
 Equations Equations::only(const std::vector<std::string>& names) const {
@@ -50,11 +63,8 @@ void Equations::compile(const std::vector<std::string>* only) {
     cache_ = std::make_shared<Cache>();
     const WrittenModel written = write_model(*this, Written::forces, only);
     forces_ = std::make_shared<const model::Equations>(written.model);
-    terms_.clear();
-    for (const WrittenModel::Name& term : written.terms) terms_.push_back({term.name, term.equation});
-    for (std::size_t n = 0; n < terms_.size(); ++n)
-        if (!forces_->terms()[n].is_placed && !forces_->has_derivative(n, forces_->reference()))
-            terms_[n].equation += ", explicit: it has no derivative where its fields are at rest";
+    terms_ = written.terms;
+    factors_.assign(terms_.size(), 1.0);
     components_.fill(-1);
     int next = 0;
     for (const model::Field& field : written.model.fields) {
@@ -70,7 +80,7 @@ void Equations::compile(const std::vector<std::string>* only) {
     const bool pointwise = has_pointwise_velocity(*this);
     for (std::size_t n = 0; n < terms_.size(); ++n)
         for (std::size_t k = 0; k < model.text_terms.size(); ++k)
-            if (terms_[n].name == text("terms[{}]", k + 1))
+            if (terms_[n] == text("terms[{}]", k + 1))
                 check_admissible(*this, model.text_terms[k], forces_->terms()[n], forces_->is_isotropic(n),
                                  component(v_x), pointwise);
 }
@@ -103,7 +113,7 @@ std::shared_ptr<const std::vector<SymbolPower>> Equations::powers(const UniformP
     for (std::size_t n = 0; n < terms_.size(); ++n)
         require(!forces_->terms()[n].is_placed, {},
                 "{} depends on position or time: no uniform state exists, so linear wave theory does not apply",
-                terms_[n].name);
+                terms_[n]);
     {
         const std::lock_guard lock(cache_->mutex);
         if (cache_->about && is_same(*cache_->about, about)) return cache_->powers;
@@ -117,9 +127,9 @@ std::shared_ptr<const std::vector<SymbolPower>> Equations::powers(const UniformP
         require(forces_->has_derivative(n, state), {},
                 "{} has no finite derivative in the uniform state of |p| = {:.4g}; expected one: linear theory about "
                 "this state does not exist",
-                terms_[n].name, about.order.norm());
+                terms_[n], about.order.norm());
     auto found = std::make_shared<std::vector<SymbolPower>>();
-    for (const model::LinearisedAt::Power& power : model::LinearisedAt::powers_of(*forces_, state)) {
+    for (const model::LinearisedAt::Power& power : model::LinearisedAt::powers_of(*forces_, state, factors_)) {
         SymbolPower& to = found->emplace_back(SymbolPower{power.x, power.y, Matrix6::Zero()});
         for (int row = 0; row < FieldIndex::count; ++row)
             for (int column = 0; column < FieldIndex::count; ++column)
@@ -139,7 +149,14 @@ void check(const Model& model, const LocationOf& location_of) {
 }
 
 std::vector<ActiveTerm> active_terms(const Equations& equations) {
-    std::vector<ActiveTerm> result = equations.terms();
+    std::vector<ActiveTerm> result;
+    const std::vector<std::string> described = described_terms(equations, equations.terms());
+    const model::Equations& forces = equations.forces();
+    for (std::size_t n = 0; n < described.size(); ++n) {
+        result.push_back({equations.terms()[n], described[n]});
+        if (!forces.terms()[n].is_placed && !forces.has_derivative(n, forces.reference()))
+            result.back().equation += ", explicit: it has no derivative where its fields are at rest";
+    }
     std::stable_sort(result.begin(), result.end(), [](const ActiveTerm& a, const ActiveTerm& b) {
         const auto number = [](const ActiveTerm& term) {
             return term.name.starts_with("terms[") ? std::stoi(term.name.substr(6)) : 0;
@@ -159,7 +176,7 @@ std::vector<ActiveTerm> active_terms(const Equations& equations) {
 std::vector<std::string> terms_without_degree(const Equations& equations) {
     std::vector<std::string> names;
     for (std::size_t n = 0; n < equations.terms().size(); ++n)
-        if (!equations.forces().terms()[n].has_finite_degree) names.push_back(equations.terms()[n].name);
+        if (!equations.forces().terms()[n].has_finite_degree) names.push_back(equations.terms()[n]);
     return names;
 }
 
@@ -169,7 +186,7 @@ bool has_pointwise_velocity(const Equations& equations) {
     for (std::size_t n = 0; n < terms.size(); ++n)
         if (equations.is_force(n) &&
             (!terms[n].is_linear || terms[n].is_placed ||
-             (equations.terms()[n].name.starts_with("terms[") && !equations.forces().is_isotropic(n))))
+             (equations.terms()[n].starts_with("terms[") && !equations.forces().is_isotropic(n))))
             return true;
     return false;
 }
@@ -244,7 +261,7 @@ UniformRates uniform_rates(const Equations& equations, const UniformPoint& at) {
     for (int k = 0; k < FieldIndex::count; ++k)
         if (const int place = equations.component(k); place >= 0)
             state[static_cast<std::size_t>(place)] = values[static_cast<std::size_t>(k)];
-    const Eigen::VectorXd rates = equations.forces().uniform_rates(state);
+    const Eigen::VectorXd rates = equations.uniform_forces(state);
     UniformRates result = UniformRates::Zero();
     for (int k = 0; k < FieldIndex::count; ++k)
         if (const int place = equations.component(k); place >= 0) result(k) = rates(place);

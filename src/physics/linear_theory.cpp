@@ -18,7 +18,7 @@ int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
     for (std::size_t n = 0; n < equations.terms().size(); ++n) {
         const model::TermSummary& term = equations.forces().terms()[n];
         // A slaved velocity is divided by the drag as it is, which needs no product.
-        if (equations.form.velocity == Velocity::slaved && equations.terms()[n].name == "drag.coefficient") continue;
+        if (equations.form.velocity == Velocity::slaved && equations.terms()[n] == "drag.coefficient") continue;
         // A velocity that is a nonlinear function of the fields counts as two factors.
         const bool is_product = pointwise && std::count(term.reads.begin(), term.reads.end(), velocity) > 0;
         most = std::max(most, term.degree + (is_product ? 1 : 0));
@@ -40,13 +40,13 @@ numerics::System linear_system(const Model& model, const numerics::Grid& grid, c
 namespace {
 bool is_uniform(const Equations& equations, std::size_t term) {
     return !equations.forces().terms()[term].is_placed &&
-           !(equations.terms()[term].name == "force" && equations.model.force.kind == "point");
+           !(equations.terms()[term] == "force" && equations.model.force.kind == "point");
 }
 }  // namespace
 
 std::string nonuniform_term(const Equations& equations) {
     for (std::size_t n = 0; n < equations.terms().size(); ++n)
-        if (!is_uniform(equations, n)) return equations.terms()[n].name;
+        if (!is_uniform(equations, n)) return equations.terms()[n];
     return "";
 }
 
@@ -54,7 +54,7 @@ std::vector<std::string> terms_beyond_propagator(const Equations& equations) {
     std::vector<std::string> names;
     for (std::size_t n = 0; n < equations.terms().size(); ++n)
         if (!is_uniform(equations, n) || !equations.forces().is_isotropic(n))
-            names.push_back(equations.terms()[n].name);
+            names.push_back(equations.terms()[n]);
     return names;
 }
 

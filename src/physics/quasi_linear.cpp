@@ -13,7 +13,7 @@ namespace {
 /// Whether the rate of a uniform state is not uniform, or has sources.
 bool depends_on_place(const Equations& equations) {
     for (std::size_t n = 0; n < equations.terms().size(); ++n) {
-        const std::string& name = equations.terms()[n].name;
+        const std::string& name = equations.terms()[n];
         if (name == "force" || name == "orienting_field" || equations.forces().terms()[n].is_placed) return true;
     }
     return false;

@@ -34,7 +34,7 @@ struct RightHandSide::Work {
     bool has_mass_of_beads() const {
         if (e.form.velocity != Velocity::dynamic || e.form.bead_density < 0) return false;
         for (std::size_t n = 0; n < e.terms().size(); ++n)
-            if (e.is_force(n) && e.terms()[n].name != "inertia.advection") return true;
+            if (e.is_force(n) && e.terms()[n] != "inertia.advection") return true;
         return false;
     }
 

@@ -2,6 +2,7 @@
 #include "rod_bead.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include "term_names.hpp"
 #include "text_terms.hpp"
@@ -136,12 +137,12 @@ WrittenModel write_model(const CompiledModel& m, Written as, const std::vector<s
             if (!is_active(m, key) || !is_chosen(key, only)) continue;
             if (!field.equation.text.empty()) field.equation.text += formula[0] == '-' ? " " : " + ";
             field.equation.text += formula;
-            result.terms.push_back({key, described(m, row, key, formula)});
+            result.terms.push_back(key);
         }
         for (const SceneTerm& term : of_scene) {
             if (term.field != row.symbol || !is_chosen(term.written.name, only)) continue;
             field.further.push_back(term.written);
-            result.terms.push_back({term.written.name, row.left + ": " + term.equation});
+            result.terms.push_back(term.written.name);
             // Texts that are no fluxes are checked in a uniform state alone.
             if (!term.written.is_flux) field.conserved = false;
         }
@@ -151,6 +152,41 @@ WrittenModel write_model(const CompiledModel& m, Written as, const std::vector<s
     }
     add_names(m, result.model);
     return result;
+}
+
+std::vector<std::string> described_terms(const CompiledModel& m, const std::vector<std::string>& names) {
+    std::map<std::string, std::string> readable;
+    for (const RodBead::Field& row : rod_bead().fields)
+        for (const auto& [key, formula] : row.terms)
+            if (is_chosen(key, &names)) readable[key] = described(m, row, key, formula);
+    for (const SceneTerm& term : scene_terms(m))
+        for (const RodBead::Field& row : rod_bead().fields)
+            if (term.field == row.symbol) readable[term.written.name] = row.left + ": " + term.equation;
+    std::vector<std::string> result;
+    for (const std::string& name : names) result.push_back(readable.at(name));
+    return result;
+}
+
+std::optional<std::map<std::string, double>> ratios_of_terms(const CompiledModel& m, const CompiledModel& to) {
+    const Model &a = m.model, &b = to.model;
+    const bool has_densities = a.fields.bead_density && a.fields.rod_density;
+    if (a.fields != b.fields || a.inertia != b.inertia || a.current.kind != b.current.kind || a.force != b.force ||
+        a.orienting_field != b.orienting_field || !a.text_terms.empty() || !b.text_terms.empty() ||
+        (!has_densities && a.uniform != b.uniform))
+        return {};
+    std::map<std::string, double> ratios;
+    for (const CoefficientRow& row : coefficient_registry()) {
+        if (row.compiled && m.*row.compiled == to.*row.compiled) continue;
+        if (row.compiled && ((m.*row.compiled).varies() || (to.*row.compiled).varies())) return {};
+        const auto constant = [&](const CompiledModel& c) {
+            return row.compiled ? (c.*row.compiled).at(0.0, 0.0).value : row.value_in(c.model);
+        };
+        const double before = constant(m), now = constant(to);
+        if (before == now || row.section == "noise") continue;
+        if (before == 0.0 || now == 0.0) return {};
+        ratios[row.key()] = now / before;
+    }
+    return ratios;
 }
 
 }  // namespace drover::physics

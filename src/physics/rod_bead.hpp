@@ -1,5 +1,7 @@
 // physics/rod_bead.hpp: the equations of rod_bead.toml, and those of a model of it.
 #pragma once
+#include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,11 +35,15 @@ enum class Written {
 /// The equations of a model.  only: names of the terms that are written; nullptr: all.
 struct WrittenModel {
     model::Model model;
-    struct Name {
-        std::string name, equation;
-    };
-    std::vector<Name> terms;  ///< of all fields, in the order of the model
+    std::vector<std::string> terms;  ///< names of the terms of all fields, in the order of the model
 };
 WrittenModel write_model(const CompiledModel& model, Written as, const std::vector<std::string>* only);
+
+/// "d_t p: K3 lap p, K3 = 0.5 mm^2/s" for each of these terms.
+std::vector<std::string> described_terms(const CompiledModel& model, const std::vector<std::string>& names);
+
+/// What the terms of another model are of those of this one, by key where it is not 1: each term of the file is
+/// proportional to its coefficient.  Nothing where more than constant coefficients differ.
+std::optional<std::map<std::string, double>> ratios_of_terms(const CompiledModel& model, const CompiledModel& other);
 
 }  // namespace drover::physics

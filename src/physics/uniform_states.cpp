@@ -41,7 +41,7 @@ Eigen::Vector2d uniform_source(const Equations& e, int field) {
 /// Whether the uniform states are those of the built-in equations: what the scene adds vanishes in them.
 bool has_closed_states(const Equations& e) {
     for (std::size_t n = 0; n < e.terms().size(); ++n)
-        if (e.terms()[n].name.starts_with("terms[") && !e.forces().terms()[n].vanishes_when_uniform) return false;
+        if (e.terms()[n].starts_with("terms[") && !e.forces().terms()[n].vanishes_when_uniform) return false;
     return true;
 }
 

@@ -50,10 +50,10 @@ TEST(SmallAmplitude, leaves_a_deviation_from_linear_theory_that_falls_as_its_squ
         std::vector<Equations> cases{all};
         for (std::size_t n = 0; n < all.terms().size(); ++n)
             if (!all.forces().terms()[n].is_linear && all.form.velocity != Velocity::slaved)
-                cases.push_back(all.only({all.terms()[n].name}));
+                cases.push_back(all.only({all.terms()[n]}));
         for (const Equations& e : cases) {
             const double whole = deviation(e, 2e-3), half = deviation(e, 1e-3);
-            const std::string name = e.terms().size() == 1 ? e.terms().front().name : "all terms";
+            const std::string name = e.terms().size() == 1 ? e.terms().front() : "all terms";
             ASSERT_GT(half, 0.0) << form.name << ": " << name;
             // Products of two waves: 4, with a part of third order of relative size 1e-3; of three (saturation alone):
             // 8.

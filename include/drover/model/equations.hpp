@@ -41,7 +41,8 @@ public:
     UniformState completed(const UniformState& at) const;
     /// Rates of a uniform state; its values of fields in balance are replaced by those that follow from the others.
     /// Throws an input Error for a state of another size.
-    Eigen::VectorXd uniform_rates(const UniformState& at) const;
+    /// factors: of each term; empty: 1.
+    Eigen::VectorXd uniform_rates(const UniformState& at, const std::vector<double>& factors = {}) const;
     /// For each component the sum of the absolute values of its terms in a uniform state: rounding is relative to it.
     Eigen::VectorXd uniform_rate_sizes(const UniformState& at) const;
     /// The linearisation about any uniform state.  Fields in balance are eliminated: their rows and columns are zero.

@@ -51,8 +51,10 @@ public:
         Eigen::MatrixXd factors;
     };
     const std::vector<Power>& powers() const { return powers_; }
-    /// The same of a state in which the fields in balance are completed, without the rest of a linearisation.
-    static std::vector<Power> powers_of(const Equations& equations, const UniformState& about);
+    /// The same of a state in which the fields in balance are completed, without the rest of a linearisation, and with
+    /// a factor for each term.
+    static std::vector<Power> powers_of(const Equations& equations, const UniformState& about,
+                                        const std::vector<double>& factors);
 
 private:
     bool commutes_with_turns() const;

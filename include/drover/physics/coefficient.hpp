@@ -14,6 +14,7 @@ namespace drover::physics {
 struct Monomial {
     double factor = 0.0;
     int beads = 0, rods = 0;
+    bool operator==(const Monomial&) const = default;
 };
 
 /// "-0.5 rho sigma^2" as a Monomial.  Throws an input Error at `where` with what it expected.
@@ -44,6 +45,7 @@ public:
     std::string text_of() const;
 
     const std::shared_ptr<const CoefficientTable>& table() const { return table_; }
+    bool operator==(const Coefficient&) const = default;  ///< tables are equal if they are shared
 
 private:
     double constant_ = 0.0;

@@ -30,6 +30,7 @@ struct RodCurrent {
 struct Inertia {
     double bead_mass = 1.0;
     bool advection = false;  ///< include m rho v.grad v
+    bool operator==(const Inertia&) const = default;
 };
 struct Drag {
     double coefficient = 0.0;
@@ -88,11 +89,13 @@ struct BodyForce {
     double at_x = 0.0, at_y = 0.0;              ///< point: its position at t = 0 [mm]
     double velocity_x = 0.0, velocity_y = 0.0;  ///< point: its velocity [mm/s]
     double width = 0.0;  ///< point: standard deviation of its Gaussian profile [mm]; 0: band-limited delta function
+    bool operator==(const BodyForce&) const = default;
 };
 
 /// A field that orients rods: d_t p = ... + h.
 struct OrientingField {
     double x = 0.0, y = 0.0;  ///< [[p]/s]
+    bool operator==(const OrientingField&) const = default;
 };
 
 /// What the equations leave out.

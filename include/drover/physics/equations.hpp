@@ -20,16 +20,20 @@ struct ActiveTerm {
 /// A compiled model with its equations: those of rod_bead.toml and the terms of the scene, without what is zero.
 struct Equations : CompiledModel {
     explicit Equations(const Model& model);  ///< throws as check()
-    /// Shares the tables of `like` where their data are equal; saves time when many models differ in few values.
+    /// Shares the tables of `like` where their data are equal, and what was compiled where constants alone differ: saves
+    /// time when many models differ in few values.
     Equations(const Model& model, const Equations& like);
 
     /// The same with some terms only.
     Equations only(const std::vector<std::string>& names) const;
 
     /// d_t of all fields but the velocity, whose rate is the force on the beads: slaved or not, not divided by m rho.
+    /// The constants in it may be those of the model with which it is shared: use powers() and uniform_forces().
     const model::Equations& forces() const { return *forces_; }
-    /// One for each of forces().terms().
-    const std::vector<ActiveTerm>& terms() const { return terms_; }
+    /// The rates of forces() in a uniform state.
+    Eigen::VectorXd uniform_forces(const model::UniformState& at) const { return forces_->uniform_rates(at, factors_); }
+    /// One for each of forces().terms(): the key of its coefficient, or terms[n] for a text of the scene.
+    const std::vector<std::string>& terms() const { return terms_; }
     /// What is integrated: a velocity has inertia or is in balance.  The linear part is taken about this state.
     model::Equations solver(const Reference& about) const;
 
@@ -45,7 +49,8 @@ private:
     struct Cache;
     void compile(const std::vector<std::string>* only);
     std::shared_ptr<const model::Equations> forces_;
-    std::vector<ActiveTerm> terms_;
+    std::vector<std::string> terms_;
+    std::vector<double> factors_;  ///< of the terms in forces_
     std::vector<std::string> only_;
     bool has_all_ = true;
     std::array<int, FieldIndex::count> components_{};

@@ -13,6 +13,7 @@ struct FieldChoice {
     bool bead_density = false;             ///< rho
     bool rod_density = true;               ///< sigma
     std::string bead_velocity = "absent";  ///< v: dynamic, slaved or absent
+    bool operator==(const FieldChoice&) const = default;
 };
 
 enum class Velocity {

@@ -16,6 +16,7 @@ struct UniformState {
     double bead_density = 1.0;  ///< mean rho [1/mm^2] > 0
     double rod_area = 0.0;      ///< projected area of one rod [mm^2]; 0: unknown
     double bead_area = 0.0;     ///< projected area of one bead [mm^2]; 0: unknown
+    bool operator==(const UniformState&) const = default;
 };
 
 struct Model {
