@@ -119,7 +119,8 @@ void bind_model(py::module_& module) {
                  const model::TransformCount count = e.transforms();
                  return py::make_tuple(count.inverse, count.forward);
              })
-        .def("uniform_rates", &model::Equations::uniform_rates)
+        .def("uniform_rates",
+             [](const model::Equations& e, const model::UniformState& at) { return e.uniform_rates(at); })
         .def("symbol",
              [](const model::Equations& e, const model::UniformState& about, double qx, double qy) {
                  return e.symbol(about, {qx, qy});

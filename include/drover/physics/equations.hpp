@@ -20,8 +20,8 @@ struct ActiveTerm {
 /// A compiled model with its equations: those of rod_bead.toml and the terms of the scene, without what is zero.
 struct Equations : CompiledModel {
     explicit Equations(const Model& model);  ///< throws as check()
-    /// Shares the tables of `like` where their data are equal, and what was compiled where constants alone differ: saves
-    /// time when many models differ in few values.
+    /// Shares the tables of `like` where their data are equal, and what was compiled where constants alone differ:
+    /// saves time when many models differ in few values.
     Equations(const Model& model, const Equations& like);
 
     /// The same with some terms only.
