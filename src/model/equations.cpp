@@ -85,8 +85,8 @@ UniformState CompiledEquations::balanced(const UniformState& at) const {
             at.size(), components);
     for (const double value : at)
         require(std::isfinite(value), {}, "a uniform state with the value {}; expected finite values", value);
-    if (!has_balance()) return at;
     const std::vector<int> held = this->held();
+    if (held.empty()) return at;
     std::vector<int> others;
     for (int k = 0; k < components; ++k)
         if (!in_balance(k)) others.push_back(k);
@@ -219,7 +219,11 @@ std::vector<int> CompiledEquations::held() const {
         if (in_balance(k)) result.push_back(k);
     return result;
 }
-bool CompiledEquations::has_balance() const { return !held().empty(); }
+bool CompiledEquations::has_balance() const {
+    for (int k = 0; k < components; ++k)
+        if (in_balance(k)) return true;
+    return false;
+}
 
 std::vector<double> CompiledEquations::sources(std::vector<double>* held) const {
     if (!has_balance()) return constants;
@@ -240,12 +244,27 @@ std::vector<double> CompiledEquations::sources(std::vector<double>* held) const 
 }
 
 Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
-    if (!has_balance()) return m;
     const std::vector<int> held = this->held();
-    const Symbol of_held = m(held, held), of_others = m(held, free);
-    const Symbol held_by = -solve_balance(of_held, of_others);
+    if (held.empty()) return m;
+    Symbol held_by(held.size(), free.size());
+    // Asked for at every wavenumber: without memory from the heap where the balance is that of one vector.
+    if (held.size() == 2 && is_regular_pair(m(held, held))) {
+        const std::complex<double> a = m(held[0], held[0]), b = m(held[0], held[1]), c = m(held[1], held[0]),
+                                   d = m(held[1], held[1]), determinant = a * d - b * c;
+        for (std::size_t j = 0; j < free.size(); ++j) {
+            const std::complex<double> x = m(held[0], free[j]), y = m(held[1], free[j]);
+            held_by(0, static_cast<Eigen::Index>(j)) = (b * y - d * x) / determinant;
+            held_by(1, static_cast<Eigen::Index>(j)) = (c * x - a * y) / determinant;
+        }
+    } else held_by = -solve_balance(Symbol(m(held, held)), Symbol(m(held, free)));
     Symbol result = Symbol::Zero(components, components);
-    result(state, free) = m(state, free) + m(state, held) * held_by;
+    for (std::size_t j = 0; j < free.size(); ++j)
+        for (const int i : state) {
+            std::complex<double>& entry = result(i, free[j]);
+            entry = m(i, free[j]);
+            for (std::size_t k = 0; k < held.size(); ++k)
+                entry += m(i, held[k]) * held_by(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j));
+        }
     if (balance != nullptr) {
         *balance = Symbol::Zero(components, components);
         (*balance)(held, free) = held_by;
