@@ -60,7 +60,7 @@ void for_sections(AnyScene& scene, Visit visit) {
     of_grids("initial", "The initial state.", scene.initial);
     of_all("output", "Output files and intervals.", scene.output);
     of_all("analysis", "Time averages.", scene.analysis);
-    of_fields("accuracy", "The errors of the results of a run.", scene.accuracy);
+    of_grids("accuracy", "The errors of the results of a run.", scene.accuracy);
     of_all("run", "Seed and threads.", scene.run);
     of_all("sweep", "Many runs of this scene; used by drover sweep only.", scene.sweep);
     of_grids("stability", "Wavevectors of the linear stability analysis; used by drover stability only.",
@@ -81,7 +81,7 @@ struct KeyOf {
 };
 constexpr std::array keys_of_kinds{KeyOf{"time.stepper", grids},
                                    KeyOf{"time.tolerance", grids},
-                                   KeyOf{"time.max_error", fields},
+                                   KeyOf{"time.max_error", grids},
                                    KeyOf{"time.chosen", fields},
                                    KeyOf{"time.pilot", fields},
                                    KeyOf{"output.powers", fields},

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "drover/base/expression.hpp"
+#include "drover/physics/initial_state.hpp"
 
 namespace drover::io {
 
@@ -96,14 +97,28 @@ void check_equations(const DeclaredModel& declared) {
                 symbols[n], symbols[n]);
 }
 
-/// Components are datasets of an archive, beside its own.
+/// The keys of [initial] besides the formulas of the rods and beads, whose names are free.
+std::vector<std::string> start_keys() {
+    const physics::FieldChoice all{.bead_density = true, .rod_density = true, .bead_velocity = "dynamic"};
+    std::vector<std::string> keys;
+    for (const Description& row : descriptions<physics::InitialState>()) keys.push_back(row.name);
+    for (const physics::Component& one : physics::component_names(physics::make_form(all, true)))
+        std::erase(keys, one.name);
+    return keys;
+}
+
+/// Components are datasets of an archive, beside its own, and keys of [initial].
 void check_dataset_names(const model::Model& model, const DeclaredModel& declared) {
-    std::vector<std::string> taken{"time", "x", "y", "observables", "summary"};
+    std::vector<std::string> taken{"time", "x", "y", "observables", "summary", "step_bias"};
+    const std::vector<std::string> keys = start_keys();
     for (std::size_t n = 0; n < model.fields.size(); ++n)
         for (const std::string& name : model::dataset_names(model.fields[n])) {
             require(std::find(taken.begin(), taken.end(), name) == taken.end(), place_of(declared, n, "name"),
                     "{} would be {} in archives, which is the name of something else there; expected another name",
                     model.fields[n].symbol, name);
+            require(std::find(keys.begin(), keys.end(), name) == keys.end(), place_of(declared, n, "name"),
+                    "{} would start as initial.{}, which is another key; expected another name", model.fields[n].symbol,
+                    name);
             taken.push_back(name);
         }
 }

@@ -182,10 +182,12 @@ void add_pair(const ModelSetting& setting, const MeasuredField& a, const Measure
 }
 }  // namespace
 
-ModelSetting make_model_setting(const model::Equations& equations, const numerics::Grid& grid, int degree) {
+ModelSetting make_model_setting(const model::Equations& equations, const numerics::Grid& grid, int degree,
+                                bool watches_error) {
     ModelSetting setting{.grid = make_field_setting(grid, physics::Form{}, degree),
                          .fields = {},
                          .components = model::components_of_state(equations)};
+    setting.grid.watches_error = watches_error;
     for (std::size_t c = 0; c < setting.components.size(); ++c) {
         const model::StateComponent& component = setting.components[c];
         if (component.part != 0) continue;
@@ -219,6 +221,11 @@ Observables<ModelMoment> model_observables(const ModelSetting& setting) {
         for (std::size_t b = a + 1; b < setting.fields.size(); ++b)
             if (setting.fields[a].spin == 0 && setting.fields[b].spin == 0)
                 add_pair(setting, setting.fields[a], setting.fields[b], rows);
+    if (setting.grid.watches_error)
+        add(rows, "step_error", "1",
+            "estimated error of the time steps so far: the largest of any field, relative to its deviation from its "
+            "mean over the cell and time; with noise on the same path",
+            [](const ModelMoment& moment) { return moment.step_error; });
     std::erase_if(rows, [](const auto& row) { return size_of(row.axes) == 0; });  // a grid too small for any shell
     return rows;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace drover::physics {
 
@@ -41,9 +42,36 @@ FieldEvolution::FieldEvolution(const Model& model, const numerics::Grid& grid, c
       threads_(threads),
       linear_(linear_system(equations_, grid, reference(model.uniform), dealiasing)),
       split_(split_at(0)),
-      stepper_(control, split_.system, seed, threads) {
-    if (split_.remainder && control.watches_error)
-        error_.emplace(equations_, grid, dealiasing, control.dt, control.tolerance > 0.0);
+      stepper_(control, split_.system, seed, threads, watched()) {}
+
+numerics::ErrorEquations::OnGrid FieldEvolution::equations_on_grid(int rung) const {
+    return [equations = equations_, dealiasing = dealiasing_,
+            about = reference_at(equations_.model.uniform, rung)](const numerics::Grid& grid, bool keeps_all) {
+        numerics::System system =
+            linear_system(equations, grid, about, keeps_all ? Dealiasing{.rule = "none"} : dealiasing);
+        const auto one = std::make_shared<Threads>(1);
+        const auto remainder = std::make_shared<RightHandSide>(equations, system, about, *one);
+        system.nonlinear = [one, remainder](double t, const Spectra& state, Spectra& rate) {
+            (*remainder)(t, state, rate);
+        };
+        system.set_step = [remainder](double dt) { remainder->set_step(dt); };
+        return system;
+    };
+}
+
+numerics::ErrorEquations FieldEvolution::watched() const {
+    const Form& form = equations_.form;
+    numerics::ErrorEquations result{.fields = {},
+                                    .on_grid = equations_on_grid(0),
+                                    .degree = linear_.degree,
+                                    .noisy = has_noise(equations_.model.noise),
+                                    .turning = {form.polar_order}};
+    if (form.bead_velocity >= 0) result.turning.push_back(form.bead_velocity);
+    for (const auto& [first, count, name] :
+         {std::tuple{form.bead_density, 1, "bead_density"}, std::tuple{form.rod_density, 1, "rod_density"},
+          std::tuple{form.bead_velocity, 2, "bead_velocity"}, std::tuple{form.polar_order, 2, "polar_order"}})
+        if (first >= 0) result.fields.push_back({first, count, name});
+    return result;
 }
 
 FieldEvolution::Split FieldEvolution::split_at(int rung) const {
@@ -61,13 +89,11 @@ FieldEvolution::Split FieldEvolution::split_at(int rung) const {
 void FieldEvolution::set_reference(int rung) {
     rung_ = rung;
     split_ = split_at(rung);
-    stepper_.set_system(split_.system);
-    if (error_) error_->set_reference(reference_at(equations_.model.uniform, rung));
+    stepper_.set_system(split_.system, equations_on_grid(rung));
 }
 
 void FieldEvolution::follow(const FieldEvolution& other) {
-    stepper_.set_division(1);
-    stepper_.restore_history({});
+    stepper_.begin_anew();
     if (rung_ != other.rung_) set_reference(other.rung_);
 }
 
@@ -89,78 +115,32 @@ void FieldEvolution::start(const Spectra& state) {
     if (!split_.remainder) return;
     Spectra rate(grid_, state.count());
     (*split_.remainder)(0.0, state, rate);
-    split_.remainder->set_step(stepper_.dt());
+    split_.remainder->set_step(stepper().dt());
     follow_beads(moving_extremes());
 }
 
-namespace {
-/// Steps until the next is repeated in halves, which costs two steps: 1.7 % of 2000 steps, 0.4 % of a long run.  Local
-/// errors change most at the start.
-std::int64_t steps_to_next_check(std::int64_t step) { return std::clamp<std::int64_t>(2 * step / 3, 1, 500); }
-/// Where the error of a step costs no right-hand side.
-std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::int64_t>(step / 16, 1, 100); }
-}  // namespace
-
 void FieldEvolution::advance(std::int64_t step, Spectra& state) {
-    const bool checks = error_ && step >= next_check_;
-    if (checks) before_ = state;
     stepper_.advance(step, state);
     if (!split_.remainder) return;
-    const Extremes extremes = moving_extremes();
-    if (checks) measure_error(step, state);
-    if (error_) error_->advance(step + 1, state);
+    const Extremes extremes = moving_extremes();  // of the step, not of what measures its error
+    stepper_.watch(step, state);
     follow_beads(extremes);
 }
 
-void FieldEvolution::measure_error(std::int64_t step, const Spectra& state) {
-    error_->start_local(before_);
-    stepper_.find_error(step, state, before_);
-    const std::int64_t cheap = stepper_.steps_to_cheap_error();
-    next_check_ = step + (cheap > 0 ? std::max(cheap, steps_to_cheap_check(step)) : steps_to_next_check(step));
-    error_->add_local(before_, state);
-    const StepError::Relative local = error_->largest_local();
-    // Fields that overflow have no error; the check of the fields says which of them failed first.
-    double square = 0.0;
-    for (const numerics::Complex value : state.values) square += std::norm(value);
-    if (std::isfinite(square) && !(local.error < 0.5))
-        fail_run(
-            "the time step is too long: at t = {:.6g} s one step of {:.4g} s {}; choose time.dt <= {:.3g}, or a "
-            "time.tolerance",
-            (static_cast<double>(step) + 1.0) * stepper_.dt(), stepper_.dt(),
-            std::isfinite(local.error) ? text("is wrong by {:.3g} times the {}", local.error, local.field)
-                                       : text("leaves the {} without a finite error", local.field),
-            stepper_.dt() / 4.0);
-}
-
 std::vector<double> FieldEvolution::save() const {
-    std::vector<double> values{static_cast<double>(rung_), static_cast<double>(stepper_.division()),
-                               static_cast<double>(next_check_)};
-    const std::vector<double> history = stepper_.save_history();
-    values.insert(values.end(), history.begin(), history.end());
-    if (!error_) return values;
-    const std::vector<double> error = error_->save();
-    values.insert(values.end(), error.begin(), error.end());
+    std::vector<double> values = stepper_.save();
+    values.insert(values.begin(), static_cast<double>(rung_));
     return values;
 }
 
 void FieldEvolution::restore(std::span<const double> values) {
-    const auto integer = [](double value, int min, int max) {
-        require(std::isfinite(value) && value == std::round(value) && value >= min && value <= max, {},
-                "the checkpoint contains {}; expected an integer from {} to {}; use the other checkpoint", value, min,
-                max);
-        return static_cast<int>(value);
-    };
-    const std::size_t error_numbers = error_ ? error_->saved_numbers() : 0;
-    require(values.size() >= 3 + error_numbers, {}, "the checkpoint contains {} stepper values; expected {} or more",
-            values.size(), 3 + error_numbers);
-    require(std::isfinite(values[2]) && values[2] >= 0.0 && values[2] < 0x1p53, {},
-            "the checkpoint contains the step {}; expected 0 or more; use the other checkpoint", values[2]);
-    next_check_ = static_cast<std::int64_t>(values[2]);
-    const int rung = integer(values[0], -200, 200);
-    stepper_.set_division(integer(values[1], 1, numerics::AdaptiveStepper::max_division));
-    set_reference(rung);
-    stepper_.restore_history(values.subspan(3, values.size() - 3 - error_numbers));
-    if (error_) error_->restore(values.last(error_numbers));
+    constexpr double most = 200.0;
+    const double rung = values.empty() ? NAN : values[0];
+    require(std::abs(rung) <= most && rung == std::round(rung), {},
+            "the checkpoint contains {}; expected an integer from {} to {}; use the other checkpoint", rung, -most,
+            most);
+    set_reference(static_cast<int>(rung));
+    stepper_.restore(values.subspan(1));
 }
 
 }  // namespace drover::physics

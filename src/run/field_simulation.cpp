@@ -39,6 +39,7 @@ struct World {
     std::shared_ptr<StepBias> bias;  // nullptr: not measured
 
     World(const io::Scene& the_scene, Threads& threads);
+    BiasedRun biased(Threads& threads) const;  // refers to this
     void transform_to_grid() { to_grid(evolution, transform, time, state, on_grid); }
 };
 
@@ -74,7 +75,46 @@ World::World(const io::Scene& the_scene, Threads& threads)
     evolution.start(state);
     fresh = evolution.save();
     if (why_no_step_bias(scene).empty() && physics::is_nonlinear(evolution.equations()))
-        bias = std::make_shared<StepBias>(scene, evolution, setting, threads);
+        bias = std::make_shared<StepBias>(scene, biased(threads));
+}
+
+BiasedRun World::biased(Threads& threads) const {
+    struct Observer {
+        measure::FieldSetting setting;
+        numerics::Transform transform;
+        measure::Observables<measure::FieldMoment> rows;
+        FieldsOnGrid on_grid = {};
+
+        Observer(const measure::FieldSetting& of_run, const numerics::Grid& grid, Threads& threads)
+            : setting(of_run), transform(grid, of_run.degree, threads) {
+            setting.terms.reset();
+            setting.watches_error = false;
+            rows = measure::field_observables(setting);
+        }
+    };
+    const auto observer = std::make_shared<Observer>(setting, scene.grid, threads);
+    const auto make_twin = [this, &threads] {
+        const numerics::StepControl control{.method = scene.time.stepper,
+                                            .dt = 0.5 * scene.time.dt,
+                                            .tolerance = 0.0,
+                                            .watches_error = false};
+        const auto twin =
+            std::make_shared<physics::FieldEvolution>(scene.model, scene.grid, scene.dealiasing, control,
+                                                      static_cast<std::uint64_t>(scene.run.seed), threads);
+        return Twin{.follow = [this, twin] { twin->follow(evolution); },
+                    .advance = [twin](std::int64_t step, numerics::Spectra& at) { twin->advance(step, at); },
+                    .save = [twin] { return twin->save(); },
+                    .restore = [twin](std::span<const double> values) { twin->restore(values); }};
+    };
+    return {.values = count_values(observer->rows),
+            .components = numerics::components(evolution.system().layout),
+            .observe =
+                [this, observer](double t, const numerics::Spectra& at) {
+                    to_grid(evolution, observer->transform, t, at, observer->on_grid);
+                    return values_of(observer->rows, moment_of(observer->setting, at, observer->on_grid));
+                },
+            .known_error = [this] { return evolution.known_error(); },
+            .make_twin = make_twin};
 }
 
 }  // namespace
@@ -137,6 +177,17 @@ TimedScene timed_fields(const io::Scene& scene) {
     return {timed, work(scene.grid) / work(timed.grid)};
 }
 
+namespace {
+double twin_bytes(const io::Scene& scene, const physics::Equations& equations) {
+    if (!why_no_step_bias(scene).empty() || !io::has_noise(scene) || !physics::is_nonlinear(equations)) return 0.0;
+    numerics::System system =
+        physics::linear_system(equations, scene.grid, physics::reference(scene.model.uniform), scene.dealiasing);
+    system.nonlinear = [](double, const auto&, auto&) {};
+    return twin_stepper_bytes(system, scene.time) +
+           physics::right_hand_side_bytes(equations, scene.grid, system.degree);
+}
+}  // namespace
+
 double field_simulation_bytes(const io::Scene& scene) {
     const physics::Equations equations(scene.model);
     numerics::System system =
@@ -149,7 +200,7 @@ double field_simulation_bytes(const io::Scene& scene) {
     // its compressed bytes; scratch; shells, sectors and powers.
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
     return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers_bytes(system, scene.time, 2) +
-           2.0 * physics::right_hand_side_bytes(equations, scene.grid, system.degree) + step_bias_bytes(scene) +
+           2.0 * physics::right_hand_side_bytes(equations, scene.grid, system.degree) + twin_bytes(scene, equations) +
            (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
 }
 
@@ -184,7 +235,7 @@ ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
 namespace {
 /// The choices of the adaptive stepper.
 std::string describe(const physics::FieldEvolution& evolution, const io::Scene& scene) {
-    std::string words = steps_text(evolution.count(), evolution.division(), evolution.last_step(), scene);
+    std::string words = steps_text(evolution.stepper(), scene);
     if (const auto changes = evolution.reference_changes(); changes > 0)
         words += text("{}the reference density changed {} time{}", words.empty() ? "" : "; ", changes,
                       changes == 1 ? "" : "s");
@@ -196,7 +247,7 @@ namespace {
 /// A step chosen for the error of the fields must keep it below the limit.
 void check_chosen_step(const World& world, std::int64_t step) {
     const io::TimeControl& time = world.scene.time;
-    const physics::StepError::Relative error = world.evolution.step_error();
+    const numerics::StepError::Relative error = world.evolution.step_error();
     if (time.chosen != "fields" || error.error <= choice_margin * time.max_error) return;
     // Errors grow at least in proportion to time: more than half of the step where much of the run is to come.
     const double t = static_cast<double>(step) * time.dt, order = numerics::time_method(time.stepper).order;
@@ -235,23 +286,13 @@ std::vector<double> save(const World& world) {
 }
 
 void restore(World& world, std::span<const double> all) {
-    const std::size_t numbers = 2 * world.state.values.size();
-    const double last = all.empty() ? 0.0 : all.back();
-    require(last >= 0.0 && last < static_cast<double>(all.size()) && last == std::round(last), {},
-            "the checkpoint holds {} numbers of the step bias; expected fewer than the {} of all; use the other "
-            "checkpoint",
-            last, all.size());
-    const auto of_bias = static_cast<std::size_t>(last);
-    const std::span<const double> values = all.first(all.empty() ? 0 : all.size() - 1 - of_bias);
-    require(values.size() > numbers, {}, "the checkpoint holds {} numbers; this scene's state has more than {}",
-            values.size(), numbers);
-    const std::size_t before = values.size() - numbers;
-    world.evolution.restore(values.first(before - 1));
-    world.time = values[before - 1];
-    take_numbers(values.last(numbers), world.state);
+    const SavedRun saved = saved_run(all, 2 * world.state.values.size());
+    world.evolution.restore(saved.stepper);
+    world.time = saved.time;
+    take_numbers(saved.state, world.state);
     restore_field_health(world.evolution.system(), world.state, std::llround(world.time / world.scene.time.dt),
                          world.health);
-    if (world.bias) world.bias->restore(all.subspan(values.size(), of_bias));
+    if (world.bias) world.bias->restore(saved.bias);
 }
 }  // namespace
 
@@ -265,7 +306,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
                           .save = {},
                           .restore = {},
                           .accept = {},
-                          .count = [world] { return world->evolution.count(); },
+                          .count = [world] { return world->evolution.stepper().count(); },
                           .step_error = [world] { return world->evolution.step_error().error; },
                           .describe = {}};
     simulation.threads = threads.count();

@@ -46,13 +46,31 @@ void take_numbers(std::span<const double> numbers, numerics::Spectra& state) {
     for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] = {numbers[2 * m], numbers[2 * m + 1]};
 }
 
-std::string steps_text(const numerics::StepCount& count, int division, double last_step, const io::Scene& scene) {
+SavedRun saved_run(std::span<const double> all, std::size_t state_numbers) {
+    const double last = all.empty() ? 0.0 : all.back();
+    require(last >= 0.0 && last < static_cast<double>(all.size()) && last == std::round(last), {},
+            "the checkpoint holds {} numbers of the step bias; expected fewer than the {} of all; use the other "
+            "checkpoint",
+            last, all.size());
+    const auto of_bias = static_cast<std::size_t>(last);
+    const std::span<const double> values = all.first(all.empty() ? 0 : all.size() - 1 - of_bias);
+    require(values.size() > state_numbers, {}, "the checkpoint holds {} numbers; this scene's state has more than {}",
+            values.size(), state_numbers);
+    const std::size_t before = values.size() - state_numbers;
+    return {.stepper = values.first(before - 1),
+            .state = values.last(state_numbers),
+            .bias = all.subspan(values.size(), of_bias),
+            .time = values[before - 1]};
+}
+
+std::string steps_text(const numerics::AdaptiveStepper& stepper, const io::Scene& scene) {
+    const numerics::StepCount& count = stepper.count();
     if (count.right_hand_sides > 0)
         return text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s", count.accepted,
-                    count.rejected, count.right_hand_sides, last_step);
+                    count.rejected, count.right_hand_sides, stepper.last_step());
     if (scene.time.tolerance > 0.0)
         return text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", count.accepted, count.rejected,
-                    scene.time.dt / division, division);
+                    scene.time.dt / stepper.division(), stepper.division());
     return "";
 }
 
@@ -61,6 +79,13 @@ double steppers_bytes(const numerics::System& system, const io::TimeControl& tim
         return count * numerics::sundials_stepper_bytes(system, *sundials);
     return numerics::stepper_bytes(system, numerics::stepper_table(time.stepper),
                                    time.tolerance > 0.0 ? 2 * count : count);
+}
+
+double twin_stepper_bytes(const numerics::System& system, const io::TimeControl& time) {
+    return numerics::noise_path_bytes(system, 0.5 * time.dt, 0) +
+           numerics::stepper_bytes(system, numerics::stepper_table(time.stepper), 1) +
+           static_cast<double>(numerics::modes(system.grid)) * numerics::components(system.layout) *
+               sizeof(numerics::Complex);
 }
 
 }  // namespace drover::run

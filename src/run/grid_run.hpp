@@ -24,10 +24,21 @@ void require_finite(const numerics::Fields& fields, const std::vector<std::strin
 void append_numbers(const numerics::Spectra& state, std::vector<double>& to);
 void take_numbers(std::span<const double> numbers, numerics::Spectra& state);
 
+/// The parts of the numbers of a checkpoint: those of the stepper, the time, the state, the step bias and their number.
+struct SavedRun {
+    std::span<const double> stepper, state, bias;
+    double time = 0.0;
+};
+/// state_numbers: those of the state.  Throws an input Error for fewer numbers than that needs.
+SavedRun saved_run(std::span<const double> all, std::size_t state_numbers);
+
 /// The choices of an adaptive stepper, for people; "" where its steps are fixed.
-std::string steps_text(const numerics::StepCount& count, int division, double last_step, const io::Scene& scene);
+std::string steps_text(const numerics::AdaptiveStepper& stepper, const io::Scene& scene);
 
 /// Memory of the steppers of a method: so many, or of our own methods twice as many with a tolerance [bytes].
 double steppers_bytes(const numerics::System& system, const io::TimeControl& time, int count);
+
+/// Memory of the stepper of a twin with noise, and of its state [bytes].
+double twin_stepper_bytes(const numerics::System& system, const io::TimeControl& time);
 
 }  // namespace drover::run

@@ -152,24 +152,41 @@ void predict(const model::Equations& equations, const measure::ModelSetting& set
 }
 }  // namespace
 
+namespace {
+BiasedRows biased_rows(measure::ModelSetting setting) {
+    setting.grid.watches_error = false;
+    BiasedRows result;
+    for (const auto& row : measure::model_observables(setting))
+        result.rows.push_back({row.name, measure::size_of(row.axes)});
+    for (const measure::MeasuredField& field : setting.fields)
+        if (field.is_density) result.densities.push_back(field.name);
+    return result;
+}
+}  // namespace
+
 Report make_model_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
     const model::Equations equations(io::model_of(scene.declared));
+    // Archives of before November 2026 have no estimate.
+    const bool watches = scene.time.max_error > 0.0 && archive.has(std::string(field_samples_group) + "/step_error");
     const measure::ModelSetting setting =
-        measure::make_model_setting(equations, scene.grid, io::kept_degree(scene, equations));
+        measure::make_model_setting(equations, scene.grid, io::kept_degree(scene, equations), watches);
     const Sampling sampling = sampling_of(archive, scene, field_samples_group);
     measure::Recorded recorded =
         measure::model_recording(setting, read_series(archive, field_samples_group, measure::model_observables(setting),
                                                       sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
     report.setting = setting.grid;
-    report.step_bias.is_exact = !equations.has_explicit_part();
-    report.step_bias.missing = report.step_bias.is_exact ? "exact" : "not measured (a model of its own)";
+    report.step_bias =
+        step_biases(archive, scene, !equations.has_explicit_part(), biased_rows(setting), report.summary);
     if (theory == Theory::included) {
         Threads threads(choose_threads(scene));
         predict(equations, setting, threads, report);
     }
     report.warnings = model_warnings(scene);
     warn_of_tails(scene, equations, setting, recorded.series, report.warnings);
+    add_step_error(archive, scene, report.warnings);
+    for (std::string& warning : step_bias_warnings(report.step_bias, scene, report.summary))
+        report.warnings.push_back(std::move(warning));
     return report;
 }
 

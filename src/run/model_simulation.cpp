@@ -6,46 +6,101 @@
 #include <memory>
 
 #include "drover/measure/model_fields.hpp"
-#include "drover/numerics/adaptive_stepper.hpp"
+#include "drover/numerics/block.hpp"
 #include "drover/numerics/transform.hpp"
+#include "drover/numerics/watched_stepper.hpp"
+#include "drover/numerics/wavenumbers.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "run/grid_run.hpp"
 #include "run/sample_recording.hpp"
 #include "run/start_file.hpp"
+#include "run/step_bias.hpp"
 
 namespace drover::run {
 
 namespace {
 using numerics::Complex;
 
+/// A quarter above the largest wavenumber at which the state of the references is unstable: patterns have such waves,
+/// and errors of a pattern that is not resolved would seem to grow without limit.
+double shortest_of_patterns(const model::Equations& equations, const numerics::Grid& grid, int degree) {
+    const numerics::System system = equations.linear_system(grid, degree);
+    const std::vector<double> q = numerics::distinct_wavenumbers(grid, system.degree).q;
+    const double most = *std::max_element(q.begin(), q.end());
+    double shortest = 0.0;
+    constexpr int looks = 400;
+    for (int n = 1; n <= looks; ++n) {
+        const double here = most * n / looks;
+        const numerics::IsotropicBlocks rates = system.linear(here);
+        for (const numerics::Block* block : {&rates.even, &rates.odd})
+            for (const numerics::Complex s : numerics::eigenvalues(*block))
+                if (s.real() > 0.0) shortest = 1.25 * here;
+    }
+    return shortest;
+}
+
+numerics::ErrorEquations watched(const model::Equations& equations, const measure::ModelSetting& setting) {
+    numerics::ErrorEquations result{
+        .fields = {},
+        .on_grid =
+            [equations, degree = setting.grid.degree](const numerics::Grid& grid, bool keeps_all) {
+                const auto one = std::make_shared<Threads>(1);
+                numerics::System system = equations.system(grid, *one, keeps_all ? 1 : degree);
+                system.nonlinear = [one, nonlinear = std::move(
+                                             system.nonlinear)](double t, const numerics::Spectra& state,
+                                                                numerics::Spectra& rate) { nonlinear(t, state, rate); };
+                return system;
+            },
+        .degree = setting.grid.degree,
+        .noisy = equations.has_noise(),
+        .shortest = shortest_of_patterns(equations, setting.grid.grid, setting.grid.degree)};
+    int spin = 0;  // of the order: the first field that turns
+    for (const measure::MeasuredField& field : setting.fields) {
+        result.fields.push_back({field.first, field.spin == 0 ? 1 : 2, field.name});
+        if (spin == 0) spin = field.spin;
+        if (field.spin != 0 && field.spin == spin) result.turning.push_back(field.first);
+    }
+    return result;
+}
+
 /// The state shared by the functions of one simulation.
 struct ModelWorld {
     io::Scene scene;
     model::Equations equations;
     measure::ModelSetting setting;
-    numerics::AdaptiveStepper stepper;
+    numerics::WatchedStepper stepper;
     numerics::Transform transform;
     numerics::Spectra state;
     numerics::Fields fields;
     double time = 0.0;
+    std::vector<double> fresh;       // saved by the stepper before any step
+    std::shared_ptr<StepBias> bias;  // nullptr: not measured
 
     ModelWorld(const io::Scene& the_scene, Threads& threads)
         : scene(the_scene),
           equations(io::model_of(scene.declared)),
-          setting(measure::make_model_setting(equations, scene.grid, io::kept_degree(scene, equations))),
+          setting(measure::make_model_setting(equations, scene.grid, io::kept_degree(scene, equations),
+                                              scene.time.max_error > 0.0)),
           stepper({.method = scene.time.stepper,
                    .dt = scene.time.dt,
                    .tolerance = scene.time.tolerance,
-                   .watches_error = false},
+                   .watches_error = setting.grid.watches_error},
                   equations.system(scene.grid, threads, io::kept_degree(scene, equations)),
-                  static_cast<std::uint64_t>(scene.run.seed), threads),
-          transform(scene.grid, stepper.system().degree, threads),
+                  static_cast<std::uint64_t>(scene.run.seed), threads, watched(equations, setting)),
+          transform(scene.grid, system().degree, threads),
           state(start(threads)),
-          fields(scene.grid, state.count()) {}
+          fields(scene.grid, state.count()),
+          fresh(stepper.save()) {
+        if (why_no_step_bias(scene).empty() && equations.has_explicit_part())
+            bias = std::make_shared<StepBias>(scene, biased(threads));
+    }
+
+    const numerics::System& system() const { return stepper.stepper().system(); }
+    BiasedRun biased(Threads& threads) const;  // refers to this
 
     numerics::Spectra start(Threads& threads) const {
         if (scene.initial.kind != "file")
-            return model::start_spectra(io::start_of(scene), equations, stepper.system(),
+            return model::start_spectra(io::start_of(scene), equations, system(),
                                         static_cast<std::uint64_t>(scene.run.seed), threads);
         std::vector<FrameField> wanted;
         for (const model::StateComponent& one : setting.components) wanted.push_back({one.name, one.unit});
@@ -57,6 +112,50 @@ struct ModelWorld {
         return setting.components[static_cast<std::size_t>(component)].name;
     }
 };
+
+BiasedRun ModelWorld::biased(Threads& threads) const {
+    struct Observer {
+        measure::ModelSetting setting;
+        numerics::Transform transform;
+        numerics::Fields fields;
+        measure::Observables<measure::ModelMoment> rows;
+
+        Observer(const measure::ModelSetting& of_run, int count, Threads& threads)
+            : setting(of_run),
+              transform(of_run.grid.grid, of_run.grid.degree, threads),
+              fields(of_run.grid.grid, count) {
+            setting.grid.watches_error = false;
+            rows = measure::model_observables(setting);
+        }
+    };
+    const auto observer = std::make_shared<Observer>(setting, state.count(), threads);
+    const auto make_twin = [this, &threads] {
+        const numerics::StepControl control{.method = scene.time.stepper,
+                                            .dt = 0.5 * scene.time.dt,
+                                            .tolerance = 0.0,
+                                            .watches_error = false};
+        const auto twin =
+            std::make_shared<numerics::WatchedStepper>(control,
+                                                       equations.system(scene.grid, threads, setting.grid.degree),
+                                                       static_cast<std::uint64_t>(scene.run.seed), threads,
+                                                       std::nullopt);
+        return Twin{.follow = [twin] { twin->begin_anew(); },
+                    .advance = [twin](std::int64_t step, numerics::Spectra& at) { twin->advance(step, at); },
+                    .save = [twin] { return twin->save(); },
+                    .restore = [twin](std::span<const double> values) { twin->restore(values); }};
+    };
+    return {.values = count_values(observer->rows),
+            .components = state.count(),
+            .observe =
+                [observer](double, const numerics::Spectra& at) {
+                    observer->transform.backward(at, observer->fields);
+                    return values_of(observer->rows, measure::ModelMoment{.setting = observer->setting,
+                                                                          .spectra = at,
+                                                                          .fields = observer->fields});
+                },
+            .known_error = [this] { return stepper.known_error(); },
+            .make_twin = make_twin};
+}
 
 files::Recording frames_of_model(const io::Scene& scene, const std::vector<model::StateComponent>& components) {
     files::Recording recording = frames_on(scene.grid);
@@ -79,7 +178,10 @@ ScheduledRecording frames_of(const std::shared_ptr<ModelWorld>& world) {
 ScheduledRecording samples_of(const std::shared_ptr<ModelWorld>& world) {
     return sample_recording(world->scene, field_samples_group, measure::model_observables(world->setting), [world] {
         world->transform.backward(world->state, world->fields);
-        return measure::ModelMoment{.setting = world->setting, .spectra = world->state, .fields = world->fields};
+        return measure::ModelMoment{.setting = world->setting,
+                                    .spectra = world->state,
+                                    .fields = world->fields,
+                                    .step_error = world->stepper.step_error().error};
     });
 }
 
@@ -100,31 +202,25 @@ void accept(ModelWorld& world) {
     for (const model::StateComponent& one : world.setting.components) names.push_back(one.name);
     require_finite(world.fields, names, world.scene.grid);
     world.transform.forward(world.fields, world.state);
-    world.stepper.restore_history({});
+    world.stepper.restore(world.fresh);
 }
 
 std::vector<double> save(const ModelWorld& world) {
-    std::vector<double> values{static_cast<double>(world.stepper.division()), world.time};
-    const std::vector<double> history = world.stepper.save_history();
-    values.insert(values.end(), history.begin(), history.end());
+    std::vector<double> values = world.stepper.save();
+    values.push_back(world.time);
     append_numbers(world.state, values);
+    const std::vector<double> bias = world.bias ? world.bias->save() : std::vector<double>{};
+    values.insert(values.end(), bias.begin(), bias.end());
+    values.push_back(static_cast<double>(bias.size()));
     return values;
 }
 
-void restore(ModelWorld& world, std::span<const double> values) {
-    const std::size_t numbers = 2 * world.state.values.size();
-    require(values.size() >= numbers + 2, {}, "the checkpoint holds {} numbers; this scene's state has {} or more",
-            values.size(), numbers + 2);
-    const double division = values[0];
-    require(division >= 1.0 && division <= numerics::AdaptiveStepper::max_division && division == std::round(division),
-            {},
-            "the checkpoint contains {} parts of a step; expected an integer from 1 to {}; use the other checkpoint",
-            division, numerics::AdaptiveStepper::max_division);
-    world.stepper.set_division(static_cast<int>(division));
-    world.time = values[1];
-    const std::span<const double> rest = values.subspan(2);
-    world.stepper.restore_history(rest.first(rest.size() - numbers));
-    take_numbers(rest.last(numbers), world.state);
+void restore(ModelWorld& world, std::span<const double> all) {
+    const SavedRun saved = saved_run(all, 2 * world.state.values.size());
+    world.stepper.restore(saved.stepper);
+    world.time = saved.time;
+    take_numbers(saved.state, world.state);
+    if (world.bias) world.bias->restore(saved.bias);
 }
 
 }  // namespace
@@ -133,24 +229,23 @@ Simulation make_model_simulation(const io::Scene& scene, Threads& threads, std::
     const auto world = std::make_shared<ModelWorld>(scene, threads);
     Simulation simulation{.dt = scene.time.dt,
                           .steps = io::whole_steps(scene, "time.end", scene.time.end),
-                          .recordings = {frames_of(world), samples_of(world)},
+                          .recordings = {frames_of(world)},
                           .advance =
                               [world](std::int64_t step) {
                                   world->stepper.advance(step, world->state);
+                                  world->stepper.watch(step, world->state);
+                                  if (world->bias) world->bias->advance(step + 1, world->state);
                                   world->time = static_cast<double>(step + 1) * world->scene.time.dt;
                               },
                           .check_health = [world](std::int64_t step) { check_finite(*world, step); },
                           .save = [world] { return save(*world); },
                           .restore = [world](std::span<const double> values) { restore(*world, values); },
                           .accept = [world](std::int64_t) { accept(*world); },
-                          .count = [world] { return world->stepper.count(); },
-                          .step_error = {},
-                          .describe =
-                              [world] {
-                                  const numerics::AdaptiveStepper& stepper = world->stepper;
-                                  return steps_text(stepper.count(), stepper.division(), stepper.last_step(),
-                                                    world->scene);
-                              }};
+                          .count = [world] { return world->stepper.stepper().count(); },
+                          .step_error = [world] { return world->stepper.step_error().error; },
+                          .describe = [world] { return steps_text(world->stepper.stepper(), world->scene); }};
+    if (world->bias) simulation.recordings.push_back(StepBias::recording(world->bias, world->state));
+    simulation.recordings.push_back(samples_of(world));
     simulation.threads = threads.count();
     if (!saved.empty()) simulation.restore(saved);
     return simulation;
@@ -178,9 +273,11 @@ double model_simulation_bytes(const io::Scene& scene) {
     const int count = numerics::components(system.layout);
     const model::TransformCount transforms = equations.transforms();
     const double explicit_part = spectra * (2.0 * transforms.inverse + 2.0 * transforms.forward);
-    constexpr int halvings = 1;
-    return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers_bytes(system, scene.time, 1) +
-           explicit_part + 4.0 * count * spectra + 3.0 * count * reals;
+    constexpr int halvings = 1;  // of the steps that are repeated to measure their error
+    const bool has_twin = why_no_step_bias(scene).empty() && equations.has_noise() && equations.has_explicit_part();
+    return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers_bytes(system, scene.time, 2) +
+           (has_twin ? 2.0 : 1.0) * explicit_part + (has_twin ? twin_stepper_bytes(system, scene.time) : 0.0) +
+           4.0 * count * spectra + 3.0 * count * reals;
 }
 
 }  // namespace drover::run

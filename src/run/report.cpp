@@ -6,6 +6,7 @@
 #include <limits>
 #include <tuple>
 
+#include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/function_terms.hpp"
 #include "drover/physics/predictions.hpp"
 #include "drover/run/field_simulation.hpp"
@@ -101,6 +102,17 @@ Report summary_report(const io::Scene& scene, const Sampling& sampling, measure:
     return report;
 }
 
+namespace {
+BiasedRows biased_rows(measure::FieldSetting setting) {
+    setting.terms.reset();
+    setting.watches_error = false;
+    BiasedRows result{.rows = {}, .densities = {"rod", "bead"}};
+    for (const auto& row : measure::field_observables(setting))
+        result.rows.push_back({row.name, measure::size_of(row.axes)});
+    return result;
+}
+}  // namespace
+
 Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
     const physics::Equations equations(scene.model);
     measure::FieldSetting setting = measure::make_field_setting(scene.grid, physics::form(scene.model),
@@ -115,7 +127,8 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
         measure::field_recording(setting, read_series(archive, field_samples_group, measure::field_observables(setting),
                                                       sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
-    report.step_bias = step_biases(archive, scene, setting, report.summary);
+    report.step_bias =
+        step_biases(archive, scene, !physics::is_nonlinear(equations), biased_rows(setting), report.summary);
     report.setting = std::move(setting);
     if (const std::string missing = physics::missing_function(scene.model); !missing.empty()) {
         report.warnings = {missing + ": no linear theory and no warnings here; the archive has both"};

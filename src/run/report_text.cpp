@@ -77,7 +77,7 @@ std::string deviation_cell(const measure::Estimate& estimate, double predicted) 
 }
 
 void add_scalars(const Report& report, std::string& out) {
-    const bool has_step = report.scene.kind == io::SceneKind::fields;
+    const bool has_step = report.scene.kind != io::SceneKind::particles;
     out += text("{:<28} {:>8} {:>11} {:>9} {:>9}{}\n", "observable", "unit", "mean", "error", "tau [s]",
                 has_step ? "   step" : "");
     for (const measure::SummaryRow& row : report.summary.rows) {
@@ -169,18 +169,20 @@ void add_field_arrays(const Report& report, std::string& out) {
 
 /// Every array over one axis, at some of its coordinates, with its prediction.
 void add_arrays(const Report& report, std::string& out) {
+    const bool has_step = report.scene.kind != io::SceneKind::particles;
     for (const measure::SummaryRow& row : report.summary.rows) {
         if (row.axes.size() != 1) continue;
         const measure::Axis& axis = row.axes.front();
         const Prediction* prediction = find_prediction(report, row.name);
-        out += text("\n{} [{}]\n{:>20} {:>11} {:>9}{}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]",
-                    "mean", "error", prediction ? text(" {:>11} {:>7}", "linear", "(m-l)/e") : "");
+        out +=
+            text("\n{} [{}]\n{:>20} {:>11} {:>9}{}{}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]", "mean",
+                 "error", prediction ? text(" {:>11} {:>7}", "linear", "(m-l)/e") : "", has_step ? "   step" : "");
         for (const std::size_t i : log_spaced(axis.values.size(), 12)) {
             out += text("{:>20.5g} {} {}", axis.values[i], mean_cell(row.estimates[i]), error_cell(row.estimates[i]));
             if (prediction)
                 out += text(" {} {}", cell(prediction->values[i]),
                             deviation_cell(row.estimates[i], prediction->values[i]));
-            out += "\n";
+            out += (has_step ? step_cell(report, row, i) : "") + "\n";
         }
     }
     if (!report.about.empty()) out += "\nlinear: the linear theory about " + report.about + ", on the same grid\n";
@@ -196,10 +198,6 @@ std::string report_text(const Report& report) {
     add_scalars(report, out);
     if (report.scene.kind == io::SceneKind::fields) add_field_arrays(report, out);
     else add_arrays(report, out);
-    if (report.scene.kind == io::SceneKind::model && !report.step_bias.is_exact)
-        out +=
-            "\nnote: what the time step changes is not measured for a model of its own: compare with a run of half of "
-            "time.dt and the same seed\n";
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
     std::string reason;
     for (const measure::SummaryRow& row : summary.rows)

@@ -2,13 +2,11 @@
 #include "run/step_bias.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <optional>
+#include <utility>
 
 #include "drover/base/error.hpp"
-#include "run/field_moment.hpp"
 #include "run/grid_run.hpp"
 
 namespace drover::run {
@@ -22,32 +20,15 @@ constexpr std::int64_t min_length = 2 * moments;  // of a piece, in steps
 /// blocks of the twin.
 constexpr double twin_cost = 2.0, moments_cost = 2.0 * moments, start_cost = 50.0;
 constexpr double comparison_cost = 2.0;
-
-bool is_noisy(const io::Scene& scene) { return physics::has_noise(scene.model.noise); }
-
-/// All values of the observables, one after another.
-std::vector<double> values_of(const measure::Observables<measure::FieldMoment>& rows,
-                              const measure::FieldMoment& moment) {
-    std::vector<double> values;
-    for (const auto& row : rows) {
-        const std::vector<double> measured = measure::measure_one(row, moment);
-        values.insert(values.end(), measured.begin(), measured.end());
-    }
-    return values;
-}
 }  // namespace
 
 struct StepBias::Work {
     io::Scene scene;
-    const physics::FieldEvolution& run;
-    measure::FieldSetting setting;
-    measure::Observables<measure::FieldMoment> rows;
-    Threads& threads;
-    numerics::Transform transform;
-    FieldsOnGrid on_grid;
+    BiasedRun run;
+    bool noisy;
 
     // With noise: the twin, and its piece from step `begin` on; length 0: there is none now.
-    std::optional<physics::FieldEvolution> twin;
+    std::optional<Twin> twin;
     numerics::Spectra twin_state;
     std::int64_t begin = 0, length = 0;
     double spent = start_cost;  // steps
@@ -55,42 +36,19 @@ struct StepBias::Work {
     std::int64_t completed = -1, completed_length = 0;  // step at which the last piece ended
     std::vector<std::vector<double>> row;               // as recorded
 
-    Work(const io::Scene& the_scene, const physics::FieldEvolution& the_run, const measure::FieldSetting& the_setting,
-         Threads& the_threads);
-    std::vector<double> observe(std::int64_t step, const numerics::Spectra& state);
-    void make_twin();
+    Work(const io::Scene& the_scene, BiasedRun the_run)
+        : scene(the_scene),
+          run(std::move(the_run)),
+          noisy(io::has_noise(scene)),
+          early(run.values, 0.0),
+          late(run.values, 0.0) {}
+    std::vector<double> observe(std::int64_t step, const numerics::Spectra& state) const {
+        return run.observe(static_cast<double>(step) * scene.time.dt, state);
+    }
     void begin_piece(std::int64_t step, const numerics::Spectra& state);
     void advance_piece(std::int64_t step, const numerics::Spectra& state);
     std::vector<std::vector<double>> compare(const numerics::Spectra& state);
 };
-
-StepBias::Work::Work(const io::Scene& the_scene, const physics::FieldEvolution& the_run,
-                     const measure::FieldSetting& the_setting, Threads& the_threads)
-    : scene(the_scene),
-      run(the_run),
-      setting(the_setting),
-      threads(the_threads),
-      transform(the_scene.grid, the_run.system().degree, the_threads) {
-    setting.terms.reset();
-    setting.watches_error = false;
-    rows = measure::field_observables(setting);
-    std::size_t size = 0;
-    for (const auto& one : rows) size += measure::size_of(one.axes);
-    early.resize(size);
-    late.resize(size);
-}
-
-std::vector<double> StepBias::Work::observe(std::int64_t step, const numerics::Spectra& state) {
-    to_grid(run, transform, static_cast<double>(step) * scene.time.dt, state, on_grid);
-    return values_of(rows, moment_of(setting, state, on_grid));
-}
-
-void StepBias::Work::make_twin() {
-    twin.emplace(scene.model, scene.grid, scene.dealiasing,
-                 numerics::StepControl{
-                     .method = scene.time.stepper, .dt = 0.5 * scene.time.dt, .tolerance = 0.0, .watches_error = false},
-                 static_cast<std::uint64_t>(scene.run.seed), threads);
-}
 
 void StepBias::Work::begin_piece(std::int64_t step, const numerics::Spectra& state) {
     constexpr double part = 1.0 / 8.0;  // of what the steps so far allow
@@ -98,12 +56,12 @@ void StepBias::Work::begin_piece(std::int64_t step, const numerics::Spectra& sta
     const auto next = moments * std::max(min_length / moments,
                                          static_cast<std::int64_t>(part * allowed / static_cast<double>(moments)));
     if (allowed - spent < twin_cost * static_cast<double>(next) + moments_cost) return;
-    if (!twin) make_twin();
+    if (!twin) twin = run.make_twin();
     begin = step;
     length = next;
     spent += twin_cost * static_cast<double>(length) + moments_cost;
     twin_state = state;
-    twin->follow(run);
+    twin->follow();
     std::fill(early.begin(), early.end(), 0.0);
     std::fill(late.begin(), late.end(), 0.0);
 }
@@ -148,14 +106,12 @@ std::vector<std::vector<double>> StepBias::Work::compare(const numerics::Spectra
     return {{1.0}, differences, differences};
 }
 
-StepBias::StepBias(const io::Scene& scene, const physics::FieldEvolution& run, const measure::FieldSetting& setting,
-                   Threads& threads)
-    : work_(std::make_unique<Work>(scene, run, setting, threads)) {}
+StepBias::StepBias(const io::Scene& scene, BiasedRun run) : work_(std::make_unique<Work>(scene, std::move(run))) {}
 StepBias::~StepBias() = default;
 
 void StepBias::advance(std::int64_t step, const numerics::Spectra& state) {
     Work& w = *work_;
-    if (!is_noisy(w.scene)) return;
+    if (!w.noisy) return;
     if (w.length > 0) w.advance_piece(step, state);
     if (w.length == 0) w.begin_piece(step, state);
 }
@@ -175,7 +131,7 @@ ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, co
                         {"value"}},
                        {"early", "1", "the same, mean over the second quarter of the piece", {"value"}}},
         .rows_per_chunk = 8};
-    if (is_noisy(w.scene)) {
+    if (w.noisy) {
         const auto observe = [bias, step = &w.completed, length = &w.completed_length] {
             Work& work = *bias->work_;
             return lend(work.row, {{static_cast<double>(*length)}, work.late, work.early});
@@ -215,9 +171,7 @@ void StepBias::restore(std::span<const double> values) {
     Work& w = *work_;
     constexpr std::size_t fixed = 5;
     const std::size_t sums = w.early.size(),
-                      modes =
-                          2 *
-                          numerics::Spectra(w.scene.grid, numerics::components(w.run.system().layout)).values.size();
+                      modes = 2 * numerics::Spectra(w.scene.grid, w.run.components).values.size();
     require(values.size() == fixed || values.size() > fixed + 2 * sums + modes, {},
             "the checkpoint contains {} numbers of the step bias; expected {}, or more than {}; use the other "
             "checkpoint",
@@ -231,32 +185,19 @@ void StepBias::restore(std::span<const double> values) {
     const auto from = [&](std::size_t first) { return values.begin() + static_cast<std::ptrdiff_t>(first); };
     std::copy(from(fixed), from(fixed + sums), w.early.begin());
     std::copy(from(fixed + sums), from(fixed + 2 * sums), w.late.begin());
-    w.twin_state = numerics::Spectra(w.scene.grid, numerics::components(w.run.system().layout));
+    w.twin_state = numerics::Spectra(w.scene.grid, w.run.components);
     const std::size_t first = fixed + 2 * sums;
     take_numbers(values.subspan(first), w.twin_state);
-    w.make_twin();
+    w.twin = w.run.make_twin();
     w.twin->restore(values.subspan(first + modes));
 }
 
 std::string why_no_step_bias(const io::Scene& scene) {
     if (scene.accuracy.effort == 0.0) return "not measured (accuracy.effort = 0)";
-    if (is_noisy(scene) && scene.time.tolerance > 0.0) return "not measured (noise and a tolerance)";
-    if (!is_noisy(scene) && scene.time.max_error == 0.0) return "not measured (time.max_error = 0)";
+    const bool noisy = io::has_noise(scene);
+    if (noisy && scene.time.tolerance > 0.0) return "not measured (noise and a tolerance)";
+    if (!noisy && scene.time.max_error == 0.0) return "not measured (time.max_error = 0)";
     return "";
-}
-
-double step_bias_bytes(const io::Scene& scene) {
-    if (!why_no_step_bias(scene).empty() || !is_noisy(scene)) return 0.0;
-    const physics::Equations equations(scene.model);
-    numerics::System system =
-        physics::linear_system(equations, scene.grid, physics::reference(scene.model.uniform), scene.dealiasing);
-    if (!physics::is_nonlinear(equations)) return 0.0;
-    system.nonlinear = [](double, const auto&, auto&) {};
-    return numerics::noise_path_bytes(system, 0.5 * scene.time.dt, 0) +
-           numerics::stepper_bytes(system, numerics::stepper_table(scene.time.stepper), 1) +
-           physics::right_hand_side_bytes(equations, scene.grid, system.degree) +
-           static_cast<double>(numerics::modes(scene.grid)) * numerics::components(system.layout) *
-               sizeof(numerics::Complex);
 }
 
 }  // namespace drover::run

@@ -1,29 +1,64 @@
 // run/step_bias.hpp: what the time step changes in each observable of a run.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "drover/io/scene.hpp"
-#include "drover/measure/fields.hpp"
-#include "drover/physics/field_evolution.hpp"
+#include "drover/measure/observable.hpp"
+#include "drover/numerics/field.hpp"
 #include "drover/run/simulation.hpp"
 
 namespace drover::run {
+
+/// The same equations as those of a run with half of its step, on the same noise path.
+struct Twin {
+    std::function<void()> follow;  ///< begins anew, about the reference of the run now
+    std::function<void(std::int64_t half_step, numerics::Spectra& state)> advance;
+    std::function<std::vector<double>()> save;
+    std::function<void(std::span<const double>)> restore;
+};
+
+/// What is measured of a run of fields, whatever their equations.
+struct BiasedRun {
+    std::size_t values = 0;  ///< of all observables, one after another
+    int components = 0;      ///< of a state
+    std::function<std::vector<double>(double time, const numerics::Spectra& state)> observe;
+    std::function<std::optional<numerics::Spectra>()> known_error;  ///< numerics::StepError::known()
+    std::function<Twin()> make_twin;
+};
+
+/// The values of all observables of a moment, one after another.
+template <class Moment>
+std::vector<double> values_of(const measure::Observables<Moment>& rows, const Moment& moment) {
+    std::vector<double> values;
+    for (const auto& row : rows) {
+        const std::vector<double> measured = measure::measure_one(row, moment);
+        values.insert(values.end(), measured.begin(), measured.end());
+    }
+    return values;
+}
+template <class Moment>
+std::size_t count_values(const measure::Observables<Moment>& rows) {
+    std::size_t count = 0;
+    for (const auto& row : rows) count += measure::size_of(row.axes);
+    return count;
+}
 
 /// Measures the change of the observables of one run by its time step, within accuracy.effort of the steps.
 ///
 /// With noise, pieces of the run are repeated by a twin: from the state at their start, with dt/2, on the same noise
 /// path.  The difference of an observable grows over its correlation time to that of the means.  A piece begins when
 /// the steps so far allow it, and is an eighth of what they allow: the pieces follow from the steps alone, not from the
-/// end of the run.  Without noise the observables of the fields less their estimated error (physics::StepError) are
+/// end of the run.  Without noise the observables of the fields less their estimated error (numerics::StepError) are
 /// compared with those of the fields, at some of the samples.
 class StepBias {
 public:
-    StepBias(const io::Scene& scene, const physics::FieldEvolution& run, const measure::FieldSetting& setting,
-             Threads& threads);
+    StepBias(const io::Scene& scene, BiasedRun run);
     ~StepBias();
 
     /// Called with the state after each step; `step`: the number of steps so far.
@@ -42,9 +77,6 @@ private:
 
 /// Whether a scene can have one: else why not, for people.
 std::string why_no_step_bias(const io::Scene& scene);
-
-/// Memory [bytes].
-double step_bias_bytes(const io::Scene& scene);
 
 /// The group of an archive that holds its rows.
 inline constexpr const char* step_bias_group = "/step_bias";

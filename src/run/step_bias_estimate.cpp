@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "drover/base/text.hpp"
-#include "drover/physics/equations.hpp"
+#include "drover/measure/field_setting.hpp"
 #include "run/step_bias.hpp"
 
 namespace drover::run {
@@ -106,9 +106,9 @@ StepBiasEstimate of_exponent(const StepBiasEstimate& small, double small_varianc
             std::hypot(large.error / large_variance, small.error / small_variance) / (2.0 * log_ratio)};
 }
 
-void add_boxes(const measure::Summary& summary, StepBiases& biases) {
+void add_boxes(const std::vector<std::string>& densities, const measure::Summary& summary, StepBiases& biases) {
     for (const measure::BoxFamily& family : measure::box_families())
-        for (const std::string what : {"rod", "bead"}) {
+        for (const std::string& what : densities) {
             const std::string start = what + "_number";
             const auto variance = biases.of.find(start + "_variance" + family.ending);
             const auto row_of = [&](const char* result) {
@@ -132,8 +132,6 @@ void add_boxes(const measure::Summary& summary, StepBiases& biases) {
         }
 }
 
-/// Means that no state changes: the total and the number in a box, of a density that is conserved.
-bool is_exact(const std::string& row) { return row == "rod_number" || row == "bead_number"; }
 }  // namespace
 
 const StepBiasEstimate* StepBiases::find(const std::string& row, std::size_t component) const {
@@ -141,10 +139,11 @@ const StepBiasEstimate* StepBiases::find(const std::string& row, std::size_t com
     return found == of.end() || component >= found->second.size() ? nullptr : &found->second[component];
 }
 
-StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene,
-                       const measure::FieldSetting& setting, const measure::Summary& summary) {
+StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene, bool is_exact,
+                       const BiasedRows& measured, const measure::Summary& summary) {
     StepBiases biases;
-    if (!physics::is_nonlinear(physics::Equations(scene.model))) {
+    for (const std::string& density : measured.densities) biases.exact.push_back(density + "_number");
+    if (is_exact) {
         biases.is_exact = true;
         biases.missing = "exact";
         return biases;
@@ -157,13 +156,9 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
                               steps = archive.read(group + "/steps").values,
                               late = archive.read(group + "/late").values,
                               early = archive.read(group + "/early").values;
-    measure::FieldSetting measured = setting;
-    measured.terms.reset();
-    measured.watches_error = false;
-    const measure::Observables<measure::FieldMoment> rows = measure::field_observables(measured);
     std::size_t size = 0;
-    for (const auto& row : rows) size += measure::size_of(row.axes);
-    const bool noisy = physics::has_noise(scene.model.noise);
+    for (const BiasedRows::Row& row : measured.rows) size += row.values;
+    const bool noisy = io::has_noise(scene);
     const double warm_up = static_cast<double>(summary.warm_up) *
                            (scene.output.sample_every > 0.0 ? scene.output.sample_every : scene.time.end);
     Differences differences;
@@ -181,14 +176,13 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
     else differences.shares.assign(differences.times.size(), 0.0);
     const double unseen = noisy ? 1.0 : unseen_error(archive, warm_up, differences);
     std::size_t first = 0;
-    for (const auto& row : rows) {
-        const std::size_t values = measure::size_of(row.axes);
-        const measure::SummaryRow* summarised = measure::find_row(summary, row.name);
-        if (row.name.starts_with("spectral_tail_")) {  // of the grid, not of the model
+    for (const auto& [name, values] : measured.rows) {
+        const measure::SummaryRow* summarised = measure::find_row(summary, name);
+        if (name.starts_with("spectral_tail_")) {  // of the grid, not of the model
             first += values;
             continue;
         }
-        std::vector<StepBiasEstimate>& found = biases.of[row.name];
+        std::vector<StepBiasEstimate>& found = biases.of[name];
         for (std::size_t k = 0; k < values; ++k) {
             const measure::Estimate* estimate =
                 summarised && k < summarised->estimates.size() ? &summarised->estimates[k] : nullptr;
@@ -199,7 +193,7 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
         }
         first += values;
     }
-    add_boxes(summary, biases);
+    add_boxes(measured.densities, summary, biases);
     return biases;
 }
 
@@ -235,7 +229,8 @@ std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::
 
 std::string step_bias_text(const StepBiases& biases, const io::Scene& scene, const std::string& row,
                            std::size_t component, const measure::Estimate& estimate) {
-    if (biases.is_exact || is_exact(row)) return "exact";
+    if (biases.is_exact || std::find(biases.exact.begin(), biases.exact.end(), row) != biases.exact.end())
+        return "exact";
     if (!biases.missing.empty()) return "not measured";
     const StepBiasEstimate* found = biases.find(row, component);
     if (found == nullptr) return "not measured";

@@ -378,6 +378,7 @@ void add_table_left(const files::ArchiveReader& archive, const io::Scene& scene,
                     what, excess.samples, excess.worst, excess.time, nodes->front(), nodes->back()));
     }
 }
+}  // namespace
 
 void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
     const std::vector<double> errors = series_of(archive, "step_error"), times = series_of(archive, "time");
@@ -396,8 +397,7 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
         return;
     }
     // With noise the methods have order 1.5 to 2.
-    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
-    const double order = system.noise ? 1.5 : numerics::time_method(scene.time.stepper).order;
+    const double order = io::has_noise(scene) ? 1.5 : numerics::time_method(scene.time.stepper).order;
     constexpr double max_halvings = 20.0;  // of an error that is infinite
     const double halvings = std::min(max_halvings, std::ceil(std::log2(*worst / scene.time.max_error) / order));
     warnings.push_back(
@@ -409,7 +409,6 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
              scene.time.max_error, scene.time.dt * std::exp2(-halvings),
              order < 4.0 ? ", or time.stepper = \"etdrk4-krogstad\"" : ""));
 }
-}  // namespace
 
 std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
     std::vector<std::string> warnings =

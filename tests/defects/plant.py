@@ -50,9 +50,9 @@ DEFECTS = (
      "c * c * xx + 2.0 * c * sn * xy", "c * c * xx - 2.0 * c * sn * xy", ("physics",)),
     ("the reference density is frozen", "src/physics/field_evolution.cpp", "    if (rung == rung_) return;\n",
      "    if (rung == rung_ || rung != 0) return;\n", ("physics",)),
-    ("the step error adds a tenth of each step", "src/physics/step_error.cpp",
+    ("the step error adds a tenth of each step", "src/numerics/step_error.cpp",
      "w.driven.values[k] += w.drive.values[k];", "w.driven.values[k] += 0.1 * w.drive.values[k];", ("physics",)),
-    ("waves within a step are not seen", "src/physics/coarse_error.cpp", "constexpr double turn = 0.5;",
+    ("waves within a step are not seen", "src/numerics/coarse_error.cpp", "constexpr double turn = 0.5;",
      "constexpr double turn = 1e9;", ("physics",)),
     ("a mass is clipped", "src/model/point_functions.cpp", "const double over = 1.0 / mass[i];",
      "const double over = 1.0 / (mass[i] < 0.5 ? 0.5 : mass[i]);", ("physics",)),
@@ -83,9 +83,8 @@ DEFECTS = (
      "/ (8.0 * m[relaxation])", ("calibrate",)),
     ("a measured number is rounded away", "src/base/text.cpp", "std::log10(error * (1.0 + 1e-12)))) - 1;",
      "std::log10(error * (1.0 + 1e-12))));", ("base",)),
-    ("a restart forgets the division of a step", "src/physics/field_evolution.cpp",
-     "    stepper_.set_division(integer(values[1], 1, numerics::AdaptiveStepper::max_division));\n",
-     "    integer(values[1], 1, numerics::AdaptiveStepper::max_division);\n",
+    ("a restart forgets the division of a step", "src/numerics/watched_stepper.cpp",
+     "    stepper_.set_division(static_cast<int>(division));\n", "",
      ("physics", "app.test_step_error", "app.test_same_bytes")),
 )
 

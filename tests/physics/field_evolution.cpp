@@ -59,7 +59,8 @@ Evolved evolve(const Case& run) {
     evolution.start(state);
     const auto steps = static_cast<std::int64_t>(std::lround(run.end / run.control.dt));
     for (std::int64_t step = 0; step < steps; ++step) evolution.advance(step, state);
-    return {std::move(state), evolution.count(), evolution.division(), evolution.reference_changes(), evolution.save()};
+    return {std::move(state), evolution.stepper().count(), evolution.stepper().division(),
+            evolution.reference_changes(), evolution.save()};
 }
 
 Evolved reference_of(Case scene) {
@@ -144,7 +145,7 @@ std::vector<double> deviations_from_linear_theory(const Case& scene, numerics::S
                 }
             }
     }
-    count = evolution.count();
+    count = evolution.stepper().count();
     std::vector<double> result;
     for (std::size_t band = 0; band < bands.size(); ++band)
         result.push_back((sums[band] - numbers[band]) / std::sqrt(variances[band]));
@@ -264,12 +265,12 @@ TEST(FieldEvolution, a_restored_evolution_continues_bit_for_bit_while_the_divisi
         FieldEvolution second = evolution_of(scene, threads);
         second.restore(first.save());
         numerics::Spectra again = state;
-        const int division = first.division();
+        const int division = first.stepper().division();
         first.advance(step, state);
         second.advance(step, again);
         ASSERT_EQ(state.values, again.values) << step;
         ASSERT_EQ(first.save(), second.save()) << step;
-        if (first.division() != division) ++changes;
+        if (first.stepper().division() != division) ++changes;
     }
     EXPECT_GT(changes, 2);
     EXPECT_GT(first.reference_changes(), 0);

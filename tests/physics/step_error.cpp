@@ -1,5 +1,5 @@
 // tests/physics/step_error.cpp: the estimated error of the time steps beside the true one.
-#include "drover/physics/step_error.hpp"
+#include "drover/numerics/step_error.hpp"
 #include "drover/numerics/transform.hpp"
 
 #include <gtest/gtest.h>
@@ -83,7 +83,7 @@ private:
 
 struct Ended {
     numerics::Spectra state;
-    StepError::Relative estimate;
+    numerics::StepError::Relative estimate;
     Fluctuations fluctuations;
 };
 

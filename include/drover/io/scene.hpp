@@ -162,6 +162,9 @@ SourceLocation location_of(const Scene& scene, const std::string& key);
 /// Throws an input Error, at the key, when keys are inconsistent.
 void check(const Scene& scene);
 
+/// Whether some field of a scene of fields has noise.
+bool has_noise(const Scene& scene);
+
 /// A duration in steps of time.dt; throws an input Error at `key` when it is not an integer number of steps.
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration);
 

@@ -30,7 +30,7 @@ struct FieldMoment {
     const numerics::Spectra* velocity = nullptr;        ///< of the beads, two components; null when the form has none
     const numerics::Fields* slaved_velocity = nullptr;  ///< the same on the grid, where `fields` does not hold it
     std::optional<physics::EnergyBudget> energy = {};   ///< when it is measured
-    double step_error = 0.0;                            ///< as physics::StepError estimates it
+    double step_error = 0.0;                            ///< as numerics::StepError estimates it
     ModePowers powers = mode_powers(setting, spectra, velocity);
 };
 

@@ -26,7 +26,9 @@ struct ModelSetting {
     std::vector<MeasuredField> fields;
     std::vector<model::StateComponent> components;
 };
-ModelSetting make_model_setting(const model::Equations& equations, const numerics::Grid& grid, int degree);
+/// watches_error: the run estimates the error of its time steps.
+ModelSetting make_model_setting(const model::Equations& equations, const numerics::Grid& grid, int degree,
+                                bool watches_error = false);
 
 /// |a_q|^2 of each stored mode: of a scalar `along` alone; of a spin m its parts along and across q, cos(m theta) F_1 +
 /// sin(m theta) F_2 and -sin(m theta) F_1 + cos(m theta) F_2, theta the angle of q.
@@ -39,6 +41,7 @@ struct ModelMoment {
     const ModelSetting& setting;
     const numerics::Spectra& spectra;
     const numerics::Fields& fields;
+    double step_error = 0.0;  ///< as numerics::StepError estimates it
     std::vector<FieldPowers> powers = powers_of(setting, spectra);
 
     static std::vector<FieldPowers> powers_of(const ModelSetting& setting, const numerics::Spectra& spectra);

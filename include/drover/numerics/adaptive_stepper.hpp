@@ -23,7 +23,7 @@ struct StepControl {
     std::string method;         ///< name of a TimeMethod
     double dt = 0.0;            ///< [s]
     double tolerance = 0.0;     ///< largest relative error of a part; 0: dt is never divided
-    bool watches_error = true;  ///< whether the run estimates the error that its steps make: physics::StepError
+    bool watches_error = true;  ///< whether the run estimates the error that its steps make: numerics::StepError
 };
 
 /// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  With

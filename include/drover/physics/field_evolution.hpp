@@ -5,9 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "drover/numerics/adaptive_stepper.hpp"
+#include "drover/numerics/watched_stepper.hpp"
 #include "drover/physics/right_hand_side.hpp"
-#include "drover/physics/step_error.hpp"
 
 namespace drover::physics {
 
@@ -35,16 +34,13 @@ public:
     const Equations& equations() const { return equations_; }
     /// The linear part about the uniform state of the model.
     const numerics::System& system() const { return linear_; }
-    const numerics::StepCount& count() const { return stepper_.count(); }
-    int division() const { return stepper_.division(); }  ///< current number of substeps per dt
-    double last_step() const { return stepper_.last_step(); }
+    const numerics::AdaptiveStepper& stepper() const { return stepper_.stepper(); }
     std::int64_t reference_changes() const { return changes_; }
 
     /// The estimated error of the time steps so far; none of a linear model, which is exact.
-    StepError::Relative step_error() const { return error_ ? error_->largest() : StepError::Relative{}; }
-
+    numerics::StepError::Relative step_error() const { return stepper_.step_error(); }
     /// The error of the fields where it is known with its phases: see StepError::known().
-    std::optional<numerics::Spectra> known_error() const { return error_ ? error_->known() : std::nullopt; }
+    std::optional<numerics::Spectra> known_error() const { return stepper_.known_error(); }
 
     /// Begins anew with the reference of another evolution of the same equations.
     void follow(const FieldEvolution& other);
@@ -60,10 +56,11 @@ private:
         std::shared_ptr<RightHandSide> remainder;  // nullptr: every term is linear
     };
     Split split_at(int rung) const;
+    numerics::ErrorEquations::OnGrid equations_on_grid(int rung) const;
+    numerics::ErrorEquations watched() const;
     void set_reference(int rung);
     Extremes moving_extremes() const;
     void follow_beads(const Extremes& extremes);
-    void measure_error(std::int64_t step, const numerics::Spectra& state);
 
     Equations equations_;
     numerics::Grid grid_;
@@ -71,10 +68,7 @@ private:
     Threads& threads_;
     numerics::System linear_;
     Split split_;
-    numerics::AdaptiveStepper stepper_;
-    std::optional<StepError> error_;
-    numerics::Spectra before_;  // the state before a step that is repeated in halves
-    std::int64_t next_check_ = 0;
+    numerics::WatchedStepper stepper_;
     int rung_ = 0;
     std::int64_t changes_ = 0;
 };

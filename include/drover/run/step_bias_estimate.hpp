@@ -7,7 +7,7 @@
 
 #include "drover/files/archive_reader.hpp"
 #include "drover/io/scene.hpp"
-#include "drover/measure/fields.hpp"
+#include "drover/measure/summary.hpp"
 
 namespace drover::run {
 
@@ -19,14 +19,26 @@ struct StepBiasEstimate {
 
 struct StepBiases {
     bool is_exact = false;                                    ///< every term is linear: no step makes an error
+    std::vector<std::string> exact;                           ///< rows that no state changes: conserved numbers
     std::string missing;                                      ///< why there are none; else ""
     std::map<std::string, std::vector<StepBiasEstimate>> of;  ///< by row of the summary, for each of its estimates
     const StepBiasEstimate* find(const std::string& row, std::size_t component) const;
 };
 
+/// The observables of a run of which differences are recorded.
+struct BiasedRows {
+    struct Row {
+        std::string name;
+        std::size_t values = 1;
+    };
+    std::vector<Row> rows;
+    std::vector<std::string> densities;  ///< "rod": those that are counted in boxes
+};
+
 /// From what the archive of a run of fields has recorded, for the rows of its summary.
-StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene,
-                       const measure::FieldSetting& setting, const measure::Summary& summary);
+/// is_exact: every term is linear.
+StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene, bool is_exact,
+                       const BiasedRows& measured, const measure::Summary& summary);
 
 /// Of results that are wrong by more than a tenth, beyond their uncertainties: one warning at most.
 std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::Scene& scene,

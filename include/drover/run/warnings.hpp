@@ -25,4 +25,7 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene);
 /// a restart, drover info.
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene);
 
+/// Of a run of fields whose estimated error has exceeded time.max_error.
+void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings);
+
 }  // namespace drover::run

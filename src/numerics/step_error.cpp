@@ -1,5 +1,5 @@
-// physics/step_error.cpp: the tangent equations of the fields on a coarse grid, driven by measured local errors.
-#include "drover/physics/step_error.hpp"
+// numerics/step_error.cpp: the tangent equations of the fields on a coarse grid, driven by measured local errors.
+#include "drover/numerics/step_error.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,17 +12,11 @@
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/wavenumbers.hpp"
-#include "drover/physics/right_hand_side.hpp"
-#include "drover/physics/stability_rows.hpp"
-#include "physics/coarse_error.hpp"
+#include "numerics/coarse_error.hpp"
 
-namespace drover::physics {
+namespace drover::numerics {
 
 namespace {
-using numerics::Complex;
-using numerics::Grid;
-using numerics::Spectra;
-
 /// At most this many steps of the run in one of the error, which costs four right-hand sides on the coarse grid.  Fewer
 /// where the explicit terms change the error by more than 0.3: the error of advected waves would grow by itself.
 constexpr std::int64_t max_stride = 8;
@@ -37,9 +31,8 @@ constexpr double random_errors = 0.7;
 }  // namespace
 
 struct StepError::Work {
-    Equations equations;
+    ErrorEquations equations;
     Grid fine, coarse;
-    Dealiasing dealiasing;
     double dt;
     bool divides;
     std::int64_t stride = 1, since = 0;  // steps of the run in one of the error, and since its last
@@ -50,19 +43,18 @@ struct StepError::Work {
     std::vector<FastWave> waves;                 // without noise
     std::vector<double> wave_local, wave_error;  // as error.values: the last local error, and the sum of all so far
     Spectra rate_before;                         // the explicit terms at the start of a step that is repeated in halves
-    std::optional<numerics::Stepper> turn;       // the linear part alone, over a part of a step
+    std::optional<Stepper> turn;                 // the linear part alone, over a part of a step
     Spectra state, error, shifted, rate;
     Spectra state_rate;                // N(a) of the state, at state_time if that is a time
     std::optional<double> state_time;  // both stages of a step of the error share N(a): the state is held in it
     Spectra drive, driven;  // the local error, without noise per time, and its sum over the steps since the last
-    std::shared_ptr<RightHandSide> remainder;
-    numerics::System system;
-    std::map<double, numerics::Stepper> steppers;  // by their steps over dt: a stride, or one over a number of parts
-    bool noisy = false;
+    decltype(System::nonlinear) remainder;  // N
+    System system;
+    std::map<double, Stepper> steppers;  // by their steps over dt: a stride, or one over a number of parts
+    bool noisy;
 
-    Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt,
-         bool the_divides);
-    void set_reference(const Reference& about);
+    Work(const ErrorEquations& the_equations, const Grid& grid, double the_dt, bool the_divides);
+    void set_equations();
     void perturbation_rate(double t, const Spectra& perturbation, Spectra& out);
     double size_of(const Spectra& spectra, const Grid& grid, const FieldSize& field) const;
     void measure_fluctuations(const Spectra& fine_fields);
@@ -73,7 +65,7 @@ struct StepError::Work {
     double growth() const;
     double size_without_phase(const FieldSize& field) const;
     void sample(const Spectra& fine_fields);
-    numerics::Stepper& stepper(double steps);
+    Stepper& stepper(double steps);
     void evolve(std::int64_t step);
     void add_unresolved_waves(const Spectra& after);
     void add_random_errors(std::int64_t step, std::uint64_t number);
@@ -81,38 +73,28 @@ struct StepError::Work {
     void bound();
 };
 
-StepError::Work::Work(const Equations& the_equations, const Grid& grid, const Dealiasing& the_dealiasing, double the_dt,
-                      bool the_divides)
+StepError::Work::Work(const ErrorEquations& the_equations, const Grid& grid, double the_dt, bool the_divides)
     : equations(the_equations),
       fine(grid),
-      coarse{coarse_points(grid.nx), coarse_points(grid.ny), grid.lx, grid.ly},
-      dealiasing(the_dealiasing),
+      coarse(coarse_grid(grid, the_equations.noisy ? 1 : the_equations.degree, the_equations.shortest)),
       dt(the_dt),
-      divides(the_divides) {
-    const Form& form = equations.form;
-    const int degree = kept_degree(equations, dealiasing);
-    noisy = has_noise(equations.model.noise);
-    shared = shared_modes(coarse, noisy ? 1 : degree, fine, degree);
-    sampled = noisy ? sampled_modes(coarse, fine, degree) : shared;
-    const auto add = [&](int first, int count, const char* name) {
-        if (first >= 0) fields.push_back({.first = first, .count = count, .name = name});
-    };
-    add(form.bead_density, 1, "bead_density");
-    add(form.rod_density, 1, "rod_density");
-    add(form.bead_velocity, 2, "bead_velocity");
-    add(form.polar_order, 2, "polar_order");
-    state = Spectra(coarse, numerics::components(layout(form)));
+      divides(the_divides),
+      noisy(the_equations.noisy) {
+    shared = shared_modes(coarse, noisy ? 1 : equations.degree, fine, equations.degree);
+    sampled = noisy ? sampled_modes(coarse, fine, equations.degree) : shared;
+    for (const ErrorEquations::Field& field : equations.fields)
+        fields.push_back({.first = field.first, .count = field.components, .name = field.name});
+    set_equations();
+    state = Spectra(coarse, components(system.layout));
     error = shifted = rate = state_rate = drive = driven = state;
     wave_local.resize(error.values.size());
     wave_error.resize(error.values.size());
-    set_reference(reference(equations.model.uniform));
 }
 
-void StepError::Work::set_reference(const Reference& about) {
-    system = linear_system(equations, coarse, about, noisy ? Dealiasing{.rule = "none"} : dealiasing);
-    remainder = std::make_shared<RightHandSide>(equations, system, about, one);
-    system.set_step = [split = remainder](double length) { split->set_step(length); };
+void StepError::Work::set_equations() {
+    system = equations.on_grid(coarse, noisy);
     system.noise = {};
+    remainder = std::move(system.nonlinear);
     system.nonlinear = [this](double t, const Spectra& perturbation, Spectra& out) {
         perturbation_rate(t, perturbation, out);
     };
@@ -126,15 +108,19 @@ void StepError::Work::set_reference(const Reference& about) {
         for (FastWave& wave : waves) wave.is_unresolved = false;
     turn.reset();
     if (!waves.empty()) {
-        numerics::System linear = system;
+        System linear = system;
         linear.nonlinear = {};
-        turn.emplace(linear, numerics::stepper_table("etdrk2"), dt / 4.0, 0, one);
+        turn.emplace(linear, stepper_table("etdrk2"), dt / 4.0, 0, one);
     }
-    const numerics::Block rates = system.linear(cut).even;
-    for (int k = 0; k < rates.size; ++k) {
-        const double kept = std::exp(rates(k, k) * dt * (noisy ? 2.0 : 1.0));
-        fields[static_cast<std::size_t>(k)].memory = kept < 1.0 ? 1.0 / (1.0 - kept) : INFINITY;
-    }
+    const IsotropicBlocks rates = system.linear(cut);
+    const BlockParts parts = block_parts(system.layout);
+    for (const auto& [block, members] : {std::pair{&rates.even, &parts.even}, std::pair{&rates.odd, &parts.odd}})
+        for (int k = 0; k < block->size; ++k)
+            for (FieldSize& field : fields) {
+                if (field.first != (*members)[static_cast<std::size_t>(k)].component) continue;
+                const double kept = std::exp((*block)(k, k) * dt * (noisy ? 2.0 : 1.0));
+                field.memory = kept < 1.0 ? 1.0 / (1.0 - kept) : INFINITY;
+            }
 }
 
 /// N(a + e) - N(a), plus the local errors.  A small e is enlarged for the difference: its digits would be lost.
@@ -146,12 +132,12 @@ void StepError::Work::perturbation_rate(double t, const Spectra& perturbation, S
     const double enlarged = std::max(1.0, 1e-5 / relative);
     try {
         if (!state_time) {
-            (*remainder)(t, state, state_rate);
+            remainder(t, state, state_rate);
             state_time = t;
         }
         for (std::size_t k = 0; k < out.values.size(); ++k)
             shifted.values[k] = state.values[k] + enlarged * perturbation.values[k];
-        (*remainder)(*state_time, shifted, rate);
+        remainder(*state_time, shifted, rate);
         for (std::size_t k = 0; k < out.values.size(); ++k) {
             rate.values[k] = (rate.values[k] - state_rate.values[k]) / enlarged;
             out.values[k] += rate.values[k];
@@ -164,11 +150,10 @@ void StepError::Work::perturbation_rate(double t, const Spectra& perturbation, S
 }
 
 double StepError::Work::size_of(const Spectra& spectra, const Grid& grid, const FieldSize& field) const {
-    const std::size_t width = numerics::columns(grid);
+    const std::size_t width = columns(grid);
     double sum = 0.0;
     for (int c = field.first; c < field.first + field.count; ++c)
-        for (std::size_t m = 0; m < spectra.size; ++m)
-            sum += numerics::mode_weight(grid, m % width) * std::norm(spectra[c][m]);
+        for (std::size_t m = 0; m < spectra.size; ++m) sum += mode_weight(grid, m % width) * std::norm(spectra[c][m]);
     return std::sqrt(sum);
 }
 
@@ -194,7 +179,7 @@ double StepError::Work::wave_size(const FieldSize& field) const {
     double sum = 0.0;
     for (int c = field.first; c < field.first + field.count; ++c)
         for (const FastWave& wave : waves)
-            sum += numerics::mode_weight(coarse, wave.mode % numerics::columns(coarse)) *
+            sum += mode_weight(coarse, wave.mode % columns(coarse)) *
                    std::pow(wave_error[static_cast<std::size_t>(c) * error.size + wave.mode], 2.0);
     return std::sqrt(sum);
 }
@@ -225,16 +210,15 @@ void StepError::Work::add_random_errors(std::int64_t step, std::uint64_t number)
 }
 
 void StepError::Work::leave_out_direction() {
-    const int p = equations.form.polar_order;
+    if (!noisy || equations.turning.empty()) return;
+    const int p = equations.turning.front();
     const double px = state[p][0].real(), py = state[p + 1][0].real(), size = std::hypot(px, py);
-    if (!noisy || size == 0.0) return;
-    const auto leave_out = [&](int c) {
+    if (size == 0.0) return;
+    for (const int c : equations.turning) {
         const double across = (error[c + 1][0].real() * px - error[c][0].real() * py) / size;
         error[c][0] += across * py / size;
         error[c + 1][0] -= across * px / size;
-    };
-    leave_out(p);
-    if (equations.form.bead_velocity >= 0) leave_out(equations.form.bead_velocity);
+    }
 }
 
 /// An error as large as the fields says only that they are unrelated; it must not overflow.
@@ -244,13 +228,15 @@ void StepError::Work::bound() {
     for (Complex& value : error.values) value = std::isfinite(relative) ? value / relative : Complex(0.0);
 }
 
-StepError::StepError(const Equations& equations, const Grid& grid, const Dealiasing& dealiasing, double dt,
-                     bool divides)
-    : work_(std::make_unique<Work>(equations, grid, dealiasing, dt, divides)) {}
+StepError::StepError(const ErrorEquations& equations, const Grid& grid, double dt, bool divides)
+    : work_(std::make_unique<Work>(equations, grid, dt, divides)) {}
 StepError::~StepError() = default;
 StepError::StepError(StepError&&) noexcept = default;
 
-void StepError::set_reference(const Reference& about) { work_->set_reference(about); }
+void StepError::set_equations(const ErrorEquations::OnGrid& on_grid) {
+    work_->equations.on_grid = on_grid;
+    work_->set_equations();
+}
 
 void StepError::add_local(const Spectra& local, const Spectra& fields) {
     Work& w = *work_;
@@ -291,7 +277,7 @@ void StepError::start_local(const Spectra& before) {
     w.sample(before);
     if (w.rate_before.size == 0) w.rate_before = w.state;
     try {
-        (*w.remainder)(0.0, w.state, w.rate_before);
+        w.remainder(0.0, w.state, w.rate_before);
     } catch (const Error&) {  // a density that only the fine grid resolves
         w.rate_before = Spectra();
     }
@@ -303,7 +289,7 @@ void StepError::Work::add_unresolved_waves(const Spectra& after) {
     if (waves.empty() || rate_before.size == 0) return;
     sample(after);
     try {
-        (*remainder)(0.0, state, rate);
+        remainder(0.0, state, rate);
     } catch (const Error&) {
         return;
     }
@@ -320,11 +306,10 @@ void StepError::Work::add_unresolved_waves(const Spectra& after) {
     }
 }
 
-numerics::Stepper& StepError::Work::stepper(double steps) {
+Stepper& StepError::Work::stepper(double steps) {
     const auto found = steppers.find(steps);
     if (found != steppers.end()) return found->second;
-    return steppers.emplace(steps, numerics::Stepper(system, numerics::stepper_table("etdrk2"), steps * dt, 0, one))
-        .first->second;
+    return steppers.emplace(steps, Stepper(system, stepper_table("etdrk2"), steps * dt, 0, one)).first->second;
 }
 
 /// The error over the steps since it last evolved, in as many parts as its explicit terms need.
@@ -479,4 +464,4 @@ void StepError::restore(std::span<const double> values) {
         }
 }
 
-}  // namespace drover::physics
+}  // namespace drover::numerics

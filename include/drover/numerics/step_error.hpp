@@ -1,42 +1,58 @@
-// physics/step_error.hpp: a running estimate of the error that the time step makes in the fields.
+// numerics/step_error.hpp: a running estimate of the error that the time step makes in the fields.
 #pragma once
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "drover/numerics/field.hpp"
-#include "drover/physics/linear_theory.hpp"
+#include "drover/numerics/system.hpp"
 
-namespace drover::physics {
+namespace drover::numerics {
+
+/// The equations of a run, as the estimate needs them.
+struct ErrorEquations {
+    struct Field {
+        int first = 0, components = 1;  ///< in a state
+        std::string name;
+    };
+    /// L and N on a grid, without noise; keeps_all: all modes of the grid, those too that products would need to be 0.
+    using OnGrid = std::function<System(const Grid& grid, bool keeps_all)>;
+
+    std::vector<Field> fields;
+    OnGrid on_grid;
+    int degree = 1;  ///< as System::degree of the run
+    bool noisy = false;
+    double shortest = 0.0;  ///< wavenumber [1/mm] up to which the error needs modes of its own: those that are unstable
+    /// First components of vectors that noise turns together without limit, in the direction of the mean of the first:
+    /// errors of that direction change no mean, and are left out.
+    std::vector<int> turning = {};
+};
 
 /// The distance of the computed fields from the exact solution of the discretised equations from the same start, with
 /// noise on the same path.  Now and then the caller repeats a step in halves and adds the difference; in between, the
 /// error evolves as a small perturbation of the fields does, d_t e = L e + N(a + e) - N(a), on fewer points: it grows
 /// where they are unstable and decays where they relax.  Its part beyond those points is taken to grow as the rest, but
-/// to persist no longer than a linear mode at their cut.  Under noise the direction of a free flock diffuses without
-/// limit and changes no mean: errors of the direction of the mean order are left out.  It is good to a factor of about
-/// 3 (tests/bench/step_error).
+/// to persist no longer than a linear mode at their cut.  It is good to a factor of about 3 (tests/bench/step_error).
 class StepError {
 public:
     /// `divides`: a tolerance divides dt, so that waves may turn within it and be resolved all the same.
-    StepError(const Equations& equations, const numerics::Grid& grid, const Dealiasing& dealiasing, double dt,
-              bool divides = false);
+    StepError(const ErrorEquations& equations, const Grid& grid, double dt, bool divides = false);
     ~StepError();
     StepError(StepError&&) noexcept;
 
-    /// The linear part about another reference.
-    void set_reference(const Reference& about);
+    /// The same equations with another linear part.
+    void set_equations(const ErrorEquations::OnGrid& on_grid);
 
     /// Called with the fields before a step whose local error add_local() will add.
-    void start_local(const numerics::Spectra& before);
+    void start_local(const Spectra& before);
 
     /// `local`: the error of the step that led to `state`, also that of each step up to the next call.
-    void add_local(const numerics::Spectra& local, const numerics::Spectra& state);
+    void add_local(const Spectra& local, const Spectra& state);
 
     /// Called with the fields after each step; `step`: the number of steps so far.
-    void advance(std::int64_t step, const numerics::Spectra& state);
+    void advance(std::int64_t step, const Spectra& state);
 
     /// The error of a field, of all steps so far, relative to its fluctuation: the root mean square of its deviation
     /// from its mean over the cell and over time, or of that over the cell now if larger, and at least 1e-5 of the
@@ -51,7 +67,7 @@ public:
 
     /// The error on the grid of the fields; none where a part of it without known phases is larger, or where it is
     /// half of the fluctuation of a field, so that it has no definite effect.
-    std::optional<numerics::Spectra> known() const;
+    std::optional<Spectra> known() const;
 
     /// Its state, for checkpoints.
     std::vector<double> save() const;
@@ -63,4 +79,4 @@ private:
     std::unique_ptr<Work> work_;
 };
 
-}  // namespace drover::physics
+}  // namespace drover::numerics

@@ -1,4 +1,4 @@
-// physics/coarse_error.hpp: the coarse grid on which the error of the time steps evolves, and the sizes of fields.
+// numerics/coarse_error.hpp: the coarse grid on which the error of the time steps evolves, and the sizes of fields.
 #pragma once
 #include <array>
 #include <cmath>
@@ -8,10 +8,14 @@
 #include "drover/numerics/grid.hpp"
 #include "drover/numerics/system.hpp"
 
-namespace drover::physics {
+namespace drover::numerics {
 
 /// Points along an axis on which the error evolves.
 int coarse_points(int points);
+
+/// The grid on which the error evolves: with modes up to the wavenumber `shortest` [1/mm] on both axes, of the degree
+/// of the products, where the fine grid has them.
+Grid coarse_grid(const Grid& fine, int degree, double shortest);
 
 struct ModePair {
     std::size_t coarse, fine;
@@ -19,13 +23,12 @@ struct ModePair {
 };
 
 /// The modes of the coarse grid, but those that the fine grid does not keep.
-std::vector<ModePair> shared_modes(const numerics::Grid& coarse, int coarse_degree, const numerics::Grid& fine,
-                                   int fine_degree);
+std::vector<ModePair> shared_modes(const Grid& coarse, int coarse_degree, const Grid& fine, int fine_degree);
 
 /// The sum of all modes of the fine grid that look like one of the coarse grid at its points: the values of the fields
 /// there.  Without the fluctuations that noise gives to short waves the error would relax otherwise: b |p|^2 would be
 /// too small.
-std::vector<ModePair> sampled_modes(const numerics::Grid& coarse, const numerics::Grid& fine, int fine_degree);
+std::vector<ModePair> sampled_modes(const Grid& coarse, const Grid& fine, int fine_degree);
 
 /// A mode of the coarse grid whose phase turns within a step: errors of a constant drive would cancel, while those of
 /// its own steps turn with it and add up.
@@ -36,7 +39,7 @@ struct FastWave {
 };
 
 /// The fast waves of a linear system on a grid.
-std::vector<FastWave> fast_waves(const numerics::System& system, const numerics::Grid& grid, int degree, double dt);
+std::vector<FastWave> fast_waves(const System& system, const Grid& grid, int degree, double dt);
 
 /// One field: a scalar, or both components of a vector.
 struct FieldSize {
@@ -63,4 +66,4 @@ struct FieldSize {
 };
 inline double ratio(double error, double scale) { return error == 0.0 ? 0.0 : scale > 0.0 ? error / scale : INFINITY; }
 
-}  // namespace drover::physics
+}  // namespace drover::numerics

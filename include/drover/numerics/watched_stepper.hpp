@@ -1,0 +1,53 @@
+// numerics/watched_stepper.hpp: an adaptive stepper with an estimate of the error that its steps make in the fields.
+#pragma once
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "drover/numerics/adaptive_stepper.hpp"
+#include "drover/numerics/step_error.hpp"
+
+namespace drover::numerics {
+
+/// Its internal state, besides the fields: the division of dt, the history of its method and the error so far.
+class WatchedStepper {
+public:
+    /// watched: of control.watches_error and a system with N alone; nothing: the error is not estimated.
+    WatchedStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads,
+                   const std::optional<ErrorEquations>& watched);
+
+    /// The same equations with another linear part; the error evolves by `on_grid`.
+    void set_system(System system, const ErrorEquations::OnGrid& on_grid);
+
+    /// From step to step + 1 of dt.  Throws as AdaptiveStepper::advance.
+    void advance(std::int64_t step, Spectra& state);
+    /// Called after each advance() with what it made: the error so far.  Throws a run Error where a single step makes
+    /// an error as large as half of a field.
+    void watch(std::int64_t step, const Spectra& state);
+
+    /// Begins anew from other fields: without a history, with dt whole.
+    void begin_anew();
+
+    const AdaptiveStepper& stepper() const { return stepper_; }
+    bool watches() const { return error_.has_value(); }
+
+    /// The estimated error of the time steps so far; 0 where it is not estimated.
+    StepError::Relative step_error() const { return error_ ? error_->largest() : StepError::Relative{}; }
+    /// The error of the fields where it is known with its phases: see StepError::known().
+    std::optional<Spectra> known_error() const { return error_ ? error_->known() : std::nullopt; }
+
+    /// The values that a checkpoint stores besides the fields; restored for the present system.
+    std::vector<double> save() const;
+    void restore(std::span<const double> values);
+
+private:
+    void measure_error(std::int64_t step, const Spectra& state);
+
+    AdaptiveStepper stepper_;
+    std::optional<StepError> error_;
+    Spectra before_;  // the state before a step that is repeated in halves
+    std::int64_t next_check_ = 0;
+    bool is_checked_ = false;  // the last step
+};
+
+}  // namespace drover::numerics

@@ -1,0 +1,96 @@
+// numerics/coarse_error.cpp: modes that a coarse and a fine grid share.
+#include "numerics/coarse_error.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "drover/numerics/block.hpp"
+#include "drover/numerics/wavenumbers.hpp"
+
+namespace drover::numerics {
+
+int coarse_points(int points) {
+    if (points >= 256) return points / 16 * 2;
+    if (points >= 64) return points / 8 * 2;
+    return std::min(points, 16);
+}
+
+Grid coarse_grid(const Grid& fine, int degree, double shortest) {
+    const auto points = [&](int of_fine, double length) {
+        int result = coarse_points(of_fine);
+        while (result < of_fine && 2.0 * std::numbers::pi / length * result < (degree + 1) * shortest)
+            result = std::min(2 * result, of_fine);
+        return result;
+    };
+    return {points(fine.nx, fine.lx), points(fine.ny, fine.ly), fine.lx, fine.ly};
+}
+
+namespace {
+std::size_t place(const Grid& grid, int kx, int ky) {
+    return static_cast<std::size_t>(ky < 0 ? grid.ny + ky : ky) * columns(grid) + static_cast<std::size_t>(kx);
+}
+
+}  // namespace
+
+std::vector<ModePair> shared_modes(const Grid& coarse, int coarse_degree, const Grid& fine, int fine_degree) {
+    std::vector<ModePair> result;
+    for (std::size_t j = 0; j < static_cast<std::size_t>(coarse.ny); ++j)
+        for (std::size_t i = 0; i < columns(coarse); ++i) {
+            if (!is_kept(coarse, coarse_degree, i, j)) continue;
+            const std::size_t at = place(fine, static_cast<int>(i), mode_number_y(coarse, j));
+            if (is_kept(fine, fine_degree, i, at / columns(fine))) result.push_back({j * columns(coarse) + i, at});
+        }
+    return result;
+}
+
+std::vector<ModePair> sampled_modes(const Grid& coarse, const Grid& fine, int fine_degree) {
+    std::vector<ModePair> result;
+    const auto folded = [](int k, int points) {
+        const int rest = ((k % points) + points) % points;
+        return 2 * rest > points ? rest - points : rest;
+    };
+    for (std::size_t j = 0; j < static_cast<std::size_t>(fine.ny); ++j)
+        for (std::size_t i = 0; i < columns(fine); ++i) {
+            if (!is_kept(fine, fine_degree, i, j)) continue;
+            const int kx = static_cast<int>(i), ky = mode_number_y(fine, j);
+            for (const int sign : {1, -1}) {
+                if (sign < 0 && kx == 0) continue;  // its conjugate is stored
+                const int to_x = folded(sign * kx, coarse.nx), to_y = folded(sign * ky, coarse.ny);
+                const bool is_nyquist =
+                    (coarse.nx > 1 && 2 * to_x == coarse.nx) || (coarse.ny > 1 && 2 * to_y == coarse.ny);
+                if (to_x >= 0 && !is_nyquist)
+                    result.push_back({place(coarse, to_x, to_y), j * columns(fine) + i, sign < 0});
+            }
+        }
+    return result;
+}
+
+namespace {
+/// The largest rate and frequency; of the odd block where it oscillates.
+void see_rates(const IsotropicBlocks& linear, double& rate, double& frequency) {
+    for (const Block* block : {&linear.even, &linear.odd})
+        for (const std::complex<double> s : eigenvalues(*block)) {
+            if (block == &linear.odd && s.imag() == 0.0) continue;
+            rate = std::max(rate, s.real());
+            frequency = std::max(frequency, std::abs(s.imag()));
+        }
+}
+}  // namespace
+
+std::vector<FastWave> fast_waves(const System& system, const Grid& grid, int degree, double dt) {
+    constexpr double turn = 0.5;  // radians a step
+    const DistinctWavenumbers wavenumbers = distinct_wavenumbers(grid, degree);
+    std::vector<double> rate(wavenumbers.q.size(), -INFINITY), frequency(wavenumbers.q.size());
+    for (std::size_t n = 0; n < wavenumbers.q.size(); ++n)
+        see_rates(system.linear(wavenumbers.q[n]), rate[n], frequency[n]);
+    std::vector<FastWave> result;
+    for (std::size_t mode = 0; mode < wavenumbers.of_mode.size(); ++mode) {
+        if (wavenumbers.of_mode[mode] < 0) continue;
+        const auto n = static_cast<std::size_t>(wavenumbers.of_mode[mode]);
+        if (frequency[n] * dt > turn)
+            result.push_back({mode, std::min(1.0, std::exp(rate[n] * dt)), frequency[n] * dt > 2.0});
+    }
+    return result;
+}
+
+}  // namespace drover::numerics

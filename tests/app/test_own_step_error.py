@@ -1,0 +1,103 @@
+"""tests/app/test_own_step_error.py: models of one's own tell the error of their time steps, as rods and beads do."""
+import json
+import re
+
+import h5py
+import numpy as np
+import pytest
+from support import MODELS, contents, drover, drover_json, settings
+
+SMALL = ["grid.nx=32", "grid.ny=32", "grid.lx=32.0", "grid.ly=32.0", "time.end=250.0", "output.frame_every=250.0",
+         "accuracy.effort=0.2"]
+# A cubic field with noise: its step of 0.5 s biases the variance by some per cent.
+CUBIC = """
+model = {name = "cubic"}
+field = [{symbol = "f", name = "height", noise = 1.0}]
+grid = {nx = 16, ny = 16, lx = 16.0, ly = 16.0}
+time = {dt = 0.5, end = 2000.0}
+output = {frame_every = 0.0, sample_every = 1.0}
+analysis = {warm_up = 50.0}
+accuracy = {effort = 0.2}
+[equations]
+f = "-f - f^3 + lap f"
+"""
+
+
+def errors(path):
+    with h5py.File(path) as file:
+        return file["observables/time"][:], file["observables/step_error"][:]
+
+
+def test_the_error_of_equations_of_ones_own_is_that_of_the_built_in_ones(tmp_path):
+    built_in, own = (drover_json(tmp_path, "run", MODELS / f"{name}.toml", "-o", f"{name}.h5", "-q", *settings(SMALL))
+                     for name in ("flock", "flock-as-equations"))
+    found, expected = errors(tmp_path / "flock-as-equations.h5")[1], errors(tmp_path / "flock.h5")[1]
+    # The same method on the same equations.  The fields agree to about 1e-12, and the error of a step is the difference
+    # of fields that agree to 1e-7: 1e-5 of it is rounding, which differences of rates enlarge.
+    assert expected.max() > 1e-3 and np.abs(found - expected).max() < 1e-3 * expected.max()
+    for of_own, of_built_in in (("rod_density", "rods"), ("bead_density", "beads"),
+                                ("polar_order_across", "order_across")):
+        one = own["results"][f"structure_factor_{of_own}"]["values"]
+        other = built_in["results"][f"structure_factor_{of_built_in}"]["values"]
+        resolved = [(a, b) for a, b in zip(one, other) if b["step_bias"] is not None]
+        assert len(resolved) >= 5
+        for a, b in resolved:
+            assert a["step_bias"] == pytest.approx(b["step_bias"], rel=1e-3, abs=1e-6 * b["mean"])
+
+
+def test_the_error_of_a_pattern_is_the_true_one_within_a_factor_of_three(tmp_path):
+    # Its waves are shorter than those of the grid on which errors of long waves evolve.
+    words = ["run", MODELS / "brusselator.toml", "-q",
+             *settings(["grid.nx=64", "grid.ny=64", "grid.lx=50.0", "grid.ly=50.0", "time.end=40.0",
+                        "output.frame_every=10.0"])]
+    drover(tmp_path, *words, "-o", "run.h5")
+    drover(tmp_path, *words, "-o", "fine.h5", "--set", "time.dt=0.0025", "--set", 'time.stepper="etdrk4-krogstad"')
+    times, found = errors(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5") as run, h5py.File(tmp_path / "fine.h5") as fine:
+        for frame in (2, 3, 4):
+            true = max(np.sqrt(np.mean((run[name][frame] - fine[name][frame]) ** 2)) / np.std(fine[name][frame])
+                       for name in ("activator", "inhibitor"))
+            told = found[np.argmin(np.abs(times - run["time"][frame]))]
+            assert true / 3.0 < told < 3.0 * true
+
+
+def test_a_long_step_is_reported_with_a_step_that_is_not(tmp_path):
+    words = ["run", MODELS / "swift-hohenberg.toml", "-q", *settings(["time.end=40.0"])]
+    told = drover_json(tmp_path, *words, "-o", "long.h5", "--set", "time.dt=2.0", "--set", "output.sample_every=2.0",
+                       "--set", "output.frame_every=0.0")
+    (warning,) = [one for one in told["warnings"] if one.startswith("time.dt")]
+    suggested = re.search(r"choose time.dt = ([0-9.e-]+)", warning)[1]
+    told = drover_json(tmp_path, *words, "-o", "short.h5", "--set", f"time.dt={suggested}", "--set",
+                       "output.sample_every=2.0", "--set", "output.frame_every=0.0")
+    assert not [one for one in told["warnings"] if one.startswith("time.dt")]
+
+
+def test_the_bias_of_each_number_of_a_noisy_model_is_within_its_uncertainty(tmp_path):
+    (tmp_path / "cubic.toml").write_text(CUBIC)
+    found = json.loads(drover(tmp_path, "run", "cubic.toml", "-o", "run.h5", "--json").stdout)["results"]
+    fine = json.loads(drover(tmp_path, "run", "cubic.toml", "-o", "fine.h5", "--json", "--set",
+                             "time.dt=0.0625").stdout)["results"]
+    right, resolved = 0, 0
+    for name, row in found.items():
+        for one, other in zip(row.get("values", [row]), fine[name].get("values", [fine[name]])):
+            if None in (one.get("step_bias"), one.get("step_bias_error"), one["error"], other["mean"]):
+                continue
+            resolved += 1
+            # Both runs follow one noise path, so that their difference scatters by less than the error of each.
+            right += abs(one["mean"] - other["mean"] - one["step_bias"]) <= 2.0 * one["step_bias_error"] + one["error"]
+    assert resolved > 15 and right >= 0.9 * resolved
+    variance = found["variance_height"]
+    assert abs(variance["step_bias"]) > 2.0 * variance["step_bias_error"]
+    assert re.search(r"variance_height .* [+-][0-9.]+ \+- [0-9.]+ %", drover(tmp_path, "info", "run.h5").stdout)
+
+
+def test_a_restart_within_a_piece_that_is_repeated_gives_the_same_bytes(tmp_path):
+    (tmp_path / "cubic.toml").write_text(CUBIC)
+    # Most of the run is repeated.
+    for name, end in (("whole", 300.0), ("parts", 151.0)):
+        drover(tmp_path, "run", "cubic.toml", "-q", "-o", name + ".h5",
+               *settings([f"time.end={end}", "accuracy.effort=2.0"]))
+    drover(tmp_path, "restart", "parts.h5", "-q", "--set", "time.end=300.0")
+    with h5py.File(tmp_path / "whole.h5") as file:
+        assert len(file["step_bias/steps"]) > 4
+    assert contents(tmp_path / "whole.h5") == contents(tmp_path / "parts.h5")
