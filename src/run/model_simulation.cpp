@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 
 #include "drover/measure/model_fields.hpp"
 #include "drover/numerics/block.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/numerics/watched_stepper.hpp"
-#include "drover/numerics/wavenumbers.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "numerics/coarse_error.hpp"
 #include "run/grid_run.hpp"
 #include "run/sample_recording.hpp"
 #include "run/start_file.hpp"
@@ -25,8 +26,10 @@ using numerics::Complex;
 /// and errors of a pattern that is not resolved would seem to grow without limit.
 double shortest_of_patterns(const model::Equations& equations, const numerics::Grid& grid, int degree) {
     const numerics::System system = equations.linear_system(grid, degree);
-    const std::vector<double> q = numerics::distinct_wavenumbers(grid, system.degree).q;
-    const double most = *std::max_element(q.begin(), q.end());
+    const auto cut = [&](int points, double length) {
+        return points > 1 ? 2.0 * std::numbers::pi / length * points / (system.degree + 1) : 0.0;
+    };
+    const double most = std::hypot(cut(grid.nx, grid.lx), cut(grid.ny, grid.ly));
     double shortest = 0.0;
     constexpr int looks = 400;
     for (int n = 1; n <= looks; ++n) {
@@ -275,9 +278,18 @@ double model_simulation_bytes(const io::Scene& scene) {
     const double explicit_part = spectra * (2.0 * transforms.inverse + 2.0 * transforms.forward);
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
     const bool has_twin = why_no_step_bias(scene).empty() && equations.has_noise() && equations.has_explicit_part();
+    double of_error = 0.0;
+    if (scene.time.max_error > 0.0 && equations.has_explicit_part()) {
+        const double shortest = shortest_of_patterns(equations, scene.grid, system.degree);
+        const numerics::Grid coarse =
+            numerics::coarse_grid(scene.grid, equations.has_noise() ? 1 : system.degree, shortest);
+        constexpr double states = 14.0;  // of the estimate and of the steps of the error
+        of_error = static_cast<double>(numerics::points(coarse)) / static_cast<double>(numerics::points(scene.grid)) *
+                   (explicit_part + states * count * spectra);
+    }
     return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers_bytes(system, scene.time, 2) +
            (has_twin ? 2.0 : 1.0) * explicit_part + (has_twin ? twin_stepper_bytes(system, scene.time) : 0.0) +
-           4.0 * count * spectra + 3.0 * count * reals;
+           of_error + 4.0 * count * spectra + 3.0 * count * reals;
 }
 
 }  // namespace drover::run
