@@ -147,12 +147,6 @@ int total_slope(GraphBuilder& graph, const std::vector<FunctionCall>& calls, int
     return chain_rule(graph, root, slope_of);
 }
 
-const FunctionCall* call_of(const std::vector<FunctionCall>& calls, int slot) {
-    for (const FunctionCall& call : calls)
-        if (slot >= call.first && slot < call.end()) return &call;
-    return nullptr;
-}
-
 std::set<int> Algebra::slots_read(int node) const {
     std::set<int> result;
     for (const int slot : slots_of(graph.expression(node))) {

@@ -86,7 +86,12 @@ int total_slope(GraphBuilder& graph, const std::vector<FunctionCall>& calls, int
                 const std::function<int(int slot)>& slope_of_slot);
 
 /// The call of which a slot holds a result or slope; nullptr without one.
-const FunctionCall* call_of(const std::vector<FunctionCall>& calls, int slot);
+template <class Call>
+const Call* call_of(const std::vector<Call>& calls, int slot) {
+    for (const Call& call : calls)
+        if (slot >= call.first && slot < call.end()) return &call;
+    return nullptr;
+}
 
 /// Operations on components in one graph.  Throws an input Error at graph.where as GraphBuilder does, for coefficients
 /// that are not finite, and for derivatives of an order above max_order.

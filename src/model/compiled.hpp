@@ -100,11 +100,7 @@ struct CompiledEquations {
     /// Whether all slopes of a term are finite there.
     bool has_slopes(const Term& term, const std::vector<double>& values) const;
     PointDegree degree_of(const Expression& expression) const;
-    const Call* call_at(int slot) const {
-        for (const Call& call : calls)
-            if (slot >= call.first && slot < call.end()) return &call;
-        return nullptr;
-    }
+    const Call* call_at(int slot) const { return call_of(calls, slot); }
     bool is_given(int component) const { return model.fields[field(component)].left == LeftSide::given; }
     /// Throws an input Error unless the balances determine their fields at |q|; at 0 they may leave a mean free.
     void check_balance_at(double q) const;

@@ -9,11 +9,14 @@
 
 namespace drover::numerics {
 
+namespace {
+/// Points along an axis on which the error evolves, at least.
 int coarse_points(int points) {
     if (points >= 256) return points / 16 * 2;
     if (points >= 64) return points / 8 * 2;
     return std::min(points, 16);
 }
+}  // namespace
 
 Grid coarse_grid(const Grid& fine, int degree, double shortest) {
     const auto points = [&](int of_fine, double length) {

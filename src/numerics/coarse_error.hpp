@@ -10,9 +10,6 @@
 
 namespace drover::numerics {
 
-/// Points along an axis on which the error evolves.
-int coarse_points(int points);
-
 /// The grid on which the error evolves: with modes up to the wavenumber `shortest` [1/mm] on both axes, of the degree
 /// of the products, where the fine grid has them.
 Grid coarse_grid(const Grid& fine, int degree, double shortest);

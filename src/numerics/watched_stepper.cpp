@@ -11,7 +11,7 @@ namespace drover::numerics {
 WatchedStepper::WatchedStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads,
                                const std::optional<ErrorEquations>& watched)
     : stepper_(control, std::move(system), seed, threads) {
-    if (watched && control.watches_error && stepper_.system().nonlinear)
+    if (watched && stepper_.system().nonlinear)
         error_.emplace(*watched, stepper_.system().grid, control.dt, control.tolerance > 0.0);
 }
 

@@ -42,20 +42,14 @@ FieldEvolution::FieldEvolution(const Model& model, const numerics::Grid& grid, c
       threads_(threads),
       linear_(linear_system(equations_, grid, reference(model.uniform), dealiasing)),
       split_(split_at(0)),
-      stepper_(control, split_.system, seed, threads, watched()) {}
+      stepper_(control, split_.system, seed, threads, control.watches_error ? std::optional(watched()) : std::nullopt) {
+}
 
 numerics::ErrorEquations::OnGrid FieldEvolution::equations_on_grid(int rung) const {
     return [equations = equations_, dealiasing = dealiasing_,
-            about = reference_at(equations_.model.uniform, rung)](const numerics::Grid& grid, bool keeps_all) {
-        numerics::System system =
-            linear_system(equations, grid, about, keeps_all ? Dealiasing{.rule = "none"} : dealiasing);
-        const auto one = std::make_shared<Threads>(1);
-        const auto remainder = std::make_shared<RightHandSide>(equations, system, about, *one);
-        system.nonlinear = [one, remainder](double t, const Spectra& state, Spectra& rate) {
-            (*remainder)(t, state, rate);
-        };
-        system.set_step = [remainder](double dt) { remainder->set_step(dt); };
-        return system;
+            about = reference_at(equations_.model.uniform, rung)](const numerics::Grid& grid, bool keeps_all,
+                                                                  Threads& threads) {
+        return split_of(equations, grid, about, keeps_all ? Dealiasing{.rule = "none"} : dealiasing, threads).system;
     };
 }
 
@@ -74,16 +68,20 @@ numerics::ErrorEquations FieldEvolution::watched() const {
     return result;
 }
 
-FieldEvolution::Split FieldEvolution::split_at(int rung) const {
-    const Reference about = reference_at(equations_.model.uniform, rung);
-    Split split{.system = linear_system(equations_, grid_, about, dealiasing_), .remainder = nullptr};
-    if (!is_nonlinear(equations_)) return split;
-    split.remainder = std::make_shared<RightHandSide>(equations_, split.system, about, threads_);
+FieldEvolution::Split FieldEvolution::split_of(const Equations& equations, const numerics::Grid& grid,
+                                               const Reference& about, const Dealiasing& dealiasing, Threads& threads) {
+    Split split{.system = linear_system(equations, grid, about, dealiasing), .remainder = nullptr};
+    if (!is_nonlinear(equations)) return split;
+    split.remainder = std::make_shared<RightHandSide>(equations, split.system, about, threads);
     split.system.nonlinear = [remainder = split.remainder](double t, const Spectra& state, Spectra& rate) {
         (*remainder)(t, state, rate);
     };
     split.system.set_step = [remainder = split.remainder](double dt) { remainder->set_step(dt); };
     return split;
+}
+
+FieldEvolution::Split FieldEvolution::split_at(int rung) const {
+    return split_of(equations_, grid_, reference_at(equations_.model.uniform, rung), dealiasing_, threads_);
 }
 
 void FieldEvolution::set_reference(int rung) {

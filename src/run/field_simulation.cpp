@@ -94,17 +94,11 @@ BiasedRun World::biased(Threads& threads) const {
     };
     const auto observer = std::make_shared<Observer>(setting, scene.grid, threads);
     const auto make_twin = [this, &threads] {
-        const numerics::StepControl control{.method = scene.time.stepper,
-                                            .dt = 0.5 * scene.time.dt,
-                                            .tolerance = 0.0,
-                                            .watches_error = false};
         const auto twin =
-            std::make_shared<physics::FieldEvolution>(scene.model, scene.grid, scene.dealiasing, control,
+            std::make_shared<physics::FieldEvolution>(scene.model, scene.grid, scene.dealiasing,
+                                                      control_of_twin(scene.time),
                                                       static_cast<std::uint64_t>(scene.run.seed), threads);
-        return Twin{.follow = [this, twin] { twin->follow(evolution); },
-                    .advance = [twin](std::int64_t step, numerics::Spectra& at) { twin->advance(step, at); },
-                    .save = [twin] { return twin->save(); },
-                    .restore = [twin](std::span<const double> values) { twin->restore(values); }};
+        return twin_of(twin, [this, twin] { twin->follow(evolution); });
     };
     return {.values = count_values(observer->rows),
             .components = numerics::components(evolution.system().layout),
@@ -276,13 +270,8 @@ void accept(World& world, std::int64_t step) {
 
 namespace {
 std::vector<double> save(const World& world) {
-    std::vector<double> values = world.evolution.save();
-    values.push_back(world.time);
-    append_numbers(world.state, values);
-    const std::vector<double> bias = world.bias ? world.bias->save() : std::vector<double>{};
-    values.insert(values.end(), bias.begin(), bias.end());
-    values.push_back(static_cast<double>(bias.size()));
-    return values;
+    return numbers_of_run(world.evolution.save(), world.time, world.state,
+                          world.bias ? world.bias->save() : std::vector<double>{});
 }
 
 void restore(World& world, std::span<const double> all) {

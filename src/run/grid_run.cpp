@@ -46,6 +46,16 @@ void take_numbers(std::span<const double> numbers, numerics::Spectra& state) {
     for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] = {numbers[2 * m], numbers[2 * m + 1]};
 }
 
+std::vector<double> numbers_of_run(std::vector<double> stepper, double time, const numerics::Spectra& state,
+                                   const std::vector<double>& bias) {
+    std::vector<double> all = std::move(stepper);
+    all.push_back(time);
+    append_numbers(state, all);
+    all.insert(all.end(), bias.begin(), bias.end());
+    all.push_back(static_cast<double>(bias.size()));
+    return all;
+}
+
 SavedRun saved_run(std::span<const double> all, std::size_t state_numbers) {
     const double last = all.empty() ? 0.0 : all.back();
     require(last >= 0.0 && last < static_cast<double>(all.size()) && last == std::round(last), {},

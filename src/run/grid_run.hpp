@@ -29,6 +29,8 @@ struct SavedRun {
     std::span<const double> stepper, state, bias;
     double time = 0.0;
 };
+std::vector<double> numbers_of_run(std::vector<double> stepper, double time, const numerics::Spectra& state,
+                                   const std::vector<double>& bias);
 /// state_numbers: those of the state.  Throws an input Error for fewer numbers than that needs.
 SavedRun saved_run(std::span<const double> all, std::size_t state_numbers);
 

@@ -153,14 +153,12 @@ void predict(const model::Equations& equations, const measure::ModelSetting& set
 }  // namespace
 
 namespace {
-BiasedRows biased_rows(measure::ModelSetting setting) {
+BiasedRows biased_rows_of(measure::ModelSetting setting) {
     setting.grid.watches_error = false;
-    BiasedRows result;
-    for (const auto& row : measure::model_observables(setting))
-        result.rows.push_back({row.name, measure::size_of(row.axes)});
+    std::vector<std::string> densities;
     for (const measure::MeasuredField& field : setting.fields)
-        if (field.is_density) result.densities.push_back(field.name);
-    return result;
+        if (field.is_density) densities.push_back(field.name);
+    return biased_rows(measure::model_observables(setting), std::move(densities));
 }
 }  // namespace
 
@@ -177,7 +175,7 @@ Report make_model_report(const files::ArchiveReader& archive, const io::Scene& s
     Report report = summary_report(scene, sampling, recorded);
     report.setting = setting.grid;
     report.step_bias =
-        step_biases(archive, scene, !equations.has_explicit_part(), biased_rows(setting), report.summary);
+        step_biases(archive, scene, !equations.has_explicit_part(), biased_rows_of(setting), report.summary);
     if (theory == Theory::included) {
         Threads threads(choose_threads(scene));
         predict(equations, setting, threads, report);

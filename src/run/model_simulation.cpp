@@ -42,21 +42,22 @@ double shortest_of_patterns(const model::Equations& equations, const numerics::G
     return shortest;
 }
 
+/// Whether the steps make an error that the run estimates.
+bool watches_error(const io::Scene& scene, const model::Equations& equations) {
+    return scene.time.max_error > 0.0 && equations.has_explicit_part();
+}
+
 numerics::ErrorEquations watched(const model::Equations& equations, const measure::ModelSetting& setting) {
-    numerics::ErrorEquations result{
-        .fields = {},
-        .on_grid =
-            [equations, degree = setting.grid.degree](const numerics::Grid& grid, bool keeps_all) {
-                const auto one = std::make_shared<Threads>(1);
-                numerics::System system = equations.system(grid, *one, keeps_all ? 1 : degree);
-                system.nonlinear = [one, nonlinear = std::move(
-                                             system.nonlinear)](double t, const numerics::Spectra& state,
-                                                                numerics::Spectra& rate) { nonlinear(t, state, rate); };
-                return system;
-            },
-        .degree = setting.grid.degree,
-        .noisy = equations.has_noise(),
-        .shortest = shortest_of_patterns(equations, setting.grid.grid, setting.grid.degree)};
+    numerics::ErrorEquations result{.fields = {},
+                                    .on_grid =
+                                        [equations, degree = setting.grid.degree](const numerics::Grid& grid,
+                                                                                  bool keeps_all, Threads& threads) {
+                                            return equations.system(grid, threads, keeps_all ? 1 : degree);
+                                        },
+                                    .degree = setting.grid.degree,
+                                    .noisy = equations.has_noise(),
+                                    .shortest =
+                                        shortest_of_patterns(equations, setting.grid.grid, setting.grid.degree)};
     int spin = 0;  // of the order: the first field that turns
     for (const measure::MeasuredField& field : setting.fields) {
         result.fields.push_back({field.first, field.spin == 0 ? 1 : 2, field.name});
@@ -84,12 +85,10 @@ struct ModelWorld {
           equations(io::model_of(scene.declared)),
           setting(measure::make_model_setting(equations, scene.grid, io::kept_degree(scene, equations),
                                               scene.time.max_error > 0.0)),
-          stepper({.method = scene.time.stepper,
-                   .dt = scene.time.dt,
-                   .tolerance = scene.time.tolerance,
-                   .watches_error = setting.grid.watches_error},
-                  equations.system(scene.grid, threads, io::kept_degree(scene, equations)),
-                  static_cast<std::uint64_t>(scene.run.seed), threads, watched(equations, setting)),
+          stepper({.method = scene.time.stepper, .dt = scene.time.dt, .tolerance = scene.time.tolerance},
+                  equations.system(scene.grid, threads, setting.grid.degree),
+                  static_cast<std::uint64_t>(scene.run.seed), threads,
+                  watches_error(scene, equations) ? std::optional(watched(equations, setting)) : std::nullopt),
           transform(scene.grid, system().degree, threads),
           state(start(threads)),
           fields(scene.grid, state.count()),
@@ -133,19 +132,12 @@ BiasedRun ModelWorld::biased(Threads& threads) const {
     };
     const auto observer = std::make_shared<Observer>(setting, state.count(), threads);
     const auto make_twin = [this, &threads] {
-        const numerics::StepControl control{.method = scene.time.stepper,
-                                            .dt = 0.5 * scene.time.dt,
-                                            .tolerance = 0.0,
-                                            .watches_error = false};
         const auto twin =
-            std::make_shared<numerics::WatchedStepper>(control,
+            std::make_shared<numerics::WatchedStepper>(control_of_twin(scene.time),
                                                        equations.system(scene.grid, threads, setting.grid.degree),
                                                        static_cast<std::uint64_t>(scene.run.seed), threads,
                                                        std::nullopt);
-        return Twin{.follow = [twin] { twin->begin_anew(); },
-                    .advance = [twin](std::int64_t step, numerics::Spectra& at) { twin->advance(step, at); },
-                    .save = [twin] { return twin->save(); },
-                    .restore = [twin](std::span<const double> values) { twin->restore(values); }};
+        return twin_of(twin, [twin] { twin->begin_anew(); });
     };
     return {.values = count_values(observer->rows),
             .components = state.count(),
@@ -209,13 +201,8 @@ void accept(ModelWorld& world) {
 }
 
 std::vector<double> save(const ModelWorld& world) {
-    std::vector<double> values = world.stepper.save();
-    values.push_back(world.time);
-    append_numbers(world.state, values);
-    const std::vector<double> bias = world.bias ? world.bias->save() : std::vector<double>{};
-    values.insert(values.end(), bias.begin(), bias.end());
-    values.push_back(static_cast<double>(bias.size()));
-    return values;
+    return numbers_of_run(world.stepper.save(), world.time, world.state,
+                          world.bias ? world.bias->save() : std::vector<double>{});
 }
 
 void restore(ModelWorld& world, std::span<const double> all) {
@@ -279,7 +266,7 @@ double model_simulation_bytes(const io::Scene& scene) {
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
     const bool has_twin = why_no_step_bias(scene).empty() && equations.has_noise() && equations.has_explicit_part();
     double of_error = 0.0;
-    if (scene.time.max_error > 0.0 && equations.has_explicit_part()) {
+    if (watches_error(scene, equations)) {
         const double shortest = shortest_of_patterns(equations, scene.grid, system.degree);
         const numerics::Grid coarse =
             numerics::coarse_grid(scene.grid, equations.has_noise() ? 1 : system.degree, shortest);

@@ -103,13 +103,10 @@ Report summary_report(const io::Scene& scene, const Sampling& sampling, measure:
 }
 
 namespace {
-BiasedRows biased_rows(measure::FieldSetting setting) {
+BiasedRows biased_rows_of(measure::FieldSetting setting) {
     setting.terms.reset();
     setting.watches_error = false;
-    BiasedRows result{.rows = {}, .densities = {"rod", "bead"}};
-    for (const auto& row : measure::field_observables(setting))
-        result.rows.push_back({row.name, measure::size_of(row.axes)});
-    return result;
+    return biased_rows(measure::field_observables(setting), {"rod", "bead"});
 }
 }  // namespace
 
@@ -128,7 +125,7 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
                                                       sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
     report.step_bias =
-        step_biases(archive, scene, !physics::is_nonlinear(equations), biased_rows(setting), report.summary);
+        step_biases(archive, scene, !physics::is_nonlinear(equations), biased_rows_of(setting), report.summary);
     report.setting = std::move(setting);
     if (const std::string missing = physics::missing_function(scene.model); !missing.empty()) {
         report.warnings = {missing + ": no linear theory and no warnings here; the archive has both"};

@@ -192,6 +192,10 @@ void StepBias::restore(std::span<const double> values) {
     w.twin->restore(values.subspan(first + modes));
 }
 
+numerics::StepControl control_of_twin(const io::TimeControl& time) {
+    return {.method = time.stepper, .dt = 0.5 * time.dt, .tolerance = 0.0, .watches_error = false};
+}
+
 std::string why_no_step_bias(const io::Scene& scene) {
     if (scene.accuracy.effort == 0.0) return "not measured (accuracy.effort = 0)";
     const bool noisy = io::has_noise(scene);

@@ -10,6 +10,7 @@
 
 #include "drover/io/scene.hpp"
 #include "drover/measure/observable.hpp"
+#include "drover/numerics/adaptive_stepper.hpp"
 #include "drover/numerics/field.hpp"
 #include "drover/run/simulation.hpp"
 
@@ -22,6 +23,16 @@ struct Twin {
     std::function<std::vector<double>()> save;
     std::function<void(std::span<const double>)> restore;
 };
+
+/// twin: a FieldEvolution or a WatchedStepper.
+template <class Steps>
+Twin twin_of(const std::shared_ptr<Steps>& twin, std::function<void()> follow) {
+    return {.follow = std::move(follow),
+            .advance = [twin](std::int64_t step, numerics::Spectra& state) { twin->advance(step, state); },
+            .save = [twin] { return twin->save(); },
+            .restore = [twin](std::span<const double> values) { twin->restore(values); }};
+}
+numerics::StepControl control_of_twin(const io::TimeControl& time);
 
 /// What is measured of a run of fields, whatever their equations.
 struct BiasedRun {

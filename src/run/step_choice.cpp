@@ -26,8 +26,6 @@ double max_error_of(const io::Scene& scene) {
     return scene.time.max_error > 0.0 ? scene.time.max_error : default_max_error;
 }
 
-bool is_noisy(const io::Scene& scene) { return physics::has_noise(scene.model.noise); }
-
 /// Of a method that records the errors of the parts of a step.
 bool has_error_estimate(const io::Scene& scene) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
@@ -53,7 +51,7 @@ io::Scene pilot_scene(const io::Scene& scene, int coarser) {
     // A pilot costs less than the run: it has fewer points, or ends earlier.  The means of a noisy run are known from a
     // part of it.
     const bool is_coarse = numerics::points(pilot.grid) < numerics::points(scene.grid);
-    const double share = is_noisy(scene) ? 0.25 : is_coarse ? 1.0 : 0.1, least = 64.0 * pilot.time.dt;
+    const double share = io::has_noise(scene) ? 0.25 : is_coarse ? 1.0 : 0.1, least = 64.0 * pilot.time.dt;
     const auto down_to_steps = [&](double duration) { return pilot.time.dt * std::floor(duration / pilot.time.dt); };
     pilot.time.end = std::min(scene.time.end, down_to_steps(std::max(least, share * scene.time.end)));
     constexpr double samples = 256.0;
@@ -61,7 +59,7 @@ io::Scene pilot_scene(const io::Scene& scene, int coarser) {
     pilot.output.frame_every = 0.0;
     pilot.output.powers = false;
     pilot.analysis.warm_up = -1.0;
-    if (!is_noisy(scene) && scene.time.tolerance == 0.0 && has_error_estimate(scene))
+    if (!io::has_noise(scene) && scene.time.tolerance == 0.0 && has_error_estimate(scene))
         pilot.time.tolerance = largest_tolerance;
     return pilot;
 }
@@ -147,7 +145,7 @@ public:
 
     /// dt, tolerance and the words of time.chosen; none: see failure().
     std::optional<io::TimeControl> choose() {
-        const bool noisy = is_noisy(pilot_);
+        const bool noisy = io::has_noise(pilot_);
         if (!noisy)
             if (auto chosen = by_fields(); chosen || !is_chaotic()) return chosen;
         return by_means();

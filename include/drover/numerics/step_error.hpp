@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "drover/base/threads.hpp"
 #include "drover/numerics/system.hpp"
 
 namespace drover::numerics {
@@ -18,7 +19,7 @@ struct ErrorEquations {
         std::string name;
     };
     /// L and N on a grid, without noise; keeps_all: all modes of the grid, those too that products would need to be 0.
-    using OnGrid = std::function<System(const Grid& grid, bool keeps_all)>;
+    using OnGrid = std::function<System(const Grid& grid, bool keeps_all, Threads& threads)>;
 
     std::vector<Field> fields;
     OnGrid on_grid;

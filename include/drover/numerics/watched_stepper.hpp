@@ -12,7 +12,7 @@ namespace drover::numerics {
 /// Its internal state, besides the fields: the division of dt, the history of its method and the error so far.
 class WatchedStepper {
 public:
-    /// watched: of control.watches_error and a system with N alone; nothing: the error is not estimated.
+    /// watched: nothing where the error is not estimated; that of a system without N is 0.
     WatchedStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads,
                    const std::optional<ErrorEquations>& watched);
 
@@ -29,7 +29,6 @@ public:
     void begin_anew();
 
     const AdaptiveStepper& stepper() const { return stepper_; }
-    bool watches() const { return error_.has_value(); }
 
     /// The estimated error of the time steps so far; 0 where it is not estimated.
     StepError::Relative step_error() const { return error_ ? error_->largest() : StepError::Relative{}; }

@@ -55,6 +55,8 @@ private:
         numerics::System system;
         std::shared_ptr<RightHandSide> remainder;  // nullptr: every term is linear
     };
+    static Split split_of(const Equations& equations, const numerics::Grid& grid, const Reference& about,
+                          const Dealiasing& dealiasing, Threads& threads);
     Split split_at(int rung) const;
     numerics::ErrorEquations::OnGrid equations_on_grid(int rung) const;
     numerics::ErrorEquations watched() const;

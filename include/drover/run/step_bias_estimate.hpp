@@ -35,6 +35,13 @@ struct BiasedRows {
     std::vector<std::string> densities;  ///< "rod": those that are counted in boxes
 };
 
+template <class Moment>
+BiasedRows biased_rows(const measure::Observables<Moment>& observables, std::vector<std::string> densities) {
+    BiasedRows result{.rows = {}, .densities = std::move(densities)};
+    for (const auto& row : observables) result.rows.push_back({row.name, measure::size_of(row.axes)});
+    return result;
+}
+
 /// From what the archive of a run of fields has recorded, for the rows of its summary.
 /// is_exact: every term is linear.
 StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene, bool is_exact,
