@@ -108,24 +108,30 @@ private:
     std::optional<std::size_t> next() {
         tend();
         if (!is_new_ && Clock::now() - gathered_ < second_look) return std::nullopt;  // nothing was found a moment ago
-        std::vector<std::string> group = gather();
-        // Before the work, unless the look takes more than a twentieth of its time and the last one was a moment ago:
-        // then a unit of another process may be computed twice, for the same result.
-        constexpr int rare = 20;
-        const bool is_cheap =
-            rare * reading_ < std::chrono::duration<double>(mean_seconds() * static_cast<double>(group.size()));
-        if (!group.empty() && (is_cheap || Clock::now() - refreshed_ > second_look)) {
-            refresh();
-            std::erase_if(group, [this](const std::string& key) {
-                if (is_over(key)) busy_.erase(key), released_.insert(key);
-                return is_over(key);
-            });
-        }
+        std::vector<std::string> group;
+        do group = gather();
+        while (!group.empty() && others_have_done(group));  // then there may be units that it did not come to
         gathered_ = Clock::now();
         is_new_ = !group.empty();
         if (group.empty()) return std::nullopt;
         groups_.push_back(std::move(group));
         return groups_.size() - 1;
+    }
+
+    /// Leaves out the units of a group that are over, by a look at the records of others; whether none is left.  Before
+    /// the work, unless the look takes more than a twentieth of its time and the last one was a moment ago: then a unit
+    /// of another process may be computed twice, for the same result.
+    bool others_have_done(std::vector<std::string>& group) {
+        constexpr int rare = 20;
+        const bool is_cheap =
+            rare * reading_ < std::chrono::duration<double>(mean_seconds() * static_cast<double>(group.size()));
+        if (!is_cheap && Clock::now() - refreshed_ <= second_look) return false;
+        refresh();
+        std::erase_if(group, [this](const std::string& key) {
+            if (is_over(key)) busy_.erase(key), released_.insert(key);
+            return is_over(key);
+        });
+        return group.empty();
     }
 
     /// Of a unit.

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <random>
 #include <thread>
+#include <utility>
 
 #include "drover/base/error.hpp"
 #include "files/support.hpp"
@@ -77,6 +78,30 @@ void expect_complete(const Folder& folder, std::size_t count) {
 }
 
 std::size_t runs_in(const Folder& folder) { return folder.count() - 1; }
+
+TEST(Campaign, goes_on_to_other_units_where_another_process_has_done_those_that_it_claimed) {
+    const Folder folder;
+    Units units(folder, 3, {});
+    UnitStore other(folder / "campaign", identity, Share{.number = 2, .count = 2});
+    UnitPlan plan = units.plan();
+    bool is_done = false;  // the first unit, by the other process, just after it was claimed here
+    plan.wanted = [&, wanted = plan.wanted](const Offer& offer) {
+        wanted([&](const std::string& key) {
+            const bool goes_on = offer(key);
+            if (!std::exchange(is_done, true))
+                other.append({.key = key,
+                              .state = UnitState::done,
+                              .result = {.content = "result of " + key, .shared = "common"},
+                              .reason = {},
+                              .program = "the same"}),
+                    other.sync();
+            return goes_on;
+        });
+    };
+    const CampaignOutcome outcome = run_campaign(plan, options(folder));
+    EXPECT_EQ(outcome.ran, 2u);
+    expect_complete(folder, 3);
+}
 
 TEST(Campaign, every_unit_runs_once_and_none_when_it_is_repeated) {
     const Folder folder;
