@@ -149,7 +149,7 @@ Bias TradeBench::mean_of(const WantedNumber& number) const {
     return mean;
 }
 
-Correlation TradeBench::correlation_of(const WantedNumber& number) const {
+Fluctuation TradeBench::fluctuation_of(const WantedNumber& number) const {
     const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
     const double tau = measure::autocorrelation_time(used), window = 5.0 * tau;
     // Its relative standard error, see autocorrelation_time.
@@ -157,7 +157,13 @@ Correlation TradeBench::correlation_of(const WantedNumber& number) const {
         std::sqrt(2.0 * (2.0 * window + 1.0) / static_cast<double>(std::max<std::size_t>(used.size(), 1)));
     // The run finds its own tau, over 80 m of it with a relative error of sqrt(20/(80 m)): below m with 95 % for 1.75.
     constexpr double own = 1.75, most = 2.5;
-    return {tau * number.spacing, std::min(most, own * (1.0 + error))};
+    return {mean_of(number).error, tau * number.spacing, std::min(most, own * (1.0 + error))};
+}
+
+std::vector<Fluctuation> TradeBench::fluctuations(const Measured& run) const {
+    std::vector<Fluctuation> result;
+    for (const WantedNumber& number : run.numbers) result.push_back(fluctuation_of(number));
+    return result;
 }
 
 Bias TradeBench::drift_of(const WantedNumber& number) const {

@@ -23,8 +23,9 @@ struct Measured {
     std::vector<WantedNumber> numbers;
 };
 
-/// Of the samples of a wanted number.
-struct Correlation {
+/// Of the samples of a wanted number in a trial.
+struct Fluctuation {
+    double error = 0.0;   ///< standard error of the mean over the duration of the trial, in the unit of the number
     double time = 0.0;    ///< integrated autocorrelation time [s]
     double margin = 1.0;  ///< times it: an upper bound
 };
@@ -66,7 +67,8 @@ public:
     /// Mean of a wanted number; its error is 0 where the run is a definite one.
     Bias mean_of(const WantedNumber& number) const;
 
-    Correlation correlation_of(const WantedNumber& number) const;
+    /// Of each wanted number.
+    std::vector<Fluctuation> fluctuations(const Measured& run) const;
 
     /// Of each wanted number whose halves disagree by more than is allowed: the means of a run that has not settled are
     /// not those of a longer one.  None where the duration is that of the run.
@@ -91,6 +93,7 @@ public:
 
 private:
     double expected_seconds(const Trial& trial) const;
+    Fluctuation fluctuation_of(const WantedNumber& number) const;
     void count(const Trial& trial);
     Bias drift_of(const WantedNumber& number) const;  ///< mean of the second half of the samples less that of the first
     std::size_t skip(const WantedNumber& number) const;  ///< samples of the warm-up

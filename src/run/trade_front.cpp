@@ -11,19 +11,36 @@ namespace drover::run {
 namespace {
 Bias sum(const Bias& a, const Bias& b) { return {std::abs(a.value) + std::abs(b.value), std::hypot(a.error, b.error)}; }
 
+/// The trial of a combination; nullptr: none.
+const Checked* check_of(const Findings& found, const Candidate& one) {
+    const std::vector<std::string> overrides = overrides_of(one);
+    const auto checked = std::find_if(found.checked.begin(), found.checked.end(),
+                                      [&](const Checked& run) { return run.overrides == overrides; });
+    return checked == found.checked.end() ? nullptr : &*checked;
+}
+
+/// The fluctuations of the wanted numbers in a run of a combination.
+const std::vector<Fluctuation>& fluctuations_of(const Candidate& one, const Checked* check) {
+    return check == nullptr ? one.model->fluctuations : check->fluctuations;
+}
+
 /// The autocorrelation time of a wanted number over that of the trials, if samples are as rare as a level needs; of an
 /// exponential correlation, else an upper bound.
-double rarity(const Findings& found, std::size_t wish, const LevelFound& step) {
+double rarity(const Findings& found, const Fluctuation& fluctuation, const LevelFound& step) {
     if (step.level.sample_every <= found.sample_every) return 1.0;
-    const double half = 0.5 * step.level.sample_every, tau = found.correlations[wish].time;
+    const double half = 0.5 * step.level.sample_every, tau = fluctuation.time;
     return std::max(1.0, half / std::tanh(half / tau) / tau);
 }
 
+/// The variance of a mean times its duration [s], from a trial.
+double variance_time(const Findings& found, const Fluctuation& fluctuation, const LevelFound& step) {
+    return rarity(found, fluctuation, step) * std::pow(fluctuation.error, 2) * (found.duration - found.warm_up);
+}
+
 /// The standard error of a wanted number over a duration, from that of the trials.
-double statistics_over(const Findings& found, std::size_t wish, const LevelFound& step, double duration) {
+double statistics_over(const Findings& found, const Fluctuation& fluctuation, const LevelFound& step, double duration) {
     if (!found.statistical) return 0.0;
-    return found.references[wish].error * std::sqrt(rarity(found, wish, step) * (found.duration - found.warm_up) /
-                                                    std::max(duration - found.warm_up, 1e-9));
+    return std::sqrt(variance_time(found, fluctuation, step) / std::max(duration - found.warm_up, 1e-9));
 }
 
 /// The cost of a run with these levels: costs of grid and model multiply, since each was compared on one of the others.
@@ -37,15 +54,14 @@ double seconds_of(const Findings& found, const Candidate& one) {
 /// False for a combination whose trial failed.
 bool weigh(const Findings& found, Candidate& one, double end) {
     one.end = end;
-    const std::vector<std::string> overrides = overrides_of(one);
-    const auto checked = std::find_if(found.checked.begin(), found.checked.end(),
-                                      [&](const Checked& run) { return run.overrides == overrides; });
-    if (checked != found.checked.end() && !checked->failure.empty()) return false;
+    const Checked* check = check_of(found, one);
+    if (check != nullptr && !check->failure.empty()) return false;
+    const std::vector<Fluctuation>& fluctuations = fluctuations_of(one, check);
     one.ratio = 0.0;
     for (std::size_t w = 0; w < found.wishes.size(); ++w) {
         one.parts.push_back({one.step->biases[w], one.grid->biases[w], one.model->biases[w],
-                             statistics_over(found, w, *one.step, one.end), std::nullopt});
-        if (checked != found.checked.end()) one.parts.back().whole = checked->biases[w];
+                             statistics_over(found, fluctuations[w], *one.step, one.end), std::nullopt});
+        if (check != nullptr) one.parts.back().whole = check->biases[w];
         const double ratio = one.parts.back().bound() / found.allowed[w];
         if (!std::isfinite(ratio)) return false;
         one.ratio = std::max(one.ratio, ratio);
@@ -62,12 +78,13 @@ double rounded_up(const Findings& found, const io::Scene& scene, const LevelFoun
 
 /// Durations of runs: that of the scene; with statistical errors the shortest that tells its own error, and powers of
 /// two times that of the trials.
-std::vector<double> durations(const Findings& found, const io::Scene& scene, const LevelFound& step) {
+std::vector<double> durations(const Findings& found, const io::Scene& scene, const Candidate& one) {
     if (!found.statistical) return {scene.time.end};
+    const LevelFound& step = *one.step;
     double shortest = found.warm_up;
-    for (std::size_t w = 0; w < found.wishes.size(); ++w)
+    for (const Fluctuation& number : fluctuations_of(one, check_of(found, one)))
         shortest =
-            std::max(shortest, rarity(found, w, step) * found.correlations[w].margin * found.correlations[w].time *
+            std::max(shortest, rarity(found, number, step) * number.margin * number.time *
                                    measure::autocorrelation_times_per_block * static_cast<double>(measure::min_blocks));
     std::vector<double> result{rounded_up(found, scene, step, found.warm_up + shortest)};
     constexpr int shorter = 4, longer = 24;
@@ -81,14 +98,14 @@ std::vector<double> durations(const Findings& found, const io::Scene& scene, con
 /// The duration for which a combination just meets the wishes; nothing where its biases do not.
 std::optional<double> sufficient_duration(const Findings& found, const Candidate& one) {
     if (!found.statistical) return std::nullopt;
+    const std::vector<Fluctuation>& fluctuations = fluctuations_of(one, check_of(found, one));
     double longest = 0.0;
     for (std::size_t w = 0; w < found.wishes.size(); ++w) {
         const Bias all = one.parts[w].biases();
         const double room = 0.5 * (found.allowed[w] - std::abs(all.value));
         if (room <= all.error) return std::nullopt;
-        const double variance =
-            rarity(found, w, *one.step) * std::pow(found.references[w].error, 2) * (found.duration - found.warm_up);
-        longest = std::max(longest, variance / (room * room - all.error * all.error));
+        longest =
+            std::max(longest, variance_time(found, fluctuations[w], *one.step) / (room * room - all.error * all.error));
     }
     constexpr double margin = 1.02;  // rounding of the duration
     return found.warm_up + margin * longest;
@@ -122,13 +139,13 @@ std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, c
     std::vector<Candidate> all;
     if (found.linear_theory && only == nullptr) all.push_back(linear_theory(found));
     for (const LadderFound& ladder : found.ladders)
-        for (const LevelFound& step : ladder.levels) {
-            const std::vector<double> ends = durations(found, scene, step);
+        for (const LevelFound& step : ladder.levels)
             for (const LevelFound& grid : found.grids)
                 for (const LevelFound& model : found.models) {
                     if (!step.is_measured() || !grid.is_measured() || !is_cheaper(model)) continue;
                     if (only != nullptr && only != &model) continue;
                     const Candidate levels{.step = &step, .grid = &grid, .model = &model, .parts = {}};
+                    const std::vector<double> ends = durations(found, scene, levels);
                     std::optional<double> sufficient;
                     for (const double end : ends)
                         if (Candidate one = levels; weigh(found, one, end)) {
@@ -139,7 +156,6 @@ std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, c
                                                 weigh(found, one, rounded_up(found, scene, step, *sufficient)))
                         all.push_back(std::move(one));
                 }
-        }
     std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
         return a.seconds != b.seconds ? a.seconds < b.seconds : a.ratio < b.ratio;
     });

@@ -20,6 +20,7 @@ struct LevelFound {
     std::vector<Bias> biases;  ///< by wish
     bool is_compared = true;   ///< with another level; else its bias is taken as 0, not measured
     double start_seconds = 0.0, step_seconds = 0.0;  ///< cost relative to that of the given level of its axis
+    std::vector<Fluctuation> fluctuations = {};      ///< of a model, by wish: another one fluctuates otherwise
     bool is_measured() const { return failure.empty(); }
 };
 
@@ -48,11 +49,12 @@ struct Candidate {
     double ratio = std::numeric_limits<double>::infinity();  ///< the largest error of a wish over what it allows
 };
 
-/// A trial of a combination: its biases replace the sums of those of its levels.
+/// A trial of a combination: its biases replace the sums of those of its levels, its fluctuations those of its model.
 struct Checked {
     std::vector<std::string> overrides;
     std::string failure;
     std::vector<Bias> biases;
+    std::vector<Fluctuation> fluctuations;
 };
 
 /// Everything that was found.
@@ -67,13 +69,12 @@ struct Findings {
     std::size_t pilot_grid = 0;                  ///< of the step, model and rounding trials
     double pilot_start = 1.0, pilot_step = 1.0;  ///< its relative costs
     std::optional<std::vector<Bias>> linear_theory;
-    double duration = 0.0, warm_up = 0.0;   ///< of the trials [s]
-    std::vector<Correlation> correlations;  ///< of the wanted numbers
-    double sample_every = 0.0;              ///< interval of samples that loses nothing of the means [s]; 0: as given
-    bool statistical = false;               ///< noisy, chaotic or particles: the duration is free
-    double pairing = 1.0;                   ///< variance of unpaired differences over that of paired ones
-    double seconds = 0.0;                   ///< of a core, of all trials
-    double given_seconds = INFINITY;        ///< of a core, of the scene as given, predicted
+    double duration = 0.0, warm_up = 0.0;  ///< of the trials [s]
+    double sample_every = 0.0;             ///< interval of samples that loses nothing of the means [s]; 0: as given
+    bool statistical = false;              ///< noisy, chaotic or particles: the duration is free
+    double pairing = 1.0;                  ///< variance of unpaired differences over that of paired ones
+    double seconds = 0.0;                  ///< of a core, of all trials
+    double given_seconds = INFINITY;       ///< of a core, of the scene as given, predicted
     std::vector<Checked> checked;
     std::vector<std::string> notes;
     bool is_short = false;  ///< of budget: some trials were not made

@@ -79,12 +79,10 @@ private:
     void set_references(const Measured& base) {
         found_.units.clear();
         found_.references.clear();
-        found_.correlations.clear();
         bench_.allowed.clear();
         for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
             found_.units.push_back(base.numbers[w].unit);
             found_.references.push_back(bench_.mean_of(base.numbers[w]));
-            found_.correlations.push_back(bench_.correlation_of(base.numbers[w]));
             const Wish& wish = found_.wishes[w];
             require(!wish.is_relative || found_.references[w].value != 0.0, {.file = "--want " + wish.text},
                     "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01",
@@ -393,6 +391,7 @@ private:
                     is_given(level) ? std::vector<Bias>(found_.wishes.size()) : bench_.differences(run, full);
                 found.start_seconds = run.start_seconds / std::max(full.start_seconds, 1e-3);
                 found.step_seconds = run.step_seconds / std::max(full.step_seconds, 1e-9);
+                found.fluctuations = bench_.fluctuations(run);
             }
             if (grid_is_model_ && changes_grid(level)) found.failure = grid_is_model;
             found_.models.push_back(std::move(found));
@@ -462,8 +461,9 @@ private:
             if (!bench_.run({bench_.trial_of(overrides)})) return false;
             const Measured run = bench_.measured(overrides), reference = bench_.measured(reference_);
             if (run.failure.starts_with("not run")) return true;
-            Checked checked{.overrides = overrides, .failure = run.failure, .biases = {}};
+            Checked checked{.overrides = overrides, .failure = run.failure, .biases = {}, .fluctuations = {}};
             if (checked.failure.empty()) {
+                checked.fluctuations = bench_.fluctuations(run);
                 checked.biases = bench_.differences(run, reference);
                 for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
                     const Bias grid = found_.grids[found_.pilot_grid].biases[w];

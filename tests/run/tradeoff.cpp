@@ -76,13 +76,13 @@ Findings synthetic(bool statistical) {
     found.wishes = {parse_wish("polar_order=1%")};
     found.units = {"1"};
     found.references = {{1.0, 0.01}};
-    found.correlations = {{.time = 1.0, .margin = 1.0}};
     found.allowed = {0.01};
     found.ladders = {{{}, {level("long", 0.008, 0.0, 0.0, 1.0), level("short", 0.002, 0.0, 0.0, 2.0)}}};
     found.grids = {level("coarse", 0.02, 0.0, 0.25, 0.25), level("fine", 0.001, 0.0, 1.0, 1.0)};
     found.grids.back().level.overrides.clear();
     found.models = {level("full", 0.0, 0.0, 1.0, 1.0), level("simple", 0.004, 0.0, 1.0, 0.5)};
     found.models.front().level.overrides.clear();
+    for (LevelFound& model : found.models) model.fluctuations = {{.error = 0.01, .time = 1.0, .margin = 1.0}};
     found.pilot_grid = 1;
     found.duration = 100.0;
     found.statistical = statistical;
@@ -142,12 +142,37 @@ TEST(TradeFront, counts_what_rare_samples_cost) {
     }
 }
 
+TEST(TradeFront, of_a_model_that_fluctuates_otherwise_has_its_own_errors_and_durations) {
+    // The simple model has correlations nine times as long at the same variance: three times the error, and eight
+    // blocks of ten of its correlations take 720 s.
+    Findings found = synthetic(true);
+    found.models.back().fluctuations = {{.error = 0.03, .time = 9.0, .margin = 1.0}};
+    for (const Candidate& one : front_of(found, scene_of_100_seconds(), &found.models.back())) {
+        EXPECT_GE(one.end, 720.0);
+        EXPECT_NEAR(one.parts.front().statistics, 0.03 * std::sqrt(100.0 / one.end), 1e-6);
+    }
+    for (const Candidate& one : front_of(found, scene_of_100_seconds(), &found.models.front()))
+        EXPECT_NEAR(one.parts.front().statistics, 0.01 * std::sqrt(100.0 / one.end), 1e-6);
+    // A trial of a combination tells its own: a fifth of the time, and a fifth of the error.
+    const Candidate first = front_of(found, scene_of_100_seconds(), &found.models.back()).front();
+    found.checked.push_back({.overrides = overrides_of(first),
+                             .failure = "",
+                             .biases = {{0.0, 0.0}},
+                             .fluctuations = {{.error = 0.006, .time = 1.8, .margin = 1.0}}});
+    const Candidate checked = front_of(found, scene_of_100_seconds(), &found.models.back()).front();
+    ASSERT_EQ(overrides_of(checked), overrides_of(first));
+    EXPECT_GE(checked.end, 144.0);
+    EXPECT_NEAR(checked.parts.front().statistics, 0.006 * std::sqrt(100.0 / checked.end), 1e-6);
+}
+
 TEST(TradeFront, replaces_sums_of_biases_by_those_of_a_trial_and_drops_what_failed) {
     Findings found = synthetic(false);
     const io::Scene scene = scene_of_100_seconds();
     const std::vector<Candidate> before = front_of(found, scene);
-    found.checked.push_back(
-        {.overrides = overrides_of(*recommended(before, 1e9)), .failure = "", .biases = {{0.02, 0.0}}});
+    found.checked.push_back({.overrides = overrides_of(*recommended(before, 1e9)),
+                             .failure = "",
+                             .biases = {{0.02, 0.0}},
+                             .fluctuations = {}});
     const std::vector<Candidate> worse = front_of(found, scene);
     const Candidate* best = recommended(worse, 1e9);
     ASSERT_NE(best, nullptr);
