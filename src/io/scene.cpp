@@ -308,6 +308,8 @@ std::vector<SectionDescription> scene_schema(const physics::CoefficientRegistry&
     for (auto& [name, doc, rows] : std::vector<std::tuple<const char*, const char*, std::vector<Description>>>{
              {"model", "A model of one's own: its fields and equations.", model_rows()},
              {"[field]", "One field; [[field]] for each.", descriptions<DeclaredField>()},
+             {"[white_noise]", "One white noise that equations name; [[white_noise]] for each.",
+              descriptions<DeclaredNoise>()},
              {"equations", "symbol = \"right-hand side of its equation\", for each field.", {}},
              {"define", "name = \"part of equations\".", {}},
              {"coefficients", "name = number.", {}}})

@@ -23,8 +23,7 @@ bool is_whole(double duration, double dt) {
 bool has_noise(const Scene& scene) {
     if (scene.kind == SceneKind::fields) return physics::has_noise(scene.model.noise);
     if (scene.kind != SceneKind::model) return false;
-    const std::vector<model::Field> fields = model_of(scene.declared).fields;
-    return std::any_of(fields.begin(), fields.end(), [](const model::Field& field) { return field.noise != 0.0; });
+    return model::Equations(model_of(scene.declared)).has_noise();
 }
 
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration) {

@@ -18,6 +18,7 @@ struct RankName {
 constexpr std::array ranks{RankName{"scalar", 0}, RankName{"vector", 1}, RankName{"nematic", 2}};
 
 std::string field_table(std::size_t number) { return text("field[{}]", number); }
+std::string noise_table(std::size_t number) { return text("white_noise[{}]", number); }
 
 /// Keys of a field that may be a number or a formula of the coefficients.
 bool is_formula_key(const std::string& key) { return key == "noise" || key == "reference"; }
@@ -69,14 +70,17 @@ double number_of(const std::string& written, const DeclaredModel& declared, cons
     return evaluate(formula, {});
 }
 
+int spin_of_rank(const std::string& name) {
+    return std::find_if(ranks.begin(), ranks.end(), [&](const RankName& one) { return one.name == name; })->spin;
+}
+
 int spin_of(const DeclaredModel& declared, std::size_t n) {
     const DeclaredField& field = declared.fields[n];
-    const auto rank =
-        std::find_if(ranks.begin(), ranks.end(), [&](const RankName& one) { return one.name == field.rank; });
-    require(field.spin < 0 || declared.places[n].count("rank") == 0 || field.spin == rank->spin,
+    const int rank = spin_of_rank(field.rank);
+    require(field.spin < 0 || declared.places[n].count("rank") == 0 || field.spin == rank,
             place_of(declared, n, "spin"), "{} has rank = \"{}\" and spin = {}; expected one of them", field.symbol,
             field.rank, field.spin);
-    return field.spin >= 0 ? field.spin : rank->spin;
+    return field.spin >= 0 ? field.spin : rank;
 }
 
 /// Each field has an equation, and each equation a field.
@@ -124,8 +128,13 @@ void check_dataset_names(const model::Model& model, const DeclaredModel& declare
 }
 }  // namespace
 
+bool is_in_declared_list(const std::string& name) {
+    return std::any_of(std::begin(declared_lists), std::end(declared_lists),
+                       [&](const std::string& list) { return name.starts_with(list + "["); });
+}
+
 bool is_declared_table(const std::string& name) {
-    return name.starts_with("field[") ||
+    return is_in_declared_list(name) ||
            std::find(std::begin(declared_tables), std::end(declared_tables), name) != std::end(declared_tables);
 }
 
@@ -142,6 +151,15 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
     }
     for (std::size_t n = 1; tables.contains(field_table(n)); ++n)
         read_field(tables.at(field_table(n)), field_table(n), model);
+    for (std::size_t n = 1; tables.contains(noise_table(n)); ++n) {
+        const LocatedTable& table = tables.at(noise_table(n));
+        DeclaredNoise noise;
+        read_table(table, noise_table(n), noise);
+        require(!noise.symbol.empty(), table.where, "{} has no symbol; expected one, such as symbol = \"xi\"",
+                noise_table(n));
+        model.noises.push_back(std::move(noise));
+        model.noise_places.push_back(table.where);
+    }
     model.equations = texts_of(tables, "equations");
     model.definitions = texts_of(tables, "define");
     if (const auto table = tables.find("coefficients"); table != tables.end())
@@ -197,20 +215,34 @@ model::Model model_of(const DeclaredModel& declared) {
             field.equation = equation->second;
         result.fields.push_back(std::move(field));
     }
+    for (std::size_t n = 0; n < declared.noises.size(); ++n) {
+        const DeclaredNoise& noise = declared.noises[n];
+        result.noises.push_back({.symbol = noise.symbol,
+                                 .spin = noise.spin >= 0 ? noise.spin : spin_of_rank(noise.rank),
+                                 .odd = noise.parity == "odd",
+                                 .where = declared.noise_places[n]});
+    }
     check_equations(declared);
     check_dataset_names(result, declared);
     for (const auto& [name, value] : declared.definitions) result.definitions.push_back({name, value});
     return result;
 }
 
+namespace {
+/// A field or a noise, with its rank or its spin.
+template <class Declared>
+std::string list_text(const char* list, const Declared& one) {
+    std::string result = text("\n[[{}]]\n", list);
+    for (const auto& [key, value] : values_of(one))
+        if (key != (one.spin >= 0 ? "rank" : "spin")) result += key + " = " + toml_text(value) + "\n";
+    return result;
+}
+}  // namespace
+
 std::string declared_text(const DeclaredModel& model) {
     std::string result = text("[model]\nname = {}\nfile = \"\"\nchiral = {}\n", toml_text(model.name), model.chiral);
-    for (const DeclaredField& field : model.fields) {
-        result += "\n[[field]]\n";
-        for (const auto& [key, value] : values_of(field))
-            if (key != "spin" || field.spin >= 0)
-                if (key != "rank" || field.spin < 0) result += key + " = " + toml_text(value) + "\n";
-    }
+    for (const DeclaredField& field : model.fields) result += list_text("field", field);
+    for (const DeclaredNoise& noise : model.noises) result += list_text("white_noise", noise);
     for (const auto& [section, texts] :
          {std::pair{"equations", &model.equations}, std::pair{"define", &model.definitions}}) {
         if (texts->empty()) continue;
@@ -286,11 +318,34 @@ const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>() {
                 "formula of the coefficients"},
         {.name = "noise",
          .member = &DeclaredField::noise,
-         .doc = "D: noise f in d_t F with <f f> = D delta(r - r') delta(t - t') for each component; a number, or a "
-                "formula of the coefficients"},
+         .doc = "D: noise f of its own in d_t F with <f f> = D delta(r - r') delta(t - t') for each component; a "
+                "number, or a formula of the coefficients"},
         {.name = "conserved_noise",
          .member = &DeclaredField::conserved_noise,
          .doc = "the noise is the divergence of a random flux: D q^2 in place of D"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<io::DeclaredNoise>>& schema<io::DeclaredNoise>() {
+    using io::DeclaredNoise;
+    static const std::vector<Row<DeclaredNoise>> rows{
+        {.name = "symbol",
+         .member = &DeclaredNoise::symbol,
+         .doc = "its name in equations: \"xi\" of unit strength, <xi xi> = delta(r - r') delta(t - t') for each "
+                "component; equations that have it are driven by the same noise"},
+        {.name = "rank",
+         .member = &DeclaredNoise::rank,
+         .choices = {"scalar", "vector", "nematic"},
+         .doc = "how it turns with space, as that of a field"},
+        {.name = "spin",
+         .member = &DeclaredNoise::spin,
+         .range = {.min = -1, .max = 6},
+         .doc = "in place of rank; -1: as rank says"},
+        {.name = "parity",
+         .member = &DeclaredNoise::parity,
+         .choices = {"even", "odd"},
+         .doc = "odd: of equations of pseudoscalars and the like"}};
     return rows;
 }
 

@@ -8,8 +8,12 @@
 
 namespace drover::io {
 
-/// Tables of a declared model, besides [[field]] number n, which is the table field[n].
+/// Tables of a declared model, besides its lists.
 inline constexpr const char* declared_tables[] = {"model", "equations", "define", "coefficients"};
+/// Lists of tables of a declared model: [[field]] number n is the table field[n].
+inline constexpr const char* declared_lists[] = {"field", "white_noise"};
+/// Whether a name is that of a table of such a list.
+bool is_in_declared_list(const std::string& name);
 bool is_declared_table(const std::string& name);
 
 /// Fills the model of a scene and notes where each number is.

@@ -139,12 +139,13 @@ void add_terms(const toml::array& terms, const std::string& file, LocatedTables&
 }
 
 /// [[field]] number n is the section field[n].
-void add_fields(const toml::array& fields, const std::string& file, LocatedTables& tables) {
+void add_list(const std::string& list, const toml::array& items, const std::string& file, LocatedTables& tables) {
     std::size_t number = 0;
-    for (const toml::node& node : fields) {
-        const toml::table* field = node.as_table();
-        require(field != nullptr, where_of(node.source(), file), "field is not a list of tables; expected [[field]]");
-        add_table(text("field[{}]", ++number), *field, where_of(node.source(), file), file, tables);
+    for (const toml::node& node : items) {
+        const toml::table* item = node.as_table();
+        require(item != nullptr, where_of(node.source(), file), "{} is not a list of tables; expected [[{}]]", list,
+                list);
+        add_table(text("{}[{}]", list, ++number), *item, where_of(node.source(), file), file, tables);
     }
 }
 
@@ -153,8 +154,8 @@ LocatedTables tables_of(const toml::table& root, const std::string& file) {
     for (const auto& [name, node] : root) {
         const std::string section(name.str());
         const SourceLocation where = where_of(name.source(), file);
-        if (const toml::array* fields = node.as_array(); fields != nullptr && section == "field") {
-            add_fields(*fields, file, tables);
+        if (const toml::array* items = node.as_array(); items != nullptr && is_in_declared_list(section + "[")) {
+            add_list(section, *items, file, tables);
             continue;
         }
         if (const toml::array* terms = node.as_array(); terms != nullptr && section == "terms") {
@@ -193,7 +194,7 @@ Setting read_setting(const std::string& setting) {
 
 /// A misspelt coefficient or field of a declared model would be one more, which no equation names.
 void require_declared(const Setting& setting, const LocatedTables& tables) {
-    if (setting.section != "coefficients" && !setting.section.starts_with("field[")) return;
+    if (setting.section != "coefficients" && !is_in_declared_list(setting.section)) return;
     const auto table = tables.find(setting.section);
     require(table != tables.end(), setting.where, "the scene has no [{}]; expected one of its own sections",
             setting.section);
@@ -276,10 +277,11 @@ LocatedTables model_file(const LocatedValue& named, const std::string& scene) {
     }
     LocatedTables tables = tables_of(parsed(content, path.string()), path.string());
     for (const auto& [name, table] : tables) {
-        require(is_declared_table(name), table.where,
-                "[{}] in a model that a scene names; expected [model], [[field]], [equations], [define] and "
-                "[coefficients] alone",
-                name);
+        require(
+            is_declared_table(name), table.where,
+            "[{}] in a model that a scene names; expected [model], [[field]], [[white_noise]], [equations], [define] "
+            "and [coefficients] alone",
+            name);
         require(name != "model" || !table.values.contains("file"), table.where,
                 "model.file in a model that a scene names; expected the model itself");
     }
@@ -297,15 +299,17 @@ void include_model(LocatedTables& tables, const std::string& scene) {
     model->second.values.erase(named);
     if (found.value == Value{std::string{}}) return;
     LocatedTables whole = model_file(found, scene);
-    std::size_t fields = 0;
-    while (whole.contains(text("field[{}]", fields + 1))) ++fields;
     for (auto& [name, table] : tables) {
-        if (name.starts_with("field[")) continue;
+        if (is_in_declared_list(name)) continue;
         for (auto& [key, value] : table.values) whole[name].values.insert_or_assign(key, std::move(value));
         whole[name].where = table.where;
     }
-    for (std::size_t n = 1; tables.contains(text("field[{}]", n)); ++n)
-        whole.emplace(text("field[{}]", fields + n), std::move(tables.at(text("field[{}]", n))));
+    for (const char* list : declared_lists) {
+        std::size_t before = 0;
+        while (whole.contains(text("{}[{}]", list, before + 1))) ++before;
+        for (std::size_t n = 1; tables.contains(text("{}[{}]", list, n)); ++n)
+            whole.emplace(text("{}[{}]", list, before + n), std::move(tables.at(text("{}[{}]", list, n))));
+    }
     tables = std::move(whole);
 }
 

@@ -18,9 +18,21 @@ namespace {
 /// One summand of a right-hand side as read.
 struct Part {
     TermSummary summary;
-    Value value;
-    bool is_acceleration = false;  ///< the mass is one of its factors, and left out
+    Value value;                         ///< without its noise
+    std::vector<LinearForm> noise = {};  ///< of its components
+    bool is_acceleration = false;        ///< the mass is one of its factors, and left out
+    bool has_noise() const {
+        return std::any_of(noise.begin(), noise.end(), [](const LinearForm& row) { return !row.empty(); });
+    }
 };
+
+/// White noises are fields of the formulas, numbered after those of the model.
+Model with_noises(Model model) {
+    for (const WhiteNoise& noise : model.noises)
+        model.fields.push_back(
+            {.name = noise.symbol, .symbol = noise.symbol, .spin = noise.spin, .odd = noise.odd, .where = noise.where});
+    return model;
+}
 
 bool equal(const Formula& a, const Formula& b) {
     const auto equal_parts = [](const Formula& c, const Formula& d) { return c.sign == d.sign && equal(c, d); };
@@ -30,7 +42,8 @@ bool equal(const Formula& a, const Formula& b) {
 
 class Compiler {
 public:
-    explicit Compiler(const Model& model) : names_(model), lowering_(model, names_, algebra_) {
+    explicit Compiler(const Model& model)
+        : with_noises_(with_noises(model)), names_(with_noises_), lowering_(with_noises_, names_, algebra_) {
         c_.model = model;
         check_values();
         number_components();
@@ -52,6 +65,7 @@ public:
         for (std::vector<Term>* terms : {&c_.terms, &c_.substitutes, &c_.evaluated})
             for (Term& term : *terms) c_.summarise(term);
         for (const Term& term : c_.terms) c_.summaries.push_back(term.summary);
+        c_.check_noise();
         c_.split(c_.reference());
         return std::move(c_);
     }
@@ -87,6 +101,8 @@ private:
             for (int k = 0; k < components(c_.model.fields[i]); ++k) c_.field_of.push_back(static_cast<int>(i));
             c_.components += components(c_.model.fields[i]);
         }
+        c_.noise_rows.resize(static_cast<std::size_t>(c_.components));
+        for (const WhiteNoise& noise : c_.model.noises) c_.noise_components += noise.spin == 0 ? 1 : 2;
         c_.array_of.assign(static_cast<std::size_t>(c_.components), -1);
         for (int k = 0; k < c_.components; ++k) {
             if (c_.model.fields[c_.field(k)].left == LeftSide::balance) continue;
@@ -114,7 +130,38 @@ private:
         std::vector<Part> parts;
         if (!c_.model.fields[index].equation.text.empty()) parts = read_equation(index, mass);
         for (const WrittenTerm& written : c_.model.fields[index].further) parts.push_back(read_written(index, written));
+        for (Part& part : parts) take_noise(part);
         return parts;
+    }
+
+    bool is_noise(const Derivative& derivative) const { return derivative.component >= c_.components; }
+
+    /// Moves the white noises of a part out of its value.
+    void take_noise(Part& part) const {
+        if (c_.noise_components == 0) return;
+        for (Component& rate : part.value.components) {
+            LinearForm noise;
+            for (const auto& entry : rate.linear)
+                if (is_noise(entry.first)) noise.insert(entry);
+            std::erase_if(rate.linear, [this](const auto& entry) { return is_noise(entry.first); });
+            part.noise.push_back(std::move(noise));
+            for (const auto& [order, node] : rate.rest) reject_products_of_noise(part, node);
+        }
+        const Field& field = c_.model.fields[part.summary.field];
+        require(field.left == LeftSide::rate || !part.has_noise(), part.summary.where,
+                "the term \"{}\" is noise, and {} is in balance; expected noise of fields with a rate",
+                part.summary.text, field.symbol);
+    }
+
+    void reject_products_of_noise(const Part& part, int node) const {
+        for (const int slot : algebra_.slots_read(node)) {
+            if (slot < first_atom) continue;
+            for (const auto& [derivative, coefficient] : algebra_.form_of(slot))
+                require(!is_noise(derivative), part.summary.where,
+                        "the term \"{}\" has a product or function of the noise {}; expected noise that depends on no "
+                        "field, position or time",
+                        part.summary.text, names_.name_of_component(derivative.component));
+        }
     }
 
     std::vector<Part> read_equation(std::size_t index, const std::optional<Formula>& mass) {
@@ -226,7 +273,7 @@ private:
         }
         if (mass) divide_by_mass(index, mass_text, *mass, parts);
         else
-            for (const Part& part : parts) add_term(part.summary, part.value.components, true);
+            for (const Part& part : parts) add_part(part, part.value.components, true);
         if (field.conserved) check_conserved(index, parts);
     }
 
@@ -299,7 +346,12 @@ private:
                     total[k] = algebra_.sum(total[k], rates[k]);
                     rates[k] = divided(rates[k]);
                 }
-            add_term(part.summary, rates, is_constant || part.is_acceleration);
+            require(
+                is_constant || part.is_acceleration || !part.has_noise(), part.summary.where,
+                "the noise of the term \"{}\" is divided by a mass that varies; expected the mass as its first factor",
+                part.summary.text);
+            add_part(part, rates, is_constant || part.is_acceleration,
+                     is_constant && !part.is_acceleration ? 1.0 / number : 1.0);
         }
         if (is_constant) return;
         for (std::vector<Component>* total : {&straight, &placed}) {
@@ -334,6 +386,19 @@ private:
     }
 
     // ---- terms
+
+    /// A part with its noise; of noise alone no term is left.
+    void add_part(const Part& part, const std::vector<Component>& rates, bool evaluated, double noise_factor = 1.0) {
+        const int first = c_.first_component[part.summary.field];
+        for (std::size_t k = 0; k < part.noise.size(); ++k)
+            for (const auto& [derivative, coefficient] : part.noise[k])
+                c_.noise_rows[static_cast<std::size_t>(first) + k][derivative] += noise_factor * coefficient;
+        const bool is_noise =
+            part.has_noise() &&
+            std::all_of(rates.begin(), rates.end(), [this](const Component& rate) { return algebra_.is_zero(rate); });
+        if (is_noise) c_.noise_terms.push_back(part.summary);
+        else add_term(part.summary, rates, evaluated);
+    }
 
     Row row_of(const Component& component, const SourceLocation& where) {
         Row row{component.linear, {}};
@@ -382,6 +447,12 @@ private:
         const Part* first = nullptr;  // of the parts that are no divergences, which together may be one
         Component total;
         for (const Part& part : parts) {
+            for (const LinearForm& row : part.noise)
+                for (const auto& [derivative, coefficient] : row)
+                    require(derivative.order != Order{}, part.summary.where,
+                            "the noise \"{}\" is no divergence, and {} is declared as conserved; expected a divergence "
+                            "such as div xi, or conserved = false",
+                            part.summary.text, field.symbol);
             const Component& rate = part.value.components[0];
             Component source{rate.linear, {}};  // what is no derivative as a whole
             std::erase_if(source.linear, [](const auto& entry) { return entry.first.order != Order{}; });
@@ -397,6 +468,7 @@ private:
                 first == nullptr ? "" : first->summary.text, field.symbol);
     }
 
+    Model with_noises_;
     Names names_;
     Algebra algebra_;
     Lowering lowering_;

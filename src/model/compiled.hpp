@@ -71,6 +71,9 @@ struct CompiledEquations {
     std::vector<Term> substitutes;  ///< the values of fields in balance at every point
     std::vector<Term> evaluated;    ///< what the solver evaluates: forces that a mass divides are one term
     std::vector<TermSummary> summaries;
+    std::vector<LinearForm> noise_rows;  ///< of each component: of the components of all white noises
+    int noise_components = 0;
+    std::vector<TermSummary> noise_terms;
     std::vector<LinearForm> atoms;  ///< by slot less first_atom; empty for results of calls
     std::vector<Call> calls;
     std::vector<Mass> masses;
@@ -84,6 +87,10 @@ struct CompiledEquations {
     int degree = 1;
     bool has_finite_degree = true;
 
+    /// What the white noises add to the rates at q: rows by component, columns by component of the noises.
+    Symbol noise_symbol(const numerics::Wavevector& q) const;
+    /// Throws an input Error unless they act alike in all directions, and do not distinguish left and right.
+    void check_noise() const;
     int slots() const { return first_atom + static_cast<int>(atoms.size()); }
     /// Completes the summary of a term by what its rows are.
     void summarise(Term& term) const;

@@ -1,4 +1,4 @@
-// model/equations.cpp: the linearisation of equations about uniform states, and their noise.
+// model/equations.cpp: the linearisation of equations about uniform states.
 #include "drover/model/equations.hpp"
 
 #include <Eigen/LU>
@@ -272,29 +272,17 @@ Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
     return result;
 }
 
-bool Equations::has_noise() const {
-    for (const Field& field : model().fields)
-        if (field.noise != 0.0) return true;
-    return false;
-}
-
-Eigen::MatrixXd Equations::noise(double q) const {
-    Eigen::MatrixXd strengths = Eigen::MatrixXd::Zero(components(), components());
-    for (int k = 0; k < components(); ++k) {
-        const Field& field = model().fields[compiled_->field(k)];
-        strengths(k, k) = field.noise * (field.noise_conserves ? q * q : 1.0);
-    }
-    return strengths;
-}
-
 std::string Equations::latex(std::size_t index) const {
     const Field& field = model().fields[index];
     const auto name = [this](const std::string& word) {
-        for (const Field& other : model().fields) {
-            if (word != other.symbol && word != other.name) continue;
-            const std::string symbol = latex_of_name(other.symbol);
-            return other.spin == 0 ? symbol : (other.spin == 1 ? "\\boldsymbol{" : "\\mathsf{") + symbol + "}";
-        }
+        const auto typeset = [](const std::string& symbol, int spin) {
+            const std::string bare = latex_of_name(symbol);
+            return spin == 0 ? bare : (spin == 1 ? "\\boldsymbol{" : "\\mathsf{") + bare + "}";
+        };
+        for (const Field& other : model().fields)
+            if (word == other.symbol || word == other.name) return typeset(other.symbol, other.spin);
+        for (const WhiteNoise& noise : model().noises)
+            if (word == noise.symbol) return typeset(noise.symbol, noise.spin);
         return latex_of_name(word);
     };
     const auto typeset = [&](const Text& text) {
@@ -429,7 +417,7 @@ numerics::System Equations::linear_system(const numerics::Grid& grid, int kept_d
     };
     if (has_noise())
         system.noise = [equations = *this, c, parts](double q) {
-            return blocks_of(*c, equations.noise(q), parts, q == 0.0);
+            return blocks_of(*c, equations.noise({q, 0.0}), parts, q == 0.0);
         };
     system.degree = kept_degree > 0 ? kept_degree : c->degree;
     if (c->has_balance())

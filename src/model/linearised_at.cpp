@@ -85,7 +85,7 @@ Symbol LinearisedAt::all_components(const Wavevector& q) const {
     return all(Eigen::all, state);
 }
 
-Eigen::MatrixXd LinearisedAt::noise(double q) const {
+Symbol LinearisedAt::noise(const Wavevector& q) const {
     const std::vector<int>& state = equations_.state_components();
     return equations_.noise(q)(state, state);
 }

@@ -416,7 +416,8 @@ void Names::add(const std::string& name, const Meaning& meaning, const SourceLoc
     const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
     require(!name.empty() && !std::isdigit(static_cast<unsigned char>(name[0])) &&
                 std::all_of(name.begin(), name.end(), is_letter),
-            where, "the name \"{}\" of a field, definition or coefficient; expected letters, digits and _", name);
+            where, "the name \"{}\" of a field, noise, definition or coefficient; expected letters, digits and _",
+            name);
     require(equation_notation().arguments_of(name) == 0 && !equation_notation().is_operator(name) && name != "pi" &&
                 name != "e_x" && name != "e_y",
             where, "the name {} is that of a function, an operator or a constant; expected another name", name);

@@ -16,7 +16,7 @@ using Complex = std::complex<double>;
 std::string mode_text(const Wavevector& q) { return text("a mode at q = ({:.4g}, {:.4g})", q.x, q.y); }
 
 /// Modes that decay, added up one by one: those that neither grow nor decay must not be driven.
-Covariance by_modes(const Modes& all, const Eigen::MatrixXd& noise, const Wavevector& q) {
+Covariance by_modes(const Modes& all, const Symbol& noise, const Wavevector& q) {
     constexpr double epsilon = std::numeric_limits<double>::epsilon();
     const double size = all.rates.cwiseAbs().maxCoeff();
     const Eigen::Index n = all.rates.size();
@@ -43,13 +43,13 @@ Covariance by_modes(const Modes& all, const Eigen::MatrixXd& noise, const Waveve
 }  // namespace
 
 Covariance covariance(const LinearisedAt& at, const Wavevector& q) {
-    const Symbol m = at.symbol(q), noise = at.noise(std::hypot(q.x, q.y)).cast<Complex>();
+    const Symbol m = at.symbol(q), noise = at.noise(q);
     Covariance result{.matrix = Symbol::Zero(m.rows(), m.cols()), .why_none = {}};
     const auto entries = static_cast<std::size_t>(m.size());
     const double largest = numerics::solve_lyapunov(static_cast<int>(m.rows()), {m.data(), entries},
                                                     {noise.data(), entries}, {result.matrix.data(), entries});
     // Close to 0 the sign of the rate is not certain.
-    if (!(largest < -1e-10 * m.norm())) result = by_modes(modes(at, q), noise.real(), q);
+    if (!(largest < -1e-10 * m.norm())) result = by_modes(modes(at, q), noise, q);
     if (!result.why_none.empty()) return result;
     const Symbol all = at.all_components(q);
     result.matrix = all * result.matrix * all.adjoint();
@@ -62,7 +62,7 @@ Symbol dynamic_structure(const LinearisedAt& at, const Wavevector& q, double ome
     if (!inverse.allFinite())
         fail_run("{} has the frequency {} and does not decay: its spectrum is not finite", mode_text(q), omega);
     const Symbol response = at.all_components(q) * inverse;
-    return response * at.noise(std::hypot(q.x, q.y)) * response.adjoint();
+    return response * at.noise(q) * response.adjoint();
 }
 
 std::vector<std::string> part_names(const Equations& equations) {

@@ -48,12 +48,21 @@ void add_field(const py::dict& given, io::DeclaredModel& model) {
     model.equations.emplace(symbol, text_of(symbol, "equation", given["equation"].cast<std::string>()));
 }
 
-model::Equations equations_of(const py::list& fields, const std::map<std::string, std::string>& definitions,
+void add_noise(const py::dict& given, io::DeclaredModel& model) {
+    const auto symbol = given["symbol"].cast<std::string>();
+    model.noises.push_back(
+        {.symbol = symbol, .spin = given["spin"].cast<int>(), .parity = given["odd"].cast<bool>() ? "odd" : "even"});
+    model.noise_places.push_back({.file = symbol});
+}
+
+model::Equations equations_of(const py::list& fields, const py::list& noises,
+                              const std::map<std::string, std::string>& definitions,
                               const std::map<std::string, double>& coefficients, bool chiral) {
     io::DeclaredModel model;
     model.chiral = chiral;
     model.coefficients = coefficients;
     for (const py::handle& field : fields) add_field(field.cast<py::dict>(), model);
+    for (const py::handle& noise : noises) add_noise(noise.cast<py::dict>(), model);
     for (const auto& [name, text] : definitions)
         model.definitions.emplace(name, model::Text{text, {.file = name, .line = 1, .column = 1}});
     return model::Equations(io::model_of(model));
@@ -129,7 +138,10 @@ void bind_model(py::module_& module) {
              [](const model::Equations& e, std::size_t term, const model::UniformState& about, double qx, double qy) {
                  return e.term_symbol(term, about, {qx, qy});
              })
-        .def("noise", &model::Equations::noise)
+        .def("noise",
+             [](const model::Equations& e, double qx, double qy) {
+                 return e.noise({qx, qy});
+             })
         .def("latex", &model::Equations::latex)
         .def("noise_strengths", [](const model::Equations& e) {
             std::vector<double> strengths;

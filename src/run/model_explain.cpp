@@ -40,7 +40,9 @@ List fields_of(const model::Equations& equations) {
 
 List terms_of(const model::Equations& equations) {
     List list{.name = "terms", .heading = "terms of the equations", .row = "term"};
-    for (const model::TermSummary& term : equations.terms()) {
+    std::vector<model::TermSummary> terms = equations.terms();
+    terms.insert(terms.end(), equations.noise_terms().begin(), equations.noise_terms().end());
+    for (const model::TermSummary& term : terms) {
         const model::Field& field = equations.model().fields[term.field];
         const std::string left = field.left == model::LeftSide::balance ? "0"
                                  : field.mass.text.empty()              ? "d_t " + field.symbol
@@ -56,6 +58,9 @@ List coefficients_of(const model::Model& model) {
     for (const auto& [name, value] : model.coefficients)
         list.rows.push_back(
             {.entries = {words("name", "in equations", name), number("value", "1", "its value", value)}});
+    for (const model::WhiteNoise& noise : model.noises)
+        list.rows.push_back({.entries = {words("name", "in equations", noise.symbol + ", white noise"),
+                                         number("value", "1", "its strength", 1.0)}});
     for (const model::Field& field : model.fields)
         if (field.noise != 0.0)
             list.rows.push_back(

@@ -46,7 +46,8 @@ bool is_in_noise(const io::DeclaredModel& declared, const std::vector<std::strin
     const model::Equations start = equations_with(declared, {});
     return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
         const double value = declared.coefficients.at(name);
-        return equations_with(declared, {{name, value + 0.5 * std::abs(value) + 1.0}}).noise(1.0) != start.noise(1.0);
+        return equations_with(declared, {{name, value + 0.5 * std::abs(value) + 1.0}}).noise({1.0, 0.0}) !=
+               start.noise({1.0, 0.0});
     });
 }
 
@@ -98,7 +99,7 @@ WaveProblem model_wave_problem(const io::Scene& scene, const std::vector<std::st
         const auto linear = std::make_shared<const model::LinearisedAt>(equations_with(declared, changes), about);
         return calibrate::LinearWaves{.symbol = [linear](const numerics::Wavevector& q) { return linear->symbol(q); },
                                       .noise = [linear](const numerics::Wavevector& q) -> Eigen::MatrixXcd {
-                                          return linear->noise(std::hypot(q.x, q.y)).cast<std::complex<double>>();
+                                          return linear->noise(q);
                                       }};
     };
     problem.noise = is_in_noise(scene.declared, names) ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;

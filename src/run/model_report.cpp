@@ -24,15 +24,10 @@ double worst_tail(const measure::RecordedSeries& tails, const measure::RecordedS
     return worst;
 }
 
-/// White noise feeds all waves alike, so that its tail says nothing about the products.
-bool has_white_noise(const model::Model& model) {
-    return std::any_of(model.fields.begin(), model.fields.end(),
-                       [](const model::Field& field) { return field.noise > 0.0; });
-}
-
 void warn_of_tails(const io::Scene& scene, const model::Equations& equations, const measure::ModelSetting& setting,
                    const std::vector<measure::RecordedSeries>& series, std::vector<std::string>& warnings) {
-    if (equations.degree() == 1 || has_white_noise(equations.model())) return;
+    // Noise feeds all waves, so that the tail says nothing about the products.
+    if (equations.degree() == 1 || equations.has_noise()) return;
     for (const measure::MeasuredField& field : setting.fields) {
         const auto *tails = measure::find_row(series, "spectral_tail_" + field.name),
                    *variances = measure::find_row(series, "variance_" + field.name);

@@ -72,9 +72,8 @@ TEST(Scene, errors_name_the_line_or_the_override) {
 
 TEST(Scene, resolved_text_contains_every_key_of_its_kind) {
     constexpr const char* own =
-        "[[field]]\nsymbol = \"phi\"\n[equations]\nphi = \"-k phi + f\"\n[define]\nf = \"lap phi\"\n[coefficients]\nk "
-        "= "
-        "1\n[time]\ndt = 0.1\n";
+        "[[field]]\nsymbol = \"phi\"\n[[white_noise]]\nsymbol = \"xi\"\n[equations]\nphi = \"-k phi + f\"\n[define]\n"
+        "f = \"lap phi\"\n[coefficients]\nk = 1\n[time]\ndt = 0.1\n";
     for (const auto& [kind, given] :
          {std::pair{SceneKind::fields, ""}, {SceneKind::particles, "[cell]\n"}, {SceneKind::model, own}}) {
         const std::string text = resolved_text(parse_scene(given, "scene.toml"));

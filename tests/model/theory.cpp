@@ -275,7 +275,7 @@ TEST(ModelFluctuations, in_time_integrate_to_those_at_equal_times_fields_in_bala
     // The Lyapunov equation itself, of the components with a rate.
     const std::vector<int>& state = equations.state_components();
     const Symbol s = found.matrix(state, state), m = flock.symbol(q);
-    EXPECT_LT((m * s + s * m.adjoint() + flock.noise(0.5)).norm(), 1e-13 * m.norm() * s.norm());
+    EXPECT_LT((m * s + s * m.adjoint() + flock.noise(q)).norm(), 1e-13 * m.norm() * s.norm());
     EXPECT_NEAR(found.matrix(3, 1).real(), (s(1, 1) / 2.25).real(), 1e-14);  // v = p/(2 + q^2)
 }
 

@@ -1,4 +1,5 @@
-// io/declared_model.hpp: the model that a scene declares: [[field]], [equations], [define] and [coefficients].
+// io/declared_model.hpp: the model that a scene declares: [[field]], [[white_noise]], [equations], [define] and
+// [coefficients].
 #pragma once
 #include <map>
 #include <string>
@@ -24,12 +25,22 @@ struct DeclaredField {
     bool conserved_noise = false;
 };
 
+/// One [[white_noise]].
+struct DeclaredNoise {
+    std::string symbol;  ///< in equations
+    std::string rank = "scalar";
+    int spin = -1;  ///< of any rank; -1: that of `rank`
+    std::string parity = "even";
+};
+
 /// Everything as written, with its places.
 struct DeclaredModel {
     std::string name;
     bool chiral = false;  ///< the equations may distinguish left and right
     std::vector<DeclaredField> fields;
     std::vector<std::map<std::string, SourceLocation>> places;  ///< of the keys of each field; "" is the field itself
+    std::vector<DeclaredNoise> noises;
+    std::vector<SourceLocation> noise_places;
     std::map<std::string, model::Text> equations, definitions;
     std::map<std::string, double> coefficients;
     std::map<std::string, model::Text> start;  ///< formulas in x, y, lx and ly of [initial], by component
@@ -44,4 +55,6 @@ model::Model model_of(const DeclaredModel& declared);
 namespace drover {
 template <>
 const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>();
+template <>
+const std::vector<Row<io::DeclaredNoise>>& schema<io::DeclaredNoise>();
 }  // namespace drover

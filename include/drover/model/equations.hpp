@@ -54,9 +54,11 @@ public:
     bool is_isotropic(std::size_t term) const;
     /// What one term contributes, without elimination.
     Symbol term_symbol(std::size_t term, const UniformState& about, const numerics::Wavevector& q) const;
-    /// Strengths of the noise at |q|: <f f^H> = noise delta(t - t') per area.
-    Eigen::MatrixXd noise(double q) const;
+    /// Strengths of the noise of all components at q: <f f^H> = noise delta(t - t') per area, Hermitian.
+    Symbol noise(const numerics::Wavevector& q) const;
     bool has_noise() const;
+    /// The summands of equations that are noise alone; they are not among terms().
+    const std::vector<TermSummary>& noise_terms() const;
 
     /// Whether something is left to the explicit part, so that a step makes an error.
     bool has_explicit_part() const;

@@ -29,7 +29,7 @@ public:
     /// The linearisation of all equations without elimination; rows of balances that are solved at every point are 0.
     Symbol whole(const numerics::Wavevector& q) const;
     /// Strengths of the noise of the components with a rate: <f f^H> = noise delta(t - t') per area.
-    Eigen::MatrixXd noise(double q) const;
+    Symbol noise(const numerics::Wavevector& q) const;
 
     /// The components that follow from linear balances.
     const std::vector<int>& held_components() const { return held_; }

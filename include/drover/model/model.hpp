@@ -82,8 +82,17 @@ struct Field {
     PointSource source = {};                ///< of a given field
     bool conserved = false;                 ///< the mean does not change: checked
     double reference = 0.0;        ///< of a true scalar: its value in the state about which the linear part is exact
-    double noise = 0.0;            ///< D: <f f> = D delta delta for each component of the noise f in d_t F
+    double noise = 0.0;            ///< D: <f f> = D delta delta for each component of a noise f of its own in d_t F
     bool noise_conserves = false;  ///< <f f> = D q^2 delta delta: the noise is the divergence of a random flux
+    SourceLocation where = {};
+};
+
+/// White noise of unit strength, a name in equations: <xi xi> = delta delta for each component.  Fields whose equations
+/// have it are driven by the same noise.
+struct WhiteNoise {
+    std::string symbol;
+    int spin = 0;  ///< 0 to 6
+    bool odd = false;
     SourceLocation where = {};
 };
 
@@ -98,6 +107,7 @@ struct Model {
     std::vector<Definition> definitions;
     std::map<std::string, double> coefficients;  ///< by symbol
     std::map<std::string, GivenFunction> functions = {};
+    std::vector<WhiteNoise> noises = {};
     bool chiral = false;  ///< allows terms that distinguish left and right
 };
 

@@ -49,14 +49,22 @@ class Field:
     @property
     def components(self) -> tuple[str, ...]: ...
 
+class Noise:
+    symbol: str
+    spin: int
+    odd: bool
+    def __init__(self, symbol: str, spin: int = ..., odd: bool = ...) -> None: ...
+
 State = Mapping[str, Any] | Sequence[float] | NDArray[np.float64]
 
 class Model:
     fields: tuple[Field, ...]
+    noises: tuple[Noise, ...]
     coefficients: dict[str, float]
     define: dict[str, str]
     chiral: bool
-    def __init__(self, fields: Sequence[Field], /, *, define: Mapping[str, str] | None = ..., chiral: bool = ...,
+    def __init__(self, fields: Sequence[Field], /, *, noises: Sequence[Noise] = ...,
+                 define: Mapping[str, str] | None = ..., chiral: bool = ...,
                  coefficients: Mapping[str, float] | None = ..., **more: float) -> None: ...
     @property
     def terms(self) -> list[tuple[str, str]]: ...

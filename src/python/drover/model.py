@@ -47,6 +47,24 @@ class Field:
         return tuple((self.name or self.symbol) + end for end in ends)
 
 
+@dataclass(frozen=True)
+class Noise:
+    """White noise of unit strength, a name in equations: <xi xi> = delta(r - r') delta(t - t') for each component.
+
+    Fields whose equations have it are driven by the same noise.
+
+    symbol, spin, odd   as of a Field
+
+    >>> model = Model([Field("a", "-a + xi"), Field("b", "-b - xi")], noises=[Noise("xi")])
+    >>> float(model.structure_factors([1.0]).sel(component="a", with_component="b").real[0])
+    -0.5
+    """
+
+    symbol: str
+    spin: int = 0
+    odd: bool = False
+
+
 KINDS = {"symbol": str, "equation": str, "spin": int, "name": str, "odd": bool, "unit": str, "meaning": str,
          "mass": str, "balance": bool, "conserved": bool, "reference": (int, float, str), "noise": (int, float, str),
          "conserved_noise": bool}
@@ -59,12 +77,19 @@ def model_of(values, of="this scene"):
         raise Error(f"{of} has no fields and equations of its own; expected a scene with [[field]]")
     equations, chiral = values.get("equations", {}), values.get("model", {}).get("chiral", False)
     fields = [Field(symbol=table["symbol"], equation=str(equations.get(table["symbol"], "")),
-                    spin=table["spin"] if table.get("spin", -1) >= 0 else RANKS.index(table.get("rank", "scalar")),
+                    spin=spin_of(table),
                     odd=table.get("parity", "even") == "odd",
                     **{key: number_or_text(table[key]) if key in ("reference", "noise") else table[key]
                        for key in SCENE_KEYS if key in table}) for table in values["field"]]
-    return Model(fields, define={name: str(text) for name, text in values.get("define", {}).items()}, chiral=chiral,
-                 coefficients=values.get("coefficients", {}))
+    noises = [Noise(symbol=table["symbol"], spin=spin_of(table), odd=table.get("parity", "even") == "odd")
+              for table in values.get("white_noise", [])]
+    define = {name: str(text) for name, text in values.get("define", {}).items()}
+    return Model(fields, noises=noises, define=define, chiral=chiral, coefficients=values.get("coefficients", {}))
+
+
+def spin_of(table):
+    """Of a [[field]] or a [[white_noise]]."""
+    return table["spin"] if table.get("spin", -1) >= 0 else RANKS.index(table.get("rank", "scalar"))
 
 
 def number_or_text(value):
@@ -78,14 +103,19 @@ def number_or_text(value):
 SCENE_KEYS = ("name", "unit", "meaning", "mass", "balance", "conserved", "reference", "noise", "conserved_noise")
 
 
+def noise_table(noise):
+    """A noise as a table of a scene, or what a field has too."""
+    rank = {"rank": RANKS[noise.spin]} if 0 < noise.spin < len(RANKS) else {"spin": noise.spin} if noise.spin else {}
+    return {"symbol": noise.symbol, **rank, **({"parity": "odd"} if noise.odd else {})}
+
+
 def field_table(field):
     """A field as a table of a scene, without what is as by default."""
-    rank = {"rank": RANKS[field.spin]} if 0 < field.spin < len(RANKS) else {"spin": field.spin} if field.spin else {}
-    table = {"symbol": field.symbol, **rank, **({"parity": "odd"} if field.odd else {})}
-    return table | {key: getattr(field, key) for key in SCENE_KEYS if getattr(field, key) != getattr(Field, key)}
+    changed = [key for key in SCENE_KEYS if getattr(field, key) != getattr(Field, key)]
+    return noise_table(field) | {key: getattr(field, key) for key in changed}
 
 
-def check(fields, define, chiral, coefficients):
+def check(fields, noises, define, chiral, coefficients):
     """Raises Error for arguments of another type, and for components of one name."""
     def expect(name, value, kind):
         kinds = kind if isinstance(kind, tuple) else (kind,)
@@ -102,6 +132,11 @@ def check(fields, define, chiral, coefficients):
             if names.setdefault(name, field) is not field:
                 raise Error(f"{name} is a component of {names[name].symbol} and of {field.symbol}; expected another "
                             "name")
+    for noise in noises:
+        if not isinstance(noise, Noise):
+            raise Error(f"{noise!r} is not a noise; expected drover.Noise(symbol, spin)")
+        for key in ("symbol", "spin", "odd"):
+            expect(f"{key} of the noise {noise.symbol}", getattr(noise, key), KINDS[key])
     expect("chiral", chiral, bool)
     for name, text in define.items():
         expect(f"the definition of {name}", text, str)
@@ -114,6 +149,7 @@ class Model:
     """Fields, the equations that couple them, named parts of these, and the values of their coefficients.
 
     The linear part about the reference is exact in runs, noise included; linear theory is of the same equations.
+    noises: white noises that the equations name, each a Noise.
     Coefficients are keyword arguments, or, for names such as "lambda" and "define", in `coefficients`.  Errors give the
     place as "symbol.equation:1:column".
 
@@ -125,16 +161,16 @@ class Model:
     (16, 16)
     """
 
-    def __init__(self, fields, /, *, define=None, chiral=False, coefficients=None, **more):
+    def __init__(self, fields, /, *, noises=(), define=None, chiral=False, coefficients=None, **more):
         from drover._drover import Equations
 
-        self.fields = tuple(fields)
+        self.fields, self.noises = tuple(fields), tuple(noises)
         self.coefficients = {**(coefficients or {}), **more}
         self.define, self.chiral = dict(define or {}), chiral
-        check(self.fields, self.define, chiral, self.coefficients)
+        check(self.fields, self.noises, self.define, chiral, self.coefficients)
         self._equations = Equations([{**vars(field), "name": field.name or field.symbol} for field in self.fields],
-                                    self.define, {key: float(value) for key, value in self.coefficients.items()},
-                                    chiral)
+                                    [vars(noise) for noise in self.noises], self.define,
+                                    {key: float(value) for key, value in self.coefficients.items()}, chiral)
 
     @property
     def terms(self):
@@ -222,12 +258,13 @@ class Model:
         names = [self.components[k] for k in held]
         result = []
         for q in np.atleast_1d(np.asarray(wavenumbers, dtype=float)):
-            matrix = self.symbol((q * np.cos(angle), q * np.sin(angle)), state)[np.ix_(held, held)]
+            at = (q * np.cos(angle), q * np.sin(angle))
+            matrix = self.symbol(at, state)[np.ix_(held, held)]
             if (growth := np.linalg.eigvals(matrix).real.max()) >= 0.0:
                 raise Error(f"a mode at |q| = {q:.6g} grows at {growth:.3g}; expected a state in which all modes "
                             "decay, where the noise is balanced")
-            noise = self._equations.noise(q)[np.ix_(held, held)]
-            result.append(scipy.linalg.solve_sylvester(matrix, matrix.conj().T, -noise.astype(complex)))
+            noise = self._equations.noise(*at)[np.ix_(held, held)]
+            result.append(scipy.linalg.solve_sylvester(matrix, matrix.conj().T, -noise))
         return xarray.DataArray(np.array(result), dims=("wavenumber", "component", "with_component"),
                                 coords={"wavenumber": np.atleast_1d(wavenumbers), "component": names,
                                         "with_component": names})
@@ -261,6 +298,7 @@ class Model:
         return Scene.from_dict({
             "model": {"name": name, **({"chiral": True} if self.chiral else {})},
             "field": [field_table(field) for field in self.fields],
+            "white_noise": [noise_table(noise) for noise in self.noises],
             "equations": {field.symbol: field.equation for field in self.fields},
             "define": self.define, "coefficients": {key: float(value) for key, value in self.coefficients.items()},
             "grid": {"nx": nx, "ny": ny, "lx": float(lx), "ly": float(ly)},

@@ -53,7 +53,7 @@ def coefficients_of(scene):
     found = []
     for key in scene.keys():
         section = key.partition(".")[0].partition("[")[0]
-        if section in SETTINGS or section == "field" and not key.endswith("noise"):
+        if section in SETTINGS or section in ("field", "white_noise") and not key.endswith("noise"):
             continue
         value = scene[key]
         if isinstance(value, float):

@@ -26,11 +26,11 @@ def value_text(value):
     raise Error(f"{value!r} is of type {type(value).__name__}; expected a number, a text, True or False, or a list")
 
 
-LISTS = ("terms", "field")  # sections of several tables, [[terms]]
+LISTS = ("terms", "field", "white_noise")  # sections of several tables, [[terms]]
 
 
 def scene_text(sections):
-    """The TOML text of {"section": {"key": value}} or {"section.key": value}; "terms" and "field" are lists of dicts.
+    """The TOML text of {"section": {"key": value}} or {"section.key": value}; lists of dicts are [[section]].
 
     >>> print(scene_text({"grid": {"nx": 64}, "time.end": 5.0}), end="")
     [grid]
