@@ -9,50 +9,65 @@
 #include "compiled.hpp"
 #include "conservation.hpp"
 #include "drover/model/equations.hpp"
-#include "lowering.hpp"
 #include "point_degree.hpp"
+#include "summands.hpp"
 
 namespace drover::model {
 
 namespace {
-/// One summand of a right-hand side as read.
-struct Part {
-    TermSummary summary;
-    Value value;                         ///< without its noise
-    std::vector<LinearForm> noise = {};  ///< of its components
-    bool is_acceleration = false;        ///< the mass is one of its factors, and left out
-    bool has_noise() const {
-        return std::any_of(noise.begin(), noise.end(), [](const LinearForm& row) { return !row.empty(); });
-    }
-};
-
-/// White noises are fields of the formulas, numbered after those of the model.
-Model with_noises(Model model) {
-    for (const WhiteNoise& noise : model.noises)
-        model.fields.push_back(
-            {.name = noise.symbol, .symbol = noise.symbol, .spin = noise.spin, .odd = noise.odd, .where = noise.where});
-    return model;
-}
-
-bool equal(const Formula& a, const Formula& b) {
-    const auto equal_parts = [](const Formula& c, const Formula& d) { return c.sign == d.sign && equal(c, d); };
-    return a.kind == b.kind && a.name == b.name && a.value == b.value && a.arguments.size() == b.arguments.size() &&
-           std::equal(a.arguments.begin(), a.arguments.end(), b.arguments.begin(), equal_parts);
-}
+/// The noises of the summands that multiply noise, by field and number of the summand.
+using Products = std::map<std::pair<std::size_t, std::size_t>, std::set<std::size_t>>;
 
 class Compiler {
 public:
-    explicit Compiler(const Model& model)
-        : with_noises_(with_noises(model)), names_(with_noises_), lowering_(with_noises_, names_, algebra_) {
+    /// Of the equations with a rate, those summands that are taken.
+    Compiler(const Model& model, std::function<bool(std::size_t field, std::size_t summand)> takes)
+        : with_noises_(with_noises_as_fields(model)),
+          names_(with_noises_),
+          lowering_(with_noises_, names_, algebra_),
+          reader_(with_noises_, names_, lowering_, algebra_),
+          takes_(std::move(takes)) {
         c_.model = model;
         check_values();
         number_components();
         algebra_.name_of = [this](const LinearForm& form) { return name_of(form); };
         c_.is_substituted.assign(model.fields.size(), false);
         solve_balances();
-        for (std::size_t i = 0; i < model.fields.size(); ++i) compile_field(i);
-        for (std::size_t i = 0; i < model.definitions.size(); ++i)
-            static_cast<void>(lowering_.value_of_definition(i));  // those that no equation uses are checked as well
+    }
+
+    /// The summands whose noise depends on fields, position or time, and those that have the same noise.
+    Products products_of_noise() {
+        std::vector<Summand> noisy;
+        for (std::size_t i = 0; i < c_.model.fields.size(); ++i) {
+            if (c_.model.fields[i].left != LeftSide::rate) continue;
+            const std::optional<Formula> mass = mass_of(i);
+            const bool varies = mass && !is_constant_mass(i, *mass);
+            for (Summand& one : read(i, mass)) {
+                one.multiplies_noise = one.has_noise() && (one.multiplies_noise || (varies && !one.is_acceleration));
+                if (one.has_noise()) noisy.push_back(std::move(one));
+            }
+        }
+        check_definitions();
+        std::set<std::size_t> multiplied;
+        const auto is_product = [&](const Summand& one) {
+            return one.multiplies_noise || std::any_of(one.noises.begin(), one.noises.end(),
+                                                       [&](std::size_t noise) { return multiplied.contains(noise); });
+        };
+        Products result;
+        for (std::size_t before = 1; before != result.size();) {
+            before = result.size();
+            for (const Summand& one : noisy)
+                if (is_product(one)) {
+                    multiplied.insert(one.noises.begin(), one.noises.end());
+                    result.emplace(std::pair{one.summary.field, one.number}, one.noises);
+                }
+            if (noisy.empty()) break;
+        }
+        return result;
+    }
+
+    void compile() {
+        for (std::size_t i = 0; i < c_.model.fields.size(); ++i) compile_field(i);
         for (int slot = first_atom; slot < algebra_.slots(); ++slot) c_.atoms.push_back(algebra_.form_of(slot));
         for (const FunctionCall& call : algebra_.calls()) {
             c_.calls.push_back({call, {}});
@@ -61,10 +76,20 @@ public:
         }
     }
 
-    CompiledEquations result() {
+    /// Those that no equation uses are checked as well.
+    void check_definitions() {
+        for (std::size_t i = 0; i < c_.model.definitions.size(); ++i)
+            static_cast<void>(lowering_.value_of_definition(i));
+    }
+
+    CompiledEquations result(std::vector<NoiseProducts> products = {}) {
         for (std::vector<Term>* terms : {&c_.terms, &c_.substitutes, &c_.evaluated})
             for (Term& term : *terms) c_.summarise(term);
         for (const Term& term : c_.terms) c_.summaries.push_back(term.summary);
+        c_.products = std::move(products);
+        for (const NoiseProducts& one : c_.products)
+            c_.noise_terms.insert(c_.noise_terms.end(), one.equations->summaries.begin(),
+                                  one.equations->summaries.end());
         c_.check_noise();
         c_.split(c_.reference());
         return std::move(c_);
@@ -123,77 +148,30 @@ private:
         return form.size() == 1 ? name : name + " + ...";
     }
 
-    // ---- reading
-
-    /// The summands of an equation, without the mass where it is one of their factors.
-    std::vector<Part> read_parts(std::size_t index, const std::optional<Formula>& mass = {}) {
-        std::vector<Part> parts;
-        if (!c_.model.fields[index].equation.text.empty()) parts = read_equation(index, mass);
-        for (const WrittenTerm& written : c_.model.fields[index].further) parts.push_back(read_written(index, written));
-        for (Part& part : parts) take_noise(part);
-        return parts;
+    std::vector<Summand> read(std::size_t index, const std::optional<Formula>& mass = {}) {
+        const bool is_balance = c_.model.fields[index].left == LeftSide::balance;
+        return reader_.read(index, mass, [&](std::size_t number) { return is_balance || takes_(index, number); });
     }
 
-    bool is_noise(const Derivative& derivative) const { return derivative.component >= c_.components; }
-
-    /// Moves the white noises of a part out of its value.
-    void take_noise(Part& part) const {
-        if (c_.noise_components == 0) return;
-        for (Component& rate : part.value.components) {
-            LinearForm noise;
-            for (const auto& entry : rate.linear)
-                if (is_noise(entry.first)) noise.insert(entry);
-            std::erase_if(rate.linear, [this](const auto& entry) { return is_noise(entry.first); });
-            part.noise.push_back(std::move(noise));
-            for (const auto& [order, node] : rate.rest) reject_products_of_noise(part, node);
-        }
-        const Field& field = c_.model.fields[part.summary.field];
-        require(field.left == LeftSide::rate || !part.has_noise(), part.summary.where,
-                "the term \"{}\" is noise, and {} is in balance; expected noise of fields with a rate",
-                part.summary.text, field.symbol);
+    std::optional<Formula> mass_of(std::size_t index) const {
+        const Text& mass = c_.model.fields[index].mass;
+        if (mass.text.empty()) return {};
+        return parse_formula(FormulaText(mass.text, mass.where), notation_with(c_.model.functions));
     }
 
-    void reject_products_of_noise(const Part& part, int node) const {
-        for (const int slot : algebra_.slots_read(node)) {
-            if (slot < first_atom) continue;
-            for (const auto& [derivative, coefficient] : algebra_.form_of(slot))
-                require(!is_noise(derivative), part.summary.where,
-                        "the term \"{}\" has a product or function of the noise {}; expected noise that depends on no "
-                        "field, position or time",
-                        part.summary.text, names_.name_of_component(derivative.component));
-        }
-    }
-
-    std::vector<Part> read_equation(std::size_t index, const std::optional<Formula>& mass) {
-        const FormulaText text(c_.model.fields[index].equation.text, c_.model.fields[index].equation.where);
-        const Formula whole = parse_formula(text, notation_with(c_.model.functions));
-        const bool is_in_parentheses = whole.at != text.text().find_first_not_of(" \t\n");
-        if (whole.kind != Formula::Kind::sum || is_in_parentheses)
-            return {read_part(index, text, whole, 0, text.text().size(), mass)};
-        std::vector<Part> parts;
-        for (std::size_t i = 0; i < whole.arguments.size(); ++i)
-            parts.push_back(
-                read_part(index, text, whole.arguments[i], i == 0 ? 0 : whole.arguments[i].sign_at,
-                          i + 1 < whole.arguments.size() ? whole.arguments[i + 1].sign_at : text.text().size(), mass));
-        return parts;
-    }
-
-    Part read_written(std::size_t index, const WrittenTerm& written) {
+    bool is_constant_mass(std::size_t index, const Formula& mass) {
         const Field& field = c_.model.fields[index];
-        Part part;
-        part.summary = {.field = index, .text = written.name, .where = written.texts.at(0).where};
-        part.value = lowering_.value_of(written);
-        const FormulaText text(written.texts[0].text, written.texts[0].where);
-        lowering_.check(text, {}, part.value, {0, field.spin}, field.odd ? Parity::odd : Parity::even);
-        part.value.components.resize(static_cast<std::size_t>(components(field)));  // of 0
-        return part;
+        const Value value = lowering_.value_of(FormulaText(field.mass.text, field.mass.where), mass);
+        reader_.check_mass(field, value);
+        double number = 0.0;
+        return algebra_.is_constant(value.components.at(0), number);
     }
 
     // ---- balances
 
     std::vector<Component> total_of(std::size_t index) {
         std::vector<Component> total(static_cast<std::size_t>(components(c_.model.fields[index])));
-        for (const Part& part : read_parts(index))
+        for (const Summand& part : read(index))
             for (std::size_t k = 0; k < total.size(); ++k) total[k] = algebra_.sum(total[k], part.value.components[k]);
         return total;
     }
@@ -263,60 +241,22 @@ private:
             if (!field.mass.text.empty()) static_cast<void>(lowering_.value_of(field.mass, {}, Parity::even));
             return;
         }
-        std::optional<Formula> mass;
+        const std::optional<Formula> mass = mass_of(index);
         const FormulaText mass_text(field.mass.text, field.mass.where);
-        if (!field.mass.text.empty()) mass = parse_formula(mass_text, notation_with(c_.model.functions));
-        std::vector<Part> parts = read_parts(index, mass);
+        std::vector<Summand> parts = read(index, mass);
         if (c_.is_substituted[index]) {
-            for (const Part& part : parts) add_term(part.summary, {}, false);
+            for (const Summand& part : parts) add_term(part.summary, {}, false);
             return;
         }
         if (mass) divide_by_mass(index, mass_text, *mass, parts);
         else
-            for (const Part& part : parts) add_part(part, part.value.components, true);
+            for (const Summand& part : parts) add_part(part, part.value.components, true);
         if (field.conserved) check_conserved(index, parts);
-    }
-
-    Part read_part(std::size_t index, const FormulaText& text, Formula formula, std::size_t begin, std::size_t end,
-                   const std::optional<Formula>& mass) {
-        const Field& field = c_.model.fields[index];
-        Part part;
-        part.summary.field = index;
-        part.summary.text = text.text().substr(begin, end - begin);
-        part.summary.text.erase(part.summary.text.find_last_not_of(" \n\t") + 1);
-        part.summary.where = text.location(begin);
-        if (mass) part.is_acceleration = remove_mass(formula, *mass);
-        part.value = lowering_.value_of(text, formula);
-        lowering_.check(text, formula, part.value, {0, field.spin}, field.odd ? Parity::odd : Parity::even);
-        part.value.components.resize(static_cast<std::size_t>(components(field)));  // of 0
-        if (formula.sign == '-')
-            for (Component& c : part.value.components) c = algebra_.scaled(c, -1.0);
-        return part;
-    }
-
-    /// Takes the factors of the mass away from the front of a product, if they are there.
-    static bool remove_mass(Formula& formula, const Formula& mass) {
-        if (formula.kind != Formula::Kind::product) return false;
-        const std::vector<Formula> factors =
-            mass.kind == Formula::Kind::product ? mass.arguments : std::vector<Formula>{mass};
-        std::vector<Formula>& found = formula.arguments;
-        if (found.size() <= factors.size() || found[factors.size()].sign == '/') return false;
-        const bool is_negative = found[0].kind == Formula::Kind::negative;
-        for (std::size_t i = 0; i < factors.size(); ++i) {
-            const Formula& factor = i == 0 && is_negative ? found[0].arguments[0] : found[i];
-            if (factors[i].sign == '/' || found[i].sign == '/' || !equal(factor, factors[i])) return false;
-        }
-        found.erase(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(factors.size()));
-        if (is_negative) {
-            Formula first = std::move(found[0]);
-            found[0] = {.kind = Formula::Kind::negative, .arguments = {first}, .at = first.at, .sign = '*'};
-        }
-        return true;
     }
 
     /// Forces divided by the mass at every point: all forces have one linear form, so that it is transformed once.
     void divide_by_mass(std::size_t index, const FormulaText& mass_text, const Formula& mass,
-                        std::vector<Part>& parts) {
+                        std::vector<Summand>& parts) {
         const Field& field = c_.model.fields[index];
         const Value value = lowering_.value_of(mass_text, mass);
         lowering_.check(mass_text, mass, value, {}, Parity::even);
@@ -334,7 +274,7 @@ private:
         };
         const auto width = static_cast<std::size_t>(components(field));
         std::vector<Component> straight(width), placed(width);
-        for (const Part& part : parts) {
+        for (const Summand& part : parts) {
             std::vector<Component> rates = part.value.components;
             double number_of_row = 0.0;
             const bool is_uniform = std::all_of(rates.begin(), rates.end(), [&](const Component& c) {
@@ -388,7 +328,7 @@ private:
     // ---- terms
 
     /// A part with its noise; of noise alone no term is left.
-    void add_part(const Part& part, const std::vector<Component>& rates, bool evaluated, double noise_factor = 1.0) {
+    void add_part(const Summand& part, const std::vector<Component>& rates, bool evaluated, double noise_factor = 1.0) {
         const int first = c_.first_component[part.summary.field];
         for (std::size_t k = 0; k < part.noise.size(); ++k)
             for (const auto& [derivative, coefficient] : part.noise[k])
@@ -438,15 +378,15 @@ private:
 
     // ---- conservation
 
-    void check_conserved(std::size_t index, const std::vector<Part>& parts) {
+    void check_conserved(std::size_t index, const std::vector<Summand>& parts) {
         const Field& field = c_.model.fields[index];
         require(field.spin == 0, field.where, "{} is conserved and has spin {}; expected a scalar", field.name,
                 field.spin);
         require(field.left == LeftSide::rate, field.where,
                 "{} is conserved and in balance; expected a field with a rate", field.name);
-        const Part* first = nullptr;  // of the parts that are no divergences, which together may be one
+        const Summand* first = nullptr;  // of the parts that are no divergences, which together may be one
         Component total;
-        for (const Part& part : parts) {
+        for (const Summand& part : parts) {
             for (const LinearForm& row : part.noise)
                 for (const auto& [derivative, coefficient] : row)
                     require(derivative.order != Order{}, part.summary.where,
@@ -472,12 +412,54 @@ private:
     Names names_;
     Algebra algebra_;
     Lowering lowering_;
+    SummandReader reader_;
+    std::function<bool(std::size_t, std::size_t)> takes_;
     CompiledEquations c_;
 };
+
+/// The equations of one field with given fields in place of its noises, and the others as they are.
+Model driven_model(const Model& model, std::size_t driven, const std::set<std::size_t>& noises) {
+    Model result = model;
+    result.noises.clear();
+    for (std::size_t i = 0; i < model.fields.size(); ++i) {
+        Field& field = result.fields[i];
+        field.noise = 0.0;
+        if (field.left != LeftSide::rate || i == driven) continue;
+        field.equation = field.mass = {};
+        field.further.clear();
+        field.conserved = false;
+    }
+    const std::vector<Field> given = with_noises_as_fields(model).fields;
+    for (const std::size_t n : noises) result.fields.push_back(given[model.fields.size() + n]);
+    return result;
+}
+
+CompiledEquations compiled(const Model& model) {
+    if (model.noises.empty()) {
+        Compiler compiler(model, [](std::size_t, std::size_t) { return true; });
+        compiler.compile();
+        compiler.check_definitions();
+        return compiler.result();
+    }
+    const Products products = Compiler(model, [](std::size_t, std::size_t) { return true; }).products_of_noise();
+    std::map<std::size_t, std::set<std::size_t>> noises_of;  // fields
+    for (const auto& [place, noises] : products) noises_of[place.first].insert(noises.begin(), noises.end());
+    std::vector<NoiseProducts> driven;
+    for (const auto& [field, noises] : noises_of) {
+        Compiler compiler(driven_model(model, field, noises), [&](std::size_t i, std::size_t summand) {
+            return products.contains({i, summand});
+        });
+        compiler.compile();
+        driven.push_back(
+            {field, {noises.begin(), noises.end()}, std::make_shared<const CompiledEquations>(compiler.result())});
+    }
+    Compiler compiler(model, [&](std::size_t i, std::size_t summand) { return !products.contains({i, summand}); });
+    compiler.compile();
+    return compiler.result(std::move(driven));
+}
 }  // namespace
 
-Equations::Equations(const Model& model)
-    : compiled_(std::make_shared<const CompiledEquations>(Compiler(model).result())) {}
+Equations::Equations(const Model& model) : compiled_(std::make_shared<const CompiledEquations>(compiled(model))) {}
 Equations::~Equations() = default;
 Equations::Equations(const Equations&) = default;
 Equations& Equations::operator=(const Equations&) = default;

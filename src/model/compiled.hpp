@@ -58,6 +58,15 @@ struct Output {
     std::vector<Use> uses;  ///< factor * derivative of it is added to the rates of components
 };
 
+struct CompiledEquations;
+
+/// The summands of one equation that multiply noise.
+struct NoiseProducts {
+    std::size_t field = 0;
+    std::vector<std::size_t> noises;                     ///< that they have
+    std::shared_ptr<const CompiledEquations> equations;  ///< these summands alone; the noises are given fields
+};
+
 struct CompiledEquations {
     Model model;
     std::vector<int> first_component;  ///< of each field
@@ -74,7 +83,8 @@ struct CompiledEquations {
     std::vector<LinearForm> noise_rows;  ///< of each component: of the components of all white noises
     int noise_components = 0;
     std::vector<TermSummary> noise_terms;
-    std::vector<LinearForm> atoms;  ///< by slot less first_atom; empty for results of calls
+    std::vector<NoiseProducts> products;  ///< noise whose strength depends on fields, position or time
+    std::vector<LinearForm> atoms;        ///< by slot less first_atom; empty for results of calls
     std::vector<Call> calls;
     std::vector<Mass> masses;
 
@@ -87,8 +97,16 @@ struct CompiledEquations {
     int degree = 1;
     bool has_finite_degree = true;
 
-    /// What the white noises add to the rates at q: rows by component, columns by component of the noises.
+    /// What white noises with constant coefficients add to the rates at q: rows by component, columns by component of
+    /// the noises.
     Symbol noise_symbol(const numerics::Wavevector& q) const;
+    /// The same of those that fields multiply, in a uniform state.
+    Symbol product_symbol(const UniformState& uniform, const numerics::Wavevector& q) const;
+    /// Strengths of the noise with constant coefficients; has_sums: whether there is any.
+    Symbol sum_noise(const numerics::Wavevector& q) const;
+    bool has_sums() const;
+    /// The first component of a white noise, among those of all.
+    int first_of_noise(std::size_t noise) const;
     /// Throws an input Error unless they act alike in all directions, and do not distinguish left and right.
     void check_noise() const;
     int slots() const { return first_atom + static_cast<int>(atoms.size()); }
@@ -170,5 +188,8 @@ inline std::complex<double> factor_of(const Order& order, const numerics::Waveve
 }
 
 TransformCount transforms_of(const CompiledEquations& equations);
+
+/// The noises that drive fields by products, without what they add.
+numerics::ProductNoise product_noise(const std::shared_ptr<const CompiledEquations>& equations);
 
 }  // namespace drover::model

@@ -18,7 +18,9 @@ int Equations::components() const { return compiled_->components; }
 const std::vector<int>& Equations::state_components() const { return compiled_->state; }
 const std::vector<TermSummary>& Equations::terms() const { return compiled_->summaries; }
 int Equations::degree() const { return compiled_->degree; }
-bool Equations::has_explicit_part() const { return !compiled_->outputs.empty() || !compiled_->is_isotropic; }
+bool Equations::has_explicit_part() const {
+    return !compiled_->outputs.empty() || !compiled_->is_isotropic || has_product_noise();
+}
 bool Equations::has_finite_degree() const { return compiled_->has_finite_degree; }
 TransformCount Equations::transforms() const { return transforms_of(*compiled_); }
 
@@ -415,10 +417,9 @@ numerics::System Equations::linear_system(const numerics::Grid& grid, int kept_d
     system.linear = [c, parts](double q) {
         return blocks_of(*c, c->eliminated(c->averaged(c->linear, q)), parts, q == 0.0);
     };
-    if (has_noise())
-        system.noise = [equations = *this, c, parts](double q) {
-            return blocks_of(*c, equations.noise({q, 0.0}), parts, q == 0.0);
-        };
+    if (c->has_sums())
+        system.noise = [c, parts](double q) { return blocks_of(*c, c->sum_noise({q, 0.0}), parts, q == 0.0); };
+    if (has_product_noise()) system.product_noise = std::make_shared<const numerics::ProductNoise>(product_noise(c));
     system.degree = kept_degree > 0 ? kept_degree : c->degree;
     if (c->has_balance())
         for (const double q : numerics::distinct_wavenumbers(grid, system.degree).q)

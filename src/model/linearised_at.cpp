@@ -87,7 +87,7 @@ Symbol LinearisedAt::all_components(const Wavevector& q) const {
 
 Symbol LinearisedAt::noise(const Wavevector& q) const {
     const std::vector<int>& state = equations_.state_components();
-    return equations_.noise(q)(state, state);
+    return equations_.noise(about_, q)(state, state);
 }
 
 Wavevector LinearisedAt::wavevector(double q, double angle) const {

@@ -75,6 +75,7 @@ struct ExplicitPart::Work {
     Spectra scratch_;
     // At one call: arrays of the components and of what the sums of rates read, of the transforms, of the rates.
     std::vector<const Complex*> components_, summands_, from_;
+    std::vector<const Complex*> given_;  // empty: point sources
     std::vector<Complex*> written_components_, to_, rates_;
 };
 
@@ -233,10 +234,13 @@ void write_source(const PointSource& source, int part, const numerics::Grid& gri
 }  // namespace
 
 void ExplicitPart::Work::derive_inputs(double t, const ModeRow& row) {
-    for (int k = 0; k < c_->components; ++k)
-        if (c_->is_given(k))
-            write_source(c_->model.fields[c_->field(k)].source, c_->part_of(k), grid_, t, row,
-                         scratch_[held_[static_cast<std::size_t>(k)]].data());
+    std::size_t given = 0;
+    for (int k = 0; k < c_->components; ++k) {
+        if (!c_->is_given(k)) continue;
+        Complex* to = scratch_[held_[static_cast<std::size_t>(k)]].data();
+        if (given < given_.size()) std::copy_n(given_[given++] + row.first, row.size, to + row.first);
+        else write_source(c_->model.fields[c_->field(k)].source, c_->part_of(k), grid_, t, row, to);
+    }
     balance_.apply(row, components_, written_components_, false);
     if (row.first == 0)
         for (std::size_t k = 0; k < held_.size(); ++k)
@@ -290,10 +294,12 @@ void ExplicitPart::Work::assemble(Spectra& rate) const {
 
 ExplicitPart::ExplicitPart(const Equations& equations, const numerics::System& linear, Threads& threads)
     : work_(std::make_unique<Work>(equations.compiled_, linear, threads)) {}
+ExplicitPart::ExplicitPart(ExplicitPart&&) noexcept = default;
 ExplicitPart::~ExplicitPart() = default;
 
 void ExplicitPart::operator()(double t, const Spectra& state, Spectra& rate) { work_->evaluate(t, state, rate); }
 
+void ExplicitPart::set_given(std::vector<const Complex*> arrays) { work_->given_ = std::move(arrays); }
 void ExplicitPart::set_step(double dt) { work_->functions_.set_step(dt); }
 double ExplicitPart::mass_floor(std::size_t field) const { return work_->functions_.mass_floor(field); }
 
@@ -357,8 +363,47 @@ double ExplicitPart::bytes(const Equations& equations, const numerics::Grid& gri
     const auto inputs = static_cast<double>(plan.inputs.size()), outputs = static_cast<double>(plan.values.size());
     const auto derived = static_cast<double>(
         std::count_if(plan.inputs.begin(), plan.inputs.end(), [](const auto& form) { return !is_plain(form); }));
-    return spectra * (derived + outputs + 2.0 * (inputs + outputs) / (degree + 1));
+    double total = spectra * (derived + outputs + 2.0 * (inputs + outputs) / (degree + 1));
+    for (const NoiseProducts& one : equations.compiled_->products)
+        total +=
+            bytes(Equations(one.equations), grid, degree) + spectra * static_cast<double>(one.equations->components);
+    return total;
 }
+
+namespace {
+/// What noise makes of the fields by products.
+struct ProductsOfNoise {
+    struct Driven {
+        ExplicitPart part;
+        std::string field;
+        std::vector<int> increments, arrays;  ///< of its noises, and of its components in a state
+    };
+    std::vector<Driven> driven;
+    Spectra rate;
+
+    void add(double t, const Spectra& state, const Spectra& increments, Spectra& to) {
+        for (int array = 0; array < state.count(); ++array)
+            if (!std::isfinite(state[array][1].real())) return;  // the run has diverged, which it says itself
+        for (Driven& one : driven) {
+            std::vector<const Complex*> given;
+            for (const int array : one.increments) given.push_back(increments[array].data());
+            one.part.set_given(std::move(given));
+            one.part(t, state, rate);
+            for (const int array : one.arrays) {
+                const std::span<const Complex> from = std::as_const(rate)[array];
+                // What is not finite at a point is so in all modes; a conserved mean is 0.
+                if (!std::isfinite(from[1].real()))
+                    fail_run(
+                        "the noise of {} is not finite at t = {:.6g}: it has the square root of a field below 0, or a "
+                        "quotient by 0; expected a strength that is finite for all values that noise reaches, such as "
+                        "sqrt(max({}, 0)), or a coarser grid, on which the field fluctuates less",
+                        one.field, t, one.field);
+                std::transform(from.begin(), from.end(), to[array].begin(), to[array].begin(), std::plus<>());
+            }
+        }
+    }
+};
+}  // namespace
 
 numerics::System Equations::system(const numerics::Grid& grid, Threads& threads, int kept_degree) const {
     numerics::System system = linear_system(grid, kept_degree);
@@ -367,7 +412,31 @@ numerics::System Equations::system(const numerics::Grid& grid, Threads& threads,
     system.nonlinear = [part](double t, const numerics::Spectra& state, numerics::Spectra& rate) {
         (*part)(t, state, rate);
     };
-    if (!compiled_->masses.empty()) system.set_step = [part](double dt) { part->set_step(dt); };
+    const auto products = std::make_shared<ProductsOfNoise>();
+    int increment = 0;
+    for (const NoiseProducts& one : compiled_->products) {
+        ProductsOfNoise::Driven driven{.part = ExplicitPart(Equations(one.equations), system, threads),
+                                       .field = model().fields[one.field].symbol,
+                                       .increments = {},
+                                       .arrays = {}};
+        for (int k = components(); k < one.equations->components; ++k) driven.increments.push_back(increment++);
+        for (int k = 0; k < components(); ++k)
+            if (compiled_->field(k) == one.field) driven.arrays.push_back(compiled_->array_of[std::size_t(k)]);
+        products->driven.push_back(std::move(driven));
+    }
+    if (!compiled_->products.empty()) {
+        products->rate = Spectra(grid, static_cast<int>(state_components().size()));
+        auto noise = std::make_shared<numerics::ProductNoise>(*system.product_noise);
+        noise->add = [products](double t, const Spectra& state, const Spectra& increments, Spectra& to) {
+            products->add(t, state, increments, to);
+        };
+        system.product_noise = std::move(noise);
+    }
+    if (!compiled_->masses.empty())
+        system.set_step = [part, products](double dt) {
+            part->set_step(dt);
+            for (ProductsOfNoise::Driven& one : products->driven) one.part.set_step(dt);
+        };
     return system;
 }
 

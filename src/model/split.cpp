@@ -171,6 +171,10 @@ public:
             c_.has_finite_degree = c_.has_finite_degree && found.is_finite;
             c_.degree = std::max(c_.degree, found.degree);
         }
+        for (const NoiseProducts& one : c_.products) {
+            c_.has_finite_degree = c_.has_finite_degree && one.equations->has_finite_degree;
+            c_.degree = std::max(c_.degree, one.equations->degree);
+        }
     }
 
 private:

@@ -37,6 +37,10 @@ void check_stationary(const Equations& equations, const LocationOf& place) {
     require(equations.has_noise(), place("initial.kind"),
             "initial.kind = \"stationary\" of a model without noise; a stationary state needs noise: give a field "
             "noise, or choose another initial.kind");
+    require(
+        !equations.has_product_noise(), place("initial.kind"),
+        "initial.kind = \"stationary\", and the strength of the noise depends on fields, position or time; expected "
+        "constant strengths: choose another initial.kind");
     const TermSummary* placed = equations.placed_term();
     require(
         placed == nullptr, place("initial.kind"),

@@ -133,7 +133,13 @@ TransformPlan transform_plan(const CompiledEquations& c) {
 
 TransformCount transforms_of(const CompiledEquations& equations) {
     const TransformPlan plan = transform_plan(equations);
-    return {static_cast<int>(plan.inputs.size()), static_cast<int>(plan.values.size())};
+    TransformCount count{static_cast<int>(plan.inputs.size()), static_cast<int>(plan.values.size())};
+    for (const NoiseProducts& one : equations.products) {
+        const TransformCount of_noise = transforms_of(*one.equations);
+        count.inverse += of_noise.inverse;
+        count.forward += of_noise.forward;
+    }
+    return count;
 }
 
 }  // namespace drover::model

@@ -9,14 +9,20 @@ namespace drover::model {
 
 using numerics::Wavevector;
 
-bool Equations::has_noise() const {
-    const CompiledEquations& c = *compiled_;
-    return std::any_of(c.model.fields.begin(), c.model.fields.end(),
-                       [](const Field& one) { return one.noise != 0.0; }) ||
-           std::any_of(c.noise_rows.begin(), c.noise_rows.end(), [](const LinearForm& row) { return !row.empty(); });
+bool CompiledEquations::has_sums() const {
+    return std::any_of(model.fields.begin(), model.fields.end(), [](const Field& one) { return one.noise != 0.0; }) ||
+           std::any_of(noise_rows.begin(), noise_rows.end(), [](const LinearForm& row) { return !row.empty(); });
 }
 
+bool Equations::has_noise() const { return compiled_->has_sums() || has_product_noise(); }
+bool Equations::has_product_noise() const { return !compiled_->products.empty(); }
 const std::vector<TermSummary>& Equations::noise_terms() const { return compiled_->noise_terms; }
+
+int CompiledEquations::first_of_noise(std::size_t noise) const {
+    int first = 0;
+    for (std::size_t n = 0; n < noise; ++n) first += model.noises[n].spin == 0 ? 1 : 2;
+    return first;
+}
 
 Symbol CompiledEquations::noise_symbol(const Wavevector& q) const {
     Symbol result = Symbol::Zero(components, noise_components);
@@ -26,14 +32,60 @@ Symbol CompiledEquations::noise_symbol(const Wavevector& q) const {
     return result;
 }
 
-Symbol Equations::noise(const Wavevector& q) const {
-    const Symbol shared = compiled_->noise_symbol(q);
+Symbol CompiledEquations::product_symbol(const UniformState& uniform, const Wavevector& q) const {
+    Symbol result = Symbol::Zero(components, noise_components);
+    for (const NoiseProducts& one : products) {
+        const CompiledEquations& driven = *one.equations;
+        std::vector<int> column_of;  // of each given component
+        for (const std::size_t noise : one.noises)
+            for (int k = 0; k < (model.noises[noise].spin == 0 ? 1 : 2); ++k)
+                column_of.push_back(first_of_noise(noise) + k);
+        UniformState at = uniform;
+        at.resize(static_cast<std::size_t>(driven.components), 0.0);
+        const std::vector<double> slots = driven.slots_at(driven.balanced(at));
+        for (const Term& term : driven.terms) {
+            require(
+                !term.summary.is_placed, term.summary.where,
+                "the noise \"{}\" depends on position or time, so that no uniform state has it; expected noise that "
+                "depends on the fields alone",
+                term.summary.text);
+            const auto add = [&](std::size_t row, const LinearForm& form, const Order& order, double factor) {
+                for (const auto& [derivative, coefficient] : form)
+                    if (derivative.component >= components)
+                        result(first_component[one.field] + static_cast<int>(row),
+                               column_of[static_cast<std::size_t>(derivative.component - components)]) +=
+                            factor * coefficient * factor_of(derivative.order + order, q);
+            };
+            for (std::size_t k = 0; k < term.rows.size(); ++k) {
+                add(k, term.rows[k].linear, {}, 1.0);
+                for (const PointFunction& function : term.rows[k].functions)
+                    for (const PointFunction::Slope& slope : function.slopes) {
+                        const LinearForm& form = driven.atoms[static_cast<std::size_t>(slope.slot - first_atom)];
+                        if (std::any_of(form.begin(), form.end(),
+                                        [&](const auto& e) { return e.first.component >= components; }))
+                            add(k, form, function.order, driven.slope_at(slope.value, slots));
+                    }
+            }
+        }
+    }
+    return result;
+}
+
+Symbol CompiledEquations::sum_noise(const Wavevector& q) const {
+    const Symbol shared = noise_symbol(q);
     Symbol strengths = shared * shared.adjoint();
-    for (int k = 0; k < components(); ++k) {
-        const Field& field = model().fields[compiled_->field(k)];
-        strengths(k, k) += field.noise * (field.noise_conserves ? q.x * q.x + q.y * q.y : 1.0);
+    for (int k = 0; k < components; ++k) {
+        const Field& one = model.fields[field(k)];
+        strengths(k, k) += one.noise * (one.noise_conserves ? q.x * q.x + q.y * q.y : 1.0);
     }
     return strengths;
+}
+
+Symbol Equations::noise(const UniformState& about, const Wavevector& q) const {
+    Symbol strengths = compiled_->sum_noise(q);
+    if (!has_product_noise()) return strengths;
+    const Symbol shared = compiled_->product_symbol(about, q);
+    return strengths + shared * shared.adjoint();
 }
 
 void CompiledEquations::check_noise() const {
@@ -61,6 +113,58 @@ void CompiledEquations::check_noise() const {
                 "the white noises drive the fields differently in different directions; expected isotropic noise, such "
                 "as xi, grad xi or div xi, with all components of a noise");
     }
+}
+
+// ---- for the solver
+
+namespace {
+/// One noise that drives one field.
+struct Drive {
+    std::size_t noise = 0, field = 0;
+    int part = 0;  ///< component of the noise
+};
+}  // namespace
+
+numerics::ProductNoise product_noise(const std::shared_ptr<const CompiledEquations>& c) {
+    numerics::ProductNoise result;
+    std::vector<Drive> drives;  // of each component
+    result.layout.chiral = c->model.chiral;
+    for (const NoiseProducts& one : c->products)
+        for (const std::size_t n : one.noises) {
+            const WhiteNoise& noise = c->model.noises[n];
+            result.layout.fields.push_back({noise.spin, noise.odd});
+            for (int k = 0; k < (noise.spin == 0 ? 1 : 2); ++k) drives.push_back({n, one.field, k});
+        }
+    const numerics::BlockParts parts = numerics::block_parts(result.layout);
+    const auto blocks = [parts](const std::function<double(std::size_t, std::size_t)>& entry) {
+        const auto block = [&](const std::vector<numerics::Part>& members) {
+            numerics::Block made(static_cast<int>(members.size()));
+            for (std::size_t i = 0; i < members.size(); ++i)
+                for (std::size_t j = 0; j < members.size(); ++j)
+                    made(static_cast<int>(i), static_cast<int>(j)) =
+                        entry(static_cast<std::size_t>(members[i].component),
+                              static_cast<std::size_t>(members[j].component));
+            return made;
+        };
+        return numerics::IsotropicBlocks{.even = block(parts.even), .odd = block(parts.odd)};
+    };
+    result.noise = [drives, blocks](double) {
+        return blocks([&](std::size_t i, std::size_t j) {
+            return drives[i].noise == drives[j].noise && drives[i].part == drives[j].part ? 1.0 : 0.0;
+        });
+    };
+    result.linear = [c, drives, blocks](double q) {
+        const Symbol m = c->eliminated(c->averaged(c->linear, q));
+        return blocks([&](std::size_t i, std::size_t j) {
+            if (i != j) return 0.0;
+            const int first = c->first_component[drives[i].field];
+            const int count = components(c->model.fields[drives[i].field]);
+            double rate = 0.0;
+            for (int k = first; k < first + count; ++k) rate += m(k, k).real() / count;
+            return rate;
+        });
+    };
+    return result;
 }
 
 }  // namespace drover::model

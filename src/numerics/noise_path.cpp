@@ -43,10 +43,22 @@ int doublings_to_root(const System& system, const std::vector<double>& wavenumbe
 std::size_t numbers_of(const Layout& layout) { return 2 * static_cast<std::size_t>(components(layout)); }
 }  // namespace
 
-NoisePath::NoisePath(const System& system, double dt, std::uint64_t seed, Threads& threads)
+namespace {
+/// The noises of products as fields.
+System noises_of_products(const System& system) {
+    const ProductNoise& noise = *system.product_noise;
+    System result{.grid = system.grid, .layout = noise.layout, .linear = noise.linear};
+    result.noise = noise.noise;
+    result.degree = system.degree;
+    return result;
+}
+}  // namespace
+
+NoisePath::NoisePath(const System& system, double dt, std::uint64_t seed, Threads& threads, Stream stream)
     : system_(system),
       wavenumbers_(distinct_wavenumbers(system.grid, system.degree)),
       seed_(seed),
+      stream_(stream),
       threads_(threads),
       level_(doublings_to_root(system, wavenumbers_.q, dt)),
       root_(std::ldexp(dt, level_)),
@@ -54,6 +66,9 @@ NoisePath::NoisePath(const System& system, double dt, std::uint64_t seed, Thread
       row_begin_{0} {
     for (std::size_t row = 0; row < static_cast<std::size_t>(system.grid.ny); ++row)
         row_begin_.push_back(row_begin_.back() + kept_in_row(system.grid, wavenumbers_, row));
+    if (system.product_noise)
+        of_products_ =
+            std::make_unique<NoisePath>(noises_of_products(system), dt, seed, threads, Stream::product_noise);
 }
 
 const double* NoisePath::row(int level, std::size_t row) const {
@@ -125,7 +140,7 @@ void NoisePath::for_rows(Body body) {
 
 void NoisePath::draw_root(std::uint64_t index) {
     Level& root = levels_.front();
-    const RandomKey key{.seed = seed_, .stream = Stream::noise, .step = index, .substep = 0};
+    const RandomKey key{.seed = seed_, .stream = stream_, .step = index, .substep = 0};
     for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>& normal) {
         fill_row_normals(system_.grid, key, row, kept, numbers_ / 2, normal);
         double* to = root.values.data() + row_begin_[row] * numbers_;
@@ -146,7 +161,7 @@ void NoisePath::draw_first_half(int level, std::uint64_t index) {
     // The intervals of a root, row by row from the top: 1, then 2 and 3, ...; each has the numbers of its first half.
     const std::uint64_t in_root = index & ((std::uint64_t{1} << level) - 1);
     const RandomKey key{.seed = seed_,
-                        .stream = Stream::noise,
+                        .stream = stream_,
                         .step = index >> level,
                         .substep = ((std::uint64_t{1} << level) + in_root) >> 1};
     for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>& normal) {
@@ -201,18 +216,34 @@ void NoisePath::compute(const NoiseInterval& interval) {
     }
 }
 
+void NoisePath::write(int level, Spectra& to) {
+    const std::size_t width = columns(system_.grid);
+    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>&) {
+        const double* from = this->row(level, row);
+        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * width;
+        for (std::size_t i = 0; i < kept; ++i) {
+            const auto parts = load_parts(kernel, from + i * numbers_);
+            Complex* mode = to.values.data() + row * width + i;
+            write_parts(kernel, parts, nullptr, {mode, to.stride},
+                        kernel.frame(direction(wavevector(system_.grid, i, row),
+                                               wavenumbers_.inverse[static_cast<std::size_t>(of_mode[i])])));
+        }
+    });
+}
+
 std::shared_ptr<NoisePath> make_noise_path(const System& system, double dt, std::uint64_t seed, Threads& threads) {
-    return system.noise ? std::make_shared<NoisePath>(system, dt, seed, threads) : nullptr;
+    return system.noise || system.product_noise ? std::make_shared<NoisePath>(system, dt, seed, threads) : nullptr;
 }
 
 double noise_path_bytes(const System& system, double dt, int halvings) {
-    if (!system.noise) return 0.0;
+    const double of_products = system.product_noise ? noise_path_bytes(noises_of_products(system), dt, halvings) : 0.0;
+    if (!system.noise) return of_products;
     const double levels = 2.0 + std::max(0.0, std::ceil(std::log2(max_root / dt))) + halvings;
     const double kept =
                      std::min(1.0, std::pow(2.0 / (system.degree + 1), 2.0)) * static_cast<double>(modes(system.grid)),
                  matrices = 3.0 * static_cast<double>(block_entries(system.layout)) /
                             (system.grid.lx == system.grid.ly ? 8.0 : 4.0);
-    return levels * kept * (static_cast<double>(numbers_of(system.layout)) + matrices) * sizeof(double);
+    return of_products + levels * kept * (static_cast<double>(numbers_of(system.layout)) + matrices) * sizeof(double);
 }
 
 }  // namespace drover::numerics

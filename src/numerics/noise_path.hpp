@@ -1,6 +1,7 @@
 // numerics/noise_path.hpp: a binary tree of noise increments over time.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "drover/numerics/noise_path.hpp"
@@ -21,7 +22,12 @@ struct NoiseInterval {
 class NoisePath {
 public:
     /// `system` has noise.
-    NoisePath(const System& system, double dt, std::uint64_t seed, Threads& threads);
+    NoisePath(const System& system, double dt, std::uint64_t seed, Threads& threads, Stream stream = Stream::noise);
+
+    /// Whether there is noise that is added to the fields: that of System::noise.
+    bool has_sums() const { return static_cast<bool>(system_.noise); }
+    /// That of System::product_noise; nullptr: none.
+    NoisePath* of_products() { return of_products_.get(); }
 
     /// Level of the intervals of length dt.
     int level() const { return level_; }
@@ -32,6 +38,9 @@ public:
     /// The increments of the interval of that level that was computed last, for the kept modes of a row, in the
     /// variables of IsotropicBlocks: two numbers for each even part, then for each odd one.
     const double* row(int level, std::size_t row) const;
+
+    /// Writes them as components of the fields, to the kept modes.
+    void write(int level, Spectra& to);
 
 private:
     struct Level {
@@ -51,12 +60,14 @@ private:
     System system_;
     DistinctWavenumbers wavenumbers_;
     std::uint64_t seed_;
+    Stream stream_;
     Threads& threads_;
     int level_;
     double root_;                         ///< length [s]
     std::size_t numbers_;                 ///< of a mode
     std::vector<std::size_t> row_begin_;  ///< first mode of each row in `values`; the total at the end
     std::vector<Level> levels_;
+    std::unique_ptr<NoisePath> of_products_;
 };
 
 }  // namespace drover::numerics

@@ -94,6 +94,7 @@ StepError::Work::Work(const ErrorEquations& the_equations, const Grid& grid, dou
 void StepError::Work::set_equations() {
     system = equations.on_grid(coarse, noisy, one);
     system.noise = {};
+    system.product_noise = {};
     remainder = std::move(system.nonlinear);
     system.nonlinear = [this](double t, const Spectra& perturbation, Spectra& out) {
         perturbation_rate(t, perturbation, out);

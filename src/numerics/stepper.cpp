@@ -82,7 +82,7 @@ struct Stepper::Work {
     const StepperTable* table;
     double dt;
     std::shared_ptr<NoisePath> noise;
-    int noise_level;
+    int noise_level, product_level;
     Threads& threads;
     DistinctWavenumbers wavenumbers;
     std::vector<Combination> combinations;  // of each stage
@@ -90,6 +90,7 @@ struct Stepper::Work {
     std::shared_ptr<StepperScratch> arrays;
     std::vector<Spectra>& rates;
     Spectra &stage, &next;
+    Spectra product_noise;  // increments
 
     // Of a multistep method; rates[0] is that of the start of the last step.
     std::unique_ptr<Stepper> starter;
@@ -122,6 +123,7 @@ Stepper::Work::Work(const System& the_system, const StepperTable& the_table, dou
       dt(the_dt),
       noise(std::move(the_noise)),
       noise_level(noise ? noise->level() + halvings : -1),
+      product_level(system.product_noise ? noise->of_products()->level() + halvings : -1),
       threads(the_threads),
       wavenumbers(distinct_wavenumbers(the_system.grid, the_system.degree)),
       arrays(the_scratch && table->history == 0 ? std::move(the_scratch) : std::make_shared<StepperScratch>()),
@@ -131,6 +133,7 @@ Stepper::Work::Work(const System& the_system, const StepperTable& the_table, dou
     require(std::isfinite(dt) && dt > 0.0, {}, "dt = {}; expected a positive time", dt);
     require(table->history == 0 || !noise, {}, "stepper \"{}\" with noise; expected a system without", table->name);
     prepare_stages();
+    if (system.product_noise) product_noise = Spectra(system.grid, components(system.product_noise->layout));
     if (next.size > 0) return;  // shared
     const int count = components(system.layout);
     if (system.nonlinear) {
@@ -297,10 +300,16 @@ void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spect
         if (system.nonlinear && !(s == 0 && knows_first_rate))
             system.nonlinear(t + c * dt, s == 0 ? state : stage, rates[s]);
         const Combination& combination = combinations[s];
-        const bool with_noise = noise && !combination.plan.from_previous;
+        const bool with_noise = noise && noise->has_sums() && !combination.plan.from_previous;
         const int level = noise_level + combination.halvings;
         if (with_noise) noise->compute({.level = level, .index = step_number << combination.halvings});
         combine(combination, state, with_noise ? level : -1, s == last ? next : stage);
+    }
+    if (system.product_noise) {
+        NoisePath& path = *noise->of_products();
+        path.compute({.level = product_level, .index = step_number});
+        path.write(product_level, product_noise);
+        system.product_noise->add(t, state, product_noise, next);
     }
     if (system.nonlinear) enforce_hermitian(next);
 }

@@ -139,8 +139,8 @@ void bind_model(py::module_& module) {
                  return e.term_symbol(term, about, {qx, qy});
              })
         .def("noise",
-             [](const model::Equations& e, double qx, double qy) {
-                 return e.noise({qx, qy});
+             [](const model::Equations& e, const model::UniformState& about, double qx, double qy) {
+                 return e.noise(about, {qx, qy});
              })
         .def("latex", &model::Equations::latex)
         .def("noise_strengths", [](const model::Equations& e) {

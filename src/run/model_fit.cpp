@@ -46,8 +46,8 @@ bool is_in_noise(const io::DeclaredModel& declared, const std::vector<std::strin
     const model::Equations start = equations_with(declared, {});
     return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
         const double value = declared.coefficients.at(name);
-        return equations_with(declared, {{name, value + 0.5 * std::abs(value) + 1.0}}).noise({1.0, 0.0}) !=
-               start.noise({1.0, 0.0});
+        const model::Equations changed = equations_with(declared, {{name, value + 0.5 * std::abs(value) + 1.0}});
+        return changed.noise(changed.reference(), {1.0, 0.0}) != start.noise(start.reference(), {1.0, 0.0});
     });
 }
 

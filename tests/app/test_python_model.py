@@ -18,8 +18,9 @@ PAGE = (MODELS.parent / "src" / "docs" / "model.md").read_text(encoding="utf-8")
 def test_every_block_of_the_page_runs(tmp_path):
     matplotlib.use("Agg")
     printed = blocks.run(PAGE, tmp_path, DROVER, MODELS)
-    assert len(printed) == 12
-    scalar, spots, demixing, flock, nematic, swirls, steps, balance, shared, memory, scene, made_scene = printed
+    assert len(printed) == 13
+    scalar, spots, demixing, flock, nematic, swirls, steps, balance, shared, memory, walkers, *scenes = printed
+    scene, made_scene = scenes
     assert scalar[0].split() == ["[[", "-1.]", "[-19.]]"] or "-19" in "".join(scalar[:2])
     assert float(spots[0].strip("[]").split()[0]) < 0.0 < float(spots[0].strip("[]").split()[1])
     assert float(spots[1]) > 0.3
@@ -34,6 +35,7 @@ def test_every_block_of_the_page_runs(tmp_path):
     assert balance == ["[[-1.2]]"]
     assert float(shared[0].strip("[]")) == pytest.approx(-0.3 * 0.2 / 3.5, abs=1e-8)  # as printed
     assert memory[0] == "True True" and float(memory[1]) == pytest.approx(0.7 / (0.5 * (1 + 0.5 * 2.0)), rel=1e-12)
+    assert walkers == ["[40. 40.]", "True True"]
     assert float(scene[0].strip("[]")) == pytest.approx(0.1875, rel=1e-12)
     assert scene[1].startswith("('time', 'y', 'x')") and made_scene == ["True 21"]
     assert all((tmp_path / name).stat().st_size > 10_000 for name in ("turing.png", "demixing.png", "swirls.png"))

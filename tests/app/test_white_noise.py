@@ -86,7 +86,7 @@ def test_a_scene_gives_its_model_and_a_model_its_scene(tmp_path):
 
 
 @pytest.mark.parametrize("change, said", [
-    (('"-g p + lap p + s j"', '"-g p + lap p + n j"'), ["exchange.toml:18:19", "noise"]),
+    (('"-g p + lap p + s j"', '"-g p + lap p + n (s + j.j) j"'), ["exchange.toml:18:19", "noise as a factor, once"]),
     (('"D lap n + J"', '"D lap n + j"'), ["exchange.toml:16:", "a vector", "a scalar"]),
     (('symbol = "j"\n', 'symbol = "n"\n'), ["exchange.toml:12:", "used twice"]),
     (('symbol = "j"\n', ""), ["white_noise[1] has no symbol", "xi"]),

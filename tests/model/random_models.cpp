@@ -181,7 +181,7 @@ void compare_action(const RandomModel& random, const Equations& equations, Threa
 
 void compare_noise(const RandomModel& random, const Equations& equations) {
     for (const double q : {0.0, 0.8}) {
-        const Symbol found = equations.noise({q, 0.0});
+        const Symbol found = equations.noise(equations.reference(), {q, 0.0});
         Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(found.rows(), found.cols());
         Eigen::Index row = 0;
         for (const Field& field : random.model.fields)

@@ -26,6 +26,11 @@ Symbol stationary(const Model& model, const Wavevector& q) {
     return found.matrix;
 }
 
+Symbol noise_of(const Model& model, const Wavevector& q) {
+    const Equations equations(model);
+    return equations.noise(equations.reference(), q);
+}
+
 /// Two scalars that share a noise, of which one has a noise of its own too.
 Model shared() {
     return {.fields = {scalar("a", "-k a + lap a + s xi + r zeta"), scalar("b", "-2 k b + 0.5 lap b - 0.7 xi")},
@@ -81,7 +86,7 @@ TEST(WhiteNoise, of_a_random_flux_is_conserved_noise) {
     same.fields[0].noise = 0.6;
     same.fields[0].noise_conserves = true;
     for (const Wavevector& q : {Wavevector{0.0, 0.0}, Wavevector{0.3, 0.0}, Wavevector{-0.8, 1.1}})
-        EXPECT_LT((Equations(flux).noise(q) - Equations(same).noise(q)).norm(), 1e-15);
+        EXPECT_LT((noise_of(flux, q) - noise_of(same, q)).norm(), 1e-15);
     EXPECT_EQ(Equations(flux).terms().size(), 1u);
     ASSERT_EQ(Equations(flux).noise_terms().size(), 1u);
     EXPECT_EQ(Equations(flux).noise_terms()[0].text, "+ sqrt(2 T) div xi");
@@ -96,7 +101,7 @@ TEST(WhiteNoise, of_a_density_and_its_current_turns_with_the_wave) {
                       .noises = {{.symbol = "xi", .spin = 1}}};
     const Equations equations(model);
     const Wavevector q{0.3, 0.4};
-    const Symbol noise = equations.noise(q);
+    const Symbol noise = noise_of(model, q);
     EXPECT_LT(std::abs(noise(0, 0) - 0.25), 1e-15);
     EXPECT_LT(std::abs(noise(0, 1) - Complex(0.0, 0.5 * 0.3)), 1e-15);
     EXPECT_LT(std::abs(noise(0, 2) - Complex(0.0, 0.5 * 0.4)), 1e-15);
@@ -136,7 +141,7 @@ TEST(WhiteNoise, is_divided_by_a_mass_unless_it_is_an_acceleration) {
                     .coefficients = {{"m", 4.0}},
                     .noises = {{.symbol = "xi"}}};
         model.fields[0].mass = {"m", {}};
-        return Equations(model).noise({1.0, 0.0})(0, 0).real();
+        return noise_of(model, {1.0, 0.0})(0, 0).real();
     };
     EXPECT_DOUBLE_EQ(strength("xi"), 1.0 / 16.0);
     EXPECT_DOUBLE_EQ(strength("m xi"), 1.0);
@@ -165,8 +170,6 @@ std::string rejection_of(const std::string& equation, const std::function<void(M
 
 TEST(WhiteNoise, that_does_not_fit_is_rejected_at_its_place) {
     EXPECT_EQ(rejection_of("-a + zeta"), "");
-    for (const char* equation : {"-a + a zeta", "-a + zeta zeta", "-a + sin(zeta)", "-a + x zeta", "-a + (1 + t) zeta"})
-        EXPECT_NE(rejection_of(equation).find("model:1:4"), std::string::npos) << rejection_of(equation);
     EXPECT_NE(rejection_of("-a + xi").find("a vector"), std::string::npos) << rejection_of("-a + xi");
     EXPECT_NE(rejection_of("-a + chi").find("pseudoscalar"), std::string::npos) << rejection_of("-a + chi");
     EXPECT_NE(rejection_of("-a + d_x zeta").find("isotropic noise"), std::string::npos);
@@ -175,9 +178,6 @@ TEST(WhiteNoise, that_does_not_fit_is_rejected_at_its_place) {
     EXPECT_NE(rejection_of("lap a + zeta", conserved).find("no divergence"), std::string::npos);
     const auto in_balance = [](Model& model) { model.fields[1].equation.text = "-b + lap a + zeta"; };
     EXPECT_NE(rejection_of("-a", in_balance).find("in balance"), std::string::npos);
-    const auto with_mass = [](Model& model) { model.fields[0].mass = {"1 + a^2", {}}; };
-    EXPECT_EQ(rejection_of("-a + (1 + a^2) zeta", with_mass), "");
-    EXPECT_NE(rejection_of("-a + zeta", with_mass).find("mass that varies"), std::string::npos);
     const auto twice = [](Model& model) { model.noises[1].symbol = "a"; };
     EXPECT_NE(rejection_of("-a", twice).find("used twice"), std::string::npos);
 }

@@ -16,6 +16,7 @@ enum class Stream : std::uint64_t {
     bootstrap = 7,      ///< resamples
     step_error = 8,     ///< signs of local errors under noise
     contact_order = 9,  ///< of the contacts of a rod
+    product_noise = 10,
     test = 1000
 };
 

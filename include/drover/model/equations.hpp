@@ -54,9 +54,12 @@ public:
     bool is_isotropic(std::size_t term) const;
     /// What one term contributes, without elimination.
     Symbol term_symbol(std::size_t term, const UniformState& about, const numerics::Wavevector& q) const;
-    /// Strengths of the noise of all components at q: <f f^H> = noise delta(t - t') per area, Hermitian.
-    Symbol noise(const numerics::Wavevector& q) const;
+    /// Strengths of the noise of all components at q in a uniform state: <f f^H> = noise delta(t - t') per area,
+    /// Hermitian.
+    Symbol noise(const UniformState& about, const numerics::Wavevector& q) const;
     bool has_noise() const;
+    /// Whether the strength of some noise depends on fields, position or time.
+    bool has_product_noise() const;
     /// The summands of equations that are noise alone; they are not among terms().
     const std::vector<TermSummary>& noise_terms() const;
 

@@ -18,6 +18,7 @@ class ExplicitPart {
 public:
     /// `linear`: of the same equations, on its grid.
     ExplicitPart(const Equations& equations, const numerics::System& linear, Threads& threads);
+    ExplicitPart(ExplicitPart&&) noexcept;
     ~ExplicitPart();
 
     /// Writes the kept modes of `rate`; the others must already be zero.
@@ -30,6 +31,10 @@ public:
     void set_step(double dt);
     /// The lower bound of the mass of a field; 0 for none.
     double mass_floor(std::size_t field) const;
+
+    /// The modes of the given components, in their order, in place of those of their point sources, for the calls to
+    /// come.
+    void set_given(std::vector<const numerics::Complex*> arrays);
 
     /// Finds the extremes of a component in every evaluation that reads it at points; for others they are infinite.
     void watch(int component);

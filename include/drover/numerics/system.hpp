@@ -1,6 +1,7 @@
 // numerics/system.hpp: what a model hands to a time stepper: L, N, Q, and nothing else.
 #pragma once
 #include <functional>
+#include <memory>
 
 #include "drover/numerics/block.hpp"
 #include "drover/numerics/field.hpp"
@@ -20,6 +21,17 @@ struct IsotropicBlocks {
     Block odd;  ///< of a chiral layout: without rows
 };
 
+/// Noise whose strength depends on the fields, in the sense of Ito: its strength is that at the start of a step.  Over
+/// a step each noise is integrated with the decay of the field that it drives, as if its strength commuted with that:
+/// exact for a strength that is uniform, of a field without couplings, and of weak order 1 else.
+struct ProductNoise {
+    Layout layout;  ///< of the noises, one for each field that it drives
+    /// L and Q of the noises, as those of a System; the Q of one noise that drives several fields couples them.
+    std::function<IsotropicBlocks(double q)> linear, noise;
+    /// Adds to `to` what their increments over a step from t make of `state`.
+    std::function<void(double t, const Spectra& state, const Spectra& increments, Spectra& to)> add;
+};
+
 /// A system of fields: da/dt = L a + N(t, a) + noise.
 struct System {
     Grid grid;
@@ -33,6 +45,7 @@ struct System {
     std::function<void(double dt)> set_step = {};
     /// Q at |q|: <f_q(t) f_q'(t')^H> = Q delta(t - t') delta_qq' / area, symmetric.  Empty: no noise.
     std::function<IsotropicBlocks(double q)> noise;
+    std::shared_ptr<const ProductNoise> product_noise = {};
     /// Degree of the highest product in N: modes |k| >= N/(degree + 1) on an axis are zero.  1 when linear.
     int degree = 1;
 };

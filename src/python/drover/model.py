@@ -263,7 +263,7 @@ class Model:
             if (growth := np.linalg.eigvals(matrix).real.max()) >= 0.0:
                 raise Error(f"a mode at |q| = {q:.6g} grows at {growth:.3g}; expected a state in which all modes "
                             "decay, where the noise is balanced")
-            noise = self._equations.noise(*at)[np.ix_(held, held)]
+            noise = self._equations.noise(self._of(state), *at)[np.ix_(held, held)]
             result.append(scipy.linalg.solve_sylvester(matrix, matrix.conj().T, -noise))
         return xarray.DataArray(np.array(result), dims=("wavenumber", "component", "with_component"),
                                 coords={"wavenumber": np.atleast_1d(wavenumbers), "component": names,

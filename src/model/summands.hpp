@@ -1,0 +1,59 @@
+// model/summands.hpp: the summands of the equations of a model, as values of the algebra.
+#pragma once
+#include <functional>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "algebra.hpp"
+#include "drover/model/symbol.hpp"
+#include "lowering.hpp"
+
+namespace drover::model {
+
+/// One summand of a right-hand side as read.
+struct Summand {
+    TermSummary summary;
+    std::size_t number = 0;              ///< in its equation
+    Value value;                         ///< without white noise, or the whole where it multiplies noise
+    std::vector<LinearForm> noise = {};  ///< white noise with constant coefficients, by components
+    bool is_acceleration = false;        ///< the mass is one of its factors, and left out
+    bool multiplies_noise = false;       ///< white noise times functions of fields, position or time
+    std::set<std::size_t> noises = {};   ///< that it has
+    bool has_noise() const { return !noises.empty(); }
+};
+
+/// White noises as fields of the formulas, which are numbered after those of the model.
+Model with_noises_as_fields(const Model& model);
+
+class SummandReader {
+public:
+    /// `with_noises`: the model of the names, with its noises as fields.
+    SummandReader(const Model& with_noises, const Names& names, Lowering& lowering, Algebra& algebra);
+
+    /// The summands of an equation, without the mass where it is one of their factors; those alone whose number is
+    /// taken.  Throws an input Error at its place for what does not fit.
+    std::vector<Summand> read(std::size_t field, const std::optional<Formula>& mass,
+                              const std::function<bool(std::size_t number)>& takes);
+
+    /// A mass has no noise.
+    void check_mass(const Field& field, const Value& mass) const;
+
+private:
+    Summand written(std::size_t field, const WrittenTerm& term);
+    Summand summand(std::size_t field, const FormulaText& text, Formula formula, std::size_t begin, std::size_t end,
+                    const std::optional<Formula>& mass);
+    void find_noise(Summand& summand) const;
+    void check_product(const Summand& summand) const;
+    bool reads_noise(int node) const;
+    bool is_noise(const Derivative& derivative) const { return derivative.component >= components_; }
+
+    const Model& model_;
+    const Names& names_;
+    Lowering& lowering_;
+    Algebra& algebra_;
+    int components_ = 0;                 ///< of the fields, without noises
+    std::vector<std::size_t> noise_of_;  ///< of each component after them
+};
+
+}  // namespace drover::model
