@@ -58,12 +58,25 @@ public:
             before = result.size();
             for (const Summand& one : noisy)
                 if (is_product(one)) {
+                    require_noise_alone(one);
                     multiplied.insert(one.noises.begin(), one.noises.end());
                     result.emplace(std::pair{one.summary.field, one.number}, one.noises);
                 }
             if (noisy.empty()) break;
         }
         return result;
+    }
+
+    void require_noise_alone(const Summand& one) const {
+        // Of products of noise the reader has checked it: their noise is in their value.
+        const bool is_alone =
+            one.noise.empty() || std::all_of(one.value.components.begin(), one.value.components.end(),
+                                             [this](const Component& rate) { return algebra_.is_zero(rate); });
+        require(
+            is_alone, one.summary.where,
+            "the term \"{}\" has noise and what is none, and its noise multiplies fields; expected noise as a summand "
+            "of its own",
+            one.summary.text);
     }
 
     void compile() {
