@@ -181,13 +181,14 @@ def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_j
 @not_sanitized
 def test_every_key_of_the_schema_is_accepted_and_its_range_is_enforced(tmp_path):
     (tmp_path / "empty.toml").write_text("")
-    (tmp_path / "own.toml").write_text('[[field]]\nsymbol = "u"\n[equations]\nu = "-u"\n')
+    (tmp_path / "own.toml").write_text(
+        '[[field]]\nsymbol = "u"\n[[white_noise]]\nsymbol = "xi"\n[equations]\nu = "-u"\n')
     own = {f"{section['name']}.{row['name']}" for section in drover_json(tmp_path, "schema")
            if section.get("kinds") == ["model"] for row in section["rows"]}
     for key, row in schema(tmp_path).items():
-        if key == "[field].symbol":
+        if key in ("[field].symbol", "[white_noise].symbol"):
             continue  # it has no default
-        scene, key = ("own.toml", key.replace("[field]", "field[1]")) if key in own else ("empty.toml", key)
+        scene, key = ("own.toml", re.sub(r"^\[(\w+)\]", r"\1[1]", key)) if key in own else ("empty.toml", key)
         written = json.dumps(row["default"])
         drover(tmp_path, "check", scene, "--set", f"{key}={written}")
         beyond = [row["min"] - 1] if "min" in row else [row["more_than"]] if "more_than" in row else []

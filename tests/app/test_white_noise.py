@@ -78,7 +78,8 @@ def test_a_scene_has_its_noises_in_every_command(tmp_path):
 def test_a_scene_gives_its_model_and_a_model_its_scene(tmp_path):
     scene = library.Scene.load(str(tmp_path / write(tmp_path)))
     assert scene.model.noises == (library.Noise("j", spin=1),)
-    again = scene.model.scene(points=16, side=16.0, dt=0.1, end=1.0)
+    again = scene.model.scene(points=16, side=16.0, dt=0.3, end=3.0)
+    assert (again["output.sample_every"], again["output.frame_every"]) == (0.3, 1.2)
     assert again.model.latex == scene.model.latex and again.model.noises == scene.model.noises
     factors = again.model.structure_factors([0.7]).sel(component="n", with_component="m")
     assert factors.values == pytest.approx(-0.2 / 3.0, rel=1e-12)

@@ -14,7 +14,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-LAYERS = ("base", "numerics", "dem", "physics", "measure", "calibrate", "io", "run")
+LAYERS = ("base", "numerics", "model", "dem", "physics", "measure", "calibrate", "io", "run")
 SKIPPED = "-*Slow*:*Fuzz*"
 
 # name, file, the code as it is, the code with the defect, the layers whose tests run
@@ -54,6 +54,17 @@ DEFECTS = (
      "w.driven.values[k] += w.drive.values[k];", "w.driven.values[k] += 0.1 * w.drive.values[k];", ("physics",)),
     ("waves within a step are not seen", "src/numerics/coarse_error.cpp", "constexpr double turn = 0.5;",
      "constexpr double turn = 1e9;", ("physics",)),
+    ("noise that multiplies fields does not decay within a step", "src/model/white_noise.cpp",
+     "rate += m(k, k).real() / count;", "rate += 0.0 * m(k, k).real() / count;", ("model",)),
+    ("two fields draw a noise that they share apart", "src/model/white_noise.cpp",
+     "return drives[i].noise == drives[j].noise && drives[i].part == drives[j].part ? 1.0 : 0.0;",
+     "return i == j ? 1.0 : 0.0;", ("model",)),
+    ("a noise that two fields share does not correlate them", "src/model/white_noise.cpp",
+     "    Symbol strengths = shared * shared.adjoint();\n    for",
+     "    Symbol strengths = Symbol((shared * shared.adjoint()).diagonal().asDiagonal());\n    for", ("model",)),
+    ("noise that multiplies fields is that of the end of a step", "src/numerics/stepper.cpp",
+     "system.product_noise->add(t, state, product_noise, next);",
+     "const Spectra ended = next; system.product_noise->add(t, ended, product_noise, next);", ("model",)),
     ("a mass is clipped", "src/model/point_functions.cpp", "const double over = 1.0 / mass[i];",
      "const double over = 1.0 / (mass[i] < 0.5 ? 0.5 : mass[i]);", ("physics",)),
     ("the drag of a balance forgets its products", "src/model/balance.cpp",

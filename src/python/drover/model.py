@@ -283,6 +283,7 @@ class Model:
 
         points, side, dt, method, seed: as of start().  initial: {component: formula in x and y, or number}, or the
         keys of [initial], such as {"kind": "random", "amplitude": 0.01}; default: the reference.  name: of the file.
+        Samples are 0.1 apart, and frames 1.0, or the next multiple of dt.
 
         >>> model = Model([Field("phi", "lap(phi^3 - phi - lap phi)", conserved=True)])
         >>> scene = model.scene(points=32, side=32.0, dt=0.1, end=1.0, initial={"phi": "0.1 cos(2 pi x / 32)"})
@@ -303,6 +304,8 @@ class Model:
             "define": self.define, "coefficients": {key: float(value) for key, value in self.coefficients.items()},
             "grid": {"nx": nx, "ny": ny, "lx": float(lx), "ly": float(ly)},
             "time": {"dt": float(dt), "end": float(end), "stepper": method}, "initial": start,
+            "output": {key: float(dt * np.ceil(every / dt - 1e-9)) if dt > 0 else every
+                       for key, every in (("sample_every", 0.1), ("frame_every", 1.0))},
             "run": {"seed": seed}}, f"{name}.toml")
 
     def _of(self, state):
