@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 from rejection import rejected
-from support import contents, drover, drover_json
+from support import contents, drover, drover_json, not_sanitized
 
 # Two densities that exchange a random flux, and a current that feels the same flux.
 EXCHANGE = """[model]
@@ -75,6 +75,7 @@ def test_a_scene_has_its_noises_in_every_command(tmp_path):
         assert found["value"] == pytest.approx(true, abs=4 * found["error"])
 
 
+@not_sanitized  # without the module
 def test_a_scene_gives_its_model_and_a_model_its_scene(tmp_path):
     scene = library.Scene.load(str(tmp_path / write(tmp_path)))
     assert scene.model.noises == (library.Noise("j", spin=1),)

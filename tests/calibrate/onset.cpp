@@ -124,7 +124,7 @@ TEST(Onset, gives_the_fraction_of_redrawn_tables_with_a_crossing) {
     EXPECT_NEAR(edge.share, 0.5, 0.1);
 }
 
-TEST(Onset, moves_to_fewer_beads_where_rods_align_by_contacts) {
+TEST(OnsetLong, moves_to_fewer_beads_where_rods_align_by_contacts) {
     // lambda alpha/Gamma + c sigma = a, sigma = Phi_r/4, c = 2: 0.1 (1 + 4 Phi_b + 10 Phi_r) + Phi_r/2 = 0.3.
     Table table = straight_table(0.005);
     for (const auto& [name, value] : {std::pair{"contact_alignment", 2.0}, std::pair{"rod_area", 4.0}})

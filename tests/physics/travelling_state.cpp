@@ -148,7 +148,7 @@ TEST(TravellingState, lattice_of_kinks_is_found_to_1e_10_from_a_sine_in_a_fluid_
     EXPECT_LT(largest_difference(run.fields(found.state), run.fields(exact)), 1e-10);
 }
 
-TEST(TravellingState, curve_of_bands_turns_at_a_fold_between_the_binodal_and_the_onset_of_order) {
+TEST(TravellingStateLong, curve_of_bands_turns_at_a_fold_between_the_binodal_and_the_onset_of_order) {
     Threads threads(1);
     const Band band{.mu = 1.0, .sigma_c = 1.0, .b = 1.0, .pressure = 1.0, .advection = 1.0};
     const double side = 60.0;
