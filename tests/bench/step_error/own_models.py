@@ -1,0 +1,85 @@
+"""tests/bench/step_error/own_models.py: the estimated error of shipped models without noise beside the true one.
+
+Runs each model as it is shipped, and with an eighth of its step by etdrk4-krogstad, and compares the fields at ten
+frames: the largest root mean square difference of a field, relative to its fluctuation, beside step_error.  Frames
+where the fields have parted (a true error above a half) do not count.  The cost is that of the estimate, in parts of
+the core seconds of a run without it: the least of three turns each.
+
+    DROVER=build/release/drover /usr/bin/python3 tests/bench/step_error/own_models.py --output FILE.csv
+
+Rows that exist are kept: re-run to resume.
+"""
+import argparse
+import os
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from studies import KeptTable, settings_of, timed  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[3]
+DROVER = str(Path(os.environ.get("DROVER", "build/release/drover")).absolute())
+COLUMNS = ("model", "frames", "least_ratio", "largest_ratio", "without", "with", "cost")
+MODELS = ("active-nematic", "brusselator", "cahn-hilliard", "ginzburg-landau", "keller-segel", "swift-hohenberg")
+
+
+def run(folder, model, archive, keys):
+    """Core seconds of a run."""
+    ended, seconds = timed(DROVER, "run", str(ROOT / "models" / f"{model}.toml"), "--quiet", "--overwrite", "-o",
+                           archive, *settings_of({"run.threads": 1, **keys}), cwd=folder)
+    if ended.returncode != 0:
+        raise RuntimeError(ended.stderr)
+    return seconds
+
+
+def true_error(run, fine, frame):
+    """The largest of any field, relative to its fluctuation over the cell and the time so far."""
+    worst = 0.0
+    for name in (name for name, item in fine.items() if isinstance(item, h5py.Dataset) and item.ndim == 3):
+        so_far, now = fine[name][: frame + 1], fine[name][frame]
+        fluctuation = max(np.std(so_far), np.std(now))
+        worst = max(worst, np.sqrt(np.mean((run[name][frame] - now) ** 2)) / fluctuation)
+    return worst
+
+
+def row_of(folder, model):
+    time = tomllib.loads((ROOT / "models" / f"{model}.toml").read_text())["time"]
+    every = {"output.frame_every": time["end"] / 10}
+    run(folder, model, "run.h5", every)
+    run(folder, model, "fine.h5", {**every, "time.dt": time["dt"] / 8, "time.stepper": "etdrk4-krogstad"})
+    ratios = []
+    with h5py.File(folder / "run.h5") as coarse, h5py.File(folder / "fine.h5") as fine:
+        times, told = coarse["observables/time"][:], coarse["observables/step_error"][:]
+        for frame in range(1, 11):
+            true = true_error(coarse, fine, frame)
+            if 0.0 < true < 0.5:
+                ratios.append(told[np.argmin(np.abs(times - coarse["time"][frame]))] / true)
+    turns = [[run(folder, model, "timed.h5", keys) for keys in
+              ({"time.max_error": 0.0, "accuracy.effort": 0.0}, {"accuracy.effort": 0.0})] for _ in range(3)]
+    without, with_it = (min(turn[k] for turn in turns) for k in (0, 1))
+    return {"model": model, "frames": len(ratios), "least_ratio": f"{min(ratios, default=np.nan):.2f}",
+            "largest_ratio": f"{max(ratios, default=np.nan):.2f}", "without": f"{without:.3f}",
+            "with": f"{with_it:.3f}", "cost": f"{with_it / without - 1.0:.3f}"}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--output", type=Path, required=True)
+    options = parser.parse_args()
+    table = KeptTable(options.output, COLUMNS)
+    known = {row["model"] for row in table.rows}
+    with tempfile.TemporaryDirectory() as name:
+        for model in MODELS:
+            if model not in known:
+                table.add(row_of(Path(name), model))
+    for row in table.rows:
+        print(*(f"{name} {row[name]}" for name in COLUMNS))
+
+
+if __name__ == "__main__":
+    main()
