@@ -23,7 +23,10 @@ bool is_whole(double duration, double dt) {
 bool has_noise(const Scene& scene) {
     if (scene.kind == SceneKind::fields) return physics::has_noise(scene.model.noise);
     if (scene.kind != SceneKind::model) return false;
-    return model::Equations(model_of(scene.declared)).has_noise();
+    const model::Model model = model_of(scene.declared);
+    return std::any_of(model.fields.begin(), model.fields.end(),
+                       [](const auto& field) { return field.noise != 0.0; }) ||
+           (!model.noises.empty() && model::Equations(model).has_noise());
 }
 
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration) {

@@ -25,7 +25,7 @@ public:
         : with_noises_(with_noises_as_fields(model)),
           names_(with_noises_),
           lowering_(with_noises_, names_, algebra_),
-          reader_(with_noises_, names_, lowering_, algebra_),
+          reader_(with_noises_, lowering_, algebra_),
           takes_(std::move(takes)) {
         c_.model = model;
         check_values();
@@ -62,7 +62,6 @@ public:
                     multiplied.insert(one.noises.begin(), one.noises.end());
                     result.emplace(std::pair{one.summary.field, one.number}, one.noises);
                 }
-            if (noisy.empty()) break;
         }
         return result;
     }
@@ -140,7 +139,7 @@ private:
             c_.components += components(c_.model.fields[i]);
         }
         c_.noise_rows.resize(static_cast<std::size_t>(c_.components));
-        for (const WhiteNoise& noise : c_.model.noises) c_.noise_components += noise.spin == 0 ? 1 : 2;
+        for (const WhiteNoise& noise : c_.model.noises) c_.noise_components += model::components(noise);
         c_.array_of.assign(static_cast<std::size_t>(c_.components), -1);
         for (int k = 0; k < c_.components; ++k) {
             if (c_.model.fields[c_.field(k)].left == LeftSide::balance) continue;

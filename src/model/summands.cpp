@@ -17,12 +17,12 @@ Model with_noises_as_fields(const Model& model) {
     return result;
 }
 
-SummandReader::SummandReader(const Model& with_noises, const Names& names, Lowering& lowering, Algebra& algebra)
-    : model_(with_noises), names_(names), lowering_(lowering), algebra_(algebra) {
+SummandReader::SummandReader(const Model& with_noises, Lowering& lowering, Algebra& algebra)
+    : model_(with_noises), lowering_(lowering), algebra_(algebra) {
     const std::size_t fields = model_.fields.size() - model_.noises.size();
     for (std::size_t i = 0; i < fields; ++i) components_ += components(model_.fields[i]);
     for (std::size_t n = 0; n < model_.noises.size(); ++n)
-        noise_of_.insert(noise_of_.end(), model_.noises[n].spin == 0 ? 1 : 2, n);
+        noise_of_.insert(noise_of_.end(), static_cast<std::size_t>(components(model_.noises[n])), n);
 }
 
 std::vector<Summand> SummandReader::read(std::size_t index, const std::optional<Formula>& mass,

@@ -23,13 +23,15 @@ struct Summand {
     bool has_noise() const { return !noises.empty(); }
 };
 
+inline int components(const WhiteNoise& noise) { return noise.spin == 0 ? 1 : 2; }
+
 /// White noises as fields of the formulas, which are numbered after those of the model.
 Model with_noises_as_fields(const Model& model);
 
 class SummandReader {
 public:
-    /// `with_noises`: the model of the names, with its noises as fields.
-    SummandReader(const Model& with_noises, const Names& names, Lowering& lowering, Algebra& algebra);
+    /// `with_noises`: the model of the lowering, with its noises as fields.
+    SummandReader(const Model& with_noises, Lowering& lowering, Algebra& algebra);
 
     /// The summands of an equation, without the mass where it is one of their factors; those alone whose number is
     /// taken.  Throws an input Error at its place for what does not fit.
@@ -49,7 +51,6 @@ private:
     bool is_noise(const Derivative& derivative) const { return derivative.component >= components_; }
 
     const Model& model_;
-    const Names& names_;
     Lowering& lowering_;
     Algebra& algebra_;
     int components_ = 0;                 ///< of the fields, without noises

@@ -4,6 +4,7 @@
 
 #include "compiled.hpp"
 #include "drover/model/equations.hpp"
+#include "summands.hpp"
 
 namespace drover::model {
 
@@ -20,7 +21,7 @@ const std::vector<TermSummary>& Equations::noise_terms() const { return compiled
 
 int CompiledEquations::first_of_noise(std::size_t noise) const {
     int first = 0;
-    for (std::size_t n = 0; n < noise; ++n) first += model.noises[n].spin == 0 ? 1 : 2;
+    for (std::size_t n = 0; n < noise; ++n) first += model::components(model.noises[n]);
     return first;
 }
 
@@ -38,7 +39,7 @@ Symbol CompiledEquations::product_symbol(const UniformState& uniform, const Wave
         const CompiledEquations& driven = *one.equations;
         std::vector<int> column_of;  // of each given component
         for (const std::size_t noise : one.noises)
-            for (int k = 0; k < (model.noises[noise].spin == 0 ? 1 : 2); ++k)
+            for (int k = 0; k < model::components(model.noises[noise]); ++k)
                 column_of.push_back(first_of_noise(noise) + k);
         UniformState at = uniform;
         at.resize(static_cast<std::size_t>(driven.components), 0.0);
@@ -133,7 +134,7 @@ numerics::ProductNoise product_noise(const std::shared_ptr<const CompiledEquatio
         for (const std::size_t n : one.noises) {
             const WhiteNoise& noise = c->model.noises[n];
             result.layout.fields.push_back({noise.spin, noise.odd});
-            for (int k = 0; k < (noise.spin == 0 ? 1 : 2); ++k) drives.push_back({n, one.field, k});
+            for (int k = 0; k < components(noise); ++k) drives.push_back({n, one.field, k});
         }
     const numerics::BlockParts parts = numerics::block_parts(result.layout);
     const auto blocks = [parts](const std::function<double(std::size_t, std::size_t)>& entry) {
