@@ -144,7 +144,13 @@ bool Trials::run(const std::vector<Trial>& trials) {
         missing.back().scene.output.file = (folder_ / (name + ".h5")).string();
         missing.back().scene.run.threads = 1;
         const fs::path& archive = missing.back().scene.output.file;
-        if (fs::exists(archive)) require_archive_of(missing.back().scene, archive);
+        if (fs::exists(archive)) {
+            const auto shorter = results_.find(name);
+            if (shorter != results_.end() && shorter->second.failure.empty())
+                require_archive(missing.back(), shorter->second);
+            else
+                require_archive_of(missing.back().scene, archive);
+        }
         names.push_back(name);
     }
     std::size_t next = 0;

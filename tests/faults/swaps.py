@@ -7,7 +7,7 @@ where two runs of one scene are mixed up); a file of one replaces that of the ot
 status 2 and a sentence that names the difference: the key, the version, or the run ids.  It must write nothing.
 
 Kinds: archive, checkpoint (the newest or both), journal, sweep (an archive of its folder, with its checkpoints), trial
-(the same of the folder of `tradeoff`), records (the records of that folder), calibration (the trials of a
+(that of the first trial of `tradeoff`, which each call reads; which others it reads depends on times), records (the records of that folder), calibration (the trials of a
 measurement).  Another version of drover may resume a sweep or a calibration: an archive of another version in a sweep
 is used, with a warning that names both versions; records and calibrations have no pairs of versions.
 `--other`: a drover of another version; without it, a pair of two versions has the version changed in the provenance of
@@ -16,6 +16,7 @@ one archive, which then cannot be that of a checkpoint.
 import argparse
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -98,8 +99,10 @@ class Pair:
             names = (["r.h5.journal"],) * 2
         elif self.kind == "records":
             names = (["study/trials.records"],) * 2
+        elif self.kind == "trial":
+            names = tuple([first_trial(place) + end for end in ("", *CHECKPOINTS)] for place in (self.one, self.two))
         else:
-            pattern = {"sweep": "swept/*.h5", "trial": "study/*.h5", "calibration": "trials/*.trials"}[self.kind]
+            pattern = {"sweep": "swept/*.h5", "calibration": "trials/*.trials"}[self.kind]
             mine, theirs = (sorted(str(path.relative_to(place)) for path in place.glob(pattern))
                             for place in (self.one, self.two))
             number = dice.randrange(min(len(mine), len(theirs)))
@@ -123,6 +126,12 @@ class Pair:
         if self.difference == "version":
             return ["the version of drover = ", "run_id = "]  # where only one of the files has the version
         return [self.difference + " = "]
+
+
+def first_trial(place):
+    """The archive of the first record of a study: of the scene as it was given."""
+    name = re.search(rb"trial-[0-9a-f]{16}", (place / "study/trials.records").read_bytes())
+    return f"study/{name.group().decode()}.h5"
 
 
 def leave_journal(place, program):

@@ -78,6 +78,26 @@ TEST(Trials, a_failure_of_the_scene_is_recorded) {
     EXPECT_EQ(trials.find(trial(2.0))->failure, failure);
 }
 
+TEST(Trials, the_archive_of_another_run_of_a_trial_is_not_continued) {
+    const Folder one, two;
+    Trials trials(one / ".", "", 1), others(two / ".", "", 1);
+    trials.run({trial()});
+    others.run({trial()});
+    const std::filesystem::path archive = trials.find(trial())->archive;
+    for (const char* end : {"", ".checkpoint-a", ".checkpoint-b"})
+        std::filesystem::copy_file(others.find(trial())->archive.string() + end, archive.string() + end,
+                                   std::filesystem::copy_options::overwrite_existing);
+    Trial longer = trial();
+    longer.scene.time.end *= 2.0;
+    try {
+        trials.run({longer});
+        FAIL() << "expected an Error";
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), ::testing::HasSubstr("the archive is of another run of this trial: run_id = "));
+    }
+    EXPECT_EQ(trials.find(longer), nullptr);
+}
+
 TEST(Trials, records_of_older_versions_are_read_and_their_failures_of_unknown_kind_are_repeated) {
     const Folder folder;
     std::string name;
