@@ -80,10 +80,10 @@ def order_of(rows, prefix, beads, rods):
 
 
 def onset(rows, prefix):
-    """Phi_b where the mean order passes ONSET_ORDER, by straight lines, or None."""
+    """Phi_b where the mean order passes ONSET_ORDER, by straight lines between neighbours that are known, or None."""
     fractions = (0.2, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6)
-    found = [(beads, numpy.mean(orders)) for beads in fractions if (orders := order_of(rows, prefix, beads, 0.11))]
-    for (low, before), (high, after) in zip(found, found[1:]):
+    for low, high in zip(fractions, fractions[1:]):
+        before, after = (numpy.mean(order_of(rows, prefix, beads, 0.11) or [numpy.nan]) for beads in (low, high))
         if before < ONSET_ORDER <= after:
             return low + (high - low) * (ONSET_ORDER - before) / (after - before)
     return None
