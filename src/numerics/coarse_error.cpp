@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "drover/numerics/block.hpp"
+#include "drover/numerics/shells.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 
 namespace drover::numerics {
@@ -79,6 +80,28 @@ void see_rates(const IsotropicBlocks& linear, double& rate, double& frequency) {
         }
 }
 }  // namespace
+
+double FieldSize::size_of(const Spectra& spectra, const Grid& grid) const {
+    const std::size_t width = columns(grid);
+    double sum = 0.0;
+    for (int c = first; c < first + count; ++c)
+        for (std::size_t m = 0; m < spectra.size; ++m) sum += mode_weight(grid, m % width) * std::norm(spectra[c][m]);
+    return std::sqrt(sum);
+}
+
+void FieldSize::add_moment(const Spectra& fields, const Grid& grid, bool noisy) {
+    size = size_of(fields, grid);
+    std::array<double, 2> mean{};
+    for (int c = 0; c < count; ++c) mean[static_cast<std::size_t>(c)] = fields[first + c][0].real();
+    const double square = mean[0] * mean[0] + mean[1] * mean[1];
+    variance = std::max(0.0, size * size - square);
+    // Noise turns the direction of a flock without limit, which is no fluctuation of its own.
+    if (noisy && count == 2) mean = {std::sqrt(square), 0.0};
+    moments += 1.0;
+    squares += size * size;
+    for (std::size_t k = 0; k < mean.size(); ++k) means[k] += mean[k];
+    largest = std::max(largest, size);
+}
 
 std::vector<FastWave> fast_waves(const System& system, const Grid& grid, int degree, double dt) {
     constexpr double turn = 0.5;  // radians a step

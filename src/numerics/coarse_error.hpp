@@ -1,5 +1,6 @@
 // numerics/coarse_error.hpp: the coarse grid on which the error of the time steps evolves, and the sizes of fields.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -38,6 +39,13 @@ struct FastWave {
 /// The fast waves of a linear system on a grid.
 std::vector<FastWave> fast_waves(const System& system, const Grid& grid, int degree, double dt);
 
+/// Fields on the coarse grid along which the error evolves.
+struct Reference {
+    Spectra fields, rate;  // and their explicit terms, N(a)
+    double t = 0.0;
+    double step = 0.0;  // of the error, for which `rate` is; 0 for none: N may depend on it
+};
+
 /// One field: a scalar, or both components of a vector.
 struct FieldSize {
     int first, count;
@@ -51,7 +59,11 @@ struct FieldSize {
     std::array<double, 2> means{};
     double variance = 0.0;  ///< over the cell, now
 
-    double scale() const { return std::max(size, 1e-3 * largest); }
+    /// The root mean square of the field, or of its error.
+    double size_of(const Spectra& spectra, const Grid& grid) const;
+    /// Takes the fields as they are now.
+    void add_moment(const Spectra& fields, const Grid& grid, bool noisy);
+
     /// Deviation from the mean over the cell and over time.  An error of the mean is compared with it, too.
     double fluctuation() const {
         const double mean = std::hypot(means[0], means[1]) / moments;
@@ -59,6 +71,8 @@ struct FieldSize {
         constexpr double negligible = 1e-5;  // of the largest: the rest of what has relaxed
         return std::max(std::sqrt(std::max(square, variance)), negligible * largest);
     }
+    /// With its fluctuation: an oscillation that passes through 0 has errors as large as before.
+    double scale() const { return std::max({size, moments > 0.0 ? fluctuation() : 0.0, 1e-3 * largest}); }
     double local_high() const { return std::sqrt(std::max(0.0, local * local - local_low * local_low)); }
 };
 inline double ratio(double error, double scale) { return error == 0.0 ? 0.0 : scale > 0.0 ? error / scale : INFINITY; }

@@ -13,6 +13,7 @@
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "numerics/coarse_error.hpp"
+#include "numerics/local_errors.hpp"
 
 namespace drover::numerics {
 
@@ -44,9 +45,13 @@ struct StepError::Work {
     std::vector<double> wave_local, wave_error;  // as error.values: the last local error, and the sum of all so far
     Spectra rate_before;                         // the explicit terms at the start of a step that is repeated in halves
     std::optional<Stepper> turn;                 // the linear part alone, over a part of a step
-    Spectra state, error, shifted, rate;
-    Spectra state_rate;                // N(a) of the state, at state_time if that is a time
-    std::optional<double> state_time;  // both stages of a step of the error share N(a): the state is held in it
+    Spectra error, shifted, rate;
+    // At the ends of a step of the error and, if it is taken in parts, at a time between them.  Fields held at one of
+    // the ends would change the growth of errors: those of the phase of an oscillation would decay.
+    Reference from, to, between;
+    bool has_from = false;
+    double error_step = 0.0;
+    LocalErrors local;
     Spectra drive, driven;  // the local error, without noise per time, and its sum over the steps since the last
     decltype(System::nonlinear) remainder;  // N
     System system;
@@ -55,16 +60,19 @@ struct StepError::Work {
 
     Work(const ErrorEquations& the_equations, const Grid& grid, double the_dt, bool the_divides);
     void set_equations();
+    Reference& reference_at(double t);
     void perturbation_rate(double t, const Spectra& perturbation, Spectra& out);
-    double size_of(const Spectra& spectra, const Grid& grid, const FieldSize& field) const;
-    void measure_fluctuations(const Spectra& fine_fields);
+    double size_of(const Spectra& spectra, const FieldSize& field) const { return field.size_of(spectra, coarse); }
+    void measure_fluctuations(const Spectra& fine_fields) {
+        for (FieldSize& field : fields) field.add_moment(fine_fields, fine, noisy);
+    }
     double wave_size(const FieldSize& field) const;
     double relative_size(const Spectra& spectra) const;
     double local_size() const;
     Spectra error_now() const;
     double growth() const;
     double size_without_phase(const FieldSize& field) const;
-    void sample(const Spectra& fine_fields);
+    void sample(const Spectra& fine_fields, Reference& into);
     Stepper& stepper(double steps);
     void evolve(std::int64_t step);
     void add_unresolved_waves(const Spectra& after);
@@ -85,8 +93,9 @@ StepError::Work::Work(const ErrorEquations& the_equations, const Grid& grid, dou
     for (const ErrorEquations::Field& field : equations.fields)
         fields.push_back({.first = field.first, .count = field.components, .name = field.name});
     set_equations();
-    state = Spectra(coarse, components(system.layout));
-    error = shifted = rate = state_rate = drive = driven = state;
+    error = Spectra(coarse, components(system.layout));
+    shifted = rate = local.last = local.before = drive = driven = error;
+    for (Reference* reference : {&from, &to, &between}) reference->fields = reference->rate = error;
     wave_local.resize(error.values.size());
     wave_error.resize(error.values.size());
 }
@@ -100,6 +109,7 @@ void StepError::Work::set_equations() {
         perturbation_rate(t, perturbation, out);
     };
     steppers.clear();
+    from.step = 0.0;
     double per_length = INFINITY;  // of the coarser axis; a one-dimensional grid has one
     if (coarse.nx > 1) per_length = coarse.nx / coarse.lx;
     if (coarse.ny > 1) per_length = std::min(per_length, coarse.ny / coarse.ly);
@@ -124,55 +134,45 @@ void StepError::Work::set_equations() {
             }
 }
 
+Reference& StepError::Work::reference_at(double t) {
+    const double part = (t - from.t) / (to.t - from.t);
+    constexpr double rounding = 1e-6;
+    if (part < rounding) return from;
+    if (part > 1.0 - rounding) return to;
+    if (between.step > 0.0 && between.t == t) return between;
+    for (std::size_t k = 0; k < error.values.size(); ++k)
+        between.fields.values[k] = (1.0 - part) * from.fields.values[k] + part * to.fields.values[k];
+    between.t = t;
+    between.step = 0.0;
+    return between;
+}
+
 /// N(a + e) - N(a), plus the local errors.  A small e is enlarged for the difference: its digits would be lost.
 void StepError::Work::perturbation_rate(double t, const Spectra& perturbation, Spectra& out) {
-    if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
-    else out.values = driven.values;
+    const auto begin = [&] {
+        if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
+        else out.values = driven.values;
+    };
+    begin();
     const double relative = relative_size(perturbation);
     if (relative == 0.0 || !std::isfinite(relative)) return;
     const double enlarged = std::max(1.0, 1e-5 / relative);
     try {
-        if (!state_time) {
-            remainder(t, state, state_rate);
-            state_time = t;
+        Reference& at = reference_at(t);
+        if (at.step != error_step) {
+            remainder(at.t, at.fields, at.rate);
+            at.step = error_step;
         }
         for (std::size_t k = 0; k < out.values.size(); ++k)
-            shifted.values[k] = state.values[k] + enlarged * perturbation.values[k];
-        remainder(*state_time, shifted, rate);
+            shifted.values[k] = at.fields.values[k] + enlarged * perturbation.values[k];
+        remainder(at.t, shifted, rate);
         for (std::size_t k = 0; k < out.values.size(); ++k) {
-            rate.values[k] = (rate.values[k] - state_rate.values[k]) / enlarged;
+            rate.values[k] = (rate.values[k] - at.rate.values[k]) / enlarged;
             out.values[k] += rate.values[k];
         }
         perturbation_growth = relative_size(rate) / relative;
     } catch (const Error&) {  // a density that only the fine grid resolves
-        if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
-        else out.values = driven.values;
-    }
-}
-
-double StepError::Work::size_of(const Spectra& spectra, const Grid& grid, const FieldSize& field) const {
-    const std::size_t width = columns(grid);
-    double sum = 0.0;
-    for (int c = field.first; c < field.first + field.count; ++c)
-        for (std::size_t m = 0; m < spectra.size; ++m) sum += mode_weight(grid, m % width) * std::norm(spectra[c][m]);
-    return std::sqrt(sum);
-}
-
-void StepError::Work::measure_fluctuations(const Spectra& fine_fields) {
-    for (FieldSize& field : fields) {
-        const double size = size_of(fine_fields, fine, field);
-        std::array<double, 2> mean{};
-        for (int c = 0; c < field.count; ++c)
-            mean[static_cast<std::size_t>(c)] = fine_fields[field.first + c][0].real();
-        const double square = mean[0] * mean[0] + mean[1] * mean[1];
-        field.variance = std::max(0.0, size * size - square);
-        // Noise turns the direction of a flock without limit, which is no fluctuation of its own.
-        if (noisy && field.count == 2) mean = {std::sqrt(square), 0.0};
-        field.moments += 1.0;
-        field.squares += size * size;
-        for (std::size_t k = 0; k < mean.size(); ++k) field.means[k] += mean[k];
-        field.size = size;
-        field.largest = std::max(field.largest, size);
+        begin();
     }
 }
 
@@ -188,7 +188,7 @@ double StepError::Work::wave_size(const FieldSize& field) const {
 /// The size of an error on the coarse grid, of all fields.
 double StepError::Work::relative_size(const Spectra& spectra) const {
     double sum = 0.0;
-    for (const FieldSize& field : fields) sum += std::pow(ratio(size_of(spectra, coarse, field), field.scale()), 2.0);
+    for (const FieldSize& field : fields) sum += std::pow(ratio(size_of(spectra, field), field.scale()), 2.0);
     return std::sqrt(sum);
 }
 
@@ -213,7 +213,7 @@ void StepError::Work::add_random_errors(std::int64_t step, std::uint64_t number)
 void StepError::Work::leave_out_direction() {
     if (!noisy || equations.turning.empty()) return;
     const int p = equations.turning.front();
-    const double px = state[p][0].real(), py = state[p + 1][0].real(), size = std::hypot(px, py);
+    const double px = to.fields[p][0].real(), py = to.fields[p + 1][0].real(), size = std::hypot(px, py);
     if (size == 0.0) return;
     for (const int c : equations.turning) {
         const double across = (error[c + 1][0].real() * px - error[c][0].real() * py) / size;
@@ -248,23 +248,32 @@ void StepError::add_local(const Spectra& local, const Spectra& fields) {
     copy(local, 1.0, w.shifted);
     for (std::size_t k = 0; k < w.wave_local.size(); ++k) w.wave_local[k] = std::abs(w.shifted.values[k]);
     w.add_unresolved_waves(fields);
-    const double before = w.local_size();
     w.measure_fluctuations(fields);
+    double before = 0.0, now = 0.0;  // in the same units: what an oscillation has passes from field to field
     for (FieldSize& field : w.fields) {
-        field.local = w.size_of(local, w.fine, field);
-        field.local_low = w.size_of(w.shifted, w.coarse, field);
+        before += std::pow(ratio(field.local, field.fluctuation()), 2.0);
+        field.local = field.size_of(local, w.fine);
+        field.local_low = w.size_of(w.shifted, field);
+        now += std::pow(ratio(field.local, field.fluctuation()), 2.0);
     }
-    // Without noise the errors of the steps to come fall or rise as they have done since the last measurement, in the
-    // geometric mean.
-    const double now = w.local_size();
-    const double trend = before > 0.0 && now > 0.0 ? std::clamp(std::sqrt(now / before), 0.3, 2.0) : 1.0;
-    copy(local, w.noisy ? 1.0 : trend / w.dt, w.drive);
+    w.local.add(w.shifted, std::sqrt(now), std::sqrt(before), w.fields, w.coarse);
     w.bound();
 }
 
+void StepError::continue_local(double intervals) {
+    Work& w = *work_;
+    if (w.noisy) {
+        w.drive.values = w.local.last.values;
+        return;
+    }
+    w.local.predict(intervals, w.drive);
+    for (Complex& value : w.drive.values) value /= w.dt;
+}
+
 /// The fields at the points of the coarse grid.
-void StepError::Work::sample(const Spectra& fine_fields) {
-    state_time.reset();
+void StepError::Work::sample(const Spectra& fine_fields, Reference& into) {
+    Spectra& state = into.fields;
+    into.step = 0.0;
     std::fill(state.values.begin(), state.values.end(), Complex(0.0));
     for (int c = 0; c < state.count(); ++c)
         for (const ModePair& pair : sampled)
@@ -273,12 +282,16 @@ void StepError::Work::sample(const Spectra& fine_fields) {
 
 void StepError::start_local(const Spectra& before) {
     Work& w = *work_;
-    if (w.fields.front().moments == 0.0) w.measure_fluctuations(before);
+    if (w.fields.front().moments == 0.0) {
+        w.measure_fluctuations(before);
+        w.sample(before, w.from);
+        w.has_from = true;
+    }
     if (w.waves.empty()) return;
-    w.sample(before);
-    if (w.rate_before.size == 0) w.rate_before = w.state;
+    w.sample(before, w.between);
+    if (w.rate_before.size == 0) w.rate_before = w.between.fields;
     try {
-        w.remainder(0.0, w.state, w.rate_before);
+        w.remainder(0.0, w.between.fields, w.rate_before);
     } catch (const Error&) {  // a density that only the fine grid resolves
         w.rate_before = Spectra();
     }
@@ -288,9 +301,9 @@ void StepError::start_local(const Spectra& before) {
 /// either, so that their change over the step, and what the wave makes of it as it turns, is the local error.
 void StepError::Work::add_unresolved_waves(const Spectra& after) {
     if (waves.empty() || rate_before.size == 0) return;
-    sample(after);
+    sample(after, between);
     try {
-        remainder(0.0, state, rate);
+        remainder(0.0, between.fields, rate);
     } catch (const Error&) {
         return;
     }
@@ -301,8 +314,8 @@ void StepError::Work::add_unresolved_waves(const Spectra& after) {
         for (int c = 0; c < rate.count(); ++c)
             for (const FastWave& wave : waves) {
                 if (!wave.is_unresolved) continue;
-                double& local = wave_local[static_cast<std::size_t>(c) * rate.size + wave.mode];
-                local = std::max(local, std::abs(rate[c][wave.mode]));
+                double& largest = wave_local[static_cast<std::size_t>(c) * rate.size + wave.mode];
+                largest = std::max(largest, std::abs(rate[c][wave.mode]));
             }
     }
 }
@@ -316,7 +329,9 @@ Stepper& StepError::Work::stepper(double steps) {
 /// The error over the steps since it last evolved, in as many parts as its explicit terms need.
 void StepError::Work::evolve(std::int64_t step) {
     const Spectra before = error;
-    const double t = static_cast<double>(step) * dt, strides = static_cast<double>(stride);
+    const double strides = static_cast<double>(stride);
+    from.t = static_cast<double>(step - stride) * dt;
+    to.t = static_cast<double>(step) * dt;
     for (int parts = 1;; parts *= 2) {
         const bool is_coarse = perturbation_growth * strides * dt > max_change * parts;
         if (is_coarse && parts < max_parts && stride == 1) continue;
@@ -328,7 +343,10 @@ void StepError::Work::evolve(std::int64_t step) {
         }
         perturbation_growth = 0.0;
         double fastest = 0.0;
+        between.step = 0.0;
+        error_step = strides / parts * dt;
         for (int part = 0; part < parts; ++part) {
+            const double t = from.t + (to.t - from.t) * part / parts;
             stepper(strides / parts).step(t, static_cast<std::uint64_t>(part), error);
             fastest = std::max(fastest, perturbation_growth);
         }
@@ -347,13 +365,16 @@ void StepError::advance(std::int64_t step, const Spectra& fields) {
     for (std::size_t k = 0; k < w.driven.values.size(); ++k) w.driven.values[k] += w.drive.values[k];
     if (++w.since < w.stride) return;
     w.measure_fluctuations(fields);
-    w.sample(fields);
+    w.sample(fields, w.to);
+    if (!w.has_from) w.from.fields = w.to.fields;
     for (Complex& value : w.driven.values) value /= static_cast<double>(w.since);
     w.add_random_errors(step, 0);
     w.evolve(step);
     w.add_random_errors(step, 1);
     w.leave_out_direction();
     w.bound();
+    std::swap(w.from, w.to);
+    w.has_from = true;
     std::fill(w.driven.values.begin(), w.driven.values.end(), Complex(0.0));
     w.since = 0;
     w.stride = max_stride;
@@ -389,8 +410,7 @@ StepError::Relative StepError::largest() const {
     Relative result{.error = 0.0, .field = w.fields.front().name};
     for (const FieldSize& field : w.fields) {
         // Of the last step nothing has decayed yet.
-        const double size =
-            std::max(field.local, std::hypot(w.size_of(error, w.coarse, field), w.size_without_phase(field)));
+        const double size = std::max(field.local, std::hypot(w.size_of(error, field), w.size_without_phase(field)));
         const double relative = (w.noisy ? random_errors : 1.0) * ratio(size, field.fluctuation());
         if (relative > result.error) result = {std::min(relative, 1.0), field.name};
     }
@@ -404,10 +424,19 @@ std::optional<Spectra> StepError::known() const {
     const Spectra now = w.error_now();
     Spectra result(w.fine, now.count());
     for (const FieldSize& field : w.fields)
-        if (w.size_without_phase(field) > w.size_of(now, w.coarse, field)) return std::nullopt;
+        if (w.size_without_phase(field) > w.size_of(now, field)) return std::nullopt;
     for (int c = 0; c < now.count(); ++c)
         for (const ModePair& pair : w.shared) result[c][pair.fine] = now[c][pair.coarse];
     return result;
+}
+
+double StepError::alignment() const { return work_->local.alignment; }
+
+bool StepError::follows_phases(std::int64_t steps) const {
+    const Work& w = *work_;
+    constexpr double parted = 0.5, negligible = 0.1;
+    if (w.noisy || largest().error > parted) return false;
+    return static_cast<double>(steps) * w.local_size() > negligible * w.relative_size(w.error);
 }
 
 StepError::Relative StepError::largest_local() const {
@@ -429,17 +458,18 @@ constexpr std::size_t saved_of_field = 9;
 }  // namespace
 
 std::size_t StepError::saved_numbers() const {
-    return 3 + saved_of_field * work_->fields.size() + 8 * work_->error.values.size();
+    return 4 + saved_of_field * work_->fields.size() + 12 * work_->error.values.size();
 }
 
 std::vector<double> StepError::save() const {
     std::vector<double> values{static_cast<double>(work_->stride), static_cast<double>(work_->since),
-                               work_->perturbation_growth};
+                               work_->perturbation_growth, work_->has_from ? 1.0 : 0.0};
     for (const FieldSize& field : work_->fields)
         for (const double* value : saved_of(field)) values.push_back(*value);
     for (const std::vector<double>* part : {&work_->wave_local, &work_->wave_error})
         values.insert(values.end(), part->begin(), part->end());
-    for (const Spectra* spectra : {&work_->error, &work_->drive, &work_->driven})
+    for (const Spectra* spectra :
+         {&work_->error, &work_->local.last, &work_->drive, &work_->driven, &work_->from.fields})
         for (const Complex value : spectra->values) {
             values.push_back(value.real());
             values.push_back(value.imag());
@@ -454,11 +484,13 @@ void StepError::restore(std::span<const double> values) {
     work_->stride = static_cast<std::int64_t>(*next++);
     work_->since = static_cast<std::int64_t>(*next++);
     work_->perturbation_growth = *next++;
+    work_->has_from = *next++ != 0.0;
+    work_->from.step = 0.0;
     for (FieldSize& field : work_->fields)
         for (double* value : saved_of(field)) *value = *next++;
     for (std::vector<double>* part : {&work_->wave_local, &work_->wave_error})
         for (double& value : *part) value = *next++;
-    for (Spectra* spectra : {&work_->error, &work_->drive, &work_->driven})
+    for (Spectra* spectra : {&work_->error, &work_->local.last, &work_->drive, &work_->driven, &work_->from.fields})
         for (Complex& value : spectra->values) {
             const double real = *next++;
             value = {real, *next++};

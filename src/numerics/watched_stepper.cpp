@@ -23,10 +23,24 @@ void WatchedStepper::set_system(System system, const ErrorEquations::OnGrid& on_
 namespace {
 /// Steps until the next is repeated in halves, which costs two steps: 1.7 % of 2000 steps, 0.4 % of a long run.  Local
 /// errors change most at the start.
-std::int64_t steps_to_next_check(std::int64_t step) { return std::clamp<std::int64_t>(2 * step / 3, 1, 500); }
+std::int64_t steps_to_dear_check(std::int64_t step) { return std::clamp<std::int64_t>(2 * step / 3, 1, 500); }
 /// Where the error of a step costs no right-hand side.
 std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::int64_t>(step / 16, 1, 100); }
 }  // namespace
+
+/// Between two checks the local errors have the phases of the first: where they turn, checks follow sooner, since the
+/// sum of errors that turn is much larger than it would seem.
+std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step) {
+    const std::int64_t cheap = stepper_.steps_to_cheap_error();
+    const std::int64_t longest = cheap > 0 ? std::max(cheap, steps_to_cheap_check(step)) : steps_to_dear_check(step);
+    const std::int64_t last = std::max<std::int64_t>(1, step - last_check_);
+    constexpr std::int64_t shortest = 10;  // a fifth of the cost of the steps
+    constexpr double turn = 0.9;           // radians between two checks: continue_local() allows for it
+    if (longest <= shortest || !error_->follows_phases(longest)) return longest;
+    const double angle = std::acos(std::clamp(error_->alignment(), -1.0, 1.0));
+    const double next = static_cast<double>(last) * std::clamp(turn / angle, 0.25, 2.0);  // angle 0: twice as many
+    return std::clamp(static_cast<std::int64_t>(next), shortest, longest);
+}
 
 void WatchedStepper::advance(std::int64_t step, Spectra& state) {
     is_checked_ = error_ && step >= next_check_;
@@ -42,9 +56,12 @@ void WatchedStepper::watch(std::int64_t step, const Spectra& state) {
 void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
     error_->start_local(before_);
     stepper_.find_error(step, state, before_);
-    const std::int64_t cheap = stepper_.steps_to_cheap_error();
-    next_check_ = step + (cheap > 0 ? std::max(cheap, steps_to_cheap_check(step)) : steps_to_next_check(step));
     error_->add_local(before_, state);
+    const std::int64_t next = steps_to_next_check(step);
+    error_->continue_local(static_cast<double>(next) /
+                           static_cast<double>(std::max<std::int64_t>(1, step - last_check_)));
+    next_check_ = step + next;
+    last_check_ = step;
     const StepError::Relative local = error_->largest_local();
     // Fields that overflow have no error; the check of the fields says which of them failed first.
     double square = 0.0;
@@ -65,7 +82,8 @@ void WatchedStepper::begin_anew() {
 }
 
 std::vector<double> WatchedStepper::save() const {
-    std::vector<double> values{static_cast<double>(stepper_.division()), static_cast<double>(next_check_)};
+    std::vector<double> values{static_cast<double>(stepper_.division()), static_cast<double>(next_check_),
+                               static_cast<double>(last_check_)};
     const std::vector<double> history = stepper_.save_history();
     values.insert(values.end(), history.begin(), history.end());
     if (!error_) return values;
@@ -76,17 +94,19 @@ std::vector<double> WatchedStepper::save() const {
 
 void WatchedStepper::restore(std::span<const double> values) {
     const std::size_t error_numbers = error_ ? error_->saved_numbers() : 0;
-    require(values.size() >= 2 + error_numbers, {}, "the checkpoint contains {} stepper values; expected {} or more",
-            values.size(), 2 + error_numbers);
-    const double division = values[0], next = values[1];
+    require(values.size() >= 3 + error_numbers, {}, "the checkpoint contains {} stepper values; expected {} or more",
+            values.size(), 3 + error_numbers);
+    const double division = values[0], next = values[1], last = values[2];
     require(division >= 1.0 && division <= AdaptiveStepper::max_division && division == std::round(division), {},
             "the checkpoint contains {} parts of a step; expected an integer from 1 to {}; use the other checkpoint",
             division, AdaptiveStepper::max_division);
-    require(std::isfinite(next) && next >= 0.0 && next < 0x1p53, {},
-            "the checkpoint contains the step {}; expected 0 or more; use the other checkpoint", next);
+    for (const double check : {next, last})
+        require(std::isfinite(check) && check >= 0.0 && check < 0x1p53, {},
+                "the checkpoint contains the step {}; expected 0 or more; use the other checkpoint", check);
     stepper_.set_division(static_cast<int>(division));
     next_check_ = static_cast<std::int64_t>(next);
-    stepper_.restore_history(values.subspan(2, values.size() - 2 - error_numbers));
+    last_check_ = static_cast<std::int64_t>(last);
+    stepper_.restore_history(values.subspan(3, values.size() - 3 - error_numbers));
     if (error_) error_->restore(values.last(error_numbers));
 }
 

@@ -45,6 +45,23 @@ def test_the_error_of_equations_of_ones_own_is_that_of_the_built_in_ones(tmp_pat
             assert a["step_bias"] == pytest.approx(b["step_bias"], rel=1e-3, abs=1e-6 * b["mean"])
 
 
+def test_the_error_of_the_phase_of_an_oscillation_adds_up_over_its_periods(tmp_path):
+    # X + i Y = exp(-i c t) is exact.  The errors of single steps turn with it, and those of its size change its phase.
+    end = 60.0  # ten periods
+    drover(tmp_path, "run", MODELS / "ginzburg-landau.toml", "-q", "-o", "run.h5",
+           *settings(["grid.nx=16", "grid.ny=16", "initial.amplitude=0.0", f"time.end={end}", "output.frame_every=1.0",
+                      "coefficients.c=-1.0"]))
+    times, found = errors(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5") as run:
+        exact = np.exp(1j * run["time"][:])
+        for frame in (10, 20, 40, 60):
+            true = max(abs(run[name][frame].mean() - wave[frame]) / np.std(wave[: frame + 1])
+                       for name, wave in (("real_part", exact.real), ("imaginary_part", exact.imag)))
+            told = found[np.argmin(np.abs(times - run["time"][frame]))]
+            # Between two checks of the steps the errors turn by 50 degrees, which is extrapolated: good to some tenths.
+            assert 0.5 < told / true < 2.0, frame
+
+
 def test_the_error_of_a_pattern_is_the_true_one_within_a_factor_of_three(tmp_path):
     # Its waves are shorter than those of the grid on which errors of long waves evolve.
     words = ["run", MODELS / "brusselator.toml", "-q",

@@ -1,5 +1,6 @@
 // numerics/step_error.hpp: a running estimate of the error that the time step makes in the fields.
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -49,16 +50,26 @@ public:
     /// Called with the fields before a step whose local error add_local() will add.
     void start_local(const Spectra& before);
 
-    /// `local`: the error of the step that led to `state`, also that of each step up to the next call.
+    /// `local`: the error of the step that led to `state`.
     void add_local(const Spectra& local, const Spectra& state);
+    /// Called after it: that of each step up to the next call, which comes after `intervals` times as many steps as
+    /// this one did after the last.
+    void continue_local(double intervals);
+
+    /// How far the last local error has the phases of the one before it, as a cosine: 1 where it has only another size,
+    /// 0 for one that turned by a right angle, as those of waves, moving bands and oscillations do.
+    double alignment() const;
+    /// Whether the phases of `steps` more local errors as large as the last matter: not where they add less than a
+    /// tenth of the error so far, where the fields have parted, or with noise.
+    bool follows_phases(std::int64_t steps) const;
 
     /// Called with the fields after each step; `step`: the number of steps so far.
     void advance(std::int64_t step, const Spectra& state);
 
     /// The error of a field, of all steps so far, relative to its fluctuation: the root mean square of its deviation
     /// from its mean over the cell and over time, or of that over the cell now if larger, and at least 1e-5 of the
-    /// largest root mean square of the field.  Local: relative to the root mean square of the field, at least a
-    /// thousandth of its largest.
+    /// largest root mean square of the field.  Local: relative to the root mean square of the field, at least its
+    /// fluctuation and a thousandth of its largest.
     struct Relative {
         double error = 0.0;
         std::string field;  ///< "rod_density", "bead_velocity", ...

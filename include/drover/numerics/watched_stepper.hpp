@@ -41,11 +41,12 @@ public:
 
 private:
     void measure_error(std::int64_t step, const Spectra& state);
+    std::int64_t steps_to_next_check(std::int64_t step);
 
     AdaptiveStepper stepper_;
     std::optional<StepError> error_;
     Spectra before_;  // the state before a step that is repeated in halves
-    std::int64_t next_check_ = 0;
+    std::int64_t last_check_ = 0, next_check_ = 0;
     bool is_checked_ = false;  // the last step
 };
 
