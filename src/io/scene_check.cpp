@@ -102,9 +102,6 @@ void check_declared(const Scene& scene, const LocationOf& at) {
     check_least_memory(scene, equations.state_components().size(), at);
     model::check(start_of(scene), equations, scene.grid, kept_degree(scene, equations), at);
     check_time_method(scene, equations.has_noise(), at);
-    require(scene.time.dt > 0.0 || !equations.has_explicit_part(), at("time.dt"),
-            "time.dt is left out in a scene with a model of its own, whose step is chosen only where every term is "
-            "linear; expected a number > 0 [s]");
 }
 
 void check_fractions(const std::vector<double>& fractions, const std::string& key, const LocationOf& at) {
@@ -223,7 +220,7 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
                     "fields only"},
             {.name = "pilot",
              .member = &TimeControl::pilot,
-             .doc = "written by drover: the error and the pilot runs from which dt was chosen; fields only"}};
+             .doc = "written by drover: the error and the pilot runs from which dt was chosen"}};
     }();
     return rows;
 }

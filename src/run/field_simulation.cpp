@@ -237,12 +237,9 @@ std::string describe(const physics::FieldEvolution& evolution, const io::Scene& 
 }
 }  // namespace
 
-namespace {
-/// A step chosen for the error of the fields must keep it below the limit.
-void check_chosen_step(const World& world, std::int64_t step) {
-    const io::TimeControl& time = world.scene.time;
-    const numerics::StepError::Relative error = world.evolution.step_error();
-    if (time.chosen != "fields" || error.error <= choice_margin * time.max_error) return;
+void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step) {
+    constexpr double any = 1.0;  // where the fields of two steps may part
+    if (time.chosen != "fields" || time.max_error >= any || error.error <= choice_margin * time.max_error) return;
     // Errors grow at least in proportion to time: more than half of the step where much of the run is to come.
     const double t = static_cast<double>(step) * time.dt, order = numerics::time_method(time.stepper).order;
     const int halvings = std::clamp(static_cast<int>(std::ceil(std::log2(2.0 * time.end / t) / order)), 1, 4);
@@ -252,7 +249,6 @@ void check_chosen_step(const World& world, std::int64_t step) {
              time.dt, error.error, error.field, t, time.max_error, std::ldexp(time.dt, -halvings)),
         halvings);
 }
-}  // namespace
 
 namespace {
 /// Other fields start another run: without the history of the stepper and the error so far.
@@ -312,7 +308,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         world->time = static_cast<double>(step + 1) * world->scene.time.dt;
     };
     simulation.check_health = [world](std::int64_t step) {
-        check_chosen_step(*world, step);
+        check_chosen_step(world->scene.time, world->evolution.step_error(), step);
         check_field_health(world->evolution, world->scene, world->transform, world->state, step, world->health);
     };
     simulation.accept = [world](std::int64_t step) { accept(*world, step); };

@@ -227,7 +227,11 @@ Simulation make_model_simulation(const io::Scene& scene, Threads& threads, std::
                                   if (world->bias) world->bias->advance(step + 1, world->state);
                                   world->time = static_cast<double>(step + 1) * world->scene.time.dt;
                               },
-                          .check_health = [world](std::int64_t step) { check_finite(*world, step); },
+                          .check_health =
+                              [world](std::int64_t step) {
+                                  check_chosen_step(world->scene.time, world->stepper.step_error(), step);
+                                  check_finite(*world, step);
+                              },
                           .save = [world] { return save(*world); },
                           .restore = [world](std::span<const double> values) { restore(*world, values); },
                           .accept = [world](std::int64_t) { accept(*world); },

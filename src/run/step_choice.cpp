@@ -8,11 +8,13 @@
 #include "drover/base/error.hpp"
 #include "drover/base/log.hpp"
 #include "drover/measure/statistics.hpp"
+#include "drover/model/equations.hpp"
 #include "drover/numerics/time_method.hpp"
 #include "drover/physics/equations.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/stability_rows.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "drover/run/kind.hpp"
 #include "drover/run/warnings.hpp"
 #include "run/pilot.hpp"
 
@@ -30,6 +32,12 @@ double max_error_of(const io::Scene& scene) {
 bool has_error_estimate(const io::Scene& scene) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
     return method.estimates_error && method.stages_with_tolerance > 0;
+}
+
+/// Whether a step makes an error.
+bool has_explicit_terms(const io::Scene& scene) {
+    if (scene.kind == io::SceneKind::model) return model::Equations(io::model_of(scene.declared)).has_explicit_part();
+    return physics::is_nonlinear(physics::Equations(scene.model));
 }
 
 /// Points along an axis of a pilot, at least 32 where the run has them.
@@ -72,7 +80,7 @@ bool represents(const io::Scene& pilot, const io::Scene& scene) {
     } catch (const Error&) {  // the grid cuts the start
         return false;
     }
-    return field_scene_warnings(pilot).size() <= field_scene_warnings(scene).size();
+    return kind_of(pilot).warnings(pilot).size() <= kind_of(scene).warnings(scene).size();
 }
 
 /// Whether the grid of the pilot resolves its fields, once those of the start have evolved.
@@ -105,11 +113,14 @@ struct Bias {
 
 /// Whether the mean of an observable is compared: not those of components, since the direction of a flock wanders.
 bool is_compared(const std::string& name) {
-    return !name.starts_with("spectral_tail_") && !name.ends_with("_x") && !name.ends_with("_y");
+    if (name.starts_with("spectral_tail_")) return false;
+    if (name.ends_with("_x") || name.ends_with("_y")) return false;
+    return !name.starts_with("mean_") || !(name.ends_with("_xx") || name.ends_with("_xy"));
 }
 
-/// The largest over the observables, of the run with the longer step.
-Bias largest_bias(const Pilot& longer, const Pilot& shorter) {
+/// The largest over the observables, of the run with the longer step, which is `of_difference` times what half of it
+/// changes.
+Bias largest_bias(const Pilot& longer, const Pilot& shorter, double of_difference) {
     Bias largest;
     for (std::size_t k = 0; k < shorter.names.size(); ++k) {
         const std::vector<double>&a = longer.series[k], &b = shorter.series[k];
@@ -126,11 +137,15 @@ Bias largest_bias(const Pilot& longer, const Pilot& shorter) {
         const double scale = std::max(std::abs(mean), spread);
         if (scale == 0.0) continue;
         const measure::RoughMean difference = measure::paired_difference(a, b, skip);
-        // A method of second weak order: half of the step makes a quarter of the error.
-        const Bias bias{shorter.names[k], 4.0 / 3.0 * difference.value / scale, difference.error / scale};
+        const Bias bias{shorter.names[k], of_difference * difference.value / scale, difference.error / scale};
         if (!(bias.bound() <= largest.bound())) largest = bias;
     }
     return largest;
+}
+
+/// Noise that multiplies fields has steps of first weak order; all others are of the second.
+bool has_product_noise(const io::Scene& scene) {
+    return scene.kind == io::SceneKind::model && model::Equations(io::model_of(scene.declared)).has_product_noise();
 }
 
 /// One scene, ever shorter steps.
@@ -140,6 +155,7 @@ public:
         : given_(scene.time),
           target_(choice_margin * max_error_of(scene)),
           pilot_(pilot),
+          bias_of_difference_(has_product_noise(scene) ? 2.0 : 4.0 / 3.0),
           is_coarse_(numerics::points(pilot_.grid) < numerics::points(scene.grid)),
           threads_(choose_threads(pilot_)) {}
 
@@ -203,7 +219,7 @@ private:
                 continue;
             }
             if (longer) {
-                const Bias bias = largest_bias(*longer, run);
+                const Bias bias = largest_bias(*longer, run, bias_of_difference_);
                 failure_ = text("its bias of {} is {:.2g} +- {:.2g}", bias.name, bias.relative, bias.error);
                 if (bias.bound() <= target_) {
                     pilot_.time.dt *= 2.0;
@@ -231,6 +247,7 @@ private:
     io::TimeControl given_;
     double target_;
     io::Scene pilot_;
+    double bias_of_difference_;  // of means: half of the step makes half or a quarter of it
     bool is_coarse_;
     Threads threads_;
     int runs_ = 0;
@@ -244,8 +261,7 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
     io::Scene result = scene;
     // The cheapest for its error in most comparisons (tests/bench), with noise and without.
     if (!scene.places.contains("time.stepper")) result.time.stepper = "etdrk4-krogstad";
-    // The check of a model of its own lets it have no step only where it is linear.
-    if (scene.kind == io::SceneKind::model || !physics::is_nonlinear(physics::Equations(scene.model))) {
+    if (!has_explicit_terms(scene)) {
         result.time.dt = io::longest_step(scene);
         result.time.chosen = "linear";
         return result;

@@ -148,8 +148,7 @@ bool Trials::run(const std::vector<Trial>& trials) {
             const auto shorter = results_.find(name);
             if (shorter != results_.end() && shorter->second.failure.empty())
                 require_archive(missing.back(), shorter->second);
-            else
-                require_archive_of(missing.back().scene, archive);
+            else require_archive_of(missing.back().scene, archive);
         }
         names.push_back(name);
     }

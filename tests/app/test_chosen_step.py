@@ -1,4 +1,4 @@
-"""tests/app/test_chosen_step.py: scenes of fields that leave time.dt out."""
+"""tests/app/test_chosen_step.py: scenes that leave time.dt out."""
 import json
 import tomllib
 
@@ -54,6 +54,55 @@ def test_the_fields_of_a_run_without_a_step_have_the_error_that_is_asked_for(tmp
         # A step is chosen for half of the error, by an estimate that is right within a factor of three.
         assert error_of(tmp_path / "chosen.h5", tmp_path / "fine.h5", field) < 1.5 * max_error, field
     assert not [warning for warning in result["warnings"] if "time.dt" in warning]
+
+
+OSCILLATION = """model = {name = "oscillation"}
+field = [{symbol = "X"}, {symbol = "Y"}]
+grid = {nx = 8, ny = 8, lx = 8.0, ly = 8.0}
+initial = {kind = "formula", X = "1"}
+[equations]
+X = "X - (X^2 + Y^2) (X + Y) + lap X"
+Y = "Y - (X^2 + Y^2) (Y - X) + lap Y"
+"""
+# A cubic field, and one with noise that multiplies it, whose steps are of first weak order.
+NOISY = """model = {name = "height"}
+field = [{symbol = "h"}]
+white_noise = [{symbol = "xi"}]
+grid = {nx = 8, ny = 8, lx = 16.0, ly = 16.0}
+time = {end = 400.0, max_error = 0.05}
+initial = {kind = "formula", h = "1"}
+output = {frame_every = 0.0, sample_every = 0.5}
+analysis = {warm_up = 50.0}
+[equations]
+"""
+
+
+@pytest.mark.parametrize("max_error", [0.1, 1e-3])
+def test_a_model_of_ones_own_without_a_step_has_the_error_that_is_asked_for(max_error, tmp_path):
+    (tmp_path / "own.toml").write_text(OSCILLATION)
+    drover(tmp_path, "run", "own.toml", "-q", "--set", "time.end=30.0", "--set", f"time.max_error={max_error}",
+           "--set", "output.frame_every=1.0", "--set", "output.sample_every=0.5", "-o", "own.h5")
+    chosen = time_table(tmp_path / "own.h5")
+    assert chosen["chosen"] == "fields" and chosen["stepper"] == "etdrk4-krogstad" and 0.0 < chosen["dt"] <= 0.5
+    with h5py.File(tmp_path / "own.h5") as file:
+        wave = np.exp(1j * file["time"][:])  # X + i Y, exactly
+        wrong = np.abs(file["X"][:].mean(axis=(1, 2)) - wave.real).max() / np.std(wave.real)
+    # A step is chosen for half of the error, by an estimate that is right within a factor of three.
+    assert 0.0 < wrong < 1.5 * max_error
+
+
+@pytest.mark.parametrize("equation", ["h - h^3 + lap h + 0.6 xi", "h - h^2 + lap h + 0.4 h xi"])
+def test_a_noisy_model_of_ones_own_without_a_step_has_means_with_a_small_bias(equation, tmp_path):
+    (tmp_path / "own.toml").write_text(NOISY + f'h = "{equation}"\n')
+    drover(tmp_path, "run", "own.toml", "-q", "-o", "own.h5")
+    chosen = time_table(tmp_path / "own.h5")
+    assert chosen["chosen"] == "means" and "bias of" in chosen["pilot"]
+    drover(tmp_path, "run", "own.toml", "-q", "-o", "fine.h5", "--set", f"time.dt={chosen['dt'] / 4}",
+           "--set", f"time.stepper={chosen['stepper']}")
+    with h5py.File(tmp_path / "own.h5") as a, h5py.File(tmp_path / "fine.h5") as b:
+        mean, exact = (np.mean(file["observables/variance_h"][100:]) for file in (a, b))
+    # Both runs are on one noise path, so that their difference is the bias; twice the limit for its scatter.
+    assert abs(mean - exact) < 2 * 0.05 * exact
 
 
 def test_a_larger_error_is_given_a_longer_step(tmp_path):

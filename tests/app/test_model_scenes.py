@@ -200,7 +200,6 @@ def test_a_run_starts_from_a_frame_of_another(tmp_path):
     ("2 D rho0", "2 D rho1", ["four.toml:11:14", '"rho1" at character 5', "rho0 (did you mean that?)"]),
     ("[grid]", "[relaxation]\nrate = 1.0\n\n[grid]",
      ["four.toml:49:2", "[relaxation] belongs to a scene of fields", "[model] (four.toml:1:2)", "remove one"]),
-    ("dt = 0.05\n", "", ["four.toml:55:2", "time.dt is left out", "expected a number > 0"]),
     ('rank = "vector"', 'rank = "vector"\nreference = 0.5', ["four.toml:20:1", "polarity", "is 0.5; expected 0"]),
     ("J + D lap rho", "J + D rho", ["four.toml:32:15", '"+ D rho" is no divergence', "conserved = false"]),
     ("polarity_x =", "polarity_z =", ["four.toml:63:1", "initial.polarity_z", "did you mean initial.polarity_"]),

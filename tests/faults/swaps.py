@@ -7,9 +7,10 @@ where two runs of one scene are mixed up); a file of one replaces that of the ot
 status 2 and a sentence that names the difference: the key, the version, or the run ids.  It must write nothing.
 
 Kinds: archive, checkpoint (the newest or both), journal, sweep (an archive of its folder, with its checkpoints), trial
-(that of the first trial of `tradeoff`, which each call reads; which others it reads depends on times), records (the records of that folder), calibration (the trials of a
-measurement).  Another version of drover may resume a sweep or a calibration: an archive of another version in a sweep
-is used, with a warning that names both versions; records and calibrations have no pairs of versions.
+(that of the first trial of `tradeoff`, which each call reads; which others it reads depends on times), records (the
+records of that folder), calibration (the trials of a measurement).  Another version of drover may resume a sweep or a
+calibration: an archive of another version in a sweep is used, with a warning that names both versions; records and
+calibrations have no pairs of versions.
 `--other`: a drover of another version; without it, a pair of two versions has the version changed in the provenance of
 one archive, which then cannot be that of a checkpoint.
 """
