@@ -17,7 +17,7 @@ from calibration import (TINY, UNITS, already_done, assert_same_tables, kill_rep
                          write_tiny)
 from rejection import rejected
 from support import (DROVER, MODELS, SMALL, attributes, drover, drover_json, end_group, environment, group_is_alive,
-                     not_sanitized, scene_text, scenes, settings, start, wait_until)
+                     scene_text, scenes, settings, start, wait_until)
 
 ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]}  # one measurement
 
@@ -32,7 +32,6 @@ def calibration_made_once(tmp_path_factory):
 
 # --- the table
 
-@not_sanitized
 def test_stiffness_among_rods_and_drag_with_a_reversal_are_measured_at_each_area_fraction_of_rods(tmp_path):
     plan = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["stiffness", "drag"],
             "calibrate.stiffness.among_rods": True, "calibrate.drag.torques": [-20000.0, 2000.0, 20000.0],
@@ -148,7 +147,6 @@ def test_re_running_a_finished_calibration_runs_nothing_and_writes_the_same_byte
     assert_same_tables(tmp_path / "again", whole[0])
 
 
-@not_sanitized
 def test_the_table_is_the_same_for_any_number_of_workers_and_after_kills(whole, tmp_path):
     # Kills hit it with two workers; the rest runs on all cores.
     assert kill_repeatedly(tmp_path, write_tiny(tmp_path), whole[0], 3, random.Random(5), 0.5) >= 1
@@ -167,7 +165,6 @@ def test_a_smaller_target_error_and_more_points_use_the_stored_trials(tmp_path):
     assert again["trials_run"] == 0 and again["coefficients"] == first["coefficients"]  # only the first trials
 
 
-@not_sanitized
 def test_wanted_numbers_run_only_the_trials_that_they_need_and_a_smaller_error_continues(tmp_path):
     scene = write_tiny(tmp_path, {"calibrate.max_trials": 200})
 
@@ -208,7 +205,6 @@ def test_another_plan_of_one_assay_keeps_the_trials_of_the_others(tmp_path):
     assert second["trials_run"] == 0 and second["trials_found"] == first["trials_run"]
 
 
-@not_sanitized
 def test_a_signal_stops_it_quickly_and_the_same_command_resumes(whole, tmp_path):
     scene = write_tiny(tmp_path)
     process = start(tmp_path, "calibrate", scene, "-o", "parts", "--workers", "2", "--json")
@@ -256,7 +252,6 @@ echo "4711;cluster"
 """
 
 
-@not_sanitized
 def test_the_script_for_slurm_gives_the_same_table_in_shares(whole, tmp_path):
     binaries = tmp_path / "bin"
     binaries.mkdir()
@@ -361,7 +356,6 @@ def test_folders_and_trials_of_another_scene_are_rejected(tmp_path):
              ["is not a file of trials"])
 
 
-@not_sanitized
 def test_a_second_calibration_in_one_folder_is_rejected_and_the_first_continues(tmp_path):
     scene = write_tiny(tmp_path, {**ONE, "calibrate.damping.time": 2000.0})
     process = start(tmp_path, "calibrate", scene, "--workers", "1")

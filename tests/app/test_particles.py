@@ -11,7 +11,7 @@ from matplotlib import image
 from pictures import overlaps
 from rejection import rejected
 from scipy import stats
-from support import (contents, drover, drover_json, end_group, environment, not_sanitized, scene_text, settings,
+from support import (contents, drover, drover_json, end_group, environment, scene_text, settings,
                      slow_but, start, tree, wait_until, write_scene)
 
 import drover as package
@@ -90,7 +90,6 @@ def test_half_a_run_and_a_restart_equal_an_uninterrupted_run(ran, tmp_path):
     assert_same(ran / "tiny.h5", tmp_path / "tiny.h5")
 
 
-@not_sanitized
 @pytest.mark.parametrize("sent, status", slow_but([(signal.SIGTERM, 3), (signal.SIGKILL, -9)], (signal.SIGTERM, 3)))
 def test_a_stopped_or_killed_run_resumes_to_the_same_bytes(sent, status, tmp_path):
     drover(tmp_path, "run", write_tiny(tmp_path, base=LONG, name="whole.toml"), "--quiet")
