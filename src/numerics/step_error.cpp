@@ -241,11 +241,9 @@ void StepError::set_equations(const ErrorEquations::OnGrid& on_grid) {
 
 void StepError::add_local(const Spectra& local, const Spectra& fields) {
     Work& w = *work_;
-    const auto copy = [&](const Spectra& from, double factor, Spectra& to) {
-        for (int c = 0; c < to.count(); ++c)
-            for (const ModePair& pair : w.shared) to[c][pair.coarse] = factor * from[c][pair.fine];
-    };
-    copy(local, 1.0, w.shifted);
+    std::fill(w.shifted.values.begin(), w.shifted.values.end(), Complex(0.0));
+    for (int c = 0; c < w.shifted.count(); ++c)
+        for (const ModePair& pair : w.shared) w.shifted[c][pair.coarse] = local[c][pair.fine];
     for (std::size_t k = 0; k < w.wave_local.size(); ++k) w.wave_local[k] = std::abs(w.shifted.values[k]);
     w.add_unresolved_waves(fields);
     w.measure_fluctuations(fields);
