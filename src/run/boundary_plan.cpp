@@ -104,8 +104,8 @@ const std::vector<std::string>& line_names() {
     return names;
 }
 
-AxisRange read_axis(const std::string& list, const std::string& written, const std::string& example,
-                    const SourceLocation& where) {
+KeyRange read_axis(const std::string& list, const std::string& written, const std::string& example,
+                   const SourceLocation& where) {
     require(!written.empty(), where,
             "{} is not given; expected a number of the model and its range, such as {}: set it in the scene, or by "
             "--{}",
@@ -113,9 +113,9 @@ AxisRange read_axis(const std::string& list, const std::string& written, const s
     const auto [key, value] = read_assignment(written, list, example, where);
     const std::vector<std::string> ends = split(value, ':');
     require(ends.size() == 2, where, "{} has \"{}\"; expected first:last, as in {}", list, written, example);
-    const AxisRange axis{.key = key,
-                         .from = read_number(ends[0], written, list, example, where),
-                         .to = read_number(ends[1], written, list, example, where)};
+    const KeyRange axis{.key = key,
+                        .from = read_number(ends[0], written, list, example, where),
+                        .to = read_number(ends[1], written, list, example, where)};
     require(axis.from < axis.to, where, "{} has \"{}\"; expected the smaller number first", list, written);
     return axis;
 }

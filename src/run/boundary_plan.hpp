@@ -22,14 +22,14 @@ const std::vector<std::string>& line_names();
 inline constexpr const char* binodal_name = "binodal";
 
 /// "key = from:to", an axis of a plane.
-struct AxisRange {
+struct KeyRange {
     std::string key;
     double from = 0.0, to = 1.0;
 };
 
 /// The axis that the scene's key `list` gives; messages quote `example`.  Throws an input Error at `where`.
-AxisRange read_axis(const std::string& list, const std::string& written, const std::string& example,
-                    const SourceLocation& where);
+KeyRange read_axis(const std::string& list, const std::string& written, const std::string& example,
+                   const SourceLocation& where);
 
 /// Throws an input Error at the key that is wrong.
 PlannedBoundary plan_boundary(const io::Scene& scene);

@@ -23,14 +23,14 @@ struct UncertainCoefficient {
 };
 
 struct PlannedModelBoundary {
-    AxisRange x, y;
+    KeyRange x, y;
     std::vector<MarginState> states;
     std::vector<UncertainCoefficient> uncertain;
 };
 
-AxisRange axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
+KeyRange axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
     const SourceLocation where = io::location_of(scene, list);
-    AxisRange axis = read_axis(list, written, "\"coefficients.a = 0.5:2\"", where);
+    KeyRange axis = read_axis(list, written, "\"coefficients.a = 0.5:2\"", where);
     axis.key = coefficient_of(scene, list, axis.key, where);
     return axis;
 }
@@ -121,7 +121,7 @@ private:
     std::vector<model::UniformState> guesses_;
 };
 
-DescribedAxis described(const AxisRange& axis) {
+DescribedAxis described(const KeyRange& axis) {
     return {.name = "coefficients." + axis.key, .unit = "1", .udunits = "1", .from = axis.from, .to = axis.to};
 }
 

@@ -274,7 +274,7 @@ double model_simulation_bytes(const io::Scene& scene) {
         const double shortest = shortest_of_patterns(equations, scene.grid, system.degree);
         const numerics::Grid coarse =
             numerics::coarse_grid(scene.grid, equations.has_noise() ? 1 : system.degree, shortest);
-        constexpr double states = 14.0;  // of the estimate and of the steps of the error
+        constexpr double states = 20.0;  // of the estimate and of the steps of the error
         of_error = static_cast<double>(numerics::points(coarse)) / static_cast<double>(numerics::points(scene.grid)) *
                    (explicit_part + states * count * spectra);
     }
