@@ -9,7 +9,7 @@
 namespace drover::numerics {
 
 namespace {
-double cosine(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const Grid& grid) {
+double angle_between(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const Grid& grid) {
     double product = 0.0, squares_a = 0.0, squares_b = 0.0;
     for (const FieldSize& field : fields) {
         const double scale = field.fluctuation(), per_square = scale > 0.0 ? 1.0 / (scale * scale) : 0.0;
@@ -22,7 +22,7 @@ double cosine(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& 
             }
     }
     const double sizes = std::sqrt(squares_a) * std::sqrt(squares_b);
-    return sizes > 0.0 ? std::clamp(product / sizes, -1.0, 1.0) : 1.0;
+    return sizes > 0.0 ? std::acos(std::clamp(product / sizes, -1.0, 1.0)) : 0.0;
 }
 }  // namespace
 
@@ -30,16 +30,15 @@ void LocalErrors::add(const Spectra& local, double size_now, double size_before,
                       const Grid& coarse) {
     std::swap(last, before);
     last.values = local.values;
-    alignment = cosine(last, before, fields, coarse);
+    angle = angle_between(last, before, fields, coarse);
     const double factor = size_now / size_before;
     trend = factor > 0.0 && std::isfinite(factor) ? std::clamp(factor, 0.09, 4.0) : 1.0;
 }
 
 void LocalErrors::predict(double intervals, Spectra& mean) const {
     double of_last = std::sqrt(trend), of_before = 0.0;
-    constexpr double turned = 0.3;  // further, and what comes is unknown
-    const double angle = std::acos(alignment);
-    if (alignment > turned && angle > 1e-6) {
+    constexpr double furthest = 1.2661;  // radians: beyond, what comes is unknown
+    if (angle < furthest && angle > 1e-6) {
         const double half = 0.5 * std::min(intervals, 2.0) * angle;  // of the turn to come
         const double length = std::sin(half) / half;
         of_before = -of_last * trend * length * std::sin(half) / std::sin(angle);

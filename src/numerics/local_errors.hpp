@@ -10,8 +10,8 @@ namespace drover::numerics {
 /// The last two errors of a single step on the coarse grid.
 struct LocalErrors {
     Spectra last, before;
-    double trend = 1.0;      ///< the factor between their sizes, within limits
-    double alignment = 1.0;  ///< the cosine of the angle between them
+    double trend = 1.0;  ///< the factor between their sizes, within limits
+    double angle = 0.0;  ///< between them [radians]
 
     /// Takes the error of a step.  sizes: of all errors now and before, in the units of `fields`.
     void add(const Spectra& local, double size_now, double size_before, const std::vector<FieldSize>& fields,

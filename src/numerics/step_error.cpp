@@ -49,7 +49,6 @@ struct StepError::Work {
     // At the ends of a step of the error and, if it is taken in parts, at a time between them.  Fields held at one of
     // the ends would change the growth of errors: those of the phase of an oscillation would decay.
     Reference from, to, between;
-    bool has_from = false;
     double error_step = 0.0;
     LocalErrors local;
     Spectra drive, driven;  // the local error, without noise per time, and its sum over the steps since the last
@@ -283,7 +282,6 @@ void StepError::start_local(const Spectra& before) {
     if (w.fields.front().moments == 0.0) {
         w.measure_fluctuations(before);
         w.sample(before, w.from);
-        w.has_from = true;
     }
     if (w.waves.empty()) return;
     w.sample(before, w.between);
@@ -362,9 +360,10 @@ void StepError::advance(std::int64_t step, const Spectra& fields) {
         }
     for (std::size_t k = 0; k < w.driven.values.size(); ++k) w.driven.values[k] += w.drive.values[k];
     if (++w.since < w.stride) return;
+    const bool has_start = w.fields.front().moments > 0.0;
     w.measure_fluctuations(fields);
     w.sample(fields, w.to);
-    if (!w.has_from) w.from.fields = w.to.fields;
+    if (!has_start) w.from.fields = w.to.fields;
     for (Complex& value : w.driven.values) value /= static_cast<double>(w.since);
     w.add_random_errors(step, 0);
     w.evolve(step);
@@ -372,7 +371,6 @@ void StepError::advance(std::int64_t step, const Spectra& fields) {
     w.leave_out_direction();
     w.bound();
     std::swap(w.from, w.to);
-    w.has_from = true;
     std::fill(w.driven.values.begin(), w.driven.values.end(), Complex(0.0));
     w.since = 0;
     w.stride = max_stride;
@@ -428,7 +426,7 @@ std::optional<Spectra> StepError::known() const {
     return result;
 }
 
-double StepError::alignment() const { return work_->local.alignment; }
+double StepError::turn() const { return work_->local.angle; }
 
 bool StepError::follows_phases(std::int64_t steps) const {
     const Work& w = *work_;
@@ -456,12 +454,12 @@ constexpr std::size_t saved_of_field = 9;
 }  // namespace
 
 std::size_t StepError::saved_numbers() const {
-    return 4 + saved_of_field * work_->fields.size() + 12 * work_->error.values.size();
+    return 3 + saved_of_field * work_->fields.size() + 12 * work_->error.values.size();
 }
 
 std::vector<double> StepError::save() const {
     std::vector<double> values{static_cast<double>(work_->stride), static_cast<double>(work_->since),
-                               work_->perturbation_growth, work_->has_from ? 1.0 : 0.0};
+                               work_->perturbation_growth};
     for (const FieldSize& field : work_->fields)
         for (const double* value : saved_of(field)) values.push_back(*value);
     for (const std::vector<double>* part : {&work_->wave_local, &work_->wave_error})
@@ -482,7 +480,6 @@ void StepError::restore(std::span<const double> values) {
     work_->stride = static_cast<std::int64_t>(*next++);
     work_->since = static_cast<std::int64_t>(*next++);
     work_->perturbation_growth = *next++;
-    work_->has_from = *next++ != 0.0;
     work_->from.step = 0.0;
     for (FieldSize& field : work_->fields)
         for (double* value : saved_of(field)) *value = *next++;

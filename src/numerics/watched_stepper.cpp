@@ -30,16 +30,14 @@ std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::in
 
 /// Between two checks the local errors have the phases of the first: where they turn, checks follow sooner, since the
 /// sum of errors that turn is much larger than it would seem.
-std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step) {
+std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t since_last) {
     const std::int64_t cheap = stepper_.steps_to_cheap_error();
     const std::int64_t longest = cheap > 0 ? std::max(cheap, steps_to_cheap_check(step)) : steps_to_dear_check(step);
-    const std::int64_t last = std::max<std::int64_t>(1, step - last_check_);
     constexpr std::int64_t shortest = 10;  // a fifth of the cost of the steps
     constexpr double turn = 0.9;           // radians between two checks: continue_local() allows for it
     if (longest <= shortest || !error_->follows_phases(longest)) return longest;
-    const double angle = std::acos(std::clamp(error_->alignment(), -1.0, 1.0));
-    const double next = static_cast<double>(last) * std::clamp(turn / angle, 0.25, 2.0);  // angle 0: twice as many
-    return std::clamp(static_cast<std::int64_t>(next), shortest, longest);
+    const double factor = std::clamp(turn / error_->turn(), 0.25, 2.0);  // 2 where nothing has turned
+    return std::clamp(static_cast<std::int64_t>(static_cast<double>(since_last) * factor), shortest, longest);
 }
 
 void WatchedStepper::advance(std::int64_t step, Spectra& state) {
@@ -57,9 +55,9 @@ void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
     error_->start_local(before_);
     stepper_.find_error(step, state, before_);
     error_->add_local(before_, state);
-    const std::int64_t next = steps_to_next_check(step);
-    error_->continue_local(static_cast<double>(next) /
-                           static_cast<double>(std::max<std::int64_t>(1, step - last_check_)));
+    const std::int64_t since_last = std::max<std::int64_t>(1, step - last_check_);
+    const std::int64_t next = steps_to_next_check(step, since_last);
+    error_->continue_local(static_cast<double>(next) / static_cast<double>(since_last));
     next_check_ = step + next;
     last_check_ = step;
     const StepError::Relative local = error_->largest_local();

@@ -53,7 +53,7 @@ DEFECTS = (
     ("the step error adds a tenth of each step", "src/numerics/step_error.cpp",
      "w.driven.values[k] += w.drive.values[k];", "w.driven.values[k] += 0.1 * w.drive.values[k];", ("physics",)),
     ("errors do not turn between two checks of the step", "src/numerics/local_errors.cpp",
-     "if (alignment > turned && angle > 1e-6) {", "if (alignment > 2.0 * turned && alignment > 2.0) {", ("numerics",)),
+     "if (angle < furthest && angle > 1e-6) {", "if (angle < -furthest) {", ("numerics",)),
     ("an oscillation at 0 has no error of the step", "src/numerics/coarse_error.hpp",
      "std::max({size, moments > 0.0 ? fluctuation() : 0.0, 1e-3 * largest})", "std::max(size, 1e-3 * largest)",
      ("numerics",)),

@@ -56,9 +56,9 @@ public:
     /// this one did after the last.
     void continue_local(double intervals);
 
-    /// How far the last local error has the phases of the one before it, as a cosine: 1 where it has only another size,
-    /// 0 for one that turned by a right angle, as those of waves, moving bands and oscillations do.
-    double alignment() const;
+    /// The angle between the last local error and the one before it [radians]: 0 where it has only another size; those
+    /// of waves, moving bands and oscillations turn.
+    double turn() const;
     /// Whether the phases of `steps` more local errors as large as the last matter: not where they add less than a
     /// tenth of the error so far, where the fields have parted, or with noise.
     bool follows_phases(std::int64_t steps) const;

@@ -41,7 +41,7 @@ public:
 
 private:
     void measure_error(std::int64_t step, const Spectra& state);
-    std::int64_t steps_to_next_check(std::int64_t step);
+    std::int64_t steps_to_next_check(std::int64_t step, std::int64_t since_last);
 
     AdaptiveStepper stepper_;
     std::optional<StepError> error_;
