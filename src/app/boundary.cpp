@@ -11,7 +11,7 @@
 namespace drover::app {
 
 namespace {
-struct Options : SceneOptions {
+struct BoundaryOptions : SceneOptions {
     std::string x, y;
     std::vector<std::string> conventions;
     std::optional<double> varied, cell;
@@ -19,7 +19,7 @@ struct Options : SceneOptions {
     bool json = false, overwrite = false;
 };
 
-ResultOutput output_of(const Options& options, const char* what, const char* contents) {
+ResultOutput output_of(const BoundaryOptions& options, const char* what, const char* contents) {
     return {.file = options.output,
             .what = what,
             .contents = contents,
@@ -27,7 +27,7 @@ ResultOutput output_of(const Options& options, const char* what, const char* con
             .overwrite = options.overwrite};
 }
 
-int print_scene_boundary(const Options& options) {
+int print_scene_boundary(const BoundaryOptions& options) {
     for (const auto& [name, is_given] :
          {std::pair{"--varied", options.varied.has_value()}, std::pair{"--cell", options.cell.has_value()},
           std::pair{"--point", !options.points.empty()}})
@@ -57,7 +57,7 @@ run::AreaFractions point_of(const std::string& written) {
     return {numbers[0], numbers[1]};
 }
 
-int print_table_boundary(const Options& options) {
+int print_table_boundary(const BoundaryOptions& options) {
     const SourceLocation file{.file = options.scene};
     require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(), file,
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
@@ -74,7 +74,7 @@ int print_table_boundary(const Options& options) {
 }  // namespace
 
 void add_boundary(CLI::App& program, Action& action) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<BoundaryOptions>();
     CLI::App* command = program.add_subcommand(
         "boundary", "Phase boundaries in a plane of two parameters of a scene, or the flocking threshold of a table");
     command->add_option("scene", options->scene, "Scene (TOML input file), or table of coefficients (HDF5)")

@@ -16,14 +16,14 @@
 namespace drover::app {
 
 namespace {
-struct Options : SceneOptions {
+struct CalibrateOptions : SceneOptions {
     std::string share, budget;
     std::vector<std::string> wishes;
     int workers = 0, slurm = 0;
     bool collect = false, json = false, quiet = false;
 };
 
-int print_outcome(const Options& options, const run::CalibrationOutcome& outcome) {
+int print_outcome(const CalibrateOptions& options, const run::CalibrationOutcome& outcome) {
     if (outcome.table && options.json) {
         nlohmann::json result{{"table", outcome.file.string()},
                               {"trials_run", outcome.trials},
@@ -54,7 +54,7 @@ int print_outcome(const Options& options, const run::CalibrationOutcome& outcome
     return outcome.failed + outcome.unfinished + outcome.unmet_wants > 0 ? run::exit_run_failed : run::exit_done;
 }
 
-int calibrate_scene(const Options& options) {
+int calibrate_scene(const CalibrateOptions& options) {
     std::vector<std::string> overrides = options.overrides;
     if (options.workers > 0) overrides.push_back(text("calibrate.workers={}", options.workers));
     const io::Scene scene = io::read_scene(options.scene, overrides);
@@ -87,7 +87,7 @@ int calibrate_scene(const Options& options) {
 }  // namespace
 
 void add_calibrate(CLI::App& program, Action& action) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<CalibrateOptions>();
     CLI::App* command =
         program.add_subcommand("calibrate",
                                "Measure the coefficients in particle simulations over area fractions and "

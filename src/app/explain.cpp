@@ -30,7 +30,7 @@ void print_transforms(const run::FieldExplanation& e) {
                 e.kept_x, e.kept_y);
 }
 
-void print(const io::Scene& scene, const run::FieldExplanation& e) {
+void print_explanation(const io::Scene& scene, const run::FieldExplanation& e) {
     const numerics::TimeMethod& stepper = numerics::time_method(scene.time.stepper);
     std::printf("form: %s\n", e.form.c_str());
     std::printf("fields on %d by %d points, %g by %g mm\n", scene.grid.nx, scene.grid.ny, scene.grid.lx, scene.grid.ly);
@@ -96,7 +96,7 @@ void add_explain(CLI::App& program, Action& action) {
                 print_particles(scene, run::explain_particles(scene));
                 return run::exit_done;
             }
-            print(scene, run::explain_fields(scene));
+            print_explanation(scene, run::explain_fields(scene));
             return run::exit_done;
         };
     });

@@ -8,13 +8,13 @@
 namespace drover::app {
 
 namespace {
-struct Options {
+struct ExportOptions {
     std::string archive, output;
     io::XyzPlan plan;
     bool overwrite = false;
 };
 
-int export_fields(const Options& options) {
+int export_fields(const ExportOptions& options) {
     require(!options.plan.bodies, {.file = options.output},
             "--bodies is for particles, and a file .vtk or .csv for fields; expected the command without it");
     const std::vector<std::filesystem::path> written =
@@ -25,7 +25,7 @@ int export_fields(const Options& options) {
     return run::exit_done;
 }
 
-int export_particles(const Options& options) {
+int export_particles(const ExportOptions& options) {
     const std::size_t frames = io::write_xyz(files::ArchiveReader(options.archive), options.archive, options.plan,
                                              options.output, options.overwrite);
     print(text("{}: {} frame{} of {}\n", options.output, frames, frames == 1 ? "" : "s",
@@ -35,7 +35,7 @@ int export_particles(const Options& options) {
 }  // namespace
 
 void add_export(CLI::App& program, Action& action) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ExportOptions>();
     CLI::App* command = program.add_subcommand(
         "export", "Export frames for viewers: particles as extended XYZ, fields as VTK images or a CSV table");
     command->add_option("archive", options->archive, "Archive of a run")->required();

@@ -16,7 +16,7 @@
 namespace drover::app {
 
 namespace {
-struct Options {
+struct InfoOptions {
     std::string archive;
     bool json = false, scene = false;
 };
@@ -60,7 +60,7 @@ void print_start(const files::ArchiveReader& archive, bool scene) {
     if (scene) std::printf("\n%s\n", printable(archive.text_attribute("scene")).c_str());
 }
 
-void print(const files::ArchiveReader& archive, const run::Report& report, bool scene) {
+void print_report(const files::ArchiveReader& archive, const run::Report& report, bool scene) {
     print_attributes(archive);
     if (report.scene.kind == io::SceneKind::particles && io::has_trajectory(archive)) {
         print_trajectory(archive, report.scene);
@@ -75,7 +75,7 @@ void print(const files::ArchiveReader& archive, const run::Report& report, bool 
 }
 
 /// Provenance and contents of a table of coefficients.
-void print_calibration(const files::ArchiveReader& archive, const Options& options) {
+void print_calibration(const files::ArchiveReader& archive, const InfoOptions& options) {
     const calibrate::Table table = io::read_calibration(archive, options.archive);
     for (const auto& [name, value] : archive.attributes())
         if (name != "scene" && name != "remarks" && name != "coefficients") print_attribute(name, value);
@@ -118,7 +118,7 @@ void print_xyz(const std::string& file) {
 }  // namespace
 
 void add_info(CLI::App& program, Action& action) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<InfoOptions>();
     CLI::App* command = program.add_subcommand(
         "info", "Provenance and results of an archive or a table of coefficients; contents of an XYZ file");
     command->add_option("archive", options->archive, "Archive, such as isotropic.h5")->required();
@@ -141,7 +141,7 @@ void add_info(CLI::App& program, Action& action) {
             }
             if (run::is_result(archive)) print_result_archive(archive, options->scene);
             else if (run::is_start(archive)) print_start(archive, options->scene);
-            else print(archive, run::make_report(archive), options->scene);
+            else print_report(archive, run::make_report(archive), options->scene);
             return run::exit_done;
         };
     });

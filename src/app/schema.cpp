@@ -12,7 +12,7 @@
 namespace drover::app {
 
 namespace {
-void print(const std::vector<io::SectionDescription>& sections) {
+void print_sections(const std::vector<io::SectionDescription>& sections) {
     std::printf("# Units are mm, s and mg.\n");
     for (const io::SectionDescription& section : sections) {
         std::string scenes;
@@ -129,7 +129,7 @@ void add_schema(CLI::App& program, Action& action) {
                 options->kind.empty() ? io::scene_schema() : io::scene_schema(io::kind_of_name(options->kind));
             if (!options->part.empty()) sections = part_of(std::move(sections), options->part);
             if (!options->json) {
-                print(sections);
+                print_sections(sections);
                 if (options->part.empty() && (options->kind.empty() || options->kind == "fields")) print_terms();
                 return run::exit_done;
             }

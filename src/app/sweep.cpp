@@ -13,20 +13,20 @@
 namespace drover::app {
 
 namespace {
-struct Options : SceneOptions {
+struct SweepOptions : SceneOptions {
     std::vector<std::string> vary;
     std::string ramp, keep, share;
     int seeds = 0, workers = 0, slurm = 0;
     bool json = false, quiet = false, collect = false, status = false;
 };
 
-io::Scene scene_of(const Options& options, std::vector<std::string> overrides) {
+io::Scene scene_of(const SweepOptions& options, std::vector<std::string> overrides) {
     if (options.workers > 0) overrides.push_back(text("sweep.workers={}", options.workers));
     return io::read_scene(options.scene, overrides);
 }
 
 /// The settings that all shares have in common.
-std::vector<std::string> settings_of(const Options& options) {
+std::vector<std::string> settings_of(const SweepOptions& options) {
     std::vector<std::string> overrides = options.overrides;
     if (!options.vary.empty()) overrides.push_back("sweep.vary=" + toml_text(options.vary));
     if (!options.ramp.empty()) overrides.push_back("sweep.ramp=" + options.ramp);
@@ -35,7 +35,7 @@ std::vector<std::string> settings_of(const Options& options) {
     return overrides;
 }
 
-void print_table(const Options& options, const std::filesystem::path& folder, const run::SweepTable& table) {
+void print_table(const SweepOptions& options, const std::filesystem::path& folder, const run::SweepTable& table) {
     if (options.json) {
         print_json(run::table_json(table));
         for (const std::string& warning : table.warnings) log_warning("{}", warning);
@@ -45,7 +45,7 @@ void print_table(const Options& options, const std::filesystem::path& folder, co
     print(text("\n{}: all observables\n", (folder / "table.csv").string()));
 }
 
-int print_outcome(const Options& options, const std::filesystem::path& folder, const run::SweepOutcome& outcome) {
+int print_outcome(const SweepOptions& options, const std::filesystem::path& folder, const run::SweepOutcome& outcome) {
     if (outcome.table && options.share.empty()) print_table(options, folder, *outcome.table);
     if (outcome.stopped) {
         log_information("stopped by {} after checkpoints; re-run the same command to resume",
@@ -66,7 +66,7 @@ int print_outcome(const Options& options, const std::filesystem::path& folder, c
     return outcome.failed + (is_share ? 0 : outcome.missing) > 0 ? run::exit_run_failed : run::exit_done;
 }
 
-int sweep_scene(const Options& options) {
+int sweep_scene(const SweepOptions& options) {
     const std::vector<std::string> settings = settings_of(options);
     const io::Scene scene = scene_of(options, settings);
     const std::filesystem::path folder = options.output.empty()
@@ -95,7 +95,7 @@ int sweep_scene(const Options& options) {
 }  // namespace
 
 void add_sweep(CLI::App& program, Action& action) {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<SweepOptions>();
     CLI::App* command =
         program.add_subcommand("sweep", "Run a scene over parameters, seeds or a ramp and tabulate; re-run to resume");
     add_scene_options(*command, *options);

@@ -52,6 +52,12 @@ std::string nearest_name(std::string_view name, std::span<const std::string> kno
     return nearest;
 }
 
+std::string trimmed(std::string words) {
+    words.erase(0, words.find_first_not_of(" \t"));
+    words.erase(words.find_last_not_of(" \t") + 1);
+    return words;
+}
+
 std::string joined(std::span<const std::string> items, std::string_view separator) {
     std::string result;
     for (const std::string& item : items) {

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <limits>
 
+#include "base/clock.hpp"
 #include "drover/files/input_file.hpp"
 #include "drover/files/new_file.hpp"
 #include "files/hdf5_file.hpp"
@@ -26,7 +27,6 @@ bool is_being_written(const std::filesystem::path& file) {
 }
 
 namespace {
-using Clock = std::chrono::steady_clock;
 
 /// HDF5's view of the file as of one commit.
 struct View {

@@ -11,6 +11,7 @@
 #include <map>
 #include <sstream>
 
+#include "base/clock.hpp"
 #include "drover/files/bytes.hpp"
 #include "drover/files/input_file.hpp"
 #include "drover/files/run_id.hpp"
@@ -20,7 +21,6 @@ namespace drover::files {
 
 namespace {
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 constexpr const char* owner_prefix = "owner-";
 constexpr std::uint64_t magic = 0x316d6c63767264;  // "drvclm1"

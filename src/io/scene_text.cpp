@@ -181,11 +181,6 @@ Setting read_setting(const std::string& setting) {
     const std::size_t equals = setting.find('='), dot = setting.rfind('.', equals);
     require(equals != std::string::npos && dot != std::string::npos && dot > 0 && dot + 1 < equals, where,
             "expected section.key=value, such as grid.nx=128");
-    const auto trimmed = [](std::string word) {
-        word.erase(0, word.find_first_not_of(" \t"));
-        word.erase(word.find_last_not_of(" \t") + 1);
-        return word;
-    };
     return {.where = where,
             .section = trimmed(setting.substr(0, dot)),
             .key = trimmed(setting.substr(dot + 1, equals - dot - 1)),

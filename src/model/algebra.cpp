@@ -6,10 +6,6 @@
 
 namespace drover::model {
 
-namespace {
-constexpr Order no_derivative{}, along_x{1, 0}, along_y{0, 1};
-}  // namespace
-
 void Algebra::add(LinearForm& form, const Derivative& derivative, double coefficient) const {
     require(derivative.order.x + derivative.order.y <= max_order, graph.where,
             "a derivative of order {}; expected at most {}", derivative.order.x + derivative.order.y, max_order);
@@ -159,8 +155,8 @@ std::set<int> Algebra::slots_read(int node) const {
 }
 
 int Algebra::differentiated(int node, const Order& order) {
-    for (int i = 0; i < order.x; ++i) node = total_derivative(node, along_x);
-    for (int i = 0; i < order.y; ++i) node = total_derivative(node, along_y);
+    for (int i = 0; i < order.x; ++i) node = total_derivative(node, d_dx);
+    for (int i = 0; i < order.y; ++i) node = total_derivative(node, d_dy);
     return node;
 }
 

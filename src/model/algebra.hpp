@@ -21,6 +21,7 @@ struct Order {
     int x = 0, y = 0;
     auto operator<=>(const Order&) const = default;
 };
+inline constexpr Order no_derivative{}, d_dx{1, 0}, d_dy{0, 1};
 inline Order operator+(const Order& a, const Order& b) { return {a.x + b.x, a.y + b.y}; }
 
 /// A derivative of one component of the fields, numbered through all fields.
@@ -42,6 +43,7 @@ struct Rank {
     int indices = 0, spin = 0;
     bool operator==(const Rank&) const = default;
 };
+inline constexpr Rank scalar{}, vector{0, 1};
 enum class Parity {
     even,
     odd,

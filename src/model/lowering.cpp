@@ -8,8 +8,6 @@ namespace drover::model {
 
 namespace {
 using Kind = Formula::Kind;
-constexpr Rank scalar{}, vector{0, 1};
-constexpr Order no_derivative{};
 constexpr int max_depth = 600;  // the stack
 
 bool is_scalar(const Value& a) { return a.rank == scalar; }

@@ -6,6 +6,7 @@
 
 #include "drover/model/boundary.hpp"
 #include "numerics/extremum.hpp"
+#include "uniform_equations.hpp"
 
 namespace drover::model {
 
@@ -18,20 +19,11 @@ double distance(const UniformState& a, const UniformState& b) {
     return result;
 }
 
-double order_of(const Model& model, const UniformState& state) {
-    double square = 0.0;
-    std::size_t at = 0;
-    for (const Field& field : model.fields)
-        for (int part = 0; part < components(field); ++part, ++at)
-            if (field.spin > 0) square += state[at] * state[at];
-    return square;
-}
-
 const StationaryState* state_of(const Equations& equations, const StationaryStates& found, MarginState which) {
     const UniformState reference = equations.reference();
     const auto rank = [&](const StationaryState& state) {  // the smallest is taken
         return which == MarginState::isotropic ? distance(state.values, reference)
-                                               : -order_of(equations.model(), state.values);
+                                               : -squared_order(equations.model(), state.values);
     };
     const StationaryState* result = nullptr;
     for (const StationaryState& state : found.states)

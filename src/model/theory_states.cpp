@@ -80,7 +80,7 @@ bool equal_states(const UniformEquations& equations, const Vector& a, const Vect
 }
 
 /// The state with its direction along x.
-Vector along_x(const UniformEquations& equations, const Vector& z) {
+Vector turned_along_x(const UniformEquations& equations, const Vector& z) {
     Vector result = equations.turned(z, -direction_of(equations.model(), equations.state_of(z)));
     const Vector sizes = field_sizes(equations, result);
     for (Eigen::Index k = 0; k < result.size(); ++k)
@@ -149,7 +149,7 @@ bool are_connected(const UniformEquations& equations, const Vector& from, const 
         if (step.norm() > longest) step *= longest / step.norm();
         const std::optional<Vector> next = member_near(equations, here, step);
         if (!next) return false;
-        here = equations.turns_freely() ? along_x(equations, *next) : *next;
+        here = equations.turns_freely() ? turned_along_x(equations, *next) : *next;
     }
     return false;
 }
@@ -179,7 +179,7 @@ private:
         Attempt root = cleaned(equations_, attempt);  // a field that decays is 0 but for rounding: relative to itself 1
         if (root.residual < nearest_.residual) nearest_ = root;
         if (!root.is_root()) return;
-        if (equations_.turns_freely()) root.z = along_x(equations_, root.z);
+        if (equations_.turns_freely()) root.z = turned_along_x(equations_, root.z);
         for (const Root& other : roots_) {
             if (turned_copies(equations_, root.z, other.at.z)) return;
             if (other.is_of_family && are_connected(equations_, root.z, other.at.z)) return;
@@ -288,15 +288,7 @@ bool has_order(const Model& model, const UniformState& state) {
     return false;
 }
 
-double order_of(const Model& model, const UniformState& state) {
-    double square = 0.0;
-    std::size_t place = 0;
-    for (const Field& field : model.fields) {
-        if (field.spin > 0) square += state[place] * state[place] + state[place + 1] * state[place + 1];
-        place += static_cast<std::size_t>(components(field));
-    }
-    return std::sqrt(square);
-}
+double order_of(const Model& model, const UniformState& state) { return std::sqrt(squared_order(model, state)); }
 }  // namespace
 
 namespace {

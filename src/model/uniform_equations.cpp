@@ -18,6 +18,15 @@ std::vector<Place> places_of(const Model& model) {
     return places;
 }
 
+double squared_order(const Model& model, const UniformState& state) {
+    double square = 0.0;
+    std::size_t place = 0;
+    for (const Field& field : model.fields)
+        for (int part = 0; part < components(field); ++part, ++place)
+            if (field.spin > 0) square += state[place] * state[place];
+    return square;
+}
+
 namespace {
 /// The state turned by an angle.
 UniformState turned_state(const Model& model, UniformState state, double angle) {

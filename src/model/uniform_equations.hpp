@@ -23,6 +23,9 @@ struct Place {
 };
 std::vector<Place> places_of(const Model& model);
 
+/// Sum of the squares of the components of all fields that turn.
+double squared_order(const Model& model, const UniformState& state);
+
 /// Rates and constraints of the components with a rate.
 class UniformEquations {
 public:

@@ -4,9 +4,6 @@
 namespace drover::model {
 
 namespace {
-constexpr Rank scalar{}, vector{0, 1};
-constexpr Order along_x{1, 0}, along_y{0, 1};
-
 std::size_t size_of(const Rank& rank) { return (std::size_t{1} << rank.indices) * (rank.spin == 0 ? 1u : 2u); }
 /// A vector is a spin of 1, never an index alone.
 Rank normal(const Rank& rank) { return rank.spin == 0 && rank.indices > 0 ? Rank{rank.indices - 1, 1} : rank; }
@@ -31,13 +28,13 @@ Value Lowering::self_advection(const Value& v) {
     const Component half_square = algebra_.scaled(algebra_.sum(algebra_.product(v.components[0], v.components[0]),
                                                                algebra_.product(v.components[1], v.components[1])),
                                                   0.5);
-    const Component curl = algebra_.sum(algebra_.derivative(v.components[1], along_x),
-                                        algebra_.derivative(v.components[0], along_y), -1.0);
+    const Component curl =
+        algebra_.sum(algebra_.derivative(v.components[1], d_dx), algebra_.derivative(v.components[0], d_dy), -1.0);
     Value result{vector, product_parity(v.parity, v.parity), {}};
     result.components.push_back(
-        algebra_.sum(algebra_.derivative(half_square, along_x), algebra_.product(v.components[1], curl), -1.0));
+        algebra_.sum(algebra_.derivative(half_square, d_dx), algebra_.product(v.components[1], curl), -1.0));
     result.components.push_back(
-        algebra_.sum(algebra_.derivative(half_square, along_y), algebra_.product(v.components[0], curl)));
+        algebra_.sum(algebra_.derivative(half_square, d_dy), algebra_.product(v.components[0], curl)));
     return result;
 }
 
@@ -114,7 +111,7 @@ Value Lowering::outer(const FormulaText& text, const Formula& f) {
 
 Value Lowering::gradient(const Value& a) {
     Value result{normal({a.rank.indices + 1, a.rank.spin}), a.parity, {}};
-    for (const Order& order : {along_x, along_y})
+    for (const Order& order : {d_dx, d_dy})
         for (const Component& component : a.components)
             result.components.push_back(algebra_.derivative(component, order));
     return result;
@@ -129,12 +126,12 @@ Value Lowering::divergence(const Value& a) {
     if (a.rank.indices > 0) {
         const std::size_t width = a.components.size() / 2;
         for (std::size_t j = 0; j < width; ++j)
-            result.components.push_back(algebra_.sum(d(j, along_x), d(width + j, along_y)));
+            result.components.push_back(algebra_.sum(d(j, d_dx), d(width + j, d_dy)));
         return result;
     }
     result.rank = {0, a.rank.spin - 1};
-    result.components.push_back(algebra_.sum(d(0, along_x), d(1, along_y)));
-    if (a.rank.spin > 1) result.components.push_back(algebra_.sum(d(1, along_x), d(0, along_y), -1.0));
+    result.components.push_back(algebra_.sum(d(0, d_dx), d(1, d_dy)));
+    if (a.rank.spin > 1) result.components.push_back(algebra_.sum(d(1, d_dx), d(0, d_dy), -1.0));
     return result;
 }
 
@@ -170,7 +167,7 @@ Value Lowering::applied(const FormulaText& text, const Formula& f, Value a) {
         a = divergence(a);
     }
     if (name.ends_with("_x") || name.ends_with("_y")) {
-        for (Component& c : a.components) c = algebra_.derivative(c, name.ends_with("_x") ? along_x : along_y);
+        for (Component& c : a.components) c = algebra_.derivative(c, name.ends_with("_x") ? d_dx : d_dy);
         a.parity = Parity::none;
         return a;
     }
@@ -190,8 +187,8 @@ Value Lowering::applied(const FormulaText& text, const Formula& f, Value a) {
         if (a.rank != vector) reject("a vector");
         return {scalar,
                 product_parity(a.parity, Parity::odd),
-                {algebra_.sum(algebra_.derivative(a.components[1], along_x),
-                              algebra_.derivative(a.components[0], along_y), -1.0)}};
+                {algebra_.sum(algebra_.derivative(a.components[1], d_dx), algebra_.derivative(a.components[0], d_dy),
+                              -1.0)}};
     }
     if (a.rank.indices > 0 || a.rank.spin == 0) reject("a vector or a field of a spin");
     return {a.rank, product_parity(a.parity, Parity::odd), {algebra_.scaled(a.components[1], -1.0), a.components[0]}};

@@ -34,7 +34,7 @@ Extremes extremes_of(const double* bead_density, const double* rod_density, std:
     return result;
 }
 
-Extremes joined(const Extremes& a, const Extremes& b) {
+Extremes of_both(const Extremes& a, const Extremes& b) {
     return {.min_bead = std::min(a.min_bead, b.min_bead),
             .max_bead = std::max(a.max_bead, b.max_bead),
             .min_rod = std::min(a.min_rod, b.min_rod),

@@ -1,5 +1,6 @@
 // physics/phase_boundary.cpp: margins of stability over a plane of models, and the lines where they vanish.
 #include "drover/physics/phase_boundary.hpp"
+#include "base/constants.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +12,6 @@ namespace drover::physics {
 
 namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
-constexpr double right_angle = std::numbers::pi / 2.0;
 
 constexpr std::array limits{std::pair{Limit::onset, "onset"}, std::pair{Limit::phase_separation, "phase-separation"},
                             std::pair{Limit::banding, "banding"}, std::pair{Limit::oblique, "oblique"}};

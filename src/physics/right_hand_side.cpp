@@ -45,7 +45,7 @@ struct RightHandSide::Work {
             found.min_bead = part.range(rho).min, found.max_bead = part.range(rho).max;
         if (const int sigma = e.component(FieldIndex::rod_density); sigma >= 0)
             found.min_rod = part.range(sigma).min, found.max_rod = part.range(sigma).max;
-        extremes = joined(extremes, found);
+        extremes = of_both(extremes, found);
         check_extremes(e, extremes, divisors);
     }
 };

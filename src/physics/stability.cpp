@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/constants.hpp"
 #include "drover/physics/long_waves.hpp"
 #include "numerics/extremum.hpp"
 #include "numerics/precise_eigenvalues.hpp"
@@ -16,8 +17,6 @@ namespace drover::physics {
 
 namespace {
 using Complex = std::complex<double>;
-constexpr double right_angle = std::numbers::pi / 2.0;
-constexpr double infinite = std::numeric_limits<double>::infinity();
 
 ModeShapes compact_symbol(const Equations& e, const UniformPoint& about, const numerics::Wavevector& q) {
     const std::vector<int> present = places_of(e.form);

@@ -1,5 +1,6 @@
 // run/boundary_records.cpp: vertices, lines and planes as records.
 #include "run/boundary_records.hpp"
+#include "base/constants.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -7,7 +8,6 @@
 namespace drover::run {
 
 namespace {
-constexpr double degree = std::numbers::pi / 180.0;
 
 struct Shift {
     double along_x = 0.0, along_y = 0.0;
@@ -64,7 +64,7 @@ Record point_record(const DescribedPlane& plane, const DescribedLines& described
                     {.name = "angle",
                      .unit = "degree",
                      .meaning = "angle from the order of the wave that becomes unstable",
-                     .value = point.at.angle / degree,
+                     .value = point.at.angle / radians_per_degree,
                      .digits = 3,
                      .shown = {.text = described.shows_angles}}}};
     if (described.shows_waves)

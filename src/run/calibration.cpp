@@ -21,7 +21,7 @@ namespace drover::run {
 
 namespace {
 namespace fs = std::filesystem;
-constexpr const char* manifest_name = "calibrate.toml";
+constexpr const char* calibration_manifest = "calibrate.toml";
 constexpr double grace_period = 5.0;  // for running trials after a signal [s]; the program then ends within 10 s
 
 fs::path trials_of(const fs::path& folder, const CalibrationUnit& unit) { return folder / (unit.name + ".trials"); }
@@ -250,7 +250,8 @@ void claim(const CalibrationLayout& layout, const CalibrationOptions& options) {
     const Version built = version();
     const std::string factory =
         text("# made by drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", changed" : "");
-    const std::string first = files::claim_folder(options.folder, manifest_name, factory, layout.manifest).first_line;
+    const std::string first =
+        files::claim_folder(options.folder, calibration_manifest, factory, layout.manifest).first_line;
     if (first != factory)
         log_warning(
             "{}: its first trials were {}; this is drover {} ({}): if a change between them affects trials, "

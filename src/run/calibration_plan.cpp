@@ -10,13 +10,13 @@
 namespace drover::run {
 
 namespace {
-constexpr const char *list = "calibrate.vary", *example = "\"kick.strength = 0.01, 0.02\"";
+constexpr const char *calibrate_key = "calibrate.vary", *calibrate_example = "\"kick.strength = 0.01, 0.02\"";
 
 void read_varied(const io::Scene& scene, calibrate::Table& axes) {
     const std::string& written = scene.calibration.vary;
     if (written.empty()) return;
-    const SourceLocation where = io::location_of(scene, list);
-    const auto [key, values] = read_assignment(written, list, example, where);
+    const SourceLocation where = io::location_of(scene, calibrate_key);
+    const auto [key, values] = read_assignment(written, calibrate_key, calibrate_example, where);
     for (const char* own : {"run.", "output.", "sweep.", "analysis.", "calibrate.", "packing.", "forces.", "time.",
                             "beads.area_fraction", "beads.count", "rods.area_fraction", "rods.count", "cell.shape"})
         require(!key.starts_with(own), where,
@@ -24,7 +24,7 @@ void read_varied(const io::Scene& scene, calibrate::Table& axes) {
     axes.varied_key = key;
     axes.varied.clear();
     for (const std::string& word : split(values, ','))
-        axes.varied.push_back(read_number(word, written, list, example, where));
+        axes.varied.push_back(read_number(word, written, calibrate_key, calibrate_example, where));
     require(!axes.varied.empty(), where, "calibrate.vary = \"{}\" has no values; expected at least one", written);
     for (std::size_t i = 1; i < axes.varied.size(); ++i)
         require(axes.varied[i] > axes.varied[i - 1], where, "calibrate.vary has {} after {}; expected ascending values",

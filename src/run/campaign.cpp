@@ -7,6 +7,7 @@
 #include <set>
 #include <thread>
 
+#include "base/clock.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/log.hpp"
 #include "drover/run/exit_status.hpp"
@@ -17,10 +18,7 @@
 namespace drover::run {
 
 namespace {
-using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 constexpr double group_seconds = 1.0;    ///< of work that a worker gets at a time
 constexpr std::size_t max_group = 1000;  ///< units

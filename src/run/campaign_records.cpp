@@ -13,24 +13,16 @@ namespace {
 /// The first byte of a record.
 enum class RecordKind : std::uint8_t { unit = 1, shared = 2 };
 
-std::string as_text(const std::vector<std::byte>& bytes) {
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
-void put_text(std::vector<std::byte>& to, const std::string& words) {
-    files::put_list(to, std::span<const char>(words));
-}
-
 std::vector<std::byte> encoded(const UnitRecord& record, std::uint64_t shared) {
     std::vector<std::byte> bytes;
     files::put(bytes, static_cast<std::uint8_t>(RecordKind::unit));
     files::put(bytes, static_cast<std::uint8_t>(record.state));
-    put_text(bytes, record.key);
-    put_text(bytes, record.result.content);
+    files::put_text(bytes, record.key);
+    files::put_text(bytes, record.result.content);
     files::put(bytes, shared);
-    put_text(bytes, record.reason);
+    files::put_text(bytes, record.reason);
     files::put(bytes, record.seconds);
-    put_text(bytes, record.program);
+    files::put_text(bytes, record.program);
     return bytes;
 }
 
@@ -43,8 +35,8 @@ std::vector<std::byte> encoded(const UnitRecord& record, std::uint64_t shared) {
 
 std::string unit_bytes(const UnitRecord& record) {
     std::vector<std::byte> bytes = encoded(record, 0);
-    put_text(bytes, record.result.shared);
-    return as_text(bytes);
+    files::put_text(bytes, record.result.shared);
+    return files::text_of(bytes);
 }
 
 namespace {
@@ -108,10 +100,10 @@ void UnitStore::append(UnitRecord record) {
     if (hash != 0 && stored_.insert(hash).second) {
         std::vector<std::byte> bytes;
         files::put(bytes, static_cast<std::uint8_t>(RecordKind::shared));
-        put_text(bytes, words);
-        folder_.append(as_text(bytes));
+        files::put_text(bytes, words);
+        folder_.append(files::text_of(bytes));
     }
-    folder_.append(as_text(encoded(record, hash)));
+    folder_.append(files::text_of(encoded(record, hash)));
 }
 
 std::vector<UnitRecord> campaign_records(const std::filesystem::path& folder, const files::RecordIdentity& identity) {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <ctime>
 
+#include "base/clock.hpp"
 #include "drover/base/log.hpp"
 #include "drover/files/checkpoint.hpp"
 #include "drover/run/progress.hpp"
@@ -13,10 +14,6 @@
 namespace drover::run {
 
 namespace {
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
 void append_row(const Simulation& simulation, std::size_t r, std::int64_t step, files::Archive& archive) {
     archive.append(r, static_cast<double>(step) * simulation.dt, simulation.recordings[r].observe(), step);
 }

@@ -28,7 +28,7 @@ struct PlannedModelBoundary {
     std::vector<UncertainCoefficient> uncertain;
 };
 
-KeyRange axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
+KeyRange coefficient_axis(const io::Scene& scene, const std::string& list, const std::string& written) {
     const SourceLocation where = io::location_of(scene, list);
     KeyRange axis = read_axis(list, written, "\"coefficients.a = 0.5:2\"", where);
     axis.key = coefficient_of(scene, list, axis.key, where);
@@ -57,8 +57,8 @@ std::vector<MarginState> states_of(const io::Scene& scene) {
 }
 
 PlannedModelBoundary plan_of(const io::Scene& scene) {
-    PlannedModelBoundary plan{.x = axis_of(scene, "boundary.x", scene.boundary.x),
-                              .y = axis_of(scene, "boundary.y", scene.boundary.y),
+    PlannedModelBoundary plan{.x = coefficient_axis(scene, "boundary.x", scene.boundary.x),
+                              .y = coefficient_axis(scene, "boundary.y", scene.boundary.y),
                               .states = states_of(scene)};
     require(plan.x.key != plan.y.key, io::location_of(scene, "boundary.y"),
             "boundary.x is {} and boundary.y is {}; expected two different coefficients", plan.x.key, plan.y.key);

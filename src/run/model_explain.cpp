@@ -7,14 +7,8 @@
 namespace drover::run {
 
 namespace {
-Entry number(const char* name, const char* unit, const char* meaning, double value) {
-    return {.name = name, .unit = unit, .meaning = meaning, .value = value};
-}
 Entry count(const char* name, const char* meaning, std::int64_t value) {
     return {.name = name, .unit = "1", .meaning = meaning, .value = value};
-}
-Entry words(const char* name, const char* meaning, std::string value) {
-    return {.name = name, .unit = "", .meaning = meaning, .value = std::move(value)};
 }
 
 const char* rank_of(const model::Field& field) {

@@ -6,17 +6,14 @@
 #include <limits>
 #include <numbers>
 
+#include "base/constants.hpp"
 #include "run/stability_maps.hpp"
 
 namespace drover::run {
 
 namespace {
 using std::numbers::pi;
-constexpr double degree = pi / 180.0, nan = std::numeric_limits<double>::quiet_NaN();
 
-Entry number(const std::string& name, const std::string& unit, const std::string& meaning, double value) {
-    return {.name = name, .unit = unit, .meaning = meaning, .value = value};
-}
 Entry only_data(Entry entry) {
     entry.shown.text = false;
     return entry;
@@ -38,7 +35,7 @@ List instability_list(const Searched& at) {
               .empty = text("stable against all waves from |q| = {:.3g} to {:.3g} /mm", at.search.min, at.search.max)};
     const std::vector<double> angles = at.linear.is_isotropic() ? std::vector{0.0} : std::vector{0.0, 30.0, 60.0, 90.0};
     for (const double angle : angles)
-        for (const model::Band& band : model::growth_bands(at.linear, angle * degree, at.search))
+        for (const model::Band& band : model::growth_bands(at.linear, angle * radians_per_degree, at.search))
             list.rows.push_back(
                 {.entries = {number("angle", "degree", "angle of q from the order", angle),
                              number("rate", "s-1", "largest growth rate, Re s", band.growth.rate),
@@ -59,7 +56,8 @@ List share_list(const Searched& at, const model::FastestWave& fastest) {
     List list{.name = "shares",
               .heading =
                   text("terms in the rate {:.6g} /s of the fastest wave, |q| = {:.4g} /mm{}", fastest.growth.rate,
-                       fastest.q, at.linear.is_isotropic() ? "" : text(", at {:.4g} degrees", fastest.angle / degree)),
+                       fastest.q,
+                       at.linear.is_isotropic() ? "" : text(", at {:.4g} degrees", fastest.angle / radians_per_degree)),
               .row = "term",
               .meaning = "terms of the equations",
               .prefix = "share_"};
@@ -81,7 +79,7 @@ List slow_mode_list(const Searched& at, std::string& undefined) {
               .heading = "long waves, s = -i u q - gamma q^2: u = speed + i growth, gamma = damping",
               .shown = {.archive = false}};
     for (const double angle : {0.0, 30.0, 60.0, 90.0}) {
-        const model::SlowModes slow = model::slow_modes(at.linear, angle * degree);
+        const model::SlowModes slow = model::slow_modes(at.linear, angle * radians_per_degree);
         if (!slow.why_none.empty()) {
             undefined = slow.why_none;
             continue;
@@ -100,8 +98,8 @@ List slow_mode_list(const Searched& at, std::string& undefined) {
 
 // ---- maps
 
-void add(const std::string& name, const std::string& unit, const std::string& meaning, std::vector<double> values,
-         std::vector<std::string> axes, files::ResultTable& table) {
+void add_column(const std::string& name, const std::string& unit, const std::string& meaning,
+                std::vector<double> values, std::vector<std::string> axes, files::ResultTable& table) {
     table.quantities.push_back({name, unit, meaning, std::move(axes)});
     table.values.push_back(std::move(values));
 }
@@ -139,19 +137,19 @@ files::ResultTable maps_of(const io::Scene& scene, const Searched& at, Threads& 
     });
     files::ResultTable table;
     std::vector<double> in_degrees = angles;
-    for (double& angle : in_degrees) angle /= degree;
+    for (double& angle : in_degrees) angle /= radians_per_degree;
     table.axes = {{"angle", "degree", "angle of q from the order", in_degrees},
                   {"wavenumber", "mm-1", "|q|", wavenumbers},
                   {"branch", "1", "modes, fastest first", branches}};
-    add("growth_rate", "s-1", "growth rate of the mode, Re s", growth, {"angle", "wavenumber", "branch"}, table);
-    add("frequency", "s-1", "angular frequency of the mode, -Im s", frequency, {"angle", "wavenumber", "branch"},
-        table);
+    add_column("growth_rate", "s-1", "growth rate of the mode, Re s", growth, {"angle", "wavenumber", "branch"}, table);
+    add_column("frequency", "s-1", "angular frequency of the mode, -Im s", frequency, {"angle", "wavenumber", "branch"},
+               table);
     for (std::size_t p = 0; has_noise && p < parts.size(); ++p)
-        add("structure_factor_" + parts[p], "1",
-            "structure factor of " + parts[p] +
-                " in the linear theory, in the units of the model; NaN where a mode "
-                "grows",
-            structure[p], {"angle", "wavenumber"}, table);
+        add_column("structure_factor_" + parts[p], "1",
+                   "structure factor of " + parts[p] +
+                       " in the linear theory, in the units of the model; NaN where a mode "
+                       "grows",
+                   structure[p], {"angle", "wavenumber"}, table);
     return table;
 }
 

@@ -7,14 +7,6 @@
 
 namespace drover::run {
 
-namespace {
-std::string trimmed(std::string word) {
-    word.erase(0, word.find_first_not_of(" \t"));
-    word.erase(word.find_last_not_of(" \t") + 1);
-    return word;
-}
-}  // namespace
-
 Assignment read_assignment(const std::string& written, const std::string& list, const std::string& example,
                            const SourceLocation& where) {
     const std::size_t equals = written.find('=');

@@ -40,13 +40,13 @@ void add_stopped(const Stopped& stopped, const std::vector<measure::RecordedSeri
         stopped.what, stopped.observable, values.back(), spacing * static_cast<double>(first), least));
 }
 
-struct Kind {
+struct BodyKind {
     std::string prefix, bodies;
     std::size_t count = 0;
     double scale = 0.0;
 };
 /// Temperatures are relative to the mean of all bodies of a kind: of one body they are zero at any speed.
-void add_temperatures(const Kind& kind, const std::vector<measure::RecordedSeries>& series, double spacing,
+void add_temperatures(const BodyKind& kind, const std::vector<measure::RecordedSeries>& series, double spacing,
                       std::vector<std::string>& warnings) {
     constexpr double part = 1e-12;
     if (kind.count < 2) return;
@@ -63,7 +63,7 @@ void add_temperatures(const Kind& kind, const std::vector<measure::RecordedSerie
 std::vector<std::string> particle_state_warnings(const io::Scene& scene, const dem::Bodies& bodies,
                                                  const std::vector<measure::RecordedSeries>& series, double spacing) {
     std::vector<std::string> warnings;
-    Kind beads{.prefix = "bead", .bodies = "beads", .count = bodies.beads.size()},
+    BodyKind beads{.prefix = "bead", .bodies = "beads", .count = bodies.beads.size()},
         rods{.prefix = "rod", .bodies = "rods", .count = bodies.rods.size()};
     const auto scale_of = [&](std::uint32_t shape) {
         const dem::Shape& s = bodies.shapes[shape];

@@ -6,6 +6,7 @@
 #include <limits>
 #include <tuple>
 
+#include "base/constants.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/function_terms.hpp"
 #include "drover/physics/predictions.hpp"
@@ -16,7 +17,6 @@
 namespace drover::run {
 
 namespace {
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Number of samples on the schedule: the last one may be off it.
 std::size_t regular_samples(const std::vector<double>& times, double spacing) {

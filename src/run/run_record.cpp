@@ -11,13 +11,9 @@ namespace drover::run {
 namespace {
 using Bytes = std::vector<std::byte>;
 
-void put_text(Bytes& to, const std::string& words) { files::put_list(to, std::span<const char>(words)); }
-
-std::string as_text(const Bytes& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
-
 void put_texts(Bytes& to, const std::vector<std::string>& all) {
     files::put(to, static_cast<std::uint32_t>(all.size()));
-    for (const std::string& words : all) put_text(to, words);
+    for (const std::string& words : all) files::put_text(to, words);
 }
 
 std::vector<std::string> take_texts(files::ByteReader& reader) {
@@ -54,7 +50,7 @@ std::string shared_part(const std::vector<measure::SummaryRow>& rows) {
             files::put_list(bytes, std::span<const double>(axis.values));
         }
     }
-    return as_text(bytes);
+    return files::text_of(bytes);
 }
 
 std::vector<measure::SummaryRow> rows_of(const std::string& shared) {
@@ -107,7 +103,7 @@ UnitResult encode(const RunResults& results) {
     Bytes bytes;
     files::put_list(bytes, std::span<const std::byte>(numbers));
     files::put_list(bytes, std::span<const std::byte>(files::deflated(rest)));
-    return {.content = as_text(bytes), .shared = shared_part(results.rows)};
+    return {.content = files::text_of(bytes), .shared = shared_part(results.rows)};
 }
 
 RunResults decode(const UnitResult& result) {

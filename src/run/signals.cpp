@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 
+#include "base/clock.hpp"
 #include "drover/base/error.hpp"
 
 namespace drover::run {
@@ -12,7 +13,6 @@ namespace drover::run {
 namespace {
 // A global: a signal handler has no other way to report.
 volatile std::sig_atomic_t requested = 0;
-using Clock = std::chrono::steady_clock;
 Clock::time_point deadline = Clock::time_point::max();  // set before there are threads
 std::atomic<bool> host_handles_signals = false;         // a property of the process, as the handlers are
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "base/constants.hpp"
 #include "drover/physics/fluctuations.hpp"
 #include "drover/physics/long_waves.hpp"
 #include "drover/physics/stability_rows.hpp"
@@ -16,7 +17,6 @@ namespace drover::run {
 
 namespace {
 using std::numbers::pi;
-constexpr double degree = pi / 180.0;
 
 physics::Search search_of(const io::Scene& scene) {
     const model::GrowthSearch range = growth_search(scene);
@@ -59,7 +59,10 @@ Record instability_record(const physics::Instability& found) {
                  .unit = "mm",
                  .meaning = "2 pi/|q| of the fastest wave",
                  .value = is_uniform ? std::numeric_limits<double>::quiet_NaN() : 2.0 * pi / found.q},
-                {.name = "angle", .unit = "degree", .meaning = "angle of q from p0", .value = found.angle / degree},
+                {.name = "angle",
+                 .unit = "degree",
+                 .meaning = "angle of q from p0",
+                 .value = found.angle / radians_per_degree},
                 {.name = "grows_from",
                  .unit = "mm-1",
                  .meaning = "smallest |q| that grows at this angle; 0: the smallest |q| searched grows",
@@ -112,7 +115,7 @@ List slow_mode_list(const physics::LongWaves& waves, const physics::UniformPoint
     if (!waves.undefined.empty()) return list;
     const double direction = physics::direction_of(point);
     for (const double angle : {0.0, 30.0, 60.0, 90.0})
-        for (const physics::SlowMode& mode : physics::slow_modes(waves, direction + angle * degree))
+        for (const physics::SlowMode& mode : physics::slow_modes(waves, direction + angle * radians_per_degree))
             list.rows.push_back(
                 {.entries = {{.name = "angle", .unit = "degree", .meaning = "angle of q from p0", .value = angle},
                              {.name = "speed", .unit = "mm s-1", .meaning = "Re u", .value = mode.speed.real()},

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "base/constants.hpp"
 #include "drover/physics/fluctuations.hpp"
 #include "drover/physics/stability_rows.hpp"
 
@@ -13,7 +14,6 @@ namespace drover::run {
 
 namespace {
 using std::numbers::pi;
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// One state, and the points at which it is mapped.
 struct Mapped {
@@ -24,8 +24,8 @@ struct Mapped {
     Threads& threads;
 };
 
-void add(const std::string& name, const std::string& unit, const std::string& meaning, std::vector<std::string> axes,
-         std::vector<double> values, files::ResultTable& table) {
+void add_map(const std::string& name, const std::string& unit, const std::string& meaning,
+             std::vector<std::string> axes, std::vector<double> values, files::ResultTable& table) {
     table.quantities.push_back({name, unit, meaning, std::move(axes)});
     table.values.push_back(std::move(values));
 }
@@ -60,7 +60,7 @@ void add_branches(const Mapped& mapped, files::ResultTable& table) {
         std::vector<double> values;
         for (const physics::Modes& modes : map.modes)
             for (Eigen::Index b = 0; b < branches; ++b) values.push_back(value(modes, b));
-        add(name, unit, meaning, {"angle", "wavenumber", "branch"}, std::move(values), table);
+        add_map(name, unit, meaning, {"angle", "wavenumber", "branch"}, std::move(values), table);
     };
     using physics::Modes;
     fill("growth_rate", "s-1", "growth rate of the mode, Re s",
@@ -92,10 +92,11 @@ void add_slow_modes(const Mapped& mapped, files::ResultTable& table) {
             damping.push_back(mode.damping.real());
         }
     const std::vector<std::string> axes{"angle", "slow_mode"};
-    add("slow_speed", "mm s-1", "speed Re u of the slow mode, s = -i u q - gamma q^2 as q -> 0", axes, speed, table);
-    add("slow_growth", "mm s-1", "Im u; positive: the slow mode grows in proportion to q", axes, growth, table);
-    add("slow_damping", "mm2 s-1", "Re gamma of the slow mode; NaN where u is a defective eigenvalue", axes, damping,
-        table);
+    add_map("slow_speed", "mm s-1", "speed Re u of the slow mode, s = -i u q - gamma q^2 as q -> 0", axes, speed,
+            table);
+    add_map("slow_growth", "mm s-1", "Im u; positive: the slow mode grows in proportion to q", axes, growth, table);
+    add_map("slow_damping", "mm2 s-1", "Re gamma of the slow mode; NaN where u is a defective eigenvalue", axes,
+            damping, table);
 }
 
 bool is_decaying(const Mapped& mapped, const numerics::Wavevector& q) {
@@ -117,9 +118,9 @@ void add_structure_factors(const Mapped& mapped, files::ResultTable& table) {
          physics::structure_parts(mapped.equations.form, physics::direction_of(point))) {
         std::vector<double> values;
         for (const physics::Symbol& matrix : matrices) values.push_back(part.value(matrix));
-        add("structure_factor_" + part.name, part.unit,
-            "equal-time structure factor of the linear theory; NaN where a mode grows", {"angle", "wavenumber"},
-            std::move(values), table);
+        add_map("structure_factor_" + part.name, part.unit,
+                "equal-time structure factor of the linear theory; NaN where a mode grows", {"angle", "wavenumber"},
+                std::move(values), table);
     }
 }
 
@@ -141,11 +142,11 @@ void add_dynamic_structure(const Mapped& mapped, double q, const std::vector<dou
             }
         }
     });
-    add("sound_wavenumber", "mm-1", "wavenumber |q| of the dynamic structure factors", {}, {q}, table);
+    add_map("sound_wavenumber", "mm-1", "wavenumber |q| of the dynamic structure factors", {}, {q}, table);
     for (std::size_t p = 0; p < parts.size(); ++p)
-        add("dynamic_structure_factor_" + parts[p].name, parts[p].unit + " s",
-            text("S(q, omega) at |q| = {:.6g} /mm; its integral over omega/(2 pi) is S(q)", q),
-            {"angle", "frequency_axis"}, values[p], table);
+        add_map("dynamic_structure_factor_" + parts[p].name, parts[p].unit + " s",
+                text("S(q, omega) at |q| = {:.6g} /mm; its integral over omega/(2 pi) is S(q)", q),
+                {"angle", "frequency_axis"}, values[p], table);
 }
 }  // namespace
 
@@ -162,7 +163,7 @@ files::ResultTable stability_maps(const io::Scene& scene, const physics::Equatio
                         .wavenumbers = logarithmic(search.min, search.max, plan.wavenumbers),
                         .threads = threads};
     std::vector<double> degrees;
-    for (const double angle : mapped.angles) degrees.push_back(angle / (pi / 180.0));
+    for (const double angle : mapped.angles) degrees.push_back(angle / radians_per_degree);
     const double sound = plan.sound > 0.0 ? plan.sound : smallest_wavenumber(scene.grid);
     const std::vector<double> frequencies =
         physics::structure_frequencies(equations, state.point, sound, mapped.angles, plan.frequencies);

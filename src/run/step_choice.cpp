@@ -105,7 +105,7 @@ bool is_resolved(const Pilot& run) {
 }
 
 /// The bias of a mean, relative to the mean or, where larger, to the spread of the observable.
-struct Bias {
+struct RelativeBias {
     std::string name;
     double relative = 0.0, error = 0.0;
     double bound() const { return std::abs(relative) + error; }
@@ -120,8 +120,8 @@ bool is_compared(const std::string& name) {
 
 /// The largest over the observables, of the run with the longer step, which is `of_difference` times what half of it
 /// changes.
-Bias largest_bias(const Pilot& longer, const Pilot& shorter, double of_difference) {
-    Bias largest;
+RelativeBias largest_bias(const Pilot& longer, const Pilot& shorter, double of_difference) {
+    RelativeBias largest;
     for (std::size_t k = 0; k < shorter.names.size(); ++k) {
         const std::vector<double>&a = longer.series[k], &b = shorter.series[k];
         if (!is_compared(shorter.names[k]) || a.size() != b.size() || b.size() < 8) continue;
@@ -137,7 +137,7 @@ Bias largest_bias(const Pilot& longer, const Pilot& shorter, double of_differenc
         const double scale = std::max(std::abs(mean), spread);
         if (scale == 0.0) continue;
         const measure::RoughMean difference = measure::paired_difference(a, b, skip);
-        const Bias bias{shorter.names[k], of_difference * difference.value / scale, difference.error / scale};
+        const RelativeBias bias{shorter.names[k], of_difference * difference.value / scale, difference.error / scale};
         if (!(bias.bound() <= largest.bound())) largest = bias;
     }
     return largest;
@@ -219,7 +219,7 @@ private:
                 continue;
             }
             if (longer) {
-                const Bias bias = largest_bias(*longer, run, bias_of_difference_);
+                const RelativeBias bias = largest_bias(*longer, run, bias_of_difference_);
                 failure_ = text("its bias of {} is {:.2g} +- {:.2g}", bias.name, bias.relative, bias.error);
                 if (bias.bound() <= target_) {
                     pilot_.time.dt *= 2.0;

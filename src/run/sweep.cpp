@@ -23,7 +23,7 @@ namespace drover::run {
 
 namespace {
 namespace fs = std::filesystem;
-constexpr const char* manifest_name = "sweep.toml";
+constexpr const char* sweep_manifest = "sweep.toml";
 
 fs::path archive_of(const fs::path& folder, const SweepRun& run) { return folder / (run.name + ".h5"); }
 
@@ -119,7 +119,7 @@ std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {
 std::string manifest_of(io::Scene scene, const fs::path& folder) {
     scene.sweep.workers = 0;
     const std::string words = io::resolved_text(scene);
-    const fs::path file = folder / manifest_name;
+    const fs::path file = folder / sweep_manifest;
     if (!fs::exists(file)) return words;
     try {
         constexpr std::uint64_t max_bytes = 1 << 24;
@@ -238,8 +238,8 @@ SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options) {
     // To resume, the scene must be the same, or different runs would be mixed.
     const std::string manifest = manifest_of(scene, folder);
     const files::RecordIdentity identity = identity_of(manifest);
-    files::join_folder(folder, manifest_name, "", manifest);
-    if (sweep.has_archives() && !options.collect) files::require_locks(folder / manifest_name);
+    files::join_folder(folder, sweep_manifest, "", manifest);
+    if (sweep.has_archives() && !options.collect) files::require_locks(folder / sweep_manifest);
     std::vector<std::string> versions;
     if (options.share.is_plain() && sweep.keeps_archives()) versions = check_archives(sweep);
     outcome.already_done = ended_runs(sweep, identity).results.size();

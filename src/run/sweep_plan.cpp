@@ -13,14 +13,16 @@ struct Varied {
     std::vector<double> values;
 };
 
-constexpr const char* list = "sweep.vary";
-constexpr const char* example = "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\"";
+constexpr const char* sweep_key = "sweep.vary";
+constexpr const char* sweep_example = "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\"";
 
 Varied varied_of(const std::string& written, const SourceLocation& where) {
-    const auto [key, values] = read_assignment(written, list, example, where);
+    const auto [key, values] = read_assignment(written, sweep_key, sweep_example, where);
     require(key.find('.') != std::string::npos, where, "{} has \"{}\"; expected \"section.key = values\", as in {}",
-            list, written, example);
-    const auto number_of = [&](const std::string& word) { return read_number(word, written, list, example, where); };
+            sweep_key, written, sweep_example);
+    const auto number_of = [&](const std::string& word) {
+        return read_number(word, written, sweep_key, sweep_example, where);
+    };
     Varied varied{.key = key, .values = {}};
     if (values.find(':') == std::string::npos) {
         for (const std::string& word : split(values, ',')) varied.values.push_back(number_of(word));

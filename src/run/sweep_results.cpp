@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 #include "drover/measure/trajectories.hpp"
 
@@ -12,7 +13,6 @@ namespace drover::run {
 namespace {
 /// The mean over the seeds of a point.
 measure::Replicates over_seeds(const std::vector<measure::Estimate>& runs) {
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     if (!runs.empty()) return measure::combine(runs);
     return {.mean = {.mean = nan, .refusal = "no run of this point has this observable"},
             .deviation = nan,

@@ -17,7 +17,7 @@ namespace drover::run {
 
 namespace {
 
-std::string number(double value) { return text("{:.12g}", value); }
+std::string number_text(double value) { return text("{:.12g}", value); }
 
 /// Why a scene does not allow changes; "" when it does.
 std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
@@ -33,7 +33,7 @@ std::string reason_against(const io::Scene& scene, const std::vector<std::string
 Level dt_level(const io::Scene& scene, const std::string& method, double dt) {
     if (!is_field_scene(scene)) {
         const dem::ContactControl& contacts = scene.particles.contacts;
-        Level level{text("dt = {} s", number(dt)), {set("time.dt", dt)}};
+        Level level{text("dt = {} s", number_text(dt)), {set("time.dt", dt)}};
         const double factor = dt / scene.time.dt;
         if (dem::PairwiseLaw::is_chosen(contacts))
             level.overrides.push_back(set("contacts.rod_step", factor * contacts.rod_step));
@@ -41,7 +41,7 @@ Level dt_level(const io::Scene& scene, const std::string& method, double dt) {
             level.overrides.push_back(set("contacts.substep", factor * contacts.substep));
         return level;
     }
-    Level level{text("{}, dt = {} s", method, number(dt)),
+    Level level{text("{}, dt = {} s", method, number_text(dt)),
                 {text("time.stepper={}", method), set("time.dt", dt), "time.tolerance=0.0"}};
     if (dt > scene.output.sample_every) {
         level.sample_every = dt;

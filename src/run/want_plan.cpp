@@ -27,7 +27,7 @@ double caution_of(std::size_t trials) {
 }
 
 /// The axis of the table that a range is of; nullptr if there is none.
-const std::vector<double>* axis_of(const Table& table, const std::string& name) {
+const std::vector<double>* find_axis(const Table& table, const std::string& name) {
     if (name == "Phi_b" || name == "bead_area_fraction") return &table.bead_fractions;
     if (name == "Phi_r" || name == "rod_area_fraction") return &table.rod_fractions;
     return !table.varied_key.empty() && name == table.varied_key ? &table.varied : nullptr;
@@ -35,7 +35,7 @@ const std::vector<double>* axis_of(const Table& table, const std::string& name) 
 
 bool is_selected(const Wish& wish, const Table& table, const std::vector<double>& axis, std::size_t index) {
     return std::all_of(wish.ranges.begin(), wish.ranges.end(), [&](const AxisRange& range) {
-        return axis_of(table, range.axis) != &axis || range.holds(axis[index]);
+        return find_axis(table, range.axis) != &axis || range.holds(axis[index]);
     });
 }
 
@@ -81,7 +81,7 @@ WantPlan::WantPlan(const CalibrationLayout& layout, const std::vector<Wish>& wis
 void WantPlan::add_targets(const Wish& wish, const Table& whole) {
     const SourceLocation where{.file = "--want " + wish.text};
     for (const AxisRange& range : wish.ranges)
-        require(axis_of(layout_.axes, range.axis) != nullptr, where,
+        require(find_axis(layout_.axes, range.axis) != nullptr, where,
                 "the table has no axis \"{}\"; expected Phi_b, Phi_r{}", range.axis,
                 layout_.axes.varied_key.empty() ? "" : " or " + layout_.axes.varied_key);
     Target target{.error = wish.error, .is_relative = wish.is_relative};

@@ -6,12 +6,6 @@
 namespace drover::run {
 
 namespace {
-Entry number(const char* name, const char* unit, const char* meaning, double value, int digits) {
-    return {.name = name, .unit = unit, .meaning = meaning, .value = value, .digits = digits};
-}
-Entry words(const char* name, const char* meaning, const std::string& value) {
-    return {.name = name, .unit = "", .meaning = meaning, .value = value};
-}
 /// Infinity is for places beyond the table.
 double finite_or_none(double value) { return std::isfinite(value) ? value : std::nan(""); }
 
@@ -35,7 +29,7 @@ List value_list(const WantPlan& plan) {
 }
 
 /// Parts of one unit in the variances of the wanted numbers.
-struct Part {
+struct ErrorPart {
     std::size_t unit = 0;
     double largest = 0.0;
 };
@@ -45,7 +39,7 @@ List part_list(const CalibrationLayout& layout, const WantPlan& plan, const std:
               .heading = "\nparts of the variance, the largest first (of several wanted numbers: where it is largest)",
               .row = "measurement",
               .meaning = "assay at a point"};
-    std::vector<Part> parts;
+    std::vector<ErrorPart> parts;
     for (std::size_t u = 0; u < units.size(); ++u) {
         if (!plan.needs(u)) continue;
         parts.push_back({.unit = u});
@@ -53,7 +47,8 @@ List part_list(const CalibrationLayout& layout, const WantPlan& plan, const std:
             if (u < value.result.parts.size())
                 parts.back().largest = std::max(parts.back().largest, value.result.parts[u]);
     }
-    std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.largest > b.largest; });
+    std::stable_sort(parts.begin(), parts.end(),
+                     [](const ErrorPart& a, const ErrorPart& b) { return a.largest > b.largest; });
     for (const auto& [u, largest] : parts)
         list.rows.push_back(
             {.entries = {words("measurement", "assay and point", layout.units[u].name),

@@ -19,16 +19,16 @@ using numerics::Complex;
 constexpr std::size_t most_waves = 400;
 
 /// Frames at equal times: numbers of the first and of those after it.
-struct Frames {
+struct FrameTimes {
     std::vector<std::size_t> numbers;
     double spacing = 0.0;
 };
 
-Frames frames_of(const std::vector<double>& times, const std::string& name, const WaveChoice& choice) {
+FrameTimes frames_of(const std::vector<double>& times, const std::string& name, const WaveChoice& choice) {
     require(choice.every >= 1, {name}, "every {} frames; expected at least 1", choice.every);
     const double end = choice.end > 0.0 ? choice.end : times.empty() ? 0.0 : times.back();
     const double slack = times.size() > 1 ? 1e-6 * (times[1] - times[0]) : 0.0;
-    Frames frames;
+    FrameTimes frames;
     for (std::size_t i = 0; i < times.size(); ++i) {
         if (times[i] < choice.begin - slack || times[i] > end + slack) continue;
         if (!frames.numbers.empty() && i % static_cast<std::size_t>(choice.every) !=
@@ -72,7 +72,7 @@ std::vector<Wavenumber> wavenumbers_of(double lx, double ly, const std::string& 
     return found;
 }
 
-WaveRecord record_of(double lx, double ly, const std::vector<Wavenumber>& waves, const Frames& frames) {
+WaveRecord record_of(double lx, double ly, const std::vector<Wavenumber>& waves, const FrameTimes& frames) {
     WaveRecord record{.spacing = frames.spacing, .area = lx * ly, .frames = frames.numbers.size()};
     const double turn = 2.0 * std::numbers::pi;
     for (const Wavenumber& wave : waves) record.q.push_back({turn * wave.x / lx, turn * wave.y / ly});
@@ -95,7 +95,7 @@ std::vector<double> times_of(const files::ArchiveReader& archive, const std::str
 WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& name, const RecordedFields& recorded,
                        const WaveChoice& choice) {
     const numerics::Grid& grid = recorded.grid;
-    const Frames frames = frames_of(times_of(archive, name, "/time"), name, choice);
+    const FrameTimes frames = frames_of(times_of(archive, name, "/time"), name, choice);
     std::vector<Wavenumber> waves;
     std::vector<std::size_t> modes;
     for (const Wavenumber& wave : wavenumbers_of(grid.lx, grid.ly, name, choice)) {
@@ -175,7 +175,7 @@ WaveRecord particle_waves(const files::ArchiveReader& archive, const std::string
     require(dem::is_periodic(cell), {name}, "is a run in a {} cell; expected a periodic one, which has waves",
             cell.shape);
     const std::vector<double> times = times_of(archive, name, std::string(io::spheres_group) + "/position/time");
-    Frames frames = frames_of(times, name, choice);
+    FrameTimes frames = frames_of(times, name, choice);
     const BodyFrames bodies(archive, name);
     const bool has_beads = form.bead_density >= 0 || form.velocity != physics::Velocity::absent;
     require(!has_beads || bodies.has(io::beads_group), {name}, "has no beads; expected some, as in the model");

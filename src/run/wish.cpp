@@ -29,11 +29,6 @@ double number_in(const std::string& given, const std::string& text) {
     return value;
 }
 
-std::string trimmed(const std::string& text) {
-    const std::size_t first = text.find_first_not_of(' '), last = text.find_last_not_of(' ');
-    return first == std::string::npos ? "" : text.substr(first, last - first + 1);
-}
-
 /// "q<1", "q>1" or "0.5<q<1".
 AxisRange read_range(const std::string& given, const std::string& range) {
     AxisRange read;

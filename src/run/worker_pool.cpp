@@ -18,6 +18,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/clock.hpp"
 #include "drover/base/error.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/signals.hpp"
@@ -25,7 +26,6 @@
 namespace drover::run {
 
 namespace {
-using Clock = std::chrono::steady_clock;
 
 struct Worker {
     std::size_t job = 0;

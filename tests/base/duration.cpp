@@ -5,7 +5,7 @@
 
 #include "drover/base/error.hpp"
 
-namespace drover {
+namespace drover::duration_tests {
 namespace {
 
 TEST(Duration, is_read_in_seconds_minutes_hours_and_as_a_clock) {
@@ -25,4 +25,4 @@ TEST(Duration, is_read_in_seconds_minutes_hours_and_as_a_clock) {
 }
 
 }  // namespace
-}  // namespace drover
+}  // namespace drover::duration_tests

@@ -11,7 +11,7 @@
 #include "base/expression_support.hpp"
 #include "base/refusal.hpp"
 
-namespace drover {
+namespace drover::expression_tests {
 namespace {
 
 double value(const std::string& written, double x = 0.0, double y = 0.0) {
@@ -160,4 +160,4 @@ TEST(Expression, that_is_malformed_or_hostile_is_rejected_with_a_message) {
 }
 
 }  // namespace
-}  // namespace drover
+}  // namespace drover::expression_tests

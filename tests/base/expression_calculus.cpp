@@ -9,7 +9,7 @@
 #include "base/expression_support.hpp"
 #include "base/refusal.hpp"
 
-namespace drover {
+namespace drover::expression_calculus_tests {
 namespace {
 
 const std::array point{0.37, -0.82, 1.21, 0.7, 1.5, -0.5, 2.0, 3.0, 5.0};
@@ -204,4 +204,4 @@ TEST(TextOfExpression, reads_back_as_the_same_expression) {
 }
 
 }  // namespace
-}  // namespace drover
+}  // namespace drover::expression_calculus_tests

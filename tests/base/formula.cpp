@@ -5,7 +5,7 @@
 
 #include "base/refusal.hpp"
 
-namespace drover {
+namespace drover::formula_tests {
 namespace {
 
 const Notation notation{
@@ -74,4 +74,4 @@ TEST(Formula, rejects_what_can_be_read_in_two_ways) {
 }
 
 }  // namespace
-}  // namespace drover
+}  // namespace drover::formula_tests

@@ -9,7 +9,7 @@
 
 #include "drover/base/error.hpp"
 
-namespace drover {
+namespace drover::random_tests {
 namespace {
 
 constexpr RandomKey key{.seed = 11, .stream = Stream::test, .step = 3, .substep = 1};
@@ -98,4 +98,4 @@ TEST(Random, a_length_that_is_not_a_multiple_of_per_index_is_rejected) {
 }
 
 }  // namespace
-}  // namespace drover
+}  // namespace drover::random_tests

@@ -7,7 +7,7 @@
 #include "base/expression_support.hpp"
 #include "base/refusal.hpp"
 
-namespace drover {
+namespace drover::strip_program_tests {
 namespace {
 
 struct Points {
@@ -199,4 +199,4 @@ TEST(StripProgram, of_too_many_operations_is_rejected) {
 }
 
 }  // namespace
-}  // namespace drover
+}  // namespace drover::strip_program_tests

@@ -7,7 +7,7 @@
 
 #include "drover/base/error.hpp"
 
-namespace drover {
+namespace drover::text_tests {
 namespace {
 
 TEST(Text, values_replace_braces_in_order) {
@@ -75,4 +75,4 @@ TEST(SourceLocation, text_contains_the_known_parts) {
 }
 
 }  // namespace
-}  // namespace drover
+}  // namespace drover::text_tests

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-namespace drover {
+namespace drover::threads_tests {
 namespace {
 
 TEST(Threads, a_loop_visits_every_index_exactly_once) {
@@ -106,4 +106,4 @@ TEST(Threads, a_team_needs_at_least_one_thread) {
 }
 
 }  // namespace
-}  // namespace drover
+}  // namespace drover::threads_tests

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace drover {
+namespace drover::variant_tests {
 namespace {
 
 /// As a text for which there is no memory.
@@ -45,4 +45,4 @@ TEST(Variant, CopiesAndMovesLikeStdVariant) {
 }
 
 }  // namespace
-}  // namespace drover
+}  // namespace drover::variant_tests

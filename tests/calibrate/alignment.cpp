@@ -10,7 +10,7 @@
 
 #include "drover/base/random.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::alignment_tests {
 namespace {
 
 TEST(MeanFieldOrder, is_the_mean_of_cos_theta_over_its_distribution) {
@@ -109,4 +109,4 @@ TEST(OrderOfRods, is_the_mean_field_for_many_rods) {
 }
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::alignment_tests

@@ -10,7 +10,7 @@
 #include "drover/base/error.hpp"
 #include "drover/calibrate/catalogue.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::assay_tests {
 namespace {
 
 /// An assay of one number with mean `value` and standard deviation 1.
@@ -263,4 +263,4 @@ TEST(AssayRule, rejects_diffusion_plans_whose_lags_do_not_fit_the_trial) {
 }
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::assay_tests

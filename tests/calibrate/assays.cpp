@@ -7,7 +7,7 @@
 #include "drover/calibrate/catalogue.hpp"
 #include "drover/calibrate/table.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::assays_tests {
 namespace {
 
 /// A shortened assay, a synthetic system, and the true values of quantities by their index.
@@ -261,4 +261,4 @@ INSTANTIATE_TEST_SUITE_P(All, Assays, testing::ValuesIn(names), name_of);
 INSTANTIATE_TEST_SUITE_P(All, AssaysStatistics, testing::ValuesIn(names), name_of);
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::assays_tests

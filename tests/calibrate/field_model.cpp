@@ -11,7 +11,7 @@
 #include "drover/physics/linear_theory.hpp"
 #include "drover/physics/uniform_states.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::field_model_tests {
 namespace {
 
 /// a = 0.1, lambda = 0.1, alpha/Gamma = 2 to 3, tau = 2, u = 3: g = 4 to 6.
@@ -292,4 +292,4 @@ TEST(FieldModel, counts_as_short_if_a_node_around_it_is) {
 }
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::field_model_tests

@@ -9,7 +9,7 @@
 #include "drover/calibrate/alignment.hpp"
 #include "drover/calibrate/table.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::kinetic_closures_tests {
 namespace {
 
 constexpr int depth = 12;  // moments of the hierarchy
@@ -158,4 +158,4 @@ TEST(KineticClosuresMissing, where_collisions_excite_the_second_moment_without_b
 INSTANTIATE_TEST_SUITE_P(All, KineticClosures, testing::Values(0.0, 1.5));
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::kinetic_closures_tests

@@ -9,7 +9,7 @@
 #include "calibrate/closures.hpp"
 #include "drover/calibrate/field_model.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::onset_tests {
 namespace {
 
 /// alpha/Gamma = 1 + 4 Phi_b + 10 Phi_r, a = 0.3, lambda = 0.1: splines are exact for straight lines, and the threshold
@@ -171,4 +171,4 @@ TEST(Onset, names_what_is_missing_in_the_table) {
 }
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::onset_tests

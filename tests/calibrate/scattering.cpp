@@ -13,7 +13,7 @@
 #include "calibrate/collision_rule.hpp"
 #include "drover/base/random.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::scattering_tests {
 namespace {
 using std::numbers::pi;
 
@@ -156,4 +156,4 @@ TEST(ScatteringStatistics, has_errors_that_cover_the_true_value_in_68_percent_of
 }
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::scattering_tests

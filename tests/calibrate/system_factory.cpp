@@ -8,7 +8,7 @@
 #include "drover/base/error.hpp"
 #include "drover/calibrate/catalogue.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::system_factory_tests {
 namespace {
 
 /// Two rods among 80 beads.
@@ -67,4 +67,4 @@ TEST(WorldSystem, applies_forces_and_measures_their_effect) {
 }
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::system_factory_tests

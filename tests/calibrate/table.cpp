@@ -10,7 +10,7 @@
 #include "drover/calibrate/alignment.hpp"
 #include "drover/calibrate/field_model.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::table_tests {
 namespace {
 
 TableRow row_of(const std::string& name, bool by_rods, const std::vector<double>& values, double relative_error,
@@ -249,4 +249,4 @@ TEST(SmoothCoefficient, rejects_missing_entries_and_unknown_names) {
 }
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::table_tests

@@ -9,7 +9,7 @@
 #include "base/refusal.hpp"
 #include "drover/base/random.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::target_tests {
 namespace {
 
 constexpr std::size_t resamples = 400;
@@ -170,4 +170,4 @@ TEST(Allocation, respects_limits_and_gives_nothing_to_targets_that_are_reached) 
 }
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::target_tests

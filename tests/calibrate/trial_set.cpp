@@ -8,7 +8,7 @@
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::trial_set_tests {
 namespace {
 
 Assay mean_of_one() {
@@ -128,4 +128,4 @@ TEST(TrialSet, rejects_invalid_goals) {
 }
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::trial_set_tests

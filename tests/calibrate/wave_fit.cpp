@@ -13,7 +13,7 @@
 #include "drover/physics/uniform_states.hpp"
 #include "physics/evolution.hpp"
 
-namespace drover::calibrate {
+namespace drover::calibrate::wave_fit_tests {
 namespace {
 
 constexpr numerics::Grid grid{8, 8, 10.0, 8.0};
@@ -310,4 +310,4 @@ TEST(WaveFit, refuses_what_waves_do_not_determine) {
 }
 
 }  // namespace
-}  // namespace drover::calibrate
+}  // namespace drover::calibrate::wave_fit_tests

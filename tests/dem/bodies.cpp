@@ -9,7 +9,7 @@
 
 #include "dem/packing_support.hpp"
 
-namespace drover::dem {
+namespace drover::dem::bodies_tests {
 namespace {
 
 TEST(Bodies, of_the_paper_have_its_numbers_and_two_shapes) {
@@ -88,4 +88,4 @@ TEST(Bodies, too_thick_for_the_gap_are_rejected) {
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::bodies_tests

@@ -7,7 +7,7 @@
 #include "dem/scenes.hpp"
 #include "drover/base/error.hpp"
 
-namespace drover::dem {
+namespace drover::dem::diagnosis_tests {
 namespace {
 using testing::AllOf;
 using testing::HasSubstr;
@@ -72,4 +72,4 @@ TEST(Diagnosis, of_an_overlap_of_soft_bodies_that_are_pressed_gives_their_stiffn
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::diagnosis_tests

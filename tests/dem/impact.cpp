@@ -12,7 +12,7 @@
 #include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"
 
-namespace drover::dem {
+namespace drover::dem::impact_tests {
 namespace {
 
 TEST(Impact, of_a_sphere_and_a_wall_has_the_given_restitution_and_friction_at_every_angle) {
@@ -411,4 +411,4 @@ TEST(Impact, without_approach_changes_nothing) {
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::impact_tests

@@ -15,7 +15,7 @@
 #include "dem/scenes.hpp"
 #include "drover/dem/contact_law.hpp"
 
-namespace drover::dem {
+namespace drover::dem::impact_fuzz_tests {
 namespace {
 
 /// Draws with a few special values among them.
@@ -378,4 +378,4 @@ TEST_P(ImpactFuzzSlow, a_quarter_of_a_million_groups_end_finite_without_gain_of_
 INSTANTIATE_TEST_SUITE_P(Quarters, ImpactFuzzSlow, testing::Range<std::uint64_t>(0, 4));
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::impact_fuzz_tests

@@ -10,7 +10,7 @@
 #include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"
 
-namespace drover::dem {
+namespace drover::dem::impact_slip_tests {
 namespace {
 
 /// The impact of one contact by Keller's equations in many equal increments of the normal impulse, by Heun's method: an
@@ -88,4 +88,4 @@ TEST(Impact, of_a_tilted_rod_and_a_plate_is_right_to_a_thousandth_of_its_approac
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::impact_slip_tests

@@ -9,7 +9,7 @@
 
 #include "dem/packing_support.hpp"
 
-namespace drover::dem {
+namespace drover::dem::packing_tests {
 namespace {
 
 using std::numbers::pi;
@@ -220,4 +220,4 @@ TEST(PackingSlow, directions_of_rods_are_independent_at_many_sizes_and_seeds) {
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::packing_tests

@@ -10,7 +10,7 @@
 #include "dem/scenes.hpp"
 #include "drover/dem/contact_law.hpp"
 
-namespace drover::dem {
+namespace drover::dem::pairwise_impulse_tests {
 namespace {
 
 using Columns = std::array<Vector, 3>;
@@ -191,4 +191,4 @@ TEST(PairwiseImpulse, conserves_momentum_and_angular_momentum_of_a_pair) {
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::pairwise_impulse_tests

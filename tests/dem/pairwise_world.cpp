@@ -11,7 +11,7 @@
 #include "dem/scenes.hpp"
 #include "drover/dem/contact_law.hpp"
 
-namespace drover::dem {
+namespace drover::dem::pairwise_world_tests {
 namespace {
 
 /// The paper's plates, rods and contacts about a periodic square.
@@ -300,4 +300,4 @@ TEST(PairwiseWorld, a_time_step_too_long_for_the_vibration_is_rejected) {
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::pairwise_world_tests

@@ -5,7 +5,7 @@
 
 #include "drover/dem/shape.hpp"
 
-namespace drover::dem {
+namespace drover::dem::rotation_tests {
 namespace {
 
 const Shape rod = make_rod({1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72}, 4.5, 8.7);
@@ -57,4 +57,4 @@ TEST(AngularVelocity, of_a_body_across_and_along_its_axis_is_momentum_over_inert
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::rotation_tests

@@ -7,7 +7,7 @@
 
 #include "dem/packing_support.hpp"
 
-namespace drover::dem {
+namespace drover::dem::setup_tests {
 namespace {
 
 /// The message of check(), whose locations are the keys.
@@ -187,4 +187,4 @@ TEST(Setup, has_a_row_for_each_of_its_members) {
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::setup_tests

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace drover::dem {
+namespace drover::dem::shape_tests {
 namespace {
 
 using std::numbers::pi;
@@ -85,4 +85,4 @@ TEST(Shape, that_is_impossible_is_rejected) {
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::shape_tests

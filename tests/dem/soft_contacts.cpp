@@ -8,7 +8,7 @@
 #include "dem/scenes.hpp"
 #include "drover/dem/contact_law.hpp"
 
-namespace drover::dem {
+namespace drover::dem::soft_contacts_tests {
 namespace {
 
 using std::numbers::pi;
@@ -321,4 +321,4 @@ TEST(SpringDashpot, a_step_too_long_for_the_contact_time_or_no_restitution_is_re
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::soft_contacts_tests

@@ -11,7 +11,7 @@
 #include "drover/base/random.hpp"
 #include "drover/dem/bodies.hpp"
 
-namespace drover::dem {
+namespace drover::dem::wall_tests {
 namespace {
 
 using std::numbers::pi;
@@ -205,4 +205,4 @@ TEST(Cell, has_the_area_and_the_extent_of_its_outline) {
 }
 
 }  // namespace
-}  // namespace drover::dem
+}  // namespace drover::dem::wall_tests

@@ -9,7 +9,7 @@
 #include "drover/files/run_id.hpp"
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::archive_tests {
 namespace {
 
 using namespace testing_support;
@@ -338,4 +338,4 @@ TEST(Archive, a_run_id_stays_when_a_run_is_resumed_and_a_check_may_reject_the_ar
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::archive_tests

@@ -148,7 +148,7 @@ int unlink(const char* name) noexcept {
 }
 }
 
-namespace drover::files {
+namespace drover::files::archive_crash_tests {
 namespace {
 
 using namespace testing_support;
@@ -385,4 +385,4 @@ TEST(ArchiveCrash, a_frame_of_a_large_run_overwrites_few_pages) {
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::archive_crash_tests

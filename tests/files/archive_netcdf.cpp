@@ -4,7 +4,7 @@
 
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::archive_netcdf_tests {
 namespace {
 
 using namespace testing_support;
@@ -161,4 +161,4 @@ TEST(ArchiveNetcdf, an_open_reader_does_not_block_the_writer) {
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::archive_netcdf_tests

@@ -7,7 +7,7 @@
 
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::archive_reader_tests {
 namespace {
 
 using namespace testing_support;
@@ -264,4 +264,4 @@ TEST(ArchiveReader, damage_to_the_chunk_index_without_checksum_is_no_crash) {
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::archive_reader_tests

@@ -11,7 +11,7 @@
 #include "drover/files/bytes.hpp"
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::checkpoint_tests {
 namespace {
 
 using namespace testing_support;
@@ -239,4 +239,4 @@ TEST(Checkpoint, a_full_disk_is_an_error_of_the_environment_and_leaves_both_unch
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::checkpoint_tests

@@ -13,7 +13,7 @@
 
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::claims_tests {
 namespace {
 
 using namespace std::chrono_literals;
@@ -227,4 +227,4 @@ TEST(Claims, holders_are_listed_with_their_shares) {
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::claims_tests

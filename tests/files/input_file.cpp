@@ -5,7 +5,7 @@
 
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::input_file_tests {
 namespace {
 using ::testing::HasSubstr;
 using testing_support::Folder;
@@ -84,4 +84,4 @@ TEST(InputFile, lines_of_any_length_up_to_a_limit_are_read_across_blocks) {
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::input_file_tests

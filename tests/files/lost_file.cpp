@@ -7,7 +7,7 @@
 #include "files/journal.hpp"
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::lost_file_tests {
 namespace {
 
 using namespace testing_support;
@@ -194,4 +194,4 @@ TEST(Journal, of_an_earlier_version_is_applied_to_a_file_without_run_id) {
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::lost_file_tests

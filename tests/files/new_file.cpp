@@ -7,7 +7,7 @@
 #include "drover/files/record_file.hpp"
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::new_file_tests {
 namespace {
 
 using namespace testing_support;
@@ -108,4 +108,4 @@ TEST(NewFile, two_processes_do_not_mix_what_they_write) {
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::new_file_tests

@@ -9,7 +9,7 @@
 
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::packed_chunk_tests {
 namespace {
 
 using namespace testing_support;
@@ -100,4 +100,4 @@ print("well")
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::packed_chunk_tests

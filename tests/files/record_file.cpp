@@ -6,7 +6,7 @@
 #include "base/refusal.hpp"
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::record_file_tests {
 namespace {
 
 using testing_support::Folder;
@@ -140,4 +140,4 @@ TEST(ClaimFolder, a_folder_is_created_then_reused_and_rejected_for_another_scene
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::record_file_tests

@@ -8,7 +8,7 @@
 #include "drover/files/record_file.hpp"
 #include "files/support.hpp"
 
-namespace drover::files {
+namespace drover::files::record_folder_tests {
 namespace {
 
 using testing::ElementsAre;
@@ -137,4 +137,4 @@ TEST(JoinFolder, what_a_killed_process_left_of_the_text_does_not_matter) {
 }
 
 }  // namespace
-}  // namespace drover::files
+}  // namespace drover::files::record_folder_tests

@@ -6,7 +6,7 @@
 #include "base/refusal.hpp"
 #include "files/support.hpp"
 
-namespace drover::io {
+namespace drover::io::calibration_tests {
 namespace {
 
 using testing_support::Folder;
@@ -146,4 +146,4 @@ TEST(CalibrationFile, foreign_files_are_rejected_with_a_message) {
 }
 
 }  // namespace
-}  // namespace drover::io
+}  // namespace drover::io::calibration_tests

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <set>
 
-namespace drover::io {
+namespace drover::io::scene_tests {
 namespace {
 
 std::string error_of(const std::string& toml, std::vector<std::string> overrides = {}) {
@@ -183,4 +183,4 @@ TEST(Scene, sections_of_both_kinds_are_rejected_with_both_locations) {
 }
 
 }  // namespace
-}  // namespace drover::io
+}  // namespace drover::io::scene_tests

@@ -6,7 +6,7 @@
 #include "drover/io/xyz.hpp"
 #include "files/support.hpp"
 
-namespace drover::io {
+namespace drover::io::trajectory_tests {
 namespace {
 
 using namespace testing_support;
@@ -246,4 +246,4 @@ TEST(Xyz, a_truncated_file_is_reported_with_its_line) {
 }
 
 }  // namespace
-}  // namespace drover::io
+}  // namespace drover::io::trajectory_tests

@@ -4,7 +4,7 @@
 #include "base/refusal.hpp"
 #include "files/support.hpp"
 
-namespace drover::io {
+namespace drover::io::trial_file_tests {
 namespace {
 
 using testing_support::Folder;
@@ -53,4 +53,4 @@ TEST(TrialFile, a_trial_passes_through_a_pipe_and_other_bytes_are_rejected) {
 }
 
 }  // namespace
-}  // namespace drover::io
+}  // namespace drover::io::trial_file_tests

@@ -11,7 +11,7 @@
 #include "drover/base/random.hpp"
 #include "drover/numerics/transform.hpp"
 
-namespace drover::measure {
+namespace drover::measure::fields_tests {
 namespace {
 
 using numerics::Fields;
@@ -281,4 +281,4 @@ TEST(FieldObservables, of_a_form_without_a_field_are_those_of_the_others) {
 }
 
 }  // namespace
-}  // namespace drover::measure
+}  // namespace drover::measure::fields_tests

@@ -8,7 +8,7 @@
 #include "drover/dem/rotation.hpp"
 #include "measure/particles_support.hpp"
 
-namespace drover::measure {
+namespace drover::measure::particles_tests {
 namespace {
 
 constexpr double rounding = 1e-12;  // some hundred additions of numbers of order 1
@@ -232,4 +232,4 @@ TEST(ParticleBalance, rates_are_differences_over_the_spacing) {
 }
 
 }  // namespace
-}  // namespace drover::measure
+}  // namespace drover::measure::particles_tests

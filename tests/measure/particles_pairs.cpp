@@ -5,7 +5,7 @@
 #include "measure/particles_support.hpp"
 #include "measure/plane_cells.hpp"
 
-namespace drover::measure {
+namespace drover::measure::particles_pairs_tests {
 namespace {
 
 /// Beads on a triangular lattice that fits a periodic cell; rows along x.
@@ -257,4 +257,4 @@ TEST(RodFlow, of_beads_that_move_with_the_rod_is_along_n_everywhere) {
 }
 
 }  // namespace
-}  // namespace drover::measure
+}  // namespace drover::measure::particles_pairs_tests

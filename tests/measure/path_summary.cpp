@@ -6,7 +6,7 @@
 #include "drover/base/error.hpp"
 #include "measure/particles_support.hpp"
 
-namespace drover::measure {
+namespace drover::measure::path_summary_tests {
 namespace {
 
 const Estimate& estimate_of(const std::vector<SummaryRow>& rows, const std::string& name) {
@@ -138,4 +138,4 @@ TEST(PathSummary, rejects_frames_of_other_bodies) {
 }
 
 }  // namespace
-}  // namespace drover::measure
+}  // namespace drover::measure::path_summary_tests

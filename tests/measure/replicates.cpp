@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace drover::measure {
+namespace drover::measure::replicates_tests {
 namespace {
 
 constexpr double truth = 0.7;
@@ -120,4 +120,4 @@ TEST(Replicates, a_conserved_number_has_the_error_zero_and_an_undefined_one_has_
 }
 
 }  // namespace
-}  // namespace drover::measure
+}  // namespace drover::measure::replicates_tests

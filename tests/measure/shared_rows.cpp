@@ -9,7 +9,7 @@
 #include "drover/numerics/transform.hpp"
 #include "measure/particles_support.hpp"
 
-namespace drover::measure {
+namespace drover::measure::shared_rows_tests {
 namespace {
 
 const numerics::Grid grid{.nx = 48, .ny = 48, .lx = 48.0, .ly = 48.0};  // the mesh on which bodies are counted
@@ -271,4 +271,4 @@ TEST(SharedRows, leave_no_name_of_a_field_to_an_observable) {
 }
 
 }  // namespace
-}  // namespace drover::measure
+}  // namespace drover::measure::shared_rows_tests

@@ -11,7 +11,7 @@
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
 
-namespace drover::measure {
+namespace drover::measure::statistics_tests {
 namespace {
 
 using testing::HasSubstr;
@@ -69,7 +69,7 @@ TEST(AutocorrelationTime, is_the_defining_sum_for_short_and_long_windows) {
         }
 }
 
-TEST(AutocorrelationTime, of_an_autoregression_has_the_error_of_madras_and_sokal) {
+TEST(AutocorrelationTimeLong, of_an_autoregression_has_the_error_of_madras_and_sokal) {
     const int series = 400;
     for (const double phi : {0.5, 0.9, 0.97}) {
         const double exact = exact_time(phi);
@@ -147,7 +147,7 @@ TEST(Coverage, of_an_error_without_correlations_is_too_small) {
     EXPECT_LT(found.naive_within_one, found.expected_one - 28.0);
 }
 
-TEST(Estimate, the_error_is_unbiased_even_with_the_shortest_blocks) {
+TEST(EstimateLong, the_error_is_unbiased_even_with_the_shortest_blocks) {
     const double phi = 0.9, exact = exact_time(phi);
     for (const double times : {700.0, 3000.0}) {  // 64 blocks of 11 and of 47 autocorrelation times
         const auto size = static_cast<std::size_t>(times * exact);
@@ -413,4 +413,4 @@ TEST(WarmUp, of_a_steady_drift_is_half_the_series_and_of_a_constant_zero) {
 }
 
 }  // namespace
-}  // namespace drover::measure
+}  // namespace drover::measure::statistics_tests

@@ -12,7 +12,7 @@
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
 
-namespace drover::measure {
+namespace drover::measure::summary_tests {
 namespace {
 
 const FieldSetting setting = make_field_setting({.nx = 16, .ny = 32, .lx = 4.0, .ly = 8.0}, physics::rods_only, 3);
@@ -247,4 +247,4 @@ TEST(ParticleSummary, boxes_of_poisson_numbers_have_the_exponent_one_half) {
 }
 
 }  // namespace
-}  // namespace drover::measure
+}  // namespace drover::measure::summary_tests

@@ -6,7 +6,7 @@
 #include "drover/base/error.hpp"
 #include "measure/particles_support.hpp"
 
-namespace drover::measure {
+namespace drover::measure::trajectories_tests {
 namespace {
 
 /// Rods with one speed along n whose angle diffuses: exact for the angle; `substeps` midpoint steps between snapshots
@@ -261,4 +261,4 @@ TEST(SpeedsAlong, reject_angles_of_other_rods_and_a_spacing_of_zero) {
 }
 
 }  // namespace
-}  // namespace drover::measure
+}  // namespace drover::measure::trajectories_tests

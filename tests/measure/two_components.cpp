@@ -9,7 +9,7 @@
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/initial_state.hpp"
 
-namespace drover::measure {
+namespace drover::measure::two_components_tests {
 namespace {
 
 constexpr double tau = 2.0 * std::numbers::pi;
@@ -139,4 +139,4 @@ TEST(Energy, of_a_uniform_flock_and_the_powers_of_its_terms_follow_the_formulas)
 }
 
 }  // namespace
-}  // namespace drover::measure
+}  // namespace drover::measure::two_components_tests

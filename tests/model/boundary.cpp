@@ -6,7 +6,7 @@
 
 #include "theory_models.hpp"
 
-namespace drover::model {
+namespace drover::model::boundary_tests {
 namespace {
 /// The model with two coefficients as the axes of a plane, and the margin of a state.
 MarginOf plane_of(const Model& model, const std::string& x, const std::string& y, MarginState state,
@@ -124,4 +124,4 @@ TEST(ModelBoundary, MovesByTheErrorOfACoefficient) {
     }
 }
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::boundary_tests

@@ -8,7 +8,7 @@
 #include "drover/model/explicit_part.hpp"
 #include "drover/model/linearised_at.hpp"
 
-namespace drover::model {
+namespace drover::model::given_functions_tests {
 namespace {
 
 using numerics::Spectra;
@@ -173,4 +173,4 @@ TEST(Masses, have_a_lower_bound_for_a_step_where_their_drag_is_faster) {
 }
 
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::given_functions_tests

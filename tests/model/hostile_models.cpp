@@ -7,7 +7,7 @@
 
 #include "drover/model/equations.hpp"
 
-namespace drover::model {
+namespace drover::model::hostile_models_tests {
 namespace {
 
 constexpr int field_line = 9, equation_line = 10, mass_line = 11;
@@ -192,4 +192,4 @@ TEST(HostileModels, with_wrong_fields_are_rejected_at_the_field) {
 }
 
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::hostile_models_tests

@@ -9,7 +9,7 @@
 #include "drover/model/evolution.hpp"
 #include "drover/model/linearised_at.hpp"
 
-namespace drover::model {
+namespace drover::model::product_noise_tests {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -31,7 +31,7 @@ double mean_of(std::span<const double> values) {
     return sum / static_cast<double>(values.size());
 }
 
-TEST(ProductNoise, that_multiplies_a_field_has_the_moments_of_ito) {
+TEST(ProductNoiseLong, that_multiplies_a_field_has_the_moments_of_ito) {
     // d_t u = -k u + D lap u + s u xi from u = 1, on the kept modes K.  Its mean decays with exp(-k t), and the powers
     // of its modes obey d_t P_q = -2 (k + D q^2) P_q + s^2/A sum over p in K with q - p in K of P_p.
     constexpr double k = 0.3, D = 0.2, s = 0.8, side = 6.0, end = 1.0;
@@ -226,4 +226,4 @@ TEST(ProductNoise, is_proportional_to_its_noise) {
 }
 
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::product_noise_tests

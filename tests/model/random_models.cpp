@@ -7,7 +7,7 @@
 #include "drover/numerics/linear_operator.hpp"
 #include "model/generator.hpp"
 
-namespace drover::model {
+namespace drover::model::random_models_tests {
 namespace {
 
 using numerics::Complex;
@@ -230,4 +230,4 @@ TEST(RandomModels, are_the_same_for_the_same_seed_and_others_for_another) {
 }
 
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::random_models_tests

@@ -6,7 +6,7 @@
 
 #include "drover/model/equations.hpp"
 
-namespace drover::model {
+namespace drover::model::right_hand_side_tests {
 namespace {
 
 using numerics::Complex;
@@ -91,4 +91,4 @@ TEST(ExplicitRate, is_the_fastest_rate_of_linear_terms_that_name_an_axis_or_depe
 }
 
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::right_hand_side_tests

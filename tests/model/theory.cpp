@@ -10,7 +10,7 @@
 
 #include "model/theory_models.hpp"
 
-namespace drover::model {
+namespace drover::model::theory_tests {
 namespace {
 
 Model swift_hohenberg(double r) {
@@ -375,4 +375,4 @@ TEST(ModelSlowModes, of_damped_sound_diffuse_and_of_a_threshold_do_not_exist) {
 }
 
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::theory_tests

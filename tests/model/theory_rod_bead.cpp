@@ -10,7 +10,7 @@
 #include "drover/physics/stability.hpp"
 #include "physics/flock_model.hpp"
 
-namespace drover::model {
+namespace drover::model::theory_rod_bead_tests {
 namespace {
 
 using std::numbers::pi;
@@ -133,4 +133,4 @@ TEST(ModelTheory, of_the_rod_bead_equations_finds_their_fastest_wave) {
 }
 
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::theory_rod_bead_tests

@@ -5,7 +5,7 @@
 
 #include "model/theory_models.hpp"
 
-namespace drover::model {
+namespace drover::model::theory_states_tests {
 namespace {
 
 TEST(ModelStates, of_a_bistable_scalar_are_three_and_two_of_them_are_stable) {
@@ -170,4 +170,4 @@ TEST(ModelStates, of_a_chiral_order_in_a_field_stand_at_an_angle_to_it) {
 }
 
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::theory_states_tests

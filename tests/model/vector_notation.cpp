@@ -7,7 +7,7 @@
 #include "drover/model/equations.hpp"
 #include "drover/numerics/linear_operator.hpp"
 
-namespace drover::model {
+namespace drover::model::vector_notation_tests {
 namespace {
 
 using numerics::Complex;
@@ -165,4 +165,4 @@ TEST(Mass, divides_every_force_that_does_not_have_exactly_the_mass_as_its_first_
 }
 
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::vector_notation_tests

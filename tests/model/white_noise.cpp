@@ -9,7 +9,7 @@
 #include "drover/model/linearised_at.hpp"
 #include "drover/model/theory.hpp"
 
-namespace drover::model {
+namespace drover::model::white_noise_tests {
 namespace {
 
 using numerics::Wavevector;
@@ -183,4 +183,4 @@ TEST(WhiteNoise, that_does_not_fit_is_rejected_at_its_place) {
 }
 
 }  // namespace
-}  // namespace drover::model
+}  // namespace drover::model::white_noise_tests

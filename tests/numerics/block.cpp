@@ -12,7 +12,7 @@
 #include "numerics/extended.hpp"
 #include "numerics/rod_bead_operator.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::block_tests {
 namespace {
 
 using test::Quad;
@@ -374,4 +374,4 @@ TEST(StationaryCovariance, is_rejected_where_a_mode_grows_or_does_not_decay) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::block_tests

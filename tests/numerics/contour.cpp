@@ -15,7 +15,7 @@
 #include "drover/base/random.hpp"
 #include "numerics/curves.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::contour_tests {
 namespace {
 
 using std::numbers::pi;
@@ -442,4 +442,4 @@ TEST(Contour, options_out_of_range_are_rejected) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::contour_tests

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace drover::numerics {
+namespace drover::numerics::kept_modes_tests {
 namespace {
 
 TEST(KeptModes, are_those_that_are_kept_and_give_the_state_back) {
@@ -27,4 +27,4 @@ TEST(KeptModes, are_those_that_are_kept_and_give_the_state_back) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::kept_modes_tests

@@ -9,7 +9,7 @@
 #include "numerics/extended.hpp"
 #include "numerics/rod_bead_operator.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::large_blocks_tests {
 namespace {
 
 using test::identity;
@@ -133,4 +133,4 @@ TEST(LargeBlocks, without_rows_are_allowed_and_beyond_the_largest_size_rejected)
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::large_blocks_tests

@@ -9,7 +9,7 @@
 
 #include "drover/numerics/block.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::lyapunov_tests {
 namespace {
 
 using Complex = std::complex<double>;
@@ -86,4 +86,4 @@ TEST(Lyapunov, a_real_matrix_has_the_stationary_covariance_of_its_block) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::lyapunov_tests

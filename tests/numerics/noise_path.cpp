@@ -10,7 +10,7 @@
 #include "drover/numerics/transform.hpp"
 #include "numerics/rod_bead_operator.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::noise_path_tests {
 namespace {
 
 /// Rods and beads with inertia; noise on the densities and on the order.
@@ -273,4 +273,4 @@ TEST(AdaptiveStepper, takes_a_run_error_within_an_attempt_as_a_rejected_step) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::noise_path_tests

@@ -6,7 +6,7 @@
 #include <atomic>
 #include <thread>
 
-namespace drover::numerics {
+namespace drover::numerics::per_thread_tests {
 namespace {
 
 std::atomic<int> alive = 0;
@@ -32,4 +32,4 @@ TEST(PerThread, EachThreadHasItsOwnObjectWhichEndsWithIt) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::per_thread_tests

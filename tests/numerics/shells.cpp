@@ -12,7 +12,7 @@
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::shells_tests {
 namespace {
 
 const std::vector<Grid> grids{{.nx = 16, .ny = 16, .lx = 16.0, .ly = 16.0},
@@ -224,4 +224,4 @@ TEST(BoxLadder, doubles_with_one_step_between_up_to_half_of_the_cell) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::shells_tests

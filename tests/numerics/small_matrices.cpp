@@ -8,7 +8,7 @@
 
 #include "numerics/precise_eigenvalues.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::small_matrices_tests {
 namespace {
 
 /// Arbitrary reproducible entries of order one.
@@ -121,4 +121,4 @@ TEST(SmallMatrices, the_inverse_of_a_regular_matrix_multiplies_to_the_identity) 
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::small_matrices_tests

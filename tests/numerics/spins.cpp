@@ -16,7 +16,7 @@
 #include "numerics/noise_path.hpp"
 #include "numerics/spin_equations.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::spins_tests {
 namespace {
 
 using Eigen::MatrixXcd;
@@ -368,4 +368,4 @@ TEST(Spins, layouts_and_blocks_that_do_not_fit_are_input_errors) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::spins_tests

@@ -12,7 +12,7 @@
 #include "numerics/rod_bead_operator.hpp"
 #include "numerics/small_flock.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::stepper_tests {
 namespace {
 
 Spectra after(const System& system, const StepperTable& table, int steps, double end, const Spectra& from,
@@ -262,4 +262,4 @@ TEST(StepperTables, have_a_citation_an_order_and_a_last_stage_at_the_end_of_the_
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::stepper_tests

@@ -11,7 +11,7 @@
 #include "drover/numerics/time_method.hpp"
 #include "numerics/small_flock.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::sundials_stepper_tests {
 namespace {
 
 constexpr double end_time = 1.0;
@@ -215,4 +215,4 @@ TEST(TimeMethod, an_unknown_name_is_rejected_with_all_names) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::sundials_stepper_tests

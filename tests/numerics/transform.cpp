@@ -12,7 +12,7 @@
 
 #include "drover/base/random.hpp"
 
-namespace drover::numerics {
+namespace drover::numerics::transform_tests {
 namespace {
 
 Fields random_fields(const Grid& grid, int count) {
@@ -255,4 +255,4 @@ TEST(Transform, may_be_made_while_other_threads_free_memory_of_fftw) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::transform_tests

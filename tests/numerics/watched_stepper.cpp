@@ -6,7 +6,7 @@
 #include <cmath>
 #include <complex>
 
-namespace drover::numerics {
+namespace drover::numerics::watched_stepper_tests {
 namespace {
 /// A' = A - (1 + i c) |A|^2 A of a uniform A = X + i Y: exp(-i c t) is exact.  Errors of |A| decay and change the
 /// phase.
@@ -58,4 +58,4 @@ TEST(WatchedStepper, adds_up_errors_that_turn_with_an_oscillation) {
 }
 
 }  // namespace
-}  // namespace drover::numerics
+}  // namespace drover::numerics::watched_stepper_tests

@@ -10,7 +10,7 @@
 #include "modes.hpp"
 #include "text_terms.hpp"
 
-namespace drover::physics {
+namespace drover::physics::anchoring_tests {
 namespace {
 
 constexpr double strength = 0.7;
@@ -53,7 +53,7 @@ double rate_in_run(const Equations& e, int kx, int ky) {
     return std::log(std::abs(state[e.form.polar_order + 1][mode]) / 1e-3);
 }
 
-TEST(Anchoring, decays_at_its_rate_for_waves_in_every_direction) {
+TEST(AnchoringLong, decays_at_its_rate_for_waves_in_every_direction) {
     const Equations e = with_anchoring(uncoupled());
     for (const auto& [kx, ky] : {std::pair{2, 0}, std::pair{0, 2}, std::pair{2, 2}}) {
         const numerics::Wavevector q =
@@ -109,4 +109,4 @@ TEST(Symbols, of_fourth_order_are_expanded_to_second) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::anchoring_tests

@@ -7,7 +7,7 @@
 #include "drover/numerics/transform.hpp"
 #include "solver_support.hpp"
 
-namespace drover::physics {
+namespace drover::physics::bands_tests {
 namespace {
 
 numerics::Spectra band_state(const Band& band, const numerics::Grid& grid, int degree, double shift) {
@@ -61,4 +61,4 @@ TEST(TravellingBand, converges_faster_than_any_power_of_the_grid) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::bands_tests

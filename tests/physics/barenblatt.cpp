@@ -10,7 +10,7 @@
 #include "drover/physics/initial_state.hpp"
 #include "full_model.hpp"
 
-namespace drover::physics {
+namespace drover::physics::barenblatt_tests {
 namespace {
 
 constexpr double side = 16.0;
@@ -95,4 +95,4 @@ TEST(Barenblatt, vacuum_is_rejected_if_beads_have_inertia) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::barenblatt_tests

@@ -7,7 +7,7 @@
 #include "drover/base/error.hpp"
 #include "drover/numerics/transform.hpp"
 
-namespace drover::physics {
+namespace drover::physics::binodal_tests {
 namespace {
 
 constexpr numerics::Grid grid{512, 1, length, height};
@@ -76,4 +76,4 @@ TEST(Binodal, of_a_state_without_plateaus_is_refused_with_what_it_needs) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::binodal_tests

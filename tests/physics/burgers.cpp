@@ -6,7 +6,7 @@
 
 #include "evolution.hpp"
 
-namespace drover::physics {
+namespace drover::physics::burgers_tests {
 namespace {
 
 constexpr double carried = 1.7, stiffness = 0.06, splay = 0.04;  // w, K3, K1
@@ -71,4 +71,4 @@ TEST(Burgers, error_of_the_step_falls_at_the_order_of_the_method) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::burgers_tests

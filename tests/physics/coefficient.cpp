@@ -9,7 +9,7 @@
 
 #include "drover/physics/equations.hpp"
 
-namespace drover::physics {
+namespace drover::physics::coefficient_tests {
 namespace {
 
 TEST(Monomial, is_read_as_it_is_written) {
@@ -137,4 +137,4 @@ TEST(Coefficient, of_relaxation_is_lowered_by_the_contacts_of_rods) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::coefficient_tests

@@ -4,7 +4,7 @@
 #include "drover/numerics/transform.hpp"
 #include "solver_support.hpp"
 
-namespace drover::physics {
+namespace drover::physics::conservation_tests {
 namespace {
 
 constexpr numerics::Grid grid{12, 12, 8.0, 8.0};
@@ -48,4 +48,4 @@ TEST(Conservation, of_rods_and_beads_in_every_form_with_noise_over_2000_steps) {
 TEST(ConservationSlow, of_rods_and_beads_in_every_form_with_noise_over_100000_steps) { expect_conserved(100000); }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::conservation_tests

@@ -5,7 +5,7 @@
 #include "drover/physics/energy.hpp"
 #include "solver_support.hpp"
 
-namespace drover::physics {
+namespace drover::physics::convergence_tests {
 namespace {
 
 constexpr numerics::Grid grid{16, 16, 8.0, 8.0};
@@ -105,4 +105,4 @@ TEST(EnergyBudget, closes_term_by_term_at_the_order_of_the_method_in_every_form)
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::convergence_tests

@@ -7,7 +7,7 @@
 #include "drover/numerics/transform.hpp"
 #include "full_model.hpp"
 
-namespace drover::physics {
+namespace drover::physics::equations_tests {
 namespace {
 
 using numerics::Complex;
@@ -268,4 +268,4 @@ TEST(RightHandSide, matches_the_written_equations_in_every_form) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::equations_tests

@@ -9,7 +9,7 @@
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/initial_state.hpp"
 
-namespace drover::physics {
+namespace drover::physics::field_evolution_tests {
 namespace {
 
 struct Case {
@@ -277,4 +277,4 @@ TEST(FieldEvolution, a_restored_evolution_continues_bit_for_bit_while_the_divisi
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::field_evolution_tests

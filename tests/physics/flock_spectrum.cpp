@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,7 +12,7 @@
 #include "evolution.hpp"
 #include "modes.hpp"
 
-namespace drover::physics {
+namespace drover::physics::flock_spectrum_tests {
 namespace {
 
 using Eigen::MatrixXcd;
@@ -263,4 +264,4 @@ TEST_F(FlockDirectionStatistics, of_runs_of_the_full_model_diffuses_as_that_of_l
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::flock_spectrum_tests

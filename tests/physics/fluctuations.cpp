@@ -9,7 +9,7 @@
 #include "drover/physics/stability.hpp"
 #include "flock_model.hpp"
 
-namespace drover::physics {
+namespace drover::physics::fluctuations_tests {
 namespace {
 
 using std::numbers::pi;
@@ -163,4 +163,4 @@ TEST(DirectionDiffusion, of_a_flock_is_the_closed_form) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::fluctuations_tests

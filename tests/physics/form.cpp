@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace drover::physics {
+namespace drover::physics::form_tests {
 namespace {
 
 TEST(Form, rods_alone_have_one_scalar_and_one_vector_named_in_the_order_of_the_components) {
@@ -28,4 +28,4 @@ TEST(Form, an_absent_field_has_no_component) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::form_tests

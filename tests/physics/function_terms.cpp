@@ -10,7 +10,7 @@
 #include "drover/physics/stability.hpp"
 #include "text_terms.hpp"
 
-namespace drover::physics {
+namespace drover::physics::function_terms_tests {
 namespace {
 
 /// A function of one point: its arguments to the two components.
@@ -106,4 +106,4 @@ TEST(FunctionTerms, must_be_polynomials_of_the_degree_that_they_declare) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::function_terms_tests

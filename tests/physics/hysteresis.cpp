@@ -9,7 +9,7 @@
 #include "drover/physics/field_evolution.hpp"
 #include "drover/physics/travelling_problem.hpp"
 
-namespace drover::physics {
+namespace drover::physics::hysteresis_tests {
 namespace {
 
 // a = threshold - sigma at a mean density of 1: the gas is unstable below threshold = 1 (spinodal), and the binodal of
@@ -81,4 +81,4 @@ TEST(HysteresisLong, ramp_loses_bands_at_their_fold_below_the_binodal_and_regain
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::hysteresis_tests

@@ -7,7 +7,7 @@
 
 namespace drover::physics {
 
-inline constexpr double growth = 0.5;  // -abar [1/s]
+inline constexpr double kink_growth = 0.5;  // -abar [1/s]
 
 /// Every term but viscosity and what pushes from outside: advection, the pressures A, B, E and F, the splay K1, the
 /// rod current and the inertia of the beads must all drop out of this sector by themselves.
@@ -27,9 +27,9 @@ struct Sector {
         model.advection.gradient = model.elasticity.bilaplacian = 0.0;
         model.force = {};
         model.orienting_field = {};
-        model.relaxation.rate = -growth + weathercock * driving / drag + 0.5 * sigma - 0.2 * rho * rho;
+        model.relaxation.rate = -kink_growth + weathercock * driving / drag + 0.5 * sigma - 0.2 * rho * rho;
     }
-    double saturated() const { return std::sqrt(growth / saturation); }
+    double saturated() const { return std::sqrt(kink_growth / saturation); }
     /// rho, sigma, v = (alpha + alpha_3 p^2) p/Gamma (dynamic), p.
     std::vector<FieldFunction> fields(const FieldFunction& order) const {
         const auto constant = [](double value) { return [value](double, double) { return value; }; };
@@ -54,8 +54,8 @@ struct KinkLattice {
     double kappa, amplitude, period;
 
     explicit KinkLattice(const Sector& sector)
-        : kappa(std::sqrt(growth / (sector.stiffness * (1.0 + modulus * modulus)))),
-          amplitude(std::sqrt(2.0 * modulus * modulus * growth / ((1.0 + modulus * modulus) * sector.saturation))),
+        : kappa(std::sqrt(kink_growth / (sector.stiffness * (1.0 + modulus * modulus)))),
+          amplitude(std::sqrt(2.0 * modulus * modulus * kink_growth / ((1.0 + modulus * modulus) * sector.saturation))),
           period(4.0 * quarter / kappa) {}
     /// By its Fourier series in the nome, which falls as 0.37^n: 45 odd terms are below rounding.
     double operator()(double x) const {

@@ -10,7 +10,7 @@
 #include "flock_model.hpp"
 #include "numerics/small_matrices.hpp"
 
-namespace drover::physics {
+namespace drover::physics::long_waves_tests {
 namespace {
 
 using std::numbers::pi;
@@ -337,4 +337,4 @@ TEST(Banding, near_onset_with_beads_needs_the_slope_by_what_the_current_carries)
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::long_waves_tests

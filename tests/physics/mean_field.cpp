@@ -8,7 +8,7 @@
 
 #include "evolution.hpp"
 
-namespace drover::physics {
+namespace drover::physics::mean_field_tests {
 namespace {
 
 // Rods with rotational diffusion D_r turn as dn/dt = lambda_s (1 - nn).v in beads that move with v = alpha P/Gamma, P
@@ -126,4 +126,4 @@ TEST(MeanField, order_of_the_model_is_that_of_all_angles_to_leading_order_beyond
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::mean_field_tests

@@ -9,7 +9,7 @@
 #include "drover/numerics/stepper.hpp"
 #include "drover/physics/initial_state.hpp"
 
-namespace drover::physics {
+namespace drover::physics::model_tests {
 namespace {
 
 constexpr numerics::Grid grid{32, 32, 20.0, 20.0};
@@ -129,4 +129,4 @@ TEST(InitialState, rejects_fields_and_modes_absent_from_the_model_or_grid) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::model_tests

@@ -10,7 +10,7 @@
 #include "evolution.hpp"
 #include "modes.hpp"
 
-namespace drover::physics {
+namespace drover::physics::modes_in_runs_tests {
 namespace {
 
 using numerics::Complex;
@@ -300,4 +300,4 @@ TEST(Bands, grow_in_waves_longer_than_the_neutral_one_and_die_in_shorter_ones) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::modes_in_runs_tests

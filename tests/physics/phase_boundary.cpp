@@ -10,7 +10,7 @@
 #include "drover/base/random.hpp"
 #include "flock_model.hpp"
 
-namespace drover::physics {
+namespace drover::physics::phase_boundary_tests {
 namespace {
 
 using numerics::PlanePoint;
@@ -135,7 +135,7 @@ TEST(PhaseBoundary, of_rods_with_drag_lies_at_a_gain_of_two) {
     }
 }
 
-TEST(PhaseBoundary, of_banding_is_the_closed_form) {
+TEST(PhaseBoundaryLong, of_banding_is_the_closed_form) {
     // Rods: |abar| = slope^2/(4 b B + 2 w slope), abar = a - slope sigma; over the slope and sigma.
     constexpr double b = 0.7, pressure = 0.6, w = 0.5, a = 1.0;
     const Plane plane{.model = {.current = {.speed = 1.0},
@@ -308,4 +308,4 @@ TEST(Limits, have_names) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::phase_boundary_tests

@@ -9,7 +9,7 @@
 
 #include "evolution.hpp"
 
-namespace drover::physics {
+namespace drover::physics::point_force_tests {
 namespace {
 
 constexpr double pi = std::numbers::pi, tiny = 1e-9;  // so weak a force that what is quadratic in it is below rounding
@@ -213,7 +213,7 @@ double moving_error(double stiffness, double bulk, double dt) {
     return wrong / most;
 }
 
-TEST(PointForce, moving_through_beads_without_and_with_stiffness_drags_the_flow_predicted_by_linear_theory) {
+TEST(PointForceLong, moving_through_beads_without_and_with_stiffness_drags_the_flow_predicted_by_linear_theory) {
     // A step takes the force in by a rule of three points, which errs by (q.U dt)^4/2880; at q = 5, where the Gaussian
     // is e^(-2), q.U dt = 0.074: 1e-8.
     EXPECT_LT(moving_error(0.0, 0.0, 0.025), 1e-7);
@@ -222,4 +222,4 @@ TEST(PointForce, moving_through_beads_without_and_with_stiffness_drags_the_flow_
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::point_force_tests

@@ -5,7 +5,7 @@
 #include "solver_support.hpp"
 #include "text_terms.hpp"
 
-namespace drover::physics {
+namespace drover::physics::quasi_linear_tests {
 
 namespace {
 using numerics::Complex;
@@ -91,4 +91,4 @@ TEST(QuasiLinear, converges_to_the_full_model_with_the_cutoff) {
     EXPECT_LT(error(3.0 * first), 0.5 * error(0.0));
 }
 
-}  // namespace drover::physics
+}  // namespace drover::physics::quasi_linear_tests

@@ -7,7 +7,7 @@
 
 #include "drover/physics/predictions.hpp"
 
-namespace drover::physics {
+namespace drover::physics::regimes_tests {
 namespace {
 
 TEST(Regime, follows_from_the_signs_of_the_margins) {
@@ -48,4 +48,4 @@ TEST(NearestState, is_chosen_by_the_size_of_the_order_or_where_a_field_fixes_it_
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::regimes_tests

@@ -6,7 +6,7 @@
 
 #include "drover/physics/compiled_model.hpp"
 
-namespace drover::physics {
+namespace drover::physics::registry_tests {
 namespace {
 
 /// A coefficient that no source file knows of.
@@ -71,4 +71,4 @@ TEST(CoefficientRegistry, puts_a_new_coefficient_into_checks_explanations_and_do
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::registry_tests

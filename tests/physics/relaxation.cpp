@@ -5,7 +5,7 @@
 
 #include "evolution.hpp"
 
-namespace drover::physics {
+namespace drover::physics::relaxation_tests {
 namespace {
 
 constexpr numerics::Grid tiny{4, 4, 1.0, 1.0};
@@ -99,4 +99,4 @@ TEST(UniformRelaxation, beads_and_order_come_to_lie_along_each_other_at_the_rate
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::relaxation_tests

@@ -8,7 +8,7 @@
 #include "drover/base/random.hpp"
 #include "flock_model.hpp"
 
-namespace drover::physics {
+namespace drover::physics::stability_tests {
 namespace {
 
 using std::numbers::pi;
@@ -318,4 +318,4 @@ TEST(Instabilities, of_a_flock_against_its_field_is_uniform_rotation) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::stability_tests

@@ -12,7 +12,7 @@
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/linear_theory.hpp"
 
-namespace drover::physics {
+namespace drover::physics::stationary_spectrum_tests {
 namespace {
 
 using numerics::Complex;
@@ -150,4 +150,4 @@ TEST(StationarySpectrumStatistics, of_noise_frozen_over_the_step_fails_the_same_
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::stationary_spectrum_tests

@@ -9,7 +9,7 @@
 #include "drover/physics/field_evolution.hpp"
 #include "drover/physics/initial_state.hpp"
 
-namespace drover::physics {
+namespace drover::physics::step_error_tests {
 namespace {
 
 constexpr numerics::Grid grid{.nx = 32, .ny = 32, .lx = 16.0, .ly = 16.0};
@@ -292,4 +292,4 @@ TEST(StepError, of_the_velocity_far_from_a_dip_in_the_density_is_below_one_perce
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::step_error_tests

@@ -5,7 +5,7 @@
 
 #include "solver_support.hpp"
 
-namespace drover::physics {
+namespace drover::physics::stiff_tests {
 namespace {
 
 constexpr numerics::Grid grid{32, 32, 32.0, 32.0};  // modes |k| < 8 are kept: q_max = 7 sqrt(2) 2 pi/32 = 1.944 /mm
@@ -69,4 +69,4 @@ TEST(StiffFlock, keeps_the_order_of_every_method_when_sound_of_100_radians_a_ste
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::stiff_tests

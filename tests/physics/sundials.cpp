@@ -5,7 +5,7 @@
 #include "drover/physics/field_evolution.hpp"
 #include "solver_support.hpp"
 
-namespace drover::physics {
+namespace drover::physics::sundials_tests {
 namespace {
 
 constexpr numerics::Grid grid{16, 16, 8.0, 8.0};
@@ -44,7 +44,7 @@ TEST(Sundials, agrees_with_etdrk4_to_1e_10_where_every_coefficient_depends_on_th
     expect_agreement(run_of(undisturbed(full_model()), 0.8), 128, 1e-10);
 }
 
-TEST(Sundials, agrees_with_etdrk4_to_1e_10_where_the_velocity_is_slaved) {
+TEST(SundialsLong, agrees_with_etdrk4_to_1e_10_where_the_velocity_is_slaved) {
     for (const NamedModel& named : all_forms())
         if (form(named.model).velocity == Velocity::slaved) {
             SCOPED_TRACE(named.name);
@@ -52,7 +52,7 @@ TEST(Sundials, agrees_with_etdrk4_to_1e_10_where_the_velocity_is_slaved) {
         }
 }
 
-TEST(Sundials, agrees_with_etdrk4_to_1e_10_on_a_stiff_flock) {
+TEST(SundialsLong, agrees_with_etdrk4_to_1e_10_on_a_stiff_flock) {
     // A drag of 1e3 /s and sound of 30 q beside rates of order one; from the state that the fast modes leave.
     Model model = undisturbed(full_model());
     model.drag = {.coefficient = 1e3};
@@ -102,4 +102,4 @@ TEST(Sundials, the_step_error_of_a_run_is_of_the_size_of_its_error) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::sundials_tests

@@ -10,7 +10,7 @@
 #include "modes.hpp"
 #include "text_terms.hpp"
 
-namespace drover::physics {
+namespace drover::physics::terms_tests {
 namespace {
 
 using numerics::Complex;
@@ -252,4 +252,4 @@ TEST(Terms, symbols_are_those_of_their_state_while_other_threads_ask_about_other
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::terms_tests

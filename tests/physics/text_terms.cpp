@@ -13,7 +13,7 @@
 #include "drover/physics/stability.hpp"
 #include "evolution.hpp"
 
-namespace drover::physics {
+namespace drover::physics::text_terms_tests {
 namespace {
 
 /// Landau's equation of the order.
@@ -230,4 +230,4 @@ TEST(TextTerms, of_a_density_conserve_its_number) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::text_terms_tests

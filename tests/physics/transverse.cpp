@@ -6,7 +6,7 @@
 
 #include "kink_model.hpp"
 
-namespace drover::physics {
+namespace drover::physics::transverse_tests {
 namespace {
 
 constexpr int rows = 8;  // nothing depends on y, but may: one pair of modes along y is kept at least
@@ -47,7 +47,7 @@ TEST(TransverseSector, kink_lattice_is_stationary_in_a_fluid_with_every_term_but
 
 TEST(TransverseSector, kink_of_tanh_is_stationary_between_two_halves_of_opposite_order) {
     const Sector sector;
-    const double sharpness = std::sqrt(growth / (2.0 * sector.stiffness)), side = 64.0;
+    const double sharpness = std::sqrt(kink_growth / (2.0 * sector.stiffness)), side = 64.0;
     // A kink at 16 and an antikink at 48: tails of e^(-2 sharpness 32) = 1e-23 of one at the other.
     const FieldFunction pair = [&](double x, double) {
         return sector.saturated() * (x < 32.0 ? std::tanh(sharpness * (x - 16.0)) : std::tanh(sharpness * (48.0 - x)));
@@ -65,8 +65,8 @@ TEST(TransverseSector, front_of_order_invades_disorder_with_its_exact_speed_and_
     Sector sector;
     sector.model.fields.bead_velocity = "slaved";
     sector.model.inertia.advection = false;
-    const double sharpness = std::sqrt(growth / (2.0 * sector.stiffness)),
-                 speed = 3.0 * std::sqrt(growth * sector.stiffness / 2.0), side = 80.0, half_width = 16.0;
+    const double sharpness = std::sqrt(kink_growth / (2.0 * sector.stiffness)),
+                 speed = 3.0 * std::sqrt(kink_growth * sector.stiffness / 2.0), side = 80.0, half_width = 16.0;
     // Order between two fronts that part, each cell of the period with its own pair: their sum solves the equation up
     // to the tail of one front at another, e^(-sharpness distance) with distances of 32 mm at first and of 80 - 2 *
     // 23.1 mm at the end: 2e-12.
@@ -103,4 +103,4 @@ TEST(TransverseSector, front_of_order_invades_disorder_with_its_exact_speed_and_
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::transverse_tests

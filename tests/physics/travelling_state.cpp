@@ -11,7 +11,7 @@
 #include "drover/physics/density_profile.hpp"
 #include "kink_model.hpp"
 
-namespace drover::physics {
+namespace drover::physics::travelling_state_tests {
 namespace {
 
 TravellingSolver solver_of(const Model& model, const numerics::Grid& grid, Threads& threads) {
@@ -110,7 +110,7 @@ struct Soliton {
     }
 };
 
-TEST(TravellingState, solitary_wave_is_found_to_1e_10_from_a_bump_of_another_height_and_width) {
+TEST(TravellingStateLong, solitary_wave_is_found_to_1e_10_from_a_bump_of_another_height_and_width) {
     Threads threads(1);
     const Soliton wave;
     const double side = 160.0;  // tails of exp(-80 sqrt(a/K)) = 5e-13
@@ -206,4 +206,4 @@ TEST(TravellingState, terms_that_depend_on_time_are_rejected) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::travelling_state_tests

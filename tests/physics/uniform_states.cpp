@@ -6,7 +6,7 @@
 #include "flock_model.hpp"
 #include "full_model.hpp"
 
-namespace drover::physics {
+namespace drover::physics::uniform_states_tests {
 namespace {
 
 constexpr numerics::Grid grid{8, 8, 5.0, 5.0};
@@ -176,4 +176,4 @@ TEST(EffectiveCoefficients, have_the_slopes_of_the_effective_relaxation) {
 }
 
 }  // namespace
-}  // namespace drover::physics
+}  // namespace drover::physics::uniform_states_tests

@@ -15,7 +15,7 @@
 #include "files/support.hpp"
 #include "run/run_record.hpp"
 
-namespace drover::run {
+namespace drover::run::campaign_tests {
 namespace {
 
 using testing::ElementsAre;
@@ -259,4 +259,4 @@ TEST(RunRecord, results_of_a_run_come_back_as_they_were) {
 }
 
 }  // namespace
-}  // namespace drover::run
+}  // namespace drover::run::campaign_tests

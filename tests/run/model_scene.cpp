@@ -4,7 +4,7 @@
 #include "drover/io/scene_text.hpp"
 #include "drover/run/model_simulation.hpp"
 
-namespace drover::run {
+namespace drover::run::model_scene_tests {
 namespace {
 
 std::vector<std::string> warnings_of(const std::string& equation, const std::string& more = "",
@@ -58,4 +58,4 @@ TEST(ModelScene, has_a_stationary_start_only_where_isotropic_theory_is_that_of_i
 }
 
 }  // namespace
-}  // namespace drover::run
+}  // namespace drover::run::model_scene_tests

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace drover::run {
+namespace drover::run::result_tests {
 namespace {
 
 Entry number(const char* name, double value) {
@@ -114,4 +114,4 @@ TEST(ResultText, of_a_long_list_is_an_even_selection_with_both_ends) {
 }
 
 }  // namespace
-}  // namespace drover::run
+}  // namespace drover::run::result_tests

@@ -7,7 +7,7 @@
 #include "drover/measure/statistics.hpp"
 #include "run/trade_front.hpp"
 
-namespace drover::run {
+namespace drover::run::tradeoff_tests {
 
 TEST(Wish, reads_a_name_a_range_and_a_relative_or_absolute_error) {
     const Wish relative = parse_wish("polar_order=1%");
@@ -183,4 +183,4 @@ TEST(TradeFront, replaces_sums_of_biases_by_those_of_a_trial_and_drops_what_fail
     for (const Candidate& one : failed) EXPECT_NE(overrides_of(one), found.checked.front().overrides);
 }
 
-}  // namespace drover::run
+}  // namespace drover::run::tradeoff_tests

@@ -11,7 +11,7 @@
 #include "drover/run/signals.hpp"
 #include "files/support.hpp"
 
-namespace drover::run {
+namespace drover::run::trials_tests {
 namespace {
 using testing_support::Folder;
 
@@ -115,4 +115,4 @@ TEST(Trials, records_of_older_versions_are_read_and_their_failures_of_unknown_ki
 }
 
 }  // namespace
-}  // namespace drover::run
+}  // namespace drover::run::trials_tests

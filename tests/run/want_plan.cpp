@@ -6,7 +6,7 @@
 #include "base/refusal.hpp"
 #include "run/normal_world.hpp"
 
-namespace drover::run {
+namespace drover::run::want_plan_tests {
 namespace {
 using calibrate::TrialSet;
 
@@ -34,7 +34,7 @@ Ended carried_out(const CalibrationLayout& layout, const char* wish, const WantL
     return ended;
 }
 
-TEST(WantPlan, gives_trials_to_what_makes_the_error_and_reaches_it) {
+TEST(WantPlanLong, gives_trials_to_what_makes_the_error_and_reaches_it) {
     const CalibrationLayout layout = normal_layout();
     const Ended ended = carried_out(layout, "onset=3%", {.max_trials = 2000}, 1);
     ASSERT_EQ(ended.values.size(), 1u);
@@ -67,7 +67,7 @@ TEST(WantPlanSlow, covers_the_true_onset_as_often_as_it_claims) {
     EXPECT_LE(covered, 85);
 }
 
-TEST(WantPlan, says_why_an_error_was_not_reached) {
+TEST(WantPlanLong, says_why_an_error_was_not_reached) {
     const CalibrationLayout layout = normal_layout();
     const Ended limited = carried_out(layout, "onset=0.1%", {.max_trials = 20}, 1);
     EXPECT_FALSE(limited.values[0].reached);
@@ -105,4 +105,4 @@ TEST(WantPlan, refuses_wishes_that_the_table_cannot_answer) {
 }
 
 }  // namespace
-}  // namespace drover::run
+}  // namespace drover::run::want_plan_tests

@@ -14,7 +14,7 @@
 
 #include "drover/base/error.hpp"
 
-namespace drover::run {
+namespace drover::run::worker_pool_tests {
 namespace {
 
 TEST(WorkerPool, jobs_that_become_available_while_others_run_are_run_and_return_results) {
@@ -140,4 +140,4 @@ TEST(WorkerPool, exceptions_of_memory_are_of_the_environment_and_unknown_ones_ar
 }
 
 }  // namespace
-}  // namespace drover::run
+}  // namespace drover::run::worker_pool_tests

@@ -47,6 +47,9 @@ std::string nearest_name(std::string_view name, std::span<const std::string> kno
 /// The items joined by a separator: "a, b, c".
 std::string joined(std::span<const std::string> items, std::string_view separator = ", ");
 
+/// Without blanks and tabs at both ends.
+std::string trimmed(std::string words);
+
 /// Bytes of the UTF-8 character at the start of a text that is not empty; 0 when it starts with none.
 std::size_t utf8_bytes(std::string_view words);
 

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -29,6 +30,15 @@ void put_list(std::vector<std::byte>& to, std::span<const Item> items) {
     put(to, static_cast<std::uint64_t>(items.size()));
     const auto bytes = std::as_bytes(items);
     to.insert(to.end(), bytes.begin(), bytes.end());
+}
+
+/// The length, then the characters.
+inline void put_text(std::vector<std::byte>& to, const std::string& words) {
+    put_list(to, std::span<const char>(words));
+}
+
+inline std::string text_of(std::span<const std::byte> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 /// Takes values off the front of some bytes.  When a value does not fit, is_complete becomes false and all later values

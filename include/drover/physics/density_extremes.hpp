@@ -15,7 +15,7 @@ struct Extremes {
 
 /// Of some points; nullptr: the density is not on the grid.
 Extremes extremes_of(const double* bead_density, const double* rod_density, std::size_t size);
-Extremes joined(const Extremes& a, const Extremes& b);
+Extremes of_both(const Extremes& a, const Extremes& b);
 
 /// What a right-hand side divides by at points.
 struct Divisors {

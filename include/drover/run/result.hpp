@@ -32,6 +32,17 @@ struct Entry {
     Display shown = {};
 };
 
+inline Entry number(std::string name, std::string unit, std::string meaning, double value, int digits = 6) {
+    return {.name = std::move(name),
+            .unit = std::move(unit),
+            .meaning = std::move(meaning),
+            .value = value,
+            .digits = digits};
+}
+inline Entry words(std::string name, std::string meaning, std::string value) {
+    return {.name = std::move(name), .unit = "", .meaning = std::move(meaning), .value = std::move(value)};
+}
+
 struct List;
 
 /// An object of JSON.  In an archive its entries are datasets of `group`, those of a part with the part's name before
