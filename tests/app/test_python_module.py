@@ -216,7 +216,8 @@ def test_ctrl_c_stops_a_run_between_two_steps_and_leaves_it_usable():
 
 def test_ctrl_c_stops_a_run_with_an_archive_after_a_checkpoint(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    scene = scene_of(**{"time.end": 1e6, "output.frame_every": 0.0, "output.sample_every": 100.0})
+    # Frames are committed every second, samples alone every half minute.
+    scene = scene_of(**{"time.end": 1e6, "output.frame_every": 100.0, "output.sample_every": 100.0})
 
     checkpoint = tmp_path / "stopped.h5.checkpoint-a"
 
