@@ -18,7 +18,7 @@ import drover
 from drover import figure, panels, results
 import pictures
 from pictures import share_of
-from support import slow_but
+from support import in_process, slow_but
 
 SCENE = """
 [uniform]
@@ -438,8 +438,7 @@ def test_bad_input_gives_status_2_a_message_and_no_figure(copy, arguments, messa
     with open(copy.with_name("damaged.h5"), "r+b") as file:  # its checksum no longer holds
         file.seek(place.byte_offset + place.size // 2)
         file.write(b"\x00\x01\x02\x03" * 16)
-    line = [sys.executable, "-m", "drover.figure", *arguments]
-    done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=copy.parent)
+    done = in_process(figure.main, copy.parent, *arguments)
     assert done.returncode == 2 and done.stdout == ""
     assert done.stderr.startswith("error: ") and message in done.stderr and done.stderr.count("\n") == 1
     assert not list(copy.parent.glob("**/*.png"))

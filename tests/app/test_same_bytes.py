@@ -110,14 +110,14 @@ def run_beads(folder, output, *words, **changes):
     return folder / (output + ".h5")
 
 
-@pytest.mark.parametrize("end", [0.5, 4.0, 20.0])
 @pytest.mark.parametrize("evolution", EVOLUTIONS)
-def test_rods_and_beads_restart_to_the_same_bytes_with(evolution, end, tmp_path):
+def test_rods_and_beads_restart_to_the_same_bytes_with(evolution, tmp_path):
     keys = EVOLUTIONS[evolution]
     whole = run_beads(tmp_path, "whole", **keys)
-    parts = run_beads(tmp_path, "parts", **{**keys, "time.end": end})
-    drover(tmp_path, "restart", parts, "--set", "time.end=40.0", "--quiet")
-    assert_same_bytes(whole, parts)
+    for end in (0.5, 4.0, 20.0):
+        parts = run_beads(tmp_path, f"parts-{end:g}", **{**keys, "time.end": end})
+        drover(tmp_path, "restart", parts, "--set", "time.end=40.0", "--quiet")
+        assert_same_bytes(whole, parts)
     two = run_beads(tmp_path, "two", **keys, **{"run.threads": 2})
     assert_same_bytes(whole, two)
     with h5py.File(whole) as file:

@@ -1,16 +1,14 @@
 """tests/app/test_theory_figures.py: archives of drover stability and drover boundary as Python users meet them."""
-import subprocess
-import sys
 
 import h5py
 import numpy
 import pytest
 import xarray
 from matplotlib import image
-from support import SMALL, drover, drover_json, environment, write_scene
+from support import SMALL, drover, drover_json, in_process, write_scene
 
 import drover as package
-from drover import boundary_figure, boundary_panels, panels, stability_figure, stability_panels
+from drover import boundary_figure, boundary_panels, figure, panels, stability_figure, stability_panels
 from pictures import overlaps, share_of
 
 COARSE = {"stability.wavenumbers": 32, "stability.angles": 7, "stability.frequencies": 41}  # a map of every 15 degrees
@@ -72,8 +70,7 @@ def the_boundaries_of_a_table(tmp_path_factory):
 
 def draw(path, *arguments, status=0):
     """Runs the command that draws, in the archive's folder."""
-    line = [sys.executable, "-m", "drover.figure", path.name, *arguments]
-    done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=path.parent, env=environment())
+    done = in_process(figure.main, path.parent, path.name, *arguments)
     assert done.returncode == status, done.stderr
     return done
 
