@@ -7,7 +7,7 @@ namespace {
 /// Powers of nodes that are not sums, products or natural powers: node -> exponent.
 using Factors = std::map<int, double>;
 /// Factors -> coefficient, in the order of the factors: equal products meet.
-using Sum = std::map<Factors, double>;
+using Polynomial = std::map<Factors, double>;
 
 class Expansion {
 public:
@@ -16,7 +16,7 @@ public:
     std::vector<Expression> of(const Expression& expression) {
         const std::vector<int> here = graph_.import(expression.graph());
         const int root = here.back();
-        std::vector<Sum> sums(static_cast<std::size_t>(root) + 1);
+        std::vector<Polynomial> sums(static_cast<std::size_t>(root) + 1);
         const std::vector<bool> needed = needed_by(root);
         for (int node = 0; node <= root; ++node)
             if (needed[static_cast<std::size_t>(node)]) sums[static_cast<std::size_t>(node)] = sum_of(node, sums);
@@ -44,11 +44,11 @@ private:
         return needed;
     }
 
-    Sum sum_of(int index, const std::vector<Sum>& sums) {
+    Polynomial sum_of(int index, const std::vector<Polynomial>& sums) {
         const Node node = graph_[index];
-        const auto at = [&](int i) -> const Sum& { return sums[static_cast<std::size_t>(i)]; };
+        const auto at = [&](int i) -> const Polynomial& { return sums[static_cast<std::size_t>(i)]; };
         switch (node.operation) {
-            case Operation::number: return node.value == 0.0 ? Sum{} : Sum{{Factors{}, node.value}};
+            case Operation::number: return node.value == 0.0 ? Polynomial{} : Polynomial{{Factors{}, node.value}};
             case Operation::add: return added(at(node.left), at(node.right), 1.0);
             case Operation::subtract: return added(at(node.left), at(node.right), -1.0);
             case Operation::negate: return added({}, at(node.left), -1.0);
@@ -59,7 +59,7 @@ private:
         }
     }
 
-    void add(Sum& sum, const Factors& factors, double coefficient) {
+    void add(Polynomial& sum, const Factors& factors, double coefficient) {
         require(++work_ <= max_work, graph_.where,
                 "the expression takes too long to expand into a sum of products; "
                 "expected fewer products of sums");
@@ -70,14 +70,14 @@ private:
                 "the expression has more than {} products when its products of sums are expanded; expected fewer",
                 max_summands);
     }
-    Sum added(const Sum& a, const Sum& b, double sign) {
-        Sum result = a;
+    Polynomial added(const Polynomial& a, const Polynomial& b, double sign) {
+        Polynomial result = a;
         work_ += a.size();
         for (const auto& [factors, coefficient] : b) add(result, factors, sign * coefficient);
         return result;
     }
-    Sum multiplied(const Sum& a, const Sum& b) {
-        Sum result;
+    Polynomial multiplied(const Polynomial& a, const Polynomial& b) {
+        Polynomial result;
         for (const auto& [factors_a, coefficient_a] : a)
             for (const auto& [factors_b, coefficient_b] : b) {
                 Factors factors = factors_a;
@@ -92,7 +92,7 @@ private:
         place->second += exponent;
         if (place->second == 0.0) factors.erase(place);
     }
-    Sum divided(const Sum& a, const Sum& b, int divisor) {
+    Polynomial divided(const Polynomial& a, const Polynomial& b, int divisor) {
         if (b.size() != 1) return multiplied(a, {{{{divisor, -1.0}}, 1.0}});  // a sum stays one factor
         const auto& [factors, coefficient] = *b.begin();
         return multiplied(a, {{raised(factors, -1.0), 1.0 / coefficient}});
@@ -101,7 +101,7 @@ private:
         for (auto& [node, power] : factors) power = checked(power * exponent);
         return factors;
     }
-    Sum powered(const Sum& base, int index) {
+    Polynomial powered(const Polynomial& base, int index) {
         const Node exponent = graph_[graph_[index].right];
         const double n = exponent.value;
         if (exponent.operation != Operation::number || n != std::floor(n)) return {{{{index, 1.0}}, 1.0}};
@@ -109,7 +109,7 @@ private:
         if (n < 0.0) return {{{{graph_[index].left, n}}, 1.0}};
         require(n <= max_expanded_power, graph_.where,
                 "the expression has a sum to the power {}; expected at most {} to expand it", n, max_expanded_power);
-        Sum result = base;
+        Polynomial result = base;
         for (int i = 1; i < static_cast<int>(n); ++i) result = multiplied(result, base);
         return result;
     }

@@ -12,18 +12,18 @@ using Kind = Formula::Kind;
 using NameWriter = std::function<std::string(const std::string&)>;
 
 /// How strongly the outermost operation of a text binds.
-enum Binding { binding_sum, binding_product, binding_chain, binding_atom };
+enum LatexBinding { latex_sum, latex_product, latex_chain, latex_atom };
 
 struct Typeset {
     std::string text;
-    Binding binding = binding_atom;
+    LatexBinding binding = latex_atom;
 };
 
-std::string enclosed(const Typeset& part, Binding at_least) {
+std::string enclosed(const Typeset& part, LatexBinding at_least) {
     return part.binding >= at_least ? part.text : "\\left(" + part.text + "\\right)";
 }
 
-std::string number_text(double value) {
+std::string latex_of_number(double value) {
     std::string written = text("{}", value);
     if (const std::size_t e = written.find('e'); e != std::string::npos)
         return written.substr(0, e) + "\\times 10^{" + std::to_string(std::stoi(written.substr(e + 1))) + "}";
@@ -37,20 +37,20 @@ public:
     Typeset of(const Formula& f) const {
         const auto argument = [&](std::size_t i) { return of(f.arguments[i]); };
         switch (f.kind) {
-            case Kind::number: return {number_text(f.value)};
+            case Kind::number: return {latex_of_number(f.value)};
             case Kind::name: return {f.name == "pi" ? "\\pi" : name_(f.name)};
             case Kind::sum: return sum(f);
             case Kind::product: return product(f);
-            case Kind::negative: return {"-" + enclosed(argument(0), binding_product), binding_sum};
-            case Kind::power: return {enclosed(argument(0), binding_atom) + "^{" + argument(1).text + "}"};
+            case Kind::negative: return {"-" + enclosed(argument(0), latex_product), latex_sum};
+            case Kind::power: return {enclosed(argument(0), latex_atom) + "^{" + argument(1).text + "}"};
             case Kind::dot:
             case Kind::double_dot:
-                return {enclosed(argument(0), binding_chain) + (f.kind == Kind::dot ? " \\cdot " : " : ") +
-                            enclosed(argument(1), binding_chain),
-                        binding_chain};
+                return {enclosed(argument(0), latex_chain) + (f.kind == Kind::dot ? " \\cdot " : " : ") +
+                            enclosed(argument(1), latex_chain),
+                        latex_chain};
             case Kind::norm: return {"\\left|" + argument(0).text + "\\right|"};
             case Kind::call: return call(f);
-            case Kind::operation: return {operation(f.name) + enclosed(argument(0), binding_chain), binding_chain};
+            case Kind::operation: return {operation(f.name) + enclosed(argument(0), latex_chain), latex_chain};
         }
         return {};
     }
@@ -61,9 +61,9 @@ private:
         for (const Formula& part : f.arguments) {
             const bool is_first = written.empty();
             if (!is_first) written += part.sign == '-' ? " - " : " + ";
-            written += enclosed(of(part), is_first ? binding_sum : binding_product);
+            written += enclosed(of(part), is_first ? latex_sum : latex_product);
         }
-        return {written, binding_sum};
+        return {written, latex_sum};
     }
     /// "a / b c" is a fraction times c.
     Typeset product(const Formula& f) const {
@@ -77,16 +77,16 @@ private:
             }
             const bool minus = i == 0 && part.kind == Kind::negative;
             is_negative = is_negative || minus;
-            const std::string next = enclosed(of(minus ? part.arguments[0] : part), binding_chain);
+            const std::string next = enclosed(of(minus ? part.arguments[0] : part), latex_chain);
             written += (written.empty() ? "" : "\\, ") + next;
         }
-        return {(is_negative ? "-" : "") + written, is_negative ? binding_sum : binding_product};
+        return {(is_negative ? "-" : "") + written, is_negative ? latex_sum : latex_product};
     }
     Typeset call(const Formula& f) const {
         if (f.name == "outer")
-            return {enclosed(of(f.arguments[0]), binding_chain) + " \\otimes " +
-                        enclosed(of(f.arguments[1]), binding_chain),
-                    binding_product};
+            return {enclosed(of(f.arguments[0]), latex_chain) + " \\otimes " +
+                        enclosed(of(f.arguments[1]), latex_chain),
+                    latex_product};
         if (f.name == "sqrt") return {"\\sqrt{" + of(f.arguments[0]).text + "}"};
         constexpr std::array own{"cos", "cosh", "exp", "log", "max", "min", "sin", "sinh", "tan", "tanh"};
         const bool is_command = std::find(own.begin(), own.end(), f.name) != own.end();

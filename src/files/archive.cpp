@@ -39,8 +39,6 @@ struct PendingFrame {
     std::future<Chunks> chunks;
 };
 
-std::filesystem::path temporary_name(const std::filesystem::path& file) { return file.string() + ".partial"; }
-
 }  // namespace
 
 struct Archive::File {
@@ -207,7 +205,7 @@ Descriptor lock_old(const std::filesystem::path& file, bool overwrite) {
 
 /// Creates the file under its temporary name, locked.
 Descriptor lock_new(const std::filesystem::path& file, bool overwrite) {
-    const std::filesystem::path partial = temporary_name(file);
+    const std::filesystem::path partial = partial_name(file);
     Descriptor created = create_file(partial);
     const auto is_locked = [&] {
         try {
@@ -315,9 +313,9 @@ Archive Archive::create(const std::filesystem::path& name, const std::vector<Rec
     check_all(recordings, attributes, file.string());
     const Descriptor old = lock_old(file, overwrite);
     Descriptor created = lock_new(file, overwrite);
-    Cleanup cleanup{temporary_name(file)};
+    Cleanup cleanup{partial_name(file)};
     const Hdf5Errors errors{file.string(), Fault::environment};
-    auto archive = std::make_unique<File>(Hdf5File::create(std::move(created), temporary_name(file), file.string(),
+    auto archive = std::make_unique<File>(Hdf5File::create(std::move(created), partial_name(file), file.string(),
                                                            file_creation(errors)),
                                           Fault::environment);
     const QuietErrors watched(&archive->hdf5.failure());
@@ -333,7 +331,7 @@ Archive Archive::create(const std::filesystem::path& name, const std::vector<Rec
     if (old.is_open()) recover_file(old, file);
     else discard_journal(file);
     sync_folder_of(file);
-    rename_over(temporary_name(file), file);
+    rename_over(partial_name(file), file);
     cleanup.is_needed = false;
     archive->hdf5.rename(file);
     sync_folder_of(file);

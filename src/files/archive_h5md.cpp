@@ -10,7 +10,6 @@ namespace drover::files {
 namespace {
 
 constexpr std::array<std::int64_t, 2> h5md_version{1, 1};
-constexpr std::size_t time_rows_per_chunk = 256;
 
 /// Creates the missing parents of a path: "/a" and "/a/b" of "/a/b/c".
 void make_parents(hid_t file, const std::string& path, const Hdf5Errors& errors) {

@@ -9,7 +9,6 @@ namespace drover::files {
 namespace {
 
 constexpr unsigned deflate_level = 1;  // higher levels gain almost nothing on shuffled noise and take twice the time
-constexpr std::size_t time_rows_per_chunk = 256;
 constexpr std::size_t max_chunk_bytes = std::numeric_limits<std::uint32_t>::max();  // HDF5 counts them in 32 bits
 constexpr unsigned in_order = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
 

@@ -58,6 +58,7 @@ std::string value_path(const GroupPlan& plan, const Quantity& quantity);
 struct Extent {
     std::vector<hsize_t> now, max, chunk;
 };
+constexpr std::size_t time_rows_per_chunk = 256;
 Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk);
 /// Whether a dataset of this extent is stored within its object header: small, and of a fixed size.
 bool is_compact(const Extent& extent);

@@ -16,7 +16,7 @@
 namespace drover::files {
 namespace {
 
-constexpr std::uint64_t magic = 0x31706b6863767264;  // "drvchkp1"
+constexpr std::uint64_t checkpoint_magic = 0x31706b6863767264;  // "drvchkp1"
 constexpr std::uint32_t version = 2, version_without_identity = 1;
 
 /// The content of a checkpoint file.
@@ -29,18 +29,18 @@ enum class Part { all, without_state };  // which may be large
 std::vector<std::byte> encoded(std::uint64_t counter, const Checkpoint& checkpoint) {
     std::vector<std::byte> bytes;
     bytes.reserve(256 + checkpoint.scene.size() + sizeof(double) * (checkpoint.rows.size() + checkpoint.state.size()));
-    put(bytes, magic);
+    put(bytes, checkpoint_magic);
     put(bytes, version);
     const std::size_t offset_of_length = bytes.size();
     put(bytes, std::uint64_t{0});
     put(bytes, counter);
     put(bytes, checkpoint.step);
     put(bytes, checkpoint.time);
-    put_list(bytes, std::span<const char>(checkpoint.scene));
+    put_text(bytes, checkpoint.scene);
     put_list(bytes, std::span<const std::uint64_t>(checkpoint.rows));
     put_list(bytes, std::span<const double>(checkpoint.state));
-    put_list(bytes, std::span<const char>(checkpoint.run_id));
-    put_list(bytes, std::span<const char>(checkpoint.program));
+    put_text(bytes, checkpoint.run_id);
+    put_text(bytes, checkpoint.program);
     put_list(bytes, std::span<const std::uint64_t>(checkpoint.row_checksums));
     const std::uint64_t length = bytes.size() + sizeof(std::uint64_t);
     std::memcpy(bytes.data() + offset_of_length, &length, sizeof length);
@@ -52,7 +52,7 @@ std::vector<std::byte> encoded(std::uint64_t counter, const Checkpoint& checkpoi
 Stored decoded(Bytes bytes, const std::filesystem::path& file, Part part) {
     const SourceLocation where{file.string()};
     ByteReader reader{bytes};
-    require(reader.take<std::uint64_t>() == magic, where, "is not a checkpoint of drover; expected one");
+    require(reader.take<std::uint64_t>() == checkpoint_magic, where, "is not a checkpoint of drover; expected one");
     const auto found_version = reader.take<std::uint32_t>();
     require(reader.is_complete && (found_version == version || found_version == version_without_identity), where,
             "is a checkpoint of version {}; expected at most version {}: use the drover that wrote it", found_version,
@@ -119,8 +119,6 @@ Slot next_slot(const std::filesystem::path& archive) {
     return slot;
 }
 
-std::filesystem::path temporary_name(const std::filesystem::path& file) { return file.string() + ".partial"; }
-
 }  // namespace
 
 std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path& archive) {
@@ -131,7 +129,7 @@ std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path&
 void write_checkpoint(const std::filesystem::path& archive, const Checkpoint& checkpoint) {
     const Slot slot = next_slot(archive);
     const std::vector<std::byte> bytes = encoded(slot.counter, checkpoint);
-    const std::filesystem::path partial = temporary_name(slot.file);
+    const std::filesystem::path partial = partial_name(slot.file);
     try {
         {
             const Descriptor file = create_file(partial);
@@ -176,7 +174,7 @@ void remove_checkpoints(const std::filesystem::path& archive) {
     try {
         for (const auto& file : checkpoint_files(archive)) {
             remove_if_exists(file);
-            remove_if_exists(temporary_name(file));
+            remove_if_exists(partial_name(file));
         }
     } catch (const std::system_error& cause) {
         throw write_failure(archive, cause, 0, "an old checkpoint remains beside it");

@@ -23,13 +23,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* owner_prefix = "owner-";
-constexpr std::uint64_t magic = 0x316d6c63767264;  // "drvclm1"
+constexpr std::uint64_t claim_magic = 0x316d6c63767264;  // "drvclm1"
 
 std::vector<std::byte> encoded(const Claimant& claimant) {
     std::vector<std::byte> bytes;
-    put(bytes, magic);
-    for (const std::string* words : {&claimant.id, &claimant.host, &claimant.machine})
-        put_list(bytes, std::span<const char>(*words));
+    put(bytes, claim_magic);
+    for (const std::string* words : {&claimant.id, &claimant.host, &claimant.machine}) put_text(bytes, *words);
     put(bytes, claimant.process);
     put(bytes, claimant.start);
     for (const std::int64_t number : {claimant.share, claimant.shares, claimant.workers}) put(bytes, number);
@@ -37,12 +36,12 @@ std::vector<std::byte> encoded(const Claimant& claimant) {
     return bytes;
 }
 
-std::optional<Claimant> decoded(Bytes bytes) {
+std::optional<Claimant> decoded_claim(Bytes bytes) {
     const auto content = without_checksum(bytes);
     if (!content) return std::nullopt;
     ByteReader reader{*content};
     Claimant claimant;
-    const bool is_ours = reader.take<std::uint64_t>() == magic;
+    const bool is_ours = reader.take<std::uint64_t>() == claim_magic;
     for (std::string* words : {&claimant.id, &claimant.host, &claimant.machine})
         *words = reader.take_list<std::string>();
     claimant.process = reader.take<std::int64_t>();
@@ -96,7 +95,7 @@ std::optional<Seen> look(const fs::path& file) {
     std::array<std::byte, 1024> bytes{};
     const std::size_t count = read_at(open, 0, bytes);
     const FileState state = state_of(open);
-    return Seen{.claimant = decoded(Bytes(bytes).first(count)),
+    return Seen{.claimant = decoded_claim(Bytes(bytes).first(count)),
                 .time = time_of(state),
                 .number = state.number,
                 .links = link_count(open)};

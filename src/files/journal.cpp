@@ -9,7 +9,8 @@
 namespace drover::files {
 namespace {
 
-constexpr std::uint64_t magic = 0x326c6e726a767264, magic_without_file = 0x316c6e726a767264;  // "drvjrnl2", "drvjrnl1"
+constexpr std::uint64_t journal_magic = 0x326c6e726a767264,
+                        journal_magic_without_file = 0x316c6e726a767264;  // "drvjrnl2", "drvjrnl1"
 
 }  // namespace
 
@@ -57,9 +58,9 @@ std::filesystem::path journal_of(const std::filesystem::path& file) { return fil
 std::vector<std::byte> encoded(const Journal& journal) {
     std::vector<std::byte> bytes;
     const FileMark before = journal.before.value_or(FileMark{});
-    put(bytes, magic);
+    put(bytes, journal_magic);
     put(bytes, journal.length);
-    put_list(bytes, std::span<const char>(before.run_id));
+    put_text(bytes, before.run_id);
     put(bytes, before.offset);
     put(bytes, before.head);
     put(bytes, journal.head_after);
@@ -78,9 +79,9 @@ std::optional<Journal> decoded(Bytes bytes, std::uint64_t file_length) {
     ByteReader reader{*content};
     const auto found = reader.take<std::uint64_t>();
     Journal journal{.length = reader.take<std::uint64_t>(), .patches = {}};
-    if (found != magic && found != magic_without_file) return std::nullopt;
-    if (found == magic_without_file && journal.length > file_length) return std::nullopt;
-    if (found == magic) {
+    if (found != journal_magic && found != journal_magic_without_file) return std::nullopt;
+    if (found == journal_magic_without_file && journal.length > file_length) return std::nullopt;
+    if (found == journal_magic) {
         journal.before = FileMark{.run_id = reader.take_list<std::string>()};
         journal.before->offset = reader.take<std::uint64_t>();
         journal.before->head = reader.take<std::uint64_t>();

@@ -26,7 +26,7 @@ bool has_checkpoint(const std::filesystem::path& archive) {
 /// Writes the last commit to a name that nothing has.
 void copy_to(const Overlay& overlay, const std::filesystem::path& name) {
     if (std::filesystem::exists(name)) throw std::system_error(EEXIST, std::generic_category(), name.string());
-    const std::filesystem::path partial = name.string() + ".partial";
+    const std::filesystem::path partial = partial_name(name);
     const Descriptor to = create_file(partial);
     std::vector<std::byte> part(1 << 20);
     for (std::uint64_t offset = 0; offset < overlay.committed; offset += part.size()) {

@@ -56,7 +56,7 @@ struct NewFile::File {
 NewFile::NewFile(const std::filesystem::path& name) : file_(std::make_unique<File>()) {
     const std::filesystem::path file = plain_file(name);
     file_->file = file;
-    file_->partial = file.string() + ".partial";
+    file_->partial = partial_name(file);
     try {
         file_->to = create_file(file_->partial);
     } catch (const std::system_error& cause) {
@@ -86,7 +86,7 @@ void NewFile::finish() {
 }
 
 void replace_file(const std::filesystem::path& name, const std::string& content) {
-    const std::filesystem::path file = plain_file(name), beside = file.string() + ".partial";
+    const std::filesystem::path file = plain_file(name), beside = partial_name(file);
     try {
         const Descriptor to = create_file(beside);
         write_at(to, 0, std::as_bytes(std::span(content)));

@@ -16,7 +16,7 @@ namespace drover::files {
 namespace {
 
 using Buffer = std::vector<unsigned char>;
-using Bytes = std::span<const unsigned char>;
+using Octets = std::span<const unsigned char>;
 
 static_assert(std::endian::native == std::endian::little, "archives hold little-endian numbers");
 constexpr std::size_t width = sizeof(double);
@@ -52,7 +52,7 @@ Buffer shuffled(std::span<const double> numbers) {
 
 /// Whether some values are more frequent than others, by the probability that two bytes are equal: an eighth above that
 /// of equally frequent ones is a gain of 2 %.
-bool has_frequent_values(Bytes bytes) {
+bool has_frequent_values(Octets bytes) {
     std::array<std::array<std::uint32_t, 256>, 4> counts{};  // four: equal neighbours do not wait for each other
     std::size_t i = 0;
     for (; i + 4 <= bytes.size(); i += 4)
@@ -69,7 +69,7 @@ bool has_frequent_values(Bytes bytes) {
 }
 
 /// Whether at least a sixteenth of the words of four bytes has occurred before, as where rows of a field are equal.
-bool has_repeats(Bytes bytes) {
+bool has_repeats(Octets bytes) {
     constexpr std::size_t slots = 16384;
     std::vector<std::uint32_t> last(slots);
     std::size_t repeated = 0, words = 0;
@@ -98,7 +98,7 @@ public:
     Deflater(const Deflater&) = delete;
     Deflater& operator=(const Deflater&) = delete;
 
-    void append(Bytes bytes, Buffer& to) {
+    void append(Octets bytes, Buffer& to) {
         deflateReset(&stream_);
         const std::size_t before = to.size();
         constexpr std::size_t end_of_block = 64;
@@ -119,7 +119,7 @@ private:
 };
 
 /// Blocks of deflate that hold the bytes as they are.
-void append_stored(Bytes bytes, Buffer& to) {
+void append_stored(Octets bytes, Buffer& to) {
     constexpr std::size_t most = 65535;
     for (std::size_t i = 0; i < bytes.size(); i += most) {
         const std::size_t size = std::min(most, bytes.size() - i);
@@ -157,12 +157,12 @@ std::vector<unsigned char> packed_chunk(std::span<const double> numbers) {
     constexpr std::size_t least = 4096;
     const std::size_t step = numbers.size() < least ? std::max<std::size_t>(bytes.size(), 1) : numbers.size();
     std::optional<Deflater> repeats, frequencies;
-    const auto append = [&](std::optional<Deflater>& deflater, int strategy, Bytes plane) {
+    const auto append = [&](std::optional<Deflater>& deflater, int strategy, Octets plane) {
         if (!deflater) deflater.emplace(strategy, step);
         deflater->append(plane, result);
     };
     for (std::size_t i = 0; i < bytes.size(); i += step) {
-        const Bytes plane = Bytes(bytes).subspan(i, step);
+        const Octets plane = Octets(bytes).subspan(i, step);
         if (step == bytes.size() || has_repeats(plane)) append(repeats, Z_DEFAULT_STRATEGY, plane);
         else if (has_frequent_values(plane)) append(frequencies, Z_HUFFMAN_ONLY, plane);
         else append_stored(plane, result);

@@ -9,20 +9,20 @@
 namespace drover::files {
 
 namespace {
-constexpr std::uint64_t magic = 0x31736c7274767264;  // "drvtrls1"
+constexpr std::uint64_t records_magic = 0x31736c7274767264;  // "drvtrls1"
 constexpr std::size_t head_bytes = 2 * sizeof(std::uint64_t);
 constexpr std::string_view content_sign = "trials of\n";  // begins the record of the content, and no other
 
 /// The record without its checksum; nothing if the checksum is wrong.
-std::optional<std::string> decoded(Bytes bytes) {
+std::optional<std::string> decoded_record(Bytes bytes) {
     const auto content = without_checksum(bytes);
     if (!content) return std::nullopt;
-    return std::string(reinterpret_cast<const char*>(content->data()), content->size());
+    return text_of(*content);
 }
 
 std::vector<std::byte> head_of(const RecordIdentity& identity) {
     std::vector<std::byte> bytes;
-    put(bytes, magic);
+    put(bytes, records_magic);
     put(bytes, identity.hash);
     return bytes;
 }
@@ -46,6 +46,8 @@ std::vector<std::byte> start_of(const RecordIdentity& identity) {
     return bytes;
 }
 
+std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }
+
 std::string difference(const std::string& there, const std::string& here) {
     const TextDifference found = first_difference(there, here);
     if (found.key.empty()) return "";
@@ -57,7 +59,7 @@ RecordContent records_in(Bytes bytes) {
     ByteReader reader{bytes};
     for (;;) {
         const auto length = reader.take<std::uint64_t>();
-        auto record = decoded(reader.take_bytes(length));
+        auto record = decoded_record(reader.take_bytes(length));
         if (!reader.is_complete || !record) return content;
         content.valid_bytes += sizeof length + length;
         if (record->starts_with(content_sign)) content.of = record->substr(content_sign.size());
@@ -67,7 +69,8 @@ RecordContent records_in(Bytes bytes) {
 
 RecordContent content_of(Bytes bytes, const RecordIdentity& identity, const std::string& file) {
     const std::vector<std::byte> head = head_of(identity);
-    const std::size_t magic_bytes = std::min(bytes.size(), sizeof magic), found = std::min(bytes.size(), head_bytes);
+    const std::size_t magic_bytes = std::min(bytes.size(), sizeof records_magic),
+                      found = std::min(bytes.size(), head_bytes);
     require(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(magic_bytes), head.begin()), {file},
             "is not a file of trials; expected a folder that drover calibrate created");
     RecordContent content;

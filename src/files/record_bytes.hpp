@@ -28,6 +28,9 @@ RecordContent records_in(Bytes bytes);
 /// another file, and one of another identity.
 RecordContent content_of(Bytes bytes, const RecordIdentity& identity, const std::string& file);
 
+/// Of the words that claim a folder: the name of the program that claimed it.
+std::string first_line(const std::string& words);
+
 /// The first difference of two identities, "a = 1 there, 2 here"; "" if there is none.
 std::string difference(const std::string& there, const std::string& here);
 

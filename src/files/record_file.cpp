@@ -99,10 +99,6 @@ std::vector<std::string> read_records(const std::filesystem::path& file, const R
     fail_opening(file, cause);
 }
 
-namespace {
-std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }
-}  // namespace
-
 ClaimedFolder claim_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
                            const std::string& content) try {
     const SourceLocation where{.file = folder.string()};
@@ -118,7 +114,7 @@ ClaimedFolder claim_folder(const std::filesystem::path& folder, const std::strin
     const Descriptor& open = *lock;
     require(lock_or_wait(open), where, "another drover is using this folder; expected one at a time: wait for it");
     const std::vector<std::byte> bytes = bytes_of(open);
-    const std::string found(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string found = text_of(bytes);
     const std::size_t head = factory.empty() ? 0 : first_line(found).size() + 1;
     const std::string there = found.substr(std::min(found.size(), head));
     if (there == content) return {first_line(found), lock};

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <map>
 
+#include "drover/files/bytes.hpp"
 #include "drover/files/run_id.hpp"
 #include "files/record_bytes.hpp"
 
@@ -110,8 +111,6 @@ bool is_unused(const fs::path& folder, const std::string& beginning) {
                        [&](const auto& entry) { return entry.path().filename().string().starts_with(beginning); });
 }
 
-std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }
-
 /// A new file that has all of its content when it has its name.  False where another process gives it the name first.
 bool appear(const fs::path& file, const fs::path& beside, const std::string& content) {
     const Descriptor open = open_file(beside, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
@@ -143,7 +142,7 @@ std::string join_folder(const fs::path& folder, const std::string& name, const s
         if (appear(file, folder / (beginning + draw_run_id()), whole)) return factory;
         bytes = read_file(file);
     }
-    const std::string found = bytes ? std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()) : "";
+    const std::string found = bytes ? text_of(*bytes) : "";
     const std::size_t head = factory.empty() ? 0 : first_line(found).size() + 1;
     const std::string there = found.substr(std::min(found.size(), head));
     if (there == content) return factory.empty() ? "" : first_line(found);

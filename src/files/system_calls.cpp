@@ -12,6 +12,7 @@
 #include <string>
 #include <thread>
 
+#include "base/clock.hpp"
 #include "drover/base/log.hpp"
 
 namespace drover::files {
@@ -59,6 +60,8 @@ Descriptor open_file(const std::filesystem::path& file, int flags) {
     if (!result.is_open()) fail_call("open", errno);
     return result;
 }
+
+std::filesystem::path partial_name(const std::filesystem::path& file) { return file.string() + ".partial"; }
 
 Descriptor create_file(const std::filesystem::path& file) {
     constexpr int exclusively = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW;
@@ -278,12 +281,12 @@ bool has_writer(const Descriptor& file) {
 
 CommitLock::CommitLock(const Descriptor& file, Side side, std::chrono::milliseconds patience) : file_(file.number()) {
     const struct flock byte = range(side == Side::reader ? F_RDLCK : F_WRLCK, commit_byte, 1);
-    const auto end = std::chrono::steady_clock::now() + patience;
+    const auto end = Clock::now() + patience;
     for (;;) {
         struct flock wanted = byte;
         is_held_ = ::fcntl(file_, F_OFD_SETLK, &wanted) == 0;
         const bool is_taken = !is_held_ && (errno == EAGAIN || errno == EACCES);  // else: a file system without locks
-        if (!is_taken || std::chrono::steady_clock::now() >= end) return;
+        if (!is_taken || Clock::now() >= end) return;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
 }

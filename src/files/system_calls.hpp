@@ -49,6 +49,9 @@ Descriptor open_file(const std::filesystem::path& file, int flags);
 /// writing.
 Descriptor create_file(const std::filesystem::path& file);
 
+/// The name under which a new file is written before it takes the name `file`.
+std::filesystem::path partial_name(const std::filesystem::path& file);
+
 /// An existing file, or a new one; never a new one elsewhere, behind a link that leads nowhere.
 Descriptor open_or_create(const std::filesystem::path& file);
 

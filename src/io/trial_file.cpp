@@ -11,7 +11,7 @@ std::vector<std::byte> encoded(const calibrate::Attempt& attempt) {
     std::vector<std::byte> bytes;
     files::put(bytes, attempt.number);
     files::put_list(bytes, std::span<const double>(attempt.numbers));
-    files::put_list(bytes, std::span<const char>(attempt.failure));
+    files::put_text(bytes, attempt.failure);
     if (attempt.core_seconds > 0.0) files::put(bytes, attempt.core_seconds);
     return bytes;
 }
@@ -24,10 +24,6 @@ std::optional<calibrate::Attempt> decoded(std::span<const std::byte> bytes) {
     if (reader.is_complete && !reader.rest.empty()) attempt.core_seconds = reader.take<double>();
     if (!reader.is_complete || !reader.rest.empty()) return std::nullopt;
     return attempt;
-}
-
-std::string as_text(const std::vector<std::byte>& bytes) {
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 std::vector<calibrate::Attempt> attempts_of(const std::vector<std::string>& records, const std::string& file) {
@@ -47,7 +43,7 @@ TrialFile::TrialFile(const std::filesystem::path& file, const files::RecordIdent
 
 const std::vector<calibrate::Attempt>& TrialFile::attempts() const { return attempts_; }
 std::uint64_t TrialFile::cut() const { return file_.cut(); }
-void TrialFile::append(const calibrate::Attempt& attempt) { file_.append(as_text(encoded(attempt))); }
+void TrialFile::append(const calibrate::Attempt& attempt) { file_.append(files::text_of(encoded(attempt))); }
 
 std::vector<calibrate::Attempt> read_trials(const std::filesystem::path& file, const files::RecordIdentity& identity) {
     return attempts_of(files::read_records(file, identity), file.string());
@@ -56,7 +52,7 @@ std::vector<calibrate::Attempt> read_trials(const std::filesystem::path& file, c
 std::string attempt_bytes(const calibrate::Attempt& attempt) {
     std::vector<std::byte> bytes = encoded(attempt);
     files::put(bytes, files::checksum(bytes));
-    return as_text(bytes);
+    return files::text_of(bytes);
 }
 
 calibrate::Attempt attempt_of(const std::string& bytes) {

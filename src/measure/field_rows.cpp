@@ -11,7 +11,7 @@ namespace drover::measure {
 
 namespace {
 
-using Rows = Observables<FieldMoment>;
+using FieldRows = Observables<FieldMoment>;
 using Powers = std::vector<double> ModePowers::*;
 
 double mean_of_component(const FieldMoment& moment, int component) { return moment.spectra[component][0].real(); }
@@ -108,7 +108,7 @@ std::vector<double> box_variances(const BoxFamily& family, Powers powers, const 
 
 /// Total, extremes, structure factors and number fluctuations of one of the densities.
 void add_density(const FieldSetting& setting, const std::string& what, const std::string& symbol, int component,
-                 Powers powers, Rows& rows) {
+                 Powers powers, FieldRows& rows) {
     const std::string density = what + " density " + symbol;
     add(rows, what + "s_total", "1", "number of " + what + "s: integral of the " + density + " over the cell",
         [component](const FieldMoment& moment) {
@@ -139,14 +139,14 @@ std::vector<double> order_correlation(const FieldMoment& moment) {
     return radial_correlation(moment.setting, powers);
 }
 
-void add_rods_and_order(const FieldSetting& setting, Rows& rows) {
+void add_rods_and_order(const FieldSetting& setting, FieldRows& rows) {
     add(rows, "structure_factor_cross", "mm-2", {shell_axis(setting)},
         "cross structure factor of rods and order along q: area Re(sigma_q^* i q.p_q)/|q|, mean over a shell of "
         "|q|; its mean over time is zero when a conserved sigma is stationary",
         by_shell(&ModePowers::cross));
 }
 
-void add_field_order(const FieldSetting& setting, Rows& rows) {
+void add_field_order(const FieldSetting& setting, FieldRows& rows) {
     const bool density = setting.form.order_is_density;
     const std::string unit = density ? "mm-2" : "1", factor = density ? "mm-2" : "mm2",
                       order = density ? "polar order density" : "polar order";
@@ -173,7 +173,7 @@ void add_field_order(const FieldSetting& setting, Rows& rows) {
         order_correlation);
 }
 
-void add_velocity_spectrum(const FieldSetting& setting, Rows& rows) {
+void add_velocity_spectrum(const FieldSetting& setting, FieldRows& rows) {
     const Axis shells = shell_axis(setting);
     add(rows, "structure_factor_velocity_along", "mm4 s-2", {shells},
         "structure factor of the bead velocity along q (sound): area |q.v_q|^2/q^2, mean over a shell of |q|",
@@ -185,14 +185,14 @@ void add_velocity_spectrum(const FieldSetting& setting, Rows& rows) {
 
 /// Variance over the cell of components `first` to `first + count - 1`, and its part in the outer third of the kept
 /// modes.
-struct Variance {
+struct FieldVariance {
     double all = 0.0, tail = 0.0;
 };
-Variance variance_of(const FieldMoment& moment, int first, int count) {
+FieldVariance variance_of(const FieldMoment& moment, int first, int count) {
     const numerics::Grid& grid = moment.setting.grid;
     const int degree = moment.setting.degree;
     const std::size_t width = numerics::columns(grid);
-    Variance variance;
+    FieldVariance variance;
     for (std::size_t j = 0; j < moment.spectra.size / width; ++j)
         for (std::size_t i = j == 0 ? 1 : 0; i < width && numerics::is_kept(grid, degree, i, j); ++i) {
             double power = 0.0;
@@ -205,14 +205,14 @@ Variance variance_of(const FieldMoment& moment, int first, int count) {
 }
 
 /// How much of each field a finer grid would still change.
-void add_tails(const physics::Form& form, Rows& rows) {
+void add_tails(const physics::Form& form, FieldRows& rows) {
     const auto add_one = [&](const std::string& name, const std::string& unit, int first, int count) {
         if (first < 0) return;
         add(rows, "spectral_tail_" + name, "1",
             "fraction of the variance of the " + name +
                 " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
             [first, count](const FieldMoment& moment) {
-                const Variance variance = variance_of(moment, first, count);
+                const FieldVariance variance = variance_of(moment, first, count);
                 return variance.all != 0.0 ? variance.tail / variance.all : 0.0;  // NaN stays NaN
             });
         add(rows, "variance_" + name, unit, "variance of the " + name + " over the cell",
@@ -224,7 +224,7 @@ void add_tails(const physics::Form& form, Rows& rows) {
     add_one("polar_order", form.order_is_density ? "mm-4" : "1", form.polar_order, 2);
 }
 
-void add_energy(const FieldSetting& setting, Rows& rows) {
+void add_energy(const FieldSetting& setting, FieldRows& rows) {
     const std::string order = setting.form.order_is_density ? "mm-2" : "mm2";
     add(rows, "energy_order", order, "energy of the order: integral of |p|^2/2",
         [](const FieldMoment& moment) { return moment.energy->order; });
@@ -244,7 +244,7 @@ Observables<FieldMoment> field_observables(const FieldSetting& setting) {
     const physics::Form& form = setting.form;
     const bool has_rods = form.rod_density >= 0, has_beads = form.bead_density >= 0, has_order = form.polar_order >= 0,
                has_velocity = form.velocity != physics::Velocity::absent;
-    Rows rows;
+    FieldRows rows;
     add_shared(has_order, has_velocity, rows);
     if (has_rods && has_order) add_rods_and_order(setting, rows);
     if (has_order) add_field_order(setting, rows);

@@ -14,7 +14,7 @@ namespace drover::measure {
 
 namespace {
 using numerics::Complex;
-using Rows = Observables<ModelMoment>;
+using ModelRows = Observables<ModelMoment>;
 
 /// The unit of a product of quantities: "(1/mm^2)^2 mm2".
 std::string product_unit(const std::string& first, const std::string& second, const std::string& factor = "") {
@@ -75,11 +75,11 @@ double largest_size(const ModelMoment& moment, int first) {
     return std::sqrt(square);
 }
 
-struct Variance {
+struct ModelVariance {
     double all = 0.0, tail = 0.0;
 };
-Variance variance_of(const FieldSetting& setting, const FieldPowers& powers) {
-    Variance variance;
+ModelVariance variance_of(const FieldSetting& setting, const FieldPowers& powers) {
+    ModelVariance variance;
     const std::vector<double> sum = sum_of(powers);
     for_stored_modes(setting.grid, [&](std::size_t mode, std::size_t column, std::size_t row) {
         if (mode == 0 || !numerics::is_kept(setting.grid, setting.degree, column, row)) return;
@@ -90,7 +90,7 @@ Variance variance_of(const FieldSetting& setting, const FieldPowers& powers) {
     return variance;
 }
 
-void add_means(const ModelSetting& setting, const MeasuredField& field, Rows& rows) {
+void add_means(const ModelSetting& setting, const MeasuredField& field, ModelRows& rows) {
     const int first = field.first;
     for (int part = 0; part < (field.spin == 0 ? 1 : 2); ++part) {
         const std::string& name = setting.components[static_cast<std::size_t>(first + part)].name;
@@ -110,7 +110,7 @@ void add_means(const ModelSetting& setting, const MeasuredField& field, Rows& ro
         [first](const ModelMoment& moment) { return largest_size(moment, first); });
 }
 
-void add_spectra(const ModelSetting& setting, std::size_t n, Rows& rows) {
+void add_spectra(const ModelSetting& setting, std::size_t n, ModelRows& rows) {
     const MeasuredField& field = setting.fields[n];
     const FieldSetting& grid = setting.grid;
     const std::string square = product_unit(field.unit, field.unit),
@@ -121,7 +121,7 @@ void add_spectra(const ModelSetting& setting, std::size_t n, Rows& rows) {
         "fraction of the variance of " + field.name +
             " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
         [n](const ModelMoment& moment) {
-            const Variance variance = variance_of(moment.setting.grid, moment.powers[n]);
+            const ModelVariance variance = variance_of(moment.setting.grid, moment.powers[n]);
             return variance.all != 0.0 ? variance.tail / variance.all : 0.0;  // NaN stays NaN
         });
     const auto part = [&](const std::string& ending, const std::string& meaning,
@@ -151,7 +151,7 @@ void add_spectra(const ModelSetting& setting, std::size_t n, Rows& rows) {
         [n](const ModelMoment& moment) { return radial_correlation(moment.setting.grid, sum_of(moment.powers[n])); });
 }
 
-void add_boxes(const ModelSetting& setting, std::size_t n, Rows& rows) {
+void add_boxes(const ModelSetting& setting, std::size_t n, ModelRows& rows) {
     for (const BoxFamily& family : box_families())
         add_number_variance(rows, setting.fields[n].name, family.ending, family.shape,
                             family_axis(family, setting.grid), [n, &family](const ModelMoment& moment) {
@@ -167,7 +167,7 @@ void add_boxes(const ModelSetting& setting, std::size_t n, Rows& rows) {
                             });
 }
 
-void add_pair(const ModelSetting& setting, const MeasuredField& a, const MeasuredField& b, Rows& rows) {
+void add_pair(const ModelSetting& setting, const MeasuredField& a, const MeasuredField& b, ModelRows& rows) {
     add(rows, "structure_factor_" + a.name + "_" + b.name, product_unit(a.unit, b.unit, "mm2"),
         {shell_axis(setting.grid)},
         text("cross structure factor of {} and {}: area Re({}_q^* {}_q), mean over a shell of |q|", a.name, b.name,
@@ -211,7 +211,7 @@ std::vector<FieldPowers> ModelMoment::powers_of(const ModelSetting& setting, con
 }
 
 Observables<ModelMoment> model_observables(const ModelSetting& setting) {
-    Rows rows;
+    ModelRows rows;
     for (std::size_t n = 0; n < setting.fields.size(); ++n) {
         add_means(setting, setting.fields[n], rows);
         add_spectra(setting, n, rows);

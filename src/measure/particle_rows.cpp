@@ -18,7 +18,7 @@ static double mean_square_velocity(const ParticleMoment& moment) { return moment
 
 namespace {
 
-using Rows = Observables<ParticleMoment>;
+using ParticleRows = Observables<ParticleMoment>;
 
 const std::string at_one_phase = "; at one phase of the plates when samples are whole periods of the plates apart";
 
@@ -36,7 +36,7 @@ auto work(double dem::EnergyBalance::*entry) {
     return [entry](const ParticleMoment& moment) { return moment.balance.*entry; };
 }
 
-void add_rod_order(const ParticleSetting& setting, Rows& rows) {
+void add_rod_order(const ParticleSetting& setting, ParticleRows& rows) {
     add(rows, "rod_direction_mean_x", "1", "mean over the rods of n_x", rods(&RodMeans::order_x));
     add(rows, "rod_direction_mean_y", "1", "mean over the rods of n_y", rods(&RodMeans::order_y));
     add(rows, "polar_order_direction", "rad", "direction of <n> from x, -pi to pi",
@@ -55,7 +55,7 @@ void add_rod_order(const ParticleSetting& setting, Rows& rows) {
         rods(&RodMeans::order_azimuthal));
 }
 
-void add_rod_motion(const ParticleSetting& setting, Rows& rows) {
+void add_rod_motion(const ParticleSetting& setting, ParticleRows& rows) {
     add(rows, "rod_velocity_along", "mm s-1",
         "mean over the rods of the velocity of each along its n, in the plane" + at_one_phase,
         rods(&RodMeans::velocity_along));
@@ -90,7 +90,7 @@ double velocity_along_order(const ParticleMoment& moment) {
     return size > 0.0 ? (v.velocity_x * moment.rods.order_x + v.velocity_y * moment.rods.order_y) / size : 0.0;
 }
 
-void add_bead_motion(const ParticleSetting& setting, Rows& rows) {
+void add_bead_motion(const ParticleSetting& setting, ParticleRows& rows) {
     add(rows, "bead_velocity_size", "mm s-1", "magnitude of the mean velocity of the beads in the plane, |<v>|",
         [](const ParticleMoment& moment) { return std::hypot(moment.beads.velocity_x, moment.beads.velocity_y); });
     add(rows, "bead_direction_order", "1", "|<v/|v|>|: order of the directions of the bead velocities in the plane",
@@ -110,7 +110,7 @@ void add_bead_motion(const ParticleSetting& setting, Rows& rows) {
         });
 }
 
-void add_bead_state(const ParticleSetting& setting, Rows& rows) {
+void add_bead_state(const ParticleSetting& setting, ParticleRows& rows) {
     add(rows, "bead_temperature_horizontal", "mg mm2 s-2",
         "granular temperature of the beads in the plane, mean of m |v - <v>|^2/2, <v> over the whole cell",
         beads(&BeadMeans::temperature_horizontal));
@@ -131,7 +131,7 @@ void add_bead_state(const ParticleSetting& setting, Rows& rows) {
             pairs(&PairSums::bead_correlation));
 }
 
-void add_rod_pairs(const ParticleSetting& setting, Rows& rows) {
+void add_rod_pairs(const ParticleSetting& setting, ParticleRows& rows) {
     if (setting.rod_separations.count == 0) return;
     const std::string n = setting.round ? "(n_radial, n_azimuthal)" : "n";
     const Axis separations = rod_separation_axis(setting);
@@ -149,7 +149,7 @@ void add_rod_pairs(const ParticleSetting& setting, Rows& rows) {
         pairs(&PairSums::rod_pairs_excess));
 }
 
-void add_rod_flow(const ParticleSetting& setting, Rows& rows) {
+void add_rod_flow(const ParticleSetting& setting, ParticleRows& rows) {
     if (setting.mesh == 0) return;
     const std::vector<Axis> axes{along_axis(setting), across_axis(setting)};
     const std::string frame = " in the frame of a rod, mean over the rods, 256 of them when there are more";
@@ -161,7 +161,7 @@ void add_rod_flow(const ParticleSetting& setting, Rows& rows) {
         pairs(&PairSums::flow_across));
 }
 
-void add_numbers(const ParticleSetting& setting, Rows& rows) {
+void add_numbers(const ParticleSetting& setting, ParticleRows& rows) {
     if (setting.boxes.empty()) return;
     const auto of = [](auto dem::Bodies::*bodies) {
         return [bodies](const ParticleMoment& moment) { return box_variances(moment.setting, moment.bodies.*bodies); };
@@ -171,7 +171,7 @@ void add_numbers(const ParticleSetting& setting, Rows& rows) {
         add_number_variance(rows, "bead", "", "square box", box_axis(setting), of(&dem::Bodies::beads));
 }
 
-void add_energy(Rows& rows) {
+void add_energy(ParticleRows& rows) {
     const std::string unit = "mg mm2 s-2";
     add(rows, "energy_kinetic", unit, "kinetic energy of all bodies",
         [](const ParticleMoment& moment) { return moment.energy_kinetic; });
@@ -191,7 +191,7 @@ void add_energy(Rows& rows) {
 }
 
 /// Impacts since the start and the largest overlap.
-void add_impact_counts(const ParticleSetting& setting, Rows& rows) {
+void add_impact_counts(const ParticleSetting& setting, ParticleRows& rows) {
     const std::size_t beads = setting.beads, rods = setting.rods;
     const std::string pairs = text("; slower approaches than {} mm/s are not counted", dem::counted_speed);
     const std::string plates = text(
@@ -256,7 +256,7 @@ std::vector<Quotient> quotients(const ParticleSetting& setting) {
 }  // namespace
 
 Observables<ParticleMoment> particle_observables(const ParticleSetting& setting) {
-    Rows rows;
+    ParticleRows rows;
     add_shared(setting.rods > 0, setting.beads > 0, rows);
     if (setting.rods > 0) {
         add_rod_order(setting, rows);

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 #include "measure/jackknife.hpp"
 #include "measure/quasirandom_subset.hpp"
@@ -12,7 +12,6 @@
 namespace drover::measure {
 
 namespace {
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Estimates from groups have no autocorrelation time.
 SummaryRow row_of(const std::string& name, const std::string& unit, const std::string& formula, Estimate estimate) {

@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 
 namespace drover::measure {
 
 namespace {
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Half of the interval of Student's t that covers as much as one standard deviation of a normal distribution.
 double student(double freedom) {

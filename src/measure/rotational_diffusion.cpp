@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 #include "drover/measure/trajectories.hpp"
 #include "drover/numerics/line_fit.hpp"
@@ -13,7 +14,6 @@ namespace drover::measure {
 namespace {
 
 constexpr double range_of_lags = 8.0;  // largest over smallest lag of a fit
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Lags to fit, first and one beyond the last.
 struct Lags {

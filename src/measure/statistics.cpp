@@ -9,6 +9,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 
 namespace drover::measure {
@@ -22,7 +23,6 @@ constexpr double window_per_time = 5.0;
 constexpr std::size_t samples_per_batch = 5;
 constexpr std::size_t lags_at_once = 16;      // as many sums as fit in registers
 constexpr std::size_t max_direct_lags = 512;  // beyond, a Fourier transform of the series takes less time
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* not_finite =
     "no error estimate: the quantity is not finite for these means; expected nonzero means: check the series from "
     "which "

@@ -3,15 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 
 namespace drover::measure {
 
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// The samples recorded.  Throws unless all series agree.
 std::size_t checked_samples(const Recorded& recorded) {

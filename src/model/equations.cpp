@@ -8,6 +8,7 @@
 #include "compiled.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "lowering.hpp"
+#include "numerics/dense.hpp"
 
 namespace drover::model {
 
@@ -73,7 +74,7 @@ bool is_regular_pair(const Matrix& m) {
 /// Of a mean that the balance leaves free, as of a pressure, the value 0: the shortest solution.
 template <class Matrix, class Right>
 Right solve_balance(const Matrix& of_held, const Right& right) {
-    if (!is_regular_pair(of_held)) return of_held.completeOrthogonalDecomposition().solve(right);
+    if (!is_regular_pair(of_held)) return numerics::shortest_solution(of_held, right);
     Matrix adjugate(2, 2);
     adjugate << of_held(1, 1), -of_held(0, 1), -of_held(1, 0), of_held(0, 0);
     return (adjugate / (of_held(0, 0) * of_held(1, 1) - of_held(0, 1) * of_held(1, 0))).lazyProduct(right);

@@ -2,10 +2,10 @@
 #include "sorted_modes.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <numeric>
 
+#include "numerics/dense.hpp"
 #include "numerics/precise_eigenvalues.hpp"
 
 namespace drover::model {
@@ -28,7 +28,7 @@ Modes sorted_modes(const Symbol& m) {
         return first.real() != second.real() ? first.real() > second.real() : first.imag() > second.imag();
     });
     Modes sorted{.rates = found.rates(order), .shapes = found.shapes(Eigen::all, order), .duals = {}};
-    sorted.duals = sorted.shapes.partialPivLu().inverse();
+    sorted.duals = numerics::inverse(sorted.shapes);
     return sorted;
 }
 

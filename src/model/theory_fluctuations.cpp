@@ -1,11 +1,11 @@
 // model/theory_fluctuations.cpp: stationary fluctuations by the Lyapunov equation, and their spectra by the resolvent.
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
 #include "drover/model/theory.hpp"
 #include "drover/numerics/lyapunov.hpp"
 #include "drover/numerics/wavenumbers.hpp"
+#include "numerics/dense.hpp"
 
 namespace drover::model {
 
@@ -58,7 +58,8 @@ Covariance covariance(const LinearisedAt& at, const Wavevector& q) {
 
 Symbol dynamic_structure(const LinearisedAt& at, const Wavevector& q, double omega) {
     const Symbol m = at.symbol(q);
-    const Symbol inverse = (Complex(0.0, -omega) * Symbol::Identity(m.rows(), m.cols()) - m).partialPivLu().inverse();
+    const Symbol shifted = Complex(0.0, -omega) * Symbol::Identity(m.rows(), m.cols()) - m;
+    const Symbol inverse = numerics::inverse(shifted);
     if (!inverse.allFinite())
         fail_run("{} has the frequency {} and does not decay: its spectrum is not finite", mode_text(q), omega);
     const Symbol response = at.all_components(q) * inverse;

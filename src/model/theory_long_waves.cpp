@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "drover/model/theory.hpp"
+#include "numerics/dense.hpp"
 #include "sorted_modes.hpp"
 
 namespace drover::model {
@@ -73,7 +74,7 @@ Slow slow_at_zero(const Expansion& e) {
                 .left = {},
                 .fast = {},
                 .why_none = "at q = 0 a slow mode drives another one without limit, and s is no power series in q"};
-    if (slow > 0) result.left = overlap.partialPivLu().solve(result.left).eval();
+    if (slow > 0) result.left = numerics::solution(overlap, result.left);
     Symbol bordered = Symbol::Zero(n + slow, n + slow);
     bordered.topLeftCorner(n, n) = m;
     bordered.topRightCorner(n, slow) = e.moved.asDiagonal() * result.right;

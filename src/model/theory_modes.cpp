@@ -1,11 +1,10 @@
 // model/theory_modes.cpp: the modes of one wave, and the shares of terms in their rates.
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "drover/model/theory.hpp"
+#include "numerics/dense.hpp"
 #include "sorted_modes.hpp"
 
 namespace drover::model {
@@ -19,10 +18,7 @@ Modes uniform_modes(const LinearisedAt& at) {
     const Eigen::Index n = conserved.cols(), free = n - conserved.rows();
     if (free == 0) return {.rates = Eigen::VectorXcd(0), .shapes = Symbol(n, 0), .duals = Symbol(0, n)};
     Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(n, n);
-    if (conserved.rows() > 0)
-        basis = (Eigen::HouseholderQR<Eigen::MatrixXd>(conserved.transpose()).householderQ() * basis)
-                    .rightCols(free)
-                    .eval();
+    if (conserved.rows() > 0) basis = numerics::orthogonal_factor(conserved.transpose()).rightCols(free);
     Modes inside = sorted_modes(basis.transpose() * at.symbol({}) * basis);
     return {.rates = inside.rates, .shapes = basis * inside.shapes, .duals = inside.duals * basis.transpose()};
 }
@@ -58,7 +54,7 @@ std::vector<std::complex<double>> term_shares(const LinearisedAt& at, const Wave
     if (!held.empty()) {  // the forces on fields in balance act on the others through them
         const Symbol m = at.whole(q);
         const Symbol of_held = m(held, held), by_held = m(state, held);
-        left(held) = -all.duals.row(k) * by_held * of_held.partialPivLu().inverse();
+        left(held) = -all.duals.row(k) * by_held * numerics::inverse(of_held);
     }
     std::vector<std::complex<double>> shares;
     for (std::size_t n = 0; n < at.equations().terms().size(); ++n)

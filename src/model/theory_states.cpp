@@ -1,5 +1,4 @@
 // model/theory_states.cpp: uniform stationary states by Newton's method, with deflation.
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <tuple>
 
 #include "drover/model/theory.hpp"
+#include "numerics/dense.hpp"
 #include "uniform_equations.hpp"
 
 namespace drover::model {
@@ -30,10 +30,7 @@ struct Attempt {
 Vector newton_step(const Matrix& jacobian, const Vector& values) {
     Vector scale = jacobian.cwiseAbs().rowwise().maxCoeff();
     for (double& size : scale) size = size > 0.0 && std::isfinite(size) ? 1.0 / size : 1.0;
-    Eigen::CompleteOrthogonalDecomposition<Matrix> solver;
-    solver.setThreshold(1e-12);
-    solver.compute(scale.asDiagonal() * jacobian);
-    return -solver.solve(scale.asDiagonal() * values);
+    return -numerics::shortest_solution(scale.asDiagonal() * jacobian, scale.asDiagonal() * values, 1e-12);
 }
 
 Attempt newton(const UniformEquations& equations, Vector z) {

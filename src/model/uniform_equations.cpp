@@ -1,11 +1,12 @@
 // model/uniform_equations.cpp: rates of uniform states, what they conserve, and whether they turn with space.
 #include "uniform_equations.hpp"
 
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <cmath>
 #include <complex>
 #include <limits>
+
+#include "numerics/dense.hpp"
 
 namespace drover::model {
 
@@ -175,8 +176,7 @@ Eigen::MatrixXd conserved_means(const Equations& equations) {
         if (vanishes) add(scale.asDiagonal() * svd.matrixU().col(k));
     }
     if (combinations.rows() == 0) return combinations;
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(combinations.transpose());
-    return (qr.householderQ() * Eigen::MatrixXd::Identity(n, combinations.rows())).transpose();
+    return numerics::orthogonal_factor(combinations.transpose()).leftCols(combinations.rows()).transpose();
 }
 
 }  // namespace drover::model

@@ -5,17 +5,15 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "drover/numerics/transform.hpp"
 
 namespace drover::numerics {
 
 namespace {
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 double value_at(const Expression& formula, const Grid& grid, double x, double y) {
     return evaluate(formula, std::array{x, y, grid.lx, grid.ly});

@@ -1,10 +1,9 @@
 // numerics/linear_operator.cpp: isotropic blocks on the modes of a state.
 #include "drover/numerics/linear_operator.hpp"
 
-#include <Eigen/LU>
-
 #include "isotropic.hpp"
 #include "mode_noise.hpp"
+#include "numerics/dense.hpp"
 
 namespace drover::numerics {
 
@@ -36,8 +35,7 @@ void invert_shifted(double* m, std::size_t size, double gamma) {
     const auto rows = static_cast<Eigen::Index>(size);
     Rows matrix(m, rows, rows);
     const Eigen::MatrixXd shifted = Eigen::MatrixXd::Identity(rows, rows) - gamma * matrix;
-    const Eigen::MatrixXd inverse = shifted.partialPivLu().inverse();
-    matrix = inverse;
+    matrix = inverse(shifted);
 }
 }  // namespace
 

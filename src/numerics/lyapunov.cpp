@@ -13,16 +13,12 @@ double solve_lyapunov(int rows, std::span<const std::complex<double>> m, std::sp
     const auto size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(rows);
     require(rows >= 1 && rows <= max_lyapunov && m.size() == size && q.size() == size && s.size() == size, {},
             "a Lyapunov equation has {} rows; expected 1 to {}", rows, max_lyapunov);
-    const auto solve = [&]<class Matrix>(Matrix solution) {
-        const double largest =
-            solve_lyapunov<Matrix>(Eigen::Map<const Eigen::MatrixXcd>(m.data(), rows, rows),
-                                   Eigen::Map<const Eigen::MatrixXcd>(q.data(), rows, rows), solution);
-        if (largest < 0.0) std::copy_n(solution.data(), size, s.begin());
-        return largest;
-    };
-    constexpr int small = 6;  // rows that need no memory from the heap
-    if (rows > small) return solve(Eigen::MatrixXcd());
-    return solve(Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, small, small>());
+    Eigen::MatrixXcd solution;
+    const double largest =
+        solve_lyapunov<Eigen::MatrixXcd>(Eigen::Map<const Eigen::MatrixXcd>(m.data(), rows, rows),
+                                         Eigen::Map<const Eigen::MatrixXcd>(q.data(), rows, rows), solution);
+    if (largest < 0.0) std::copy_n(solution.data(), size, s.begin());
+    return largest;
 }
 
 }  // namespace drover::numerics

@@ -2,33 +2,35 @@
 #include "numerics/small_matrices.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <Eigen/SVD>
+
+#include "numerics/dense.hpp"
 
 namespace drover::numerics {
 
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+
 EigenDecomposition eigen_decomposition(const SmallMatrix& m) {
-    const Eigen::ComplexEigenSolver<SmallMatrix> solver(m);
+    const Eigen::ComplexEigenSolver<MatrixXcd> solver(m);
     return {.values = solver.eigenvalues(), .vectors = solver.eigenvectors()};
 }
 
-SmallVector eigenvalues(const SmallMatrix& m) { return Eigen::ComplexEigenSolver<SmallMatrix>(m, false).eigenvalues(); }
+SmallVector eigenvalues(const SmallMatrix& m) { return Eigen::ComplexEigenSolver<MatrixXcd>(m, false).eigenvalues(); }
 
-SmallVector eigenvalues(const SmallRealMatrix& m) {
-    return Eigen::EigenSolver<SmallRealMatrix>(m, false).eigenvalues();
-}
+SmallVector eigenvalues(const SmallRealMatrix& m) { return Eigen::EigenSolver<MatrixXd>(m, false).eigenvalues(); }
 
 SchurDecomposition schur_decomposition(const SmallMatrix& m) {
-    const Eigen::ComplexSchur<SmallMatrix> schur(m);
+    const Eigen::ComplexSchur<MatrixXcd> schur(m);
     return {.triangular = schur.matrixT(), .unitary = schur.matrixU()};
 }
 
 SingularValueDecomposition singular_value_decomposition(const SmallMatrix& m) {
-    const Eigen::JacobiSVD<SmallMatrix> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::JacobiSVD<MatrixXcd> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
     return {.left = svd.matrixU(), .values = svd.singularValues(), .right = svd.matrixV()};
 }
 
-SmallMatrix inverse(const SmallMatrix& m) { return m.partialPivLu().inverse(); }
-SmallRealMatrix real_inverse(const SmallRealMatrix& m) { return m.partialPivLu().inverse(); }
+SmallMatrix inverse(const SmallMatrix& m) { return inverse(MatrixXcd(m)); }
+SmallRealMatrix real_inverse(const SmallRealMatrix& m) { return inverse(MatrixXd(m)); }
 
 }  // namespace drover::numerics

@@ -1,12 +1,12 @@
 // physics/phase_boundary.cpp: margins of stability over a plane of models, and the lines where they vanish.
 #include "drover/physics/phase_boundary.hpp"
-#include "base/constants.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
+
+#include "base/constants.hpp"
 
 namespace drover::physics {
 

@@ -1,9 +1,9 @@
 // run/boundary_records.cpp: vertices, lines and planes as records.
 #include "run/boundary_records.hpp"
-#include "base/constants.hpp"
 
 #include <cmath>
-#include <numbers>
+
+#include "base/constants.hpp"
 
 namespace drover::run {
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/base/version.hpp"
@@ -75,7 +76,6 @@ public:
     }
 
 private:
-    using Clock = std::chrono::steady_clock;
     struct Unit {
         std::size_t unit;
         io::TrialFile file;

@@ -2,11 +2,11 @@
 #include "drover/run/cost.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <vector>
 
+#include "base/clock.hpp"
 #include "drover/run/kind.hpp"
 
 namespace drover::run {
@@ -16,9 +16,9 @@ constexpr double seconds_of_steps = 0.2;
 constexpr int max_steps = 50;
 
 double seconds_of(const std::function<void()>& action) {
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = Clock::now();
     action();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return seconds_since(start);
 }
 
 /// Rows of a recording in the whole run.

@@ -2,7 +2,6 @@
 #include "drover/run/loop.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <ctime>
 
 #include "base/clock.hpp"

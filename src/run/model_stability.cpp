@@ -98,12 +98,6 @@ List slow_mode_list(const Searched& at, std::string& undefined) {
 
 // ---- maps
 
-void add_column(const std::string& name, const std::string& unit, const std::string& meaning,
-                std::vector<double> values, std::vector<std::string> axes, files::ResultTable& table) {
-    table.quantities.push_back({name, unit, meaning, std::move(axes)});
-    table.values.push_back(std::move(values));
-}
-
 /// Branches of modes and structure factors over angle and |q|.
 files::ResultTable maps_of(const io::Scene& scene, const Searched& at, Threads& threads) {
     const int per_half = at.linear.is_isotropic() ? 1 : 2 * scene.stability.angles - 1;
@@ -141,15 +135,15 @@ files::ResultTable maps_of(const io::Scene& scene, const Searched& at, Threads& 
     table.axes = {{"angle", "degree", "angle of q from the order", in_degrees},
                   {"wavenumber", "mm-1", "|q|", wavenumbers},
                   {"branch", "1", "modes, fastest first", branches}};
-    add_column("growth_rate", "s-1", "growth rate of the mode, Re s", growth, {"angle", "wavenumber", "branch"}, table);
-    add_column("frequency", "s-1", "angular frequency of the mode, -Im s", frequency, {"angle", "wavenumber", "branch"},
-               table);
+    add_map("growth_rate", "s-1", "growth rate of the mode, Re s", {"angle", "wavenumber", "branch"}, growth, table);
+    add_map("frequency", "s-1", "angular frequency of the mode, -Im s", {"angle", "wavenumber", "branch"}, frequency,
+            table);
     for (std::size_t p = 0; has_noise && p < parts.size(); ++p)
-        add_column("structure_factor_" + parts[p], "1",
-                   "structure factor of " + parts[p] +
-                       " in the linear theory, in the units of the model; NaN where a mode "
-                       "grows",
-                   structure[p], {"angle", "wavenumber"}, table);
+        add_map("structure_factor_" + parts[p], "1",
+                "structure factor of " + parts[p] +
+                    " in the linear theory, in the units of the model; NaN where a mode "
+                    "grows",
+                {"angle", "wavenumber"}, structure[p], table);
     return table;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
 #include "base/constants.hpp"
@@ -17,7 +16,6 @@
 namespace drover::run {
 
 namespace {
-
 /// Number of samples on the schedule: the last one may be off it.
 std::size_t regular_samples(const std::vector<double>& times, double spacing) {
     std::size_t count = 0;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "base/constants.hpp"
@@ -23,12 +22,6 @@ struct Mapped {
     std::vector<double> angles, wavenumbers;  // [rad], [1/mm]
     Threads& threads;
 };
-
-void add_map(const std::string& name, const std::string& unit, const std::string& meaning,
-             std::vector<std::string> axes, std::vector<double> values, files::ResultTable& table) {
-    table.quantities.push_back({name, unit, meaning, std::move(axes)});
-    table.values.push_back(std::move(values));
-}
 
 std::vector<double> logarithmic(double first, double last, int count) {
     std::vector<double> result;
@@ -149,6 +142,12 @@ void add_dynamic_structure(const Mapped& mapped, double q, const std::vector<dou
                 {"angle", "frequency_axis"}, values[p], table);
 }
 }  // namespace
+
+void add_map(const std::string& name, const std::string& unit, const std::string& meaning,
+             std::vector<std::string> axes, std::vector<double> values, files::ResultTable& table) {
+    table.quantities.push_back({name, unit, meaning, std::move(axes)});
+    table.values.push_back(std::move(values));
+}
 
 double smallest_wavenumber(const numerics::Grid& grid) { return 2.0 * pi / std::max(grid.lx, grid.ly); }
 

@@ -10,6 +10,9 @@ namespace drover::run {
 /// 2 pi over the longer side of the cell [1/mm].
 double smallest_wavenumber(const numerics::Grid& grid);
 
+void add_map(const std::string& name, const std::string& unit, const std::string& meaning,
+             std::vector<std::string> axes, std::vector<double> values, files::ResultTable& table);
+
 files::ResultTable stability_maps(const io::Scene& scene, const physics::Equations& equations,
                                   const physics::StationaryState& state, const physics::LongWaves& waves,
                                   const physics::Search& search, Threads& threads);

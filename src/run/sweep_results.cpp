@@ -2,7 +2,6 @@
 #include "run/sweep_results.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"

@@ -1,5 +1,4 @@
 """tests/app/test_theory_figures.py: archives of drover stability and drover boundary as Python users meet them."""
-
 import h5py
 import numpy
 import pytest

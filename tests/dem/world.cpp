@@ -245,7 +245,7 @@ TEST(World, the_energy_balance_closes_when_forces_change) {
     EXPECT_NEAR(world.energy_kinetic() - before, sum(world.balance()), 1e-9 * world.balance().plates);
 }
 
-bool are_same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
+bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
     return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
                return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
            });
@@ -261,14 +261,14 @@ TEST(World, is_bitwise_equal_for_any_number_of_threads_and_after_a_restart_in_mi
     World a = make(one), b = make(two), c = make(three);
     run(a, 0, 2000);
     run(b, 0, 2000);
-    EXPECT_TRUE(are_same_bytes(a.save(), b.save()));
+    EXPECT_TRUE(same_bytes(a.save(), b.save()));
     run(c, 0, 777);
     const std::vector<double> saved = c.save();
     World d = make(two);
     d.restore(saved);
-    EXPECT_TRUE(are_same_bytes(d.save(), saved));
+    EXPECT_TRUE(same_bytes(d.save(), saved));
     run(d, 777, 2000);
-    EXPECT_TRUE(are_same_bytes(a.save(), d.save()));
+    EXPECT_TRUE(same_bytes(a.save(), d.save()));
     EXPECT_GT(a.counts().lists, 3);  // lists were made anew on both sides of the restart
     EXPECT_EQ(a.balance().plates, d.balance().plates);
 }
@@ -292,12 +292,12 @@ TEST(World, is_bitwise_equal_for_any_number_of_threads_and_after_a_restart_with_
         world->set_forces(forces);
         run(*world, 500, 1000);
     }
-    EXPECT_TRUE(are_same_bytes(a.save(), b.save()));
+    EXPECT_TRUE(same_bytes(a.save(), b.save()));
     c.set_forces(forces);
     c.restore(a.save());
     run(a, 1000, 1500);
     run(c, 1000, 1500);
-    EXPECT_TRUE(are_same_bytes(a.save(), c.save()));
+    EXPECT_TRUE(same_bytes(a.save(), c.save()));
 }
 
 TEST(World, a_state_of_another_world_is_rejected) {

@@ -253,7 +253,7 @@ TEST(PhaseBoundary, of_an_invalid_model_names_the_point) {
 
 // A table of measured a, alpha and lambda with errors: the true line is that of the true values; bands about lines
 // traced from values drawn with those errors must hold it as often as a normal law says.
-TEST(PhaseBoundaryStatisticsSlow, bands_cover_the_true_line_as_often_as_stated) {
+TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
     Plane truth = density_plane(0.0, {});
     TableData& t = truth.model.table;
     t.bead_density = {0.0, 0.7, 1.4, 2.1};
