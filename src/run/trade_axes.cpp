@@ -19,19 +19,8 @@ namespace {
 
 std::string number_text(double value) { return text("{:.12g}", value); }
 
-/// Why a scene does not allow changes; "" when it does.
-std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
-    try {
-        changed(scene, overrides);
-        return "";
-    } catch (const Error& error) {
-        if (!is_of_scene(error.fault())) throw;
-        return error.what();
-    }
-}
-
 Level dt_level(const io::Scene& scene, const std::string& method, double dt) {
-    if (!is_field_scene(scene)) {
+    if (!io::has_grid(scene.kind)) {
         const dem::ContactControl& contacts = scene.particles.contacts;
         Level level{text("dt = {} s", number_text(dt)), {set("time.dt", dt)}};
         const double factor = dt / scene.time.dt;
@@ -59,7 +48,7 @@ StepLadder dt_ladder(const io::Scene& scene, const std::string& method) {
     StepLadder ladder{.method = method, .levels = {}};
     // Of particles, whose outputs are whole numbers of decimal steps, 5 and 2.5 too.
     for (const double times :
-         is_field_scene(scene) ? std::vector{8.0, 4.0, 2.0, 1.0} : std::vector{5.0, 2.5, 2.0, 1.0}) {
+         io::has_grid(scene.kind) ? std::vector{8.0, 4.0, 2.0, 1.0} : std::vector{5.0, 2.5, 2.0, 1.0}) {
         const Level level = dt_level(scene, method, scene.time.dt * times);
         if (reason_against(scene, level.overrides).empty()) ladder.levels.push_back(level);
     }
@@ -100,8 +89,6 @@ std::vector<std::string> without_field(const io::Scene& scene, const std::string
 }
 }  // namespace
 
-bool is_field_scene(const io::Scene& scene) { return scene.kind == io::SceneKind::fields; }
-
 std::string set(const std::string& key, double value) { return key + "=" + toml_text(value); }
 std::string set(const std::string& key, int value) { return text("{}={}", key, value); }
 
@@ -109,16 +96,26 @@ io::Scene changed(const io::Scene& scene, const std::vector<std::string>& overri
     return io::parse_scene(io::resolved_text(scene), scene.file, overrides);
 }
 
+std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
+    try {
+        changed(scene, overrides);
+        return "";
+    } catch (const Error& error) {
+        if (!is_of_scene(error.fault())) throw;
+        return error.what();
+    }
+}
+
 bool is_given(const Level& level) { return level.overrides.empty(); }
 
 std::vector<StepLadder> step_ladders(const io::Scene& scene) {
     std::vector<StepLadder> ladders;
-    if (!is_field_scene(scene)) {
+    if (!io::has_grid(scene.kind)) {
         ladders.push_back(dt_ladder(scene, ""));
         return ladders;
     }
     const std::string given = scene.time.stepper;
-    const bool noisy = physics::has_noise(scene.model.noise);
+    const bool noisy = io::has_noise(scene);
     if (scene.time.tolerance > 0.0)
         ladders.push_back(tolerance_ladder(scene, given, scene.time.dt, std::min(0.1, 100.0 * scene.time.tolerance),
                                            scene.time.tolerance));
@@ -152,7 +149,7 @@ void add_shorter(const io::Scene& scene, StepLadder& ladder, int count) {
 }
 
 std::vector<Level> grid_levels(const io::Scene& scene, bool same_start) {
-    if (!is_field_scene(scene)) return {{"the cell", {}}};
+    if (!io::has_grid(scene.kind)) return {{"the cell", {}}};
     const auto name = [](int nx, int ny) { return text("{} by {}", nx, ny); };
     std::vector<Level> levels;
     // A random start is another one on another grid, and the fields of a file are those of its grid.
@@ -174,50 +171,69 @@ std::vector<Level> grid_levels(const io::Scene& scene, bool same_start) {
     return levels;
 }
 
+namespace {
+void add_particle_models(const io::Scene& scene, std::vector<Level>& levels) {
+    const dem::ContactControl& contacts = scene.particles.contacts;
+    if (contacts.model == "impulse" && contacts.law == "simultaneous") {
+        const dem::ContactControl usual;
+        levels.push_back({"contacts one after another",
+                          {"contacts.law=approaching-first", set("contacts.increments", usual.increments),
+                           set("contacts.inelastic_threshold", usual.inelastic_threshold)}});
+        levels.push_back({"half the increments", {set("contacts.increments", std::max(1, contacts.increments / 2))}});
+    }
+    levels.push_back({"without a lid", {"plates.lid=false"}});
+}
+
+void add_declared_models(const io::DeclaredModel& declared, std::vector<Level>& levels) {
+    for (const auto& [name, value] : declared.coefficients)
+        if (value != 0.0) levels.push_back({"without " + name, {set("coefficients." + name, 0.0)}});
+    for (std::size_t k = 0; k < declared.fields.size(); ++k)
+        if (declared.fields[k].noise != "0")
+            levels.push_back({"without the noise of " + declared.fields[k].symbol, {text("field[{}].noise=0", k + 1)}});
+}
+
+void add_rod_bead_models(const io::Scene& scene, std::vector<Level>& levels) {
+    const physics::Model& model = scene.model;
+    if (model.fields.bead_velocity == "dynamic")
+        levels.push_back({"slaved velocity",
+                          {"fields.bead_velocity=slaved", "initial.bead_velocity_x=\"\"",
+                           "initial.bead_velocity_y=\"\"", "inertia.advection=false"}});
+    if (model.fields.bead_density && model.fields.rod_density && model.fields.bead_velocity != "absent")
+        levels.push_back(
+            {"dilute", without_field(scene, "fields.rod_density=false", physics::needs_rod_density, {"rod_density"})});
+    for (const physics::CoefficientRow& row : physics::coefficient_registry()) {
+        const bool active = row.value_in(model) != 0.0 || (row.varies() && !row.monomials_in(model).empty());
+        const bool may_be_zero = row.range.min < 0.0 || (row.range.min == 0.0 && !row.range.min_open);
+        if (active && may_be_zero) levels.push_back({"without " + row.key(), without(row)});
+    }
+    // Saves no time, but tells whether the waves act on each other.
+    if (physics::is_nonlinear(physics::Equations(model)) && !model.approximation.quasi_linear)
+        levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
+}
+}  // namespace
+
 std::vector<Level> model_levels(const io::Scene& scene) {
     std::vector<Level> levels{{"full", {}}};
-    if (!is_field_scene(scene)) {
-        const dem::ContactControl& contacts = scene.particles.contacts;
-        if (contacts.model == "impulse" && contacts.law == "simultaneous") {
-            const dem::ContactControl usual;
-            levels.push_back({"contacts one after another",
-                              {"contacts.law=approaching-first", set("contacts.increments", usual.increments),
-                               set("contacts.inelastic_threshold", usual.inelastic_threshold)}});
-            levels.push_back(
-                {"half the increments", {set("contacts.increments", std::max(1, contacts.increments / 2))}});
-        }
-        levels.push_back({"without a lid", {"plates.lid=false"}});
-    } else {
-        const physics::Model& model = scene.model;
-        if (scene.grid.ny > 1) levels.push_back({"one-dimensional", {set("grid.ny", 1)}});
-        if (model.fields.bead_velocity == "dynamic")
-            levels.push_back({"slaved velocity",
-                              {"fields.bead_velocity=slaved", "initial.bead_velocity_x=\"\"",
-                               "initial.bead_velocity_y=\"\"", "inertia.advection=false"}});
-        if (model.fields.bead_density && model.fields.rod_density && model.fields.bead_velocity != "absent")
-            levels.push_back({"dilute", without_field(scene, "fields.rod_density=false", physics::needs_rod_density,
-                                                      {"rod_density"})});
-        for (const physics::CoefficientRow& row : physics::coefficient_registry()) {
-            const bool active = row.value_in(model) != 0.0 || (row.varies() && !row.monomials_in(model).empty());
-            const bool may_be_zero = row.range.min < 0.0 || (row.range.min == 0.0 && !row.range.min_open);
-            if (active && may_be_zero) levels.push_back({"without " + row.key(), without(row)});
-        }
-        // Saves no time, but tells whether the waves act on each other.
-        if (physics::is_nonlinear(physics::Equations(model)) && !model.approximation.quasi_linear)
-            levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
+    if (io::has_grid(scene.kind) && scene.grid.ny > 1) levels.push_back({"one-dimensional", {set("grid.ny", 1)}});
+    switch (scene.kind) {
+        case io::SceneKind::particles: add_particle_models(scene, levels); break;
+        case io::SceneKind::model: add_declared_models(scene.declared, levels); break;
+        case io::SceneKind::fields: add_rod_bead_models(scene, levels); break;
     }
     for (Level& level : levels) level.reason = reason_against(scene, level.overrides);
     return levels;
 }
 
 std::vector<Level> cell_levels(const io::Scene& scene) {
-    if (!is_field_scene(scene)) {
+    if (!io::has_grid(scene.kind)) {
         if (scene.particles.cell.shape != "periodic") return {};
         return {{"twice the sides",
                  {set("cell.lx", 2.0 * scene.particles.cell.lx), set("cell.ly", 2.0 * scene.particles.cell.ly)}}};
     }
     const physics::InitialState& start = scene.initial;
     bool uniform = start.kind != "file" && start.kind != "mode";
+    for (const auto& [component, formula] : scene.declared.start)
+        uniform = uniform && !mentions(formula.text, {"x", "y"});
     for (const std::string* formula : {&start.bead_density, &start.rod_density, &start.bead_velocity_x,
                                        &start.bead_velocity_y, &start.polar_order_x, &start.polar_order_y})
         uniform = uniform && !mentions(*formula, {"x", "y"});

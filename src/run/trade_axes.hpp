@@ -24,14 +24,15 @@ struct StepLadder {
     double shorter = 2.0;  ///< ratio of the steps of two levels
 };
 
-bool is_field_scene(const io::Scene& scene);
-
 /// The override that gives a key a number.
 std::string set(const std::string& key, double value);
 std::string set(const std::string& key, int value);
 
 /// The scene with changes.  Throws an input Error where it does not allow them.
 io::Scene changed(const io::Scene& scene, const std::vector<std::string>& overrides);
+
+/// Why a scene does not allow changes; "" when it does.
+std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides);
 
 /// The level without a change.
 bool is_given(const Level& level);
@@ -42,12 +43,13 @@ std::vector<StepLadder> step_ladders(const io::Scene& scene);
 /// `count` shorter steps at the end of a ladder.
 void add_shorter(const io::Scene& scene, StepLadder& ladder, int count);
 
-/// Of fields: a quarter, half, the given and twice the points along each axis, as far as they hold the start; of
+/// On a grid: a quarter, half, the given and twice the points along each axis, as far as they hold the start; of
 /// particles: none.  `same_start`: none where the start is random, and so another on each grid; false where the wanted
 /// means do not depend on it.
 std::vector<Level> grid_levels(const io::Scene& scene, bool same_start = true);
 
-/// The full model first; then simpler models, those that the scene does not allow with the reason.
+/// The full model first; then simpler models, without one coefficient, field or dimension each, those that the scene
+/// does not allow with the reason.
 std::vector<Level> model_levels(const io::Scene& scene);
 
 /// A cell of twice the sides, with the same distance of points; none where the start is not uniform.

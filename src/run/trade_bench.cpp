@@ -1,12 +1,15 @@
 // run/trade_bench.cpp: trials of one scene within a budget.
 #include "run/trade_bench.hpp"
 
+#include <gsl/gsl_cdf.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "drover/base/error.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/files/archive_reader.hpp"
+#include "drover/measure/replicates.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "run/trade_axes.hpp"
@@ -149,7 +152,7 @@ Bias TradeBench::mean_of(const WantedNumber& number) const {
     return mean;
 }
 
-Fluctuation TradeBench::fluctuation_of(const WantedNumber& number) const {
+Fluctuation TradeBench::fluctuation_of(const WantedNumber& number, double least_error) const {
     const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
     const double tau = measure::autocorrelation_time(used), window = 5.0 * tau;
     // Its relative standard error, see autocorrelation_time.
@@ -157,12 +160,13 @@ Fluctuation TradeBench::fluctuation_of(const WantedNumber& number) const {
         std::sqrt(2.0 * (2.0 * window + 1.0) / static_cast<double>(std::max<std::size_t>(used.size(), 1)));
     // The run finds its own tau, over 80 m of it with a relative error of sqrt(20/(80 m)): below m with 95 % for 1.75.
     constexpr double own = 1.75, most = 2.5;
-    return {mean_of(number).error, tau * number.spacing, std::min(most, own * (1.0 + error))};
+    return {std::max(mean_of(number).error, least_error), tau * number.spacing, std::min(most, own * (1.0 + error))};
 }
 
 std::vector<Fluctuation> TradeBench::fluctuations(const Measured& run) const {
     std::vector<Fluctuation> result;
-    for (const WantedNumber& number : run.numbers) result.push_back(fluctuation_of(number));
+    for (std::size_t w = 0; w < run.numbers.size(); ++w)
+        result.push_back(fluctuation_of(run.numbers[w], least_error_.empty() ? 0.0 : least_error_[w]));
     return result;
 }
 
@@ -186,6 +190,51 @@ std::vector<std::string> TradeBench::drift_notes(const Measured& run) const {
                  "settled; give a larger --budget or analysis.warm_up",
                  wishes_[w].text, duration, std::abs(drift.value), drift.error,
                  drift.value > 0.0 ? "larger" : "smaller", allowed[w]));
+    }
+    return notes;
+}
+
+std::vector<std::vector<std::string>> TradeBench::other_seeds(const std::vector<std::string>& overrides) const {
+    std::vector<std::vector<std::string>> all;
+    const int count = statistical ? 3 : 0;
+    for (int k = 1; k <= count; ++k) {
+        all.push_back(overrides);
+        all.back().push_back(text("run.seed={}", scene.run.seed + k));
+    }
+    return all;
+}
+
+std::vector<Trial> TradeBench::reseeded(const std::vector<std::string>& overrides) const {
+    std::vector<Trial> trials;
+    for (const std::vector<std::string>& changes : other_seeds(overrides)) trials.push_back(trial_of(changes));
+    return trials;
+}
+
+std::vector<std::string> TradeBench::widen(const std::vector<std::string>& overrides) {
+    std::vector<Measured> runs{measured(overrides)};
+    for (const std::vector<std::string>& changes : other_seeds(overrides))
+        if (Measured run = measured(changes); run.failure.empty()) runs.push_back(std::move(run));
+    least_error_.assign(wishes_.size(), 0.0);
+    std::vector<std::string> notes;
+    for (std::size_t w = 0; runs.size() > 1 && w < wishes_.size(); ++w) {
+        std::vector<measure::Estimate> means;
+        for (const Measured& run : runs) {
+            const Bias mean = mean_of(run.numbers[w]);
+            means.push_back({.mean = mean.value, .error = mean.error});
+        }
+        const measure::Replicates seeds = measure::combine(means);
+        const bool is_doubted = seeds.own_error == 0.0 || (measure::contradicts(seeds) && seeds.chi_squared > 1.0);
+        if (!is_doubted || seeds.deviation <= 0.5 * allowed[w]) continue;
+        // Twice this holds the truth with the probability of two standard errors, although few runs tell it.
+        constexpr double two_sigma = 0.977249868051821;  // of a normal distribution, below mean + 2 sigma
+        const auto freedom = static_cast<double>(runs.size() - 1);
+        least_error_[w] = seeds.deviation * gsl_cdf_tdist_Pinv(two_sigma, freedom) / 2.0;
+        notes.push_back(
+            text("{} differs by {:.2g} between trials of {:.6g} s with {} seeds, of which each tells an error of "
+                 "{:.2g}: it fluctuates more slowly than they show; the statistical error is taken from the seeds: "
+                 "give a larger --budget",
+                 wishes_[w].text, seeds.deviation, duration, runs.size(),
+                 seeds.own_error.value_or(0.0) * std::sqrt(static_cast<double>(runs.size()))));
     }
     return notes;
 }
@@ -228,6 +277,12 @@ double TradeBench::ratio(const std::vector<Bias>& biases) const {
     double largest = 0.0;
     for (std::size_t w = 0; w < biases.size(); ++w) largest = std::max(largest, std::abs(biases[w].value) / allowed[w]);
     return largest;
+}
+
+bool TradeBench::is_resolved(const std::vector<Bias>& biases, double part) const {
+    for (std::size_t w = 0; w < biases.size(); ++w)
+        if (std::abs(biases[w].value) > std::max(part * allowed[w], 2.0 * biases[w].error)) return false;
+    return true;
 }
 
 bool TradeBench::are_independent(const Measured& a, const Measured& b) const {

@@ -74,6 +74,13 @@ public:
     /// not those of a longer one.  None where the duration is that of the run.
     std::vector<std::string> drift_notes(const Measured& run) const;
 
+    /// Trials of other seeds; none where nothing is statistical.
+    std::vector<Trial> reseeded(const std::vector<std::string>& overrides) const;
+
+    /// Where those scatter by more than their errors allow, a wanted number fluctuates more slowly than a trial shows:
+    /// from here on its statistical error is at least that of the scatter.  Returns what is to be said of it.
+    std::vector<std::string> widen(const std::vector<std::string>& overrides);
+
     /// An interval between samples from which the means of a run are as exact as from those that it has: half of the
     /// shortest autocorrelation time, but a multiple of the scene's, with 64 samples of the trial [s].
     double sparse_sampling(const Measured& base) const;
@@ -88,12 +95,16 @@ public:
     /// The largest ratio of biases to what is allowed.
     double ratio(const std::vector<Bias>& biases) const;
 
+    /// Whether biases are small, or too uncertain for a shorter step to tell.  part: of what is allowed.
+    bool is_resolved(const std::vector<Bias>& biases, double part) const;
+
     /// Whether two runs without noise have become independent, although both fluctuate.
     bool are_independent(const Measured& a, const Measured& b) const;
 
 private:
     double expected_seconds(const Trial& trial) const;
-    Fluctuation fluctuation_of(const WantedNumber& number) const;
+    Fluctuation fluctuation_of(const WantedNumber& number, double least_error) const;
+    std::vector<std::vector<std::string>> other_seeds(const std::vector<std::string>& overrides) const;
     void count(const Trial& trial);
     Bias drift_of(const WantedNumber& number) const;  ///< mean of the second half of the samples less that of the first
     std::size_t skip(const WantedNumber& number) const;  ///< samples of the warm-up
@@ -101,6 +112,7 @@ private:
     std::vector<Wish> wishes_;
     Trials trials_;
     double rate_ = 0.0;
+    std::vector<double> least_error_;  ///< statistical, of the mean of each wanted number over a trial, see widen()
     std::map<std::pair<std::string, double>, Measured> measured_;
     std::map<std::string, double> counted_;
 };

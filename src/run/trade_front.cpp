@@ -185,7 +185,7 @@ io::Scene scene_of(const io::Scene& scene, const Findings& found, const Candidat
     if (found.warm_up > 0.0) overrides.push_back(set("analysis.warm_up", found.warm_up));
     // No more frames than were asked for, at whole steps.
     double frames = scene.output.frame_every;
-    if (frames > 0.0 && is_field_scene(scene)) {
+    if (frames > 0.0 && io::has_grid(scene.kind)) {
         overrides.push_back("output.frame_every=0.0");
         const io::Scene chosen = changed(scene, overrides);
         frames *= std::max(1.0, std::ceil(candidate.end / scene.time.end - 1e-9));

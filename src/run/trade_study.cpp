@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "drover/base/error.hpp"
-#include "drover/physics/stability_rows.hpp"
 #include "run/trade_start.hpp"
 
 namespace drover::run {
@@ -16,7 +15,7 @@ public:
     Study(const io::Scene& scene, const TradeoffOptions& options)
         : bench_(trial_scene(scene), io::resolved_text(scene), options), options_(options) {
         found_.wishes = options.wishes;
-        bench_.statistical = !is_field_scene(bench_.scene) || physics::has_noise(scene.model.noise);
+        bench_.statistical = !io::has_grid(scene.kind) || io::has_noise(scene);
         if (!bench_.statistical) fit_into_budget();
     }
 
@@ -63,7 +62,7 @@ private:
                 "larger --budget",
                 base.failure);
         bench_.duration = std::max(bench_.duration, base.end);  // at least twice the warm-up, which is that of the base
-        if (found_.sample_every == 0.0 && bench_.statistical && is_field_scene(bench_.scene)) {
+        if (found_.sample_every == 0.0 && bench_.statistical && io::has_grid(bench_.scene.kind)) {
             found_.sample_every = bench_.sparse_sampling(base);
             if (found_.sample_every > bench_.scene.output.sample_every) {
                 bench_.sample_every(found_.sample_every);
@@ -103,7 +102,7 @@ private:
             if (!finer) trials.push_back(bench_.trial_of(level.overrides));
         }
         if (!bench_.run(trials)) return false;
-        if (levels.size() > 1 && is_field_scene(bench_.scene) && trials.size() < levels.size()) {
+        if (levels.size() > 1 && io::has_grid(bench_.scene.kind) && trials.size() < levels.size()) {
             const auto given = static_cast<std::size_t>(
                 std::find_if(levels.begin(), levels.end(), [](const Level& one) { return is_given(one); }) -
                 levels.begin());
@@ -116,7 +115,7 @@ private:
         const auto on_level = [&](const Level& level) { return bench_.measured(level.overrides); };
         collect(levels, on_level, found_.grids);
         found_.notes.clear();
-        if (is_field_scene(bench_.scene) && levels.size() == 1)
+        if (io::has_grid(bench_.scene.kind) && levels.size() == 1)
             found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
         if (!converges(found_.grids)) {
             // Noise reaches the shortest waves: the grid is part of the model, as given.
@@ -145,6 +144,11 @@ private:
             found_.grids[given].step_seconds *= refinement_;
             found_.notes.push_back(text("the budget is too small for trials on {}: its grid error is that of {}",
                                         given_grid_, found_.grids[given].level.name));
+            if (bench_.scene.initial.kind == "random")
+                found_.notes.push_back(
+                    text("the random start is another one on {}: the values above are those of the trials, and the "
+                         "run will have others; only their relative errors carry over",
+                         found_.grids[given].level.name));
             found_.grids[given].level.name = given_grid_;
         }
         return true;
@@ -218,25 +222,18 @@ private:
     bool extend_ladders() {
         constexpr double small = 0.05;  // of what is allowed
         bool any = false;
-        const bool is_known = resolved(reference_bias_, 2.0 * small);
+        const bool is_known = bench_.is_resolved(reference_bias_, 2.0 * small);
         for (std::size_t l = 0; l < ladders_.size(); ++l) {
             const std::vector<LevelFound>& levels = found_.ladders[l].levels;
             if (!levels.back().is_measured() && levels.back().failure.starts_with("not run")) continue;
-            const bool converged =
-                is_known && levels.size() > 1 && levels.back().is_measured() && resolved(levels.back().biases, small);
+            const bool converged = is_known && levels.size() > 1 && levels.back().is_measured() &&
+                                   bench_.is_resolved(levels.back().biases, small);
             if (converged) continue;
             const std::size_t before = ladders_[l].levels.size();
             add_shorter(bench_.scene, ladders_[l], 2);
             any = any || ladders_[l].levels.size() > before;
         }
         return any;
-    }
-
-    /// Whether biases are small, or too uncertain for a shorter step to tell.
-    bool resolved(const std::vector<Bias>& biases, double part) const {
-        for (std::size_t w = 0; w < biases.size(); ++w)
-            if (std::abs(biases[w].value) > std::max(part * bench_.allowed[w], 2.0 * biases[w].error)) return false;
-        return true;
     }
 
     /// The finest run of each ladder.
@@ -337,14 +334,20 @@ private:
                         [](const Bias& bias) { return !std::isfinite(bias.value); }))
             found_.notes.push_back(
                 "the bias of the step was not measured: no other step and no other method ran; give a larger --budget");
-        for (std::string& note : bench_.drift_notes(reference)) found_.notes.push_back(std::move(note));
+        is_settled_ = true;
+        add_unsettled(bench_.drift_notes(reference));
         find_pairing();
+    }
+
+    void add_unsettled(std::vector<std::string> notes) {
+        is_settled_ = is_settled_ && notes.empty();
+        for (std::string& note : notes) found_.notes.push_back(std::move(note));
     }
 
     /// Whether fine runs without noise have all become independent of each other, although each fluctuates.  Where two
     /// of them agree, a third that does not is only less accurate.
     bool is_chaotic(const std::vector<std::vector<Measured>>& runs, const Measured& reference) const {
-        if (!is_field_scene(bench_.scene)) return false;
+        if (!io::has_grid(bench_.scene.kind)) return false;
         bool any = false;
         for (const Finest& one : finest_runs(runs)) {
             if (bench_.ratio(bench_.differences(one.run, reference)) == 0.0) continue;  // the reference itself
@@ -357,7 +360,7 @@ private:
     /// What pairing gains: the variance of the difference of two independent runs over that of paired ones, of the
     /// first wish and the given step.
     void find_pairing() {
-        if (!bench_.statistical || !is_field_scene(bench_.scene)) return;
+        if (!bench_.statistical || !io::has_grid(bench_.scene.kind)) return;
         const Measured base = bench_.measured(on_pilot_grid({}));
         for (const LadderFound& ladder : found_.ladders)
             for (const LevelFound& level : ladder.levels) {
@@ -378,9 +381,11 @@ private:
         std::vector<Trial> trials;
         for (const Level& level : levels)
             if (level.reason.empty()) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+        for (Trial& trial : bench_.reseeded(on_pilot_grid({}))) trials.push_back(std::move(trial));
         if (!bench_.run(trials)) return false;
         const Measured full = bench_.measured(on_pilot_grid({}));
         if (!full.failure.empty()) fail_run("the full model was not run: {}; give a larger --budget", full.failure);
+        add_unsettled(bench_.widen(on_pilot_grid({})));
         found_.models.clear();
         for (const Level& level : levels) {
             const Measured run = level.reason.empty() ? bench_.measured(on_pilot_grid(level.overrides))
@@ -408,8 +413,11 @@ private:
     bool measure_rounding_and_cell() {
         const std::vector<Level> cells = cell_levels(pilot());
         std::vector<Trial> trials{bench_.trial_of(on_pilot_grid({}), true)};
+        const auto is_tried = [&](const Level& level) {
+            return bench_.statistical && reason_against(bench_.scene, on_pilot_grid(level.overrides)).empty();
+        };
         for (const Level& level : cells)
-            if (reason_free(level)) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+            if (is_tried(level)) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
         if (!bench_.run(trials)) return false;
         const Measured full = bench_.measured(on_pilot_grid({}));
         const auto against_full = [&](const Measured& run) {
@@ -417,7 +425,7 @@ private:
         };
         found_.rounding = against_full(bench_.measured(on_pilot_grid({}), true));
         found_.cell.clear();
-        if (bench_.statistical && !cells.empty() && reason_free(cells.front())) {
+        if (!cells.empty() && is_tried(cells.front())) {
             const Measured large = bench_.measured(on_pilot_grid(cells.front().overrides));
             if (large.failure.empty())
                 for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
@@ -428,20 +436,11 @@ private:
         return true;
     }
 
-    bool reason_free(const Level& level) const {
-        if (!bench_.statistical) return false;
-        try {
-            bench_.trial_of(on_pilot_grid(level.overrides));
-            return true;
-        } catch (const Error& error) {
-            if (!is_of_scene(error.fault())) throw;
-            return false;
-        }
-    }
-
-    /// Trials of twice the duration: when no combination meets the wishes yet, or they cost a small part of the run.
+    /// Trials of twice the duration: when they have not settled, no combination meets the wishes yet, or they cost a
+    /// small part of the run.
     bool wants_longer() {
         if (bench_.is_short || 3.0 * bench_.spent > bench_.budget) return false;
+        if (!is_settled_) return true;
         const std::vector<Candidate> front = front_of(findings(), bench_.scene);
         const auto good =
             std::find_if(front.begin(), front.end(), [](const Candidate& one) { return one.ratio <= 1.0; });
@@ -489,6 +488,7 @@ private:
     std::vector<std::string> reference_;  ///< changes of the reference of the steps
     std::vector<Bias> reference_bias_;    ///< of that reference, estimated
     double refinement_ = 1.0;             ///< points of the scene's grid over those of the trials'
+    bool is_settled_ = true;              ///< the trials are longer than the slowest fluctuation of a wanted number
     bool grid_is_model_ = false;          ///< wanted numbers do not converge with the grid
     std::string given_grid_;              ///< name of the scene's grid, where it is finer
 };

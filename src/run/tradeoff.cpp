@@ -338,18 +338,9 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
 
 }  // namespace
 
-namespace {
-void require_methods_to_compare(const io::Scene& scene) {
-    require(scene.kind != io::SceneKind::model, {.file = scene.file},
-            "this is a scene of a model of its own; drover tradeoff and --accuracy need a scene of fields of rods and "
-            "beads, or of particles: choose time.dt and the grid by runs of half the step and of twice the points");
-}
-}  // namespace
-
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
     require(!options.wishes.empty(), {.file = "--want"},
             "no number is wanted; give at least one, such as polar_order=1%");
-    require_methods_to_compare(scene);
     const files::ClaimedFolder claimed =
         files::claim_folder(options.folder, "scene.toml", "", io::resolved_text(scene));
     const Findings found = find_tradeoff(scene, options);
@@ -363,7 +354,6 @@ Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) 
 }
 
 io::Scene with_accuracy(const io::Scene& scene, const std::vector<Wish>& wishes, bool quiet) {
-    require_methods_to_compare(scene);
     const std::optional<ExpectedTime> expected = expected_time(with_chosen_step(scene, true));
     constexpr double part = 0.1, least = 5.0;  // of the run; seconds
     const double seconds = expected ? expected->total : 0.0;

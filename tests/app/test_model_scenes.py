@@ -228,8 +228,7 @@ def test_a_key_of_a_model_that_the_scene_does_not_have_cannot_be_set_or_swept(tm
 
 def test_commands_that_need_rods_and_beads_reject_a_model(tmp_path):
     scene = write(tmp_path)
-    for words in (["states", scene, "--wave", "x"], ["calibrate", scene],
-                  ["tradeoff", scene, "--want", "mean_density=1%"], ["run", scene, "--accuracy", "mean_density=1%"]):
+    for words in (["states", scene, "--wave", "x"], ["calibrate", scene]):
         rejected(tmp_path, words, ["four.toml", "this is a scene of a model of its own"])
 
 

@@ -232,3 +232,49 @@ def test_run_with_an_accuracy_makes_the_recommended_run(tmp_path):
         error = store["summary/polar_order_error"][()] / store["summary/polar_order"][()]
     assert error < 0.05  # twice the standard error and all biases are below 5 %
     assert (tmp_path / "a.tradeoff" / "trials.records").exists()
+
+
+OWN_DECAY = """
+field = [{symbol = "u", reference = "1"}]
+equations = {u = "-k u^2"}
+coefficients = {k = 1}
+grid = {nx = 16, ny = 16, lx = 16, ly = 16}
+time = {dt = 0.25, end = 8}
+output = {sample_every = 1}
+analysis = {warm_up = 0}
+"""
+
+
+@pytest.mark.parametrize("command", ["tradeoff", "accuracy"])
+def test_a_model_of_ones_own_gets_the_cheapest_run_that_is_accurate_enough(tmp_path, command):
+    exact = sum(1.0 / (1.0 + time) for time in range(9)) / 9.0  # u = 1/(1 + t), at the samples
+    if command == "accuracy":
+        drover(tmp_path, "run", scene(tmp_path, OWN_DECAY), "--accuracy", "mean_u=0.01%", "-o", "a.h5", "--quiet")
+        with h5py.File(tmp_path / "a.h5") as store:
+            found = store["summary/mean_u"][()]
+    else:
+        result = tradeoff(tmp_path, scene(tmp_path, OWN_DECAY), "--want", "mean_u=0.01%", "--budget", "10s")
+        assert abs(float(result["wishes"][0]["value"]) / exact - 1.0) < 1e-4
+        # Without k nothing decays; with it, the step as given is wrong by half a per cent.
+        assert level(result, "without k")["bias"] == pytest.approx(1.0 - exact, rel=1e-2)
+        assert level(result, "one-dimensional")["bias"] == pytest.approx(0.0, abs=1e-9)
+        found = mean(tmp_path, next(tmp_path.glob("*.tradeoff")) / "recommended.toml", "mean_u")
+    assert abs(found / exact - 1.0) < 1e-4
+
+
+def test_a_number_that_fluctuates_more_slowly_than_the_trials_is_not_taken_for_known(tmp_path):
+    # The slowest waves of the stationary start relax in 10^6 s: a trial sees one value of each, and seems to be exact.
+    slow = """
+field = [{symbol = "phi", conserved = true, noise = "2 T", conserved_noise = true}]
+equations = {phi = "D lap phi"}
+coefficients = {D = 1e-6, T = 1e-6}
+grid = {nx = 8, ny = 8, lx = 8, ly = 8}
+time = {dt = 1, end = 128}
+initial = {kind = "stationary"}
+output = {sample_every = 1}
+analysis = {warm_up = 0}
+"""
+    done = drover(tmp_path, "tradeoff", scene(tmp_path, slow), "--want", "variance_phi=1%", "--budget", "2s", "--quiet",
+                  status=1)
+    assert "s with 4 seeds" in done.stdout and "it fluctuates more slowly than they show" in done.stdout
+    assert "no setting meets the wishes" in done.stdout
