@@ -46,7 +46,7 @@ void add_states(CLI::App& program, Action& action) {
         if (settle->count() > 0) options->states.settle = options->settle;
         action = [options] {
             const io::Scene scene = io::read_scene(options->scene, options->overrides);
-            io::require_kind(scene, io::SceneKind::fields, "states");
+            io::require_grid(scene, "states");
             Threads threads(options->threads > 0 ? options->threads : 1);
             const ResultOutput output{.file = options->output,
                                       .what = "states",

@@ -1,13 +1,9 @@
-// base/eigen_templates.hpp: Eigen's decompositions and product kernels of real and complex matrices, compiled once.
+// base/eigen_templates.hpp: Eigen's product kernels of real and complex matrices, compiled once.
 //
-// Part of the precompiled header: each source that multiplies or decomposes matrices would otherwise compile them
-// again.  No source needs it.
+// Part of the precompiled header: each source that multiplies matrices would otherwise compile them again.  No source
+// needs it.
 #pragma once
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
+#include <Eigen/Core>
 #include <complex>
 
 // DROVER_EIGEN_TEMPLATE: "extern template" in all sources but eigen_templates.cpp, which compiles them.
@@ -16,26 +12,6 @@
 #endif
 
 namespace Eigen {
-
-DROVER_EIGEN_TEMPLATE class PartialPivLU<MatrixXd>;
-DROVER_EIGEN_TEMPLATE class PartialPivLU<MatrixXcd>;
-DROVER_EIGEN_TEMPLATE class FullPivLU<MatrixXcd>;
-DROVER_EIGEN_TEMPLATE class HouseholderQR<MatrixXd>;
-DROVER_EIGEN_TEMPLATE class ColPivHouseholderQR<MatrixXd>;
-DROVER_EIGEN_TEMPLATE class ColPivHouseholderQR<MatrixXcd>;
-DROVER_EIGEN_TEMPLATE class CompleteOrthogonalDecomposition<MatrixXd>;
-DROVER_EIGEN_TEMPLATE class CompleteOrthogonalDecomposition<MatrixXcd>;
-DROVER_EIGEN_TEMPLATE class JacobiSVD<MatrixXd>;
-DROVER_EIGEN_TEMPLATE class JacobiSVD<MatrixXcd>;
-DROVER_EIGEN_TEMPLATE class LLT<MatrixXcd>;
-DROVER_EIGEN_TEMPLATE class LDLT<MatrixXd>;
-DROVER_EIGEN_TEMPLATE class HessenbergDecomposition<MatrixXd>;
-DROVER_EIGEN_TEMPLATE class HessenbergDecomposition<MatrixXcd>;
-DROVER_EIGEN_TEMPLATE class RealSchur<MatrixXd>;
-DROVER_EIGEN_TEMPLATE class ComplexSchur<MatrixXcd>;
-DROVER_EIGEN_TEMPLATE class EigenSolver<MatrixXd>;
-DROVER_EIGEN_TEMPLATE class ComplexEigenSolver<MatrixXcd>;
-DROVER_EIGEN_TEMPLATE class SelfAdjointEigenSolver<MatrixXd>;
 
 namespace internal {
 template <class Scalar, int order>

@@ -1,7 +1,6 @@
 // model/equations.cpp: the linearisation of equations about uniform states.
 #include "drover/model/equations.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 
@@ -342,8 +341,7 @@ void CompiledEquations::check_balance_at(double q) const {
     const Symbol m = form_symbol(linear, {q, 0.0});
     const Symbol of_held = m(held, held), of_others = m(held, free);
     if (is_regular_pair(of_held)) return;
-    const Eigen::FullPivLU<Symbol> found(of_held);
-    bool is_determined = found.isInvertible();
+    bool is_determined = numerics::is_invertible(of_held);
     if (!is_determined && q == 0.0) {  // the equation of the mean must hold for any of its values
         double force = of_others.cwiseAbs().maxCoeff();
         for (const int k : held) force = std::max(force, std::abs(constants[static_cast<std::size_t>(k)]));

@@ -1,10 +1,10 @@
 // model/explicit_rate.cpp: how fast the linear part is that the solver leaves to the explicit part.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "compiled.hpp"
 #include "drover/model/equations.hpp"
+#include "numerics/dense.hpp"
 
 namespace drover::model {
 
@@ -69,7 +69,7 @@ Symbol anisotropic_part(const CompiledEquations& c, const Wavevector& q) {
 /// `balance`: of fields in balance by the others.
 double largest_rate(const CompiledEquations& c, const Symbol& explicit_part, const Symbol& balance) {
     const Symbol of_state = (explicit_part + explicit_part * balance)(c.state, c.state);
-    return of_state.eigenvalues().cwiseAbs().maxCoeff();
+    return numerics::dense_eigenvalues(of_state).cwiseAbs().maxCoeff();
 }
 }  // namespace
 

@@ -1,7 +1,6 @@
 // model/sorted_modes.cpp: eigenvalues to six digits of each rate where the matrix is small enough.
 #include "sorted_modes.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numeric>
 
@@ -16,10 +15,10 @@ Modes sorted_modes(const Symbol& m) {
         const numerics::EigenDecomposition solved = numerics::reliable_eigen_decomposition(m);
         found = {.rates = solved.values, .shapes = solved.vectors, .duals = {}};
     } else {
-        const Eigen::ComplexEigenSolver<Symbol> solved(m);
-        if (solved.info() != Eigen::Success)
+        const numerics::DenseEigen solved = numerics::dense_eigen(m);
+        if (!solved.has_converged)
             fail_run("the eigenvalues of a linear mode do not converge; choose less extreme coefficients");
-        found = {.rates = solved.eigenvalues(), .shapes = solved.eigenvectors(), .duals = {}};
+        found = {.rates = solved.values, .shapes = solved.vectors, .duals = {}};
     }
     std::vector<int> order(static_cast<std::size_t>(found.rates.size()));
     std::iota(order.begin(), order.end(), 0);

@@ -1,6 +1,4 @@
 // model/theory_long_waves.cpp: elimination of the fast modes about q = 0.
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -58,18 +56,17 @@ Slow slow_at_zero(const Expansion& e) {
     for (Eigen::Index k = 0; k < n; ++k)
         if (const double size = (rows.asDiagonal() * m.col(k)).cwiseAbs().maxCoeff(); size > 0.0)
             columns(k) = 1.0 / size;
-    const Eigen::JacobiSVD<Symbol> svd(rows.asDiagonal() * m * columns.asDiagonal(),
-                                       Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const numerics::DenseSvd<Symbol> svd = numerics::dense_svd(Symbol(rows.asDiagonal() * m * columns.asDiagonal()));
     Eigen::Index rank = 0;
-    while (rank < n && svd.singularValues()(rank) > 1e-10 * svd.singularValues()(0)) ++rank;
+    while (rank < n && svd.values(rank) > 1e-10 * svd.values(0)) ++rank;
     const Eigen::Index slow = n - rank;
-    Slow result{.right = columns.asDiagonal() * svd.matrixV().rightCols(slow),
-                .left = svd.matrixU().rightCols(slow).adjoint() * rows.asDiagonal(),
+    Slow result{.right = columns.asDiagonal() * svd.right.rightCols(slow),
+                .left = svd.left.rightCols(slow).adjoint() * rows.asDiagonal(),
                 .fast = {},
                 .why_none = {}};
     for (Eigen::Index k = 0; k < slow; ++k) result.right.col(k).normalize(), result.left.row(k).normalize();
     const Symbol overlap = result.left * e.moved.asDiagonal() * result.right;
-    if (slow > 0 && Eigen::JacobiSVD<Symbol>(overlap).singularValues().minCoeff() < 1e-9)
+    if (slow > 0 && numerics::dense_svd(overlap).values.minCoeff() < 1e-9)
         return {.right = {},
                 .left = {},
                 .fast = {},
@@ -79,7 +76,7 @@ Slow slow_at_zero(const Expansion& e) {
     bordered.topLeftCorner(n, n) = m;
     bordered.topRightCorner(n, slow) = e.moved.asDiagonal() * result.right;
     bordered.bottomLeftCorner(slow, n) = result.left * e.moved.asDiagonal();
-    result.fast = bordered.fullPivLu().inverse().topLeftCorner(n, n);
+    result.fast = numerics::pivoted_inverse(bordered).topLeftCorner(n, n);
     return result;
 }
 

@@ -1,5 +1,4 @@
 // model/theory_states.cpp: uniform stationary states by Newton's method, with deflation.
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -106,11 +105,10 @@ Matrix neutral_changes(const UniformEquations& equations, const Vector& z) {
         j.conservativeResize(j.rows() + 1, Eigen::NoChange);
         j.bottomRows(1) = turn.normalized().transpose();
     }
-    const Eigen::JacobiSVD<Matrix> svd(j, Eigen::ComputeFullV);
-    const Vector& values = svd.singularValues();
+    const auto [left, values, right] = numerics::dense_svd(j);
     Eigen::Index rank = 0;
     while (rank < values.size() && values(rank) > 1e-8 * values(0)) ++rank;
-    return svd.matrixV().rightCols(j.cols() - rank);
+    return right.rightCols(j.cols() - rank);
 }
 
 /// The stationary state near a point beside another one, if it is a member of a family as well.

@@ -1,7 +1,6 @@
 // model/uniform_equations.cpp: rates of uniform states, what they conserve, and whether they turn with space.
 #include "uniform_equations.hpp"
 
-#include <Eigen/SVD>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -169,11 +168,10 @@ Eigen::MatrixXd conserved_means(const Equations& equations) {
         combinations.conservativeResize(combinations.rows() + 1, Eigen::NoChange);
         combinations.bottomRows(1) = row.transpose();
     };
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scale.asDiagonal() * rates, Eigen::ComputeFullU);
+    const numerics::DenseSvd<Eigen::MatrixXd> svd = numerics::dense_svd(Eigen::MatrixXd(scale.asDiagonal() * rates));
     for (Eigen::Index k = 0; k < n; ++k) {
-        const bool vanishes = k >= svd.singularValues().size() || svd.singularValues()(0) == 0.0 ||
-                              svd.singularValues()(k) <= 1e-12 * svd.singularValues()(0);
-        if (vanishes) add(scale.asDiagonal() * svd.matrixU().col(k));
+        const bool vanishes = k >= svd.values.size() || svd.values(0) == 0.0 || svd.values(k) <= 1e-12 * svd.values(0);
+        if (vanishes) add(scale.asDiagonal() * svd.left.col(k));
     }
     if (combinations.rows() == 0) return combinations;
     return numerics::orthogonal_factor(combinations.transpose()).leftCols(combinations.rows()).transpose();

@@ -12,6 +12,7 @@
 #include "drover/base/error.hpp"
 #include "extended_matrix.hpp"
 #include "lyapunov_solver.hpp"
+#include "numerics/dense.hpp"
 
 namespace drover::numerics {
 
@@ -410,7 +411,7 @@ DynamicMatrix<Scalar> matrix_of(const Block& block) {
 
 std::vector<std::complex<double>> eigenvalues(const Block& m) {
     if (m.size == 0) return {};
-    const Eigen::VectorXcd rates = matrix_of<double>(m).eigenvalues();
+    const Eigen::VectorXcd rates = dense_eigenvalues(matrix_of<double>(m));
     return {rates.begin(), rates.end()};
 }
 
@@ -419,8 +420,9 @@ Block stationary_covariance(const Block& m, const Block& q) {
     if (m.size == 0) return result;
     using ComplexMatrix = DynamicMatrix<std::complex<Real>>;
     ComplexMatrix covariance;
+    const Eigen::ComplexSchur<ComplexMatrix> schur(matrix_of<std::complex<Real>>(m));
     const Real largest =
-        solve_lyapunov<ComplexMatrix>(matrix_of<std::complex<Real>>(m), matrix_of<std::complex<Real>>(q), covariance);
+        solve_lyapunov<ComplexMatrix>(schur.matrixT(), schur.matrixU(), matrix_of<std::complex<Real>>(q), covariance);
     if (!(largest < 0.0L))
         fail_run("no stationary state: a linear mode grows at {:.4g} /s; expected every mode to decay",
                  static_cast<double>(largest));

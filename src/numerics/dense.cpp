@@ -1,17 +1,23 @@
 // numerics/dense.cpp: by Eigen's decompositions.
 #include "numerics/dense.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 
 namespace drover::numerics {
 
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
+using Eigen::VectorXcd;
 
 MatrixXcd solution(const MatrixXcd& a, const MatrixXcd& b) { return a.partialPivLu().solve(b); }
 MatrixXd inverse(const MatrixXd& a) { return a.partialPivLu().inverse(); }
 MatrixXcd inverse(const MatrixXcd& a) { return a.partialPivLu().inverse(); }
+
+MatrixXcd pivoted_inverse(const MatrixXcd& a) { return a.fullPivLu().inverse(); }
+bool is_invertible(const MatrixXcd& a) { return a.fullPivLu().isInvertible(); }
 
 MatrixXd shortest_solution(const MatrixXd& a, const MatrixXd& b, double threshold) {
     Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
@@ -24,5 +30,30 @@ MatrixXcd shortest_solution(const MatrixXcd& a, const MatrixXcd& b) {
 }
 
 MatrixXd orthogonal_factor(const MatrixXd& a) { return Eigen::HouseholderQR<MatrixXd>(a).householderQ(); }
+
+DenseEigen dense_eigen(const MatrixXcd& a) {
+    const Eigen::ComplexEigenSolver<MatrixXcd> solver(a);
+    if (solver.info() != Eigen::Success) return {.values = {}, .vectors = {}, .has_converged = false};
+    return {.values = solver.eigenvalues(), .vectors = solver.eigenvectors()};
+}
+
+VectorXcd dense_eigenvalues(const MatrixXcd& a) { return Eigen::ComplexEigenSolver<MatrixXcd>(a, false).eigenvalues(); }
+VectorXcd dense_eigenvalues(const MatrixXd& a) { return Eigen::EigenSolver<MatrixXd>(a, false).eigenvalues(); }
+
+DenseSchur dense_schur(const MatrixXcd& a) {
+    const Eigen::ComplexSchur<MatrixXcd> schur(a);
+    return {.triangular = schur.matrixT(), .unitary = schur.matrixU()};
+}
+
+namespace {
+template <class Matrix>
+DenseSvd<Matrix> svd_of(const Matrix& a) {
+    const Eigen::JacobiSVD<Matrix> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    return {.left = svd.matrixU(), .values = svd.singularValues(), .right = svd.matrixV()};
+}
+}  // namespace
+
+DenseSvd<MatrixXd> dense_svd(const MatrixXd& a) { return svd_of(a); }
+DenseSvd<MatrixXcd> dense_svd(const MatrixXcd& a) { return svd_of(a); }
 
 }  // namespace drover::numerics

@@ -5,6 +5,7 @@
 
 #include "drover/base/error.hpp"
 #include "lyapunov_solver.hpp"
+#include "numerics/dense.hpp"
 
 namespace drover::numerics {
 
@@ -14,8 +15,9 @@ double solve_lyapunov(int rows, std::span<const std::complex<double>> m, std::sp
     require(rows >= 1 && rows <= max_lyapunov && m.size() == size && q.size() == size && s.size() == size, {},
             "a Lyapunov equation has {} rows; expected 1 to {}", rows, max_lyapunov);
     Eigen::MatrixXcd solution;
+    const DenseSchur schur = dense_schur(Eigen::Map<const Eigen::MatrixXcd>(m.data(), rows, rows));
     const double largest =
-        solve_lyapunov<Eigen::MatrixXcd>(Eigen::Map<const Eigen::MatrixXcd>(m.data(), rows, rows),
+        solve_lyapunov<Eigen::MatrixXcd>(schur.triangular, schur.unitary,
                                          Eigen::Map<const Eigen::MatrixXcd>(q.data(), rows, rows), solution);
     if (largest < 0.0) std::copy_n(solution.data(), size, s.begin());
     return largest;

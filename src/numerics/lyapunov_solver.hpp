@@ -1,20 +1,17 @@
 // numerics/lyapunov_solver.hpp: the Lyapunov equation in either precision.
 #pragma once
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <cmath>
 #include <complex>
 
 namespace drover::numerics {
 
-/// As solve_lyapunov.  Matrix: square, complex.
+/// As solve_lyapunov, of m = u t u^H with a triangular t and a unitary u.  Matrix: square, complex.
 template <class Matrix>
-typename Matrix::RealScalar solve_lyapunov(const Matrix& m, const Matrix& q, Matrix& s) {
+typename Matrix::RealScalar solve_lyapunov(const Matrix& t, const Matrix& u, const Matrix& q, Matrix& s) {
     using Complex = typename Matrix::Scalar;
     using Real = typename Matrix::RealScalar;
-    const Eigen::ComplexSchur<Matrix> schur(m);
-    const Eigen::Index n = m.rows();
-    const Matrix& t = schur.matrixT();
-    const Matrix& u = schur.matrixU();
+    const Eigen::Index n = t.rows();
     Real largest = t(0, 0).real();
     for (Eigen::Index i = 1; i < n; ++i)
         if (!(t(i, i).real() <= largest)) largest = t(i, i).real();

@@ -1,36 +1,29 @@
-// numerics/small_matrices.cpp: the instantiations of Eigen's decompositions.
+// numerics/small_matrices.cpp: as those of any size.
 #include "numerics/small_matrices.hpp"
-
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 
 #include "numerics/dense.hpp"
 
 namespace drover::numerics {
 
-using Eigen::MatrixXcd;
-using Eigen::MatrixXd;
-
 EigenDecomposition eigen_decomposition(const SmallMatrix& m) {
-    const Eigen::ComplexEigenSolver<MatrixXcd> solver(m);
-    return {.values = solver.eigenvalues(), .vectors = solver.eigenvectors()};
+    const DenseEigen found = dense_eigen(m);
+    return {.values = found.values, .vectors = found.vectors};
 }
 
-SmallVector eigenvalues(const SmallMatrix& m) { return Eigen::ComplexEigenSolver<MatrixXcd>(m, false).eigenvalues(); }
-
-SmallVector eigenvalues(const SmallRealMatrix& m) { return Eigen::EigenSolver<MatrixXd>(m, false).eigenvalues(); }
+SmallVector eigenvalues(const SmallMatrix& m) { return dense_eigenvalues(Eigen::MatrixXcd(m)); }
+SmallVector eigenvalues(const SmallRealMatrix& m) { return dense_eigenvalues(Eigen::MatrixXd(m)); }
 
 SchurDecomposition schur_decomposition(const SmallMatrix& m) {
-    const Eigen::ComplexSchur<MatrixXcd> schur(m);
-    return {.triangular = schur.matrixT(), .unitary = schur.matrixU()};
+    const DenseSchur found = dense_schur(m);
+    return {.triangular = found.triangular, .unitary = found.unitary};
 }
 
 SingularValueDecomposition singular_value_decomposition(const SmallMatrix& m) {
-    const Eigen::JacobiSVD<MatrixXcd> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    return {.left = svd.matrixU(), .values = svd.singularValues(), .right = svd.matrixV()};
+    const DenseSvd<Eigen::MatrixXcd> found = dense_svd(Eigen::MatrixXcd(m));
+    return {.left = found.left, .values = found.values, .right = found.right};
 }
 
-SmallMatrix inverse(const SmallMatrix& m) { return inverse(MatrixXcd(m)); }
-SmallRealMatrix real_inverse(const SmallRealMatrix& m) { return inverse(MatrixXd(m)); }
+SmallMatrix inverse(const SmallMatrix& m) { return inverse(Eigen::MatrixXcd(m)); }
+SmallRealMatrix real_inverse(const SmallRealMatrix& m) { return inverse(Eigen::MatrixXd(m)); }
 
 }  // namespace drover::numerics

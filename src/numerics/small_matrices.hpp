@@ -1,6 +1,4 @@
-// numerics/small_matrices.hpp: decompositions of matrices of at most 6 rows as plain functions, compiled once.
-//
-// Each decomposition of Eigen costs 10 s to 16 s of compile time wherever it is instantiated.
+// numerics/small_matrices.hpp: decompositions of matrices of at most 6 rows, which need no memory from the heap.
 #pragma once
 #include <Eigen/Core>
 #include <complex>

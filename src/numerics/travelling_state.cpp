@@ -1,11 +1,11 @@
 // numerics/travelling_state.cpp: travelling states, the curves that they form, and their stability.
 #include "drover/numerics/travelling_state.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numbers>
 
 #include "drover/base/error.hpp"
+#include "numerics/dense.hpp"
 #include "numerics/travelling_equations.hpp"
 
 namespace drover::numerics {
@@ -150,7 +150,7 @@ std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const Tra
         for (std::size_t i = 0; i < free.size(); ++i)
             matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = column[free[i]];
     }
-    const Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues();
+    const Eigen::VectorXcd values = dense_eigenvalues(matrix);
     std::vector<std::complex<double>> rates(values.begin(), values.end());
     const double rounding = 1e-12 * values.cwiseAbs().maxCoeff();
     const auto cleared = [&](double part) { return std::abs(part) <= rounding ? 0.0 : part; };

@@ -200,7 +200,7 @@ void bind_theory(py::module_& module) {
         "states",
         [](const io::Scene& scene, std::optional<double> speed, std::optional<double> settle, const std::string& follow,
            int points, int threads) {
-            io::require_kind(scene, io::SceneKind::fields, "states");
+            io::require_grid(scene, "states");
             return interruptibly([&] {
                 Threads team(std::max(threads, 1));
                 const run::StatesOptions options{.speed = speed,

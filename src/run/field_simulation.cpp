@@ -129,13 +129,7 @@ files::Recording frame_recording(const io::Scene& scene) {
 }
 
 numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
-    io::Scene start = scene;
-    if (start.time.dt == 0.0) start.time.dt = io::longest_step(start);
-    start.time.stepper = io::TimeControl{}.stepper;
-    start.time.tolerance = start.time.max_error = 0.0;
-    start.output.powers = false;
-    start.accuracy.effort = 0.0;
-    return World(start, threads).state;
+    return World(start_alone(scene), threads).state;
 }
 
 int choose_threads(const io::Scene& scene) {

@@ -17,6 +17,16 @@ files::Recording frames_on(const numerics::Grid& grid) {
             .rows_per_chunk = 1};
 }
 
+io::Scene start_alone(const io::Scene& scene) {
+    io::Scene start = scene;
+    if (start.time.dt == 0.0) start.time.dt = io::longest_step(start);
+    start.time.stepper = io::TimeControl{}.stepper;
+    start.time.tolerance = start.time.max_error = 0.0;
+    start.output.powers = false;
+    start.accuracy.effort = 0.0;
+    return start;
+}
+
 bool is_finite(numerics::Complex value, std::size_t modes) {
     const double max = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
     return std::abs(value.real()) < max && std::abs(value.imag()) < max;

@@ -14,6 +14,9 @@ namespace drover::run {
 /// The recording of frames on a grid, without its quantities, each of which has the axes y and x.
 files::Recording frames_on(const numerics::Grid& grid);
 
+/// The scene with a step, whatever it is, and without estimates of errors: its fields at t = 0 are the same.
+io::Scene start_alone(const io::Scene& scene);
+
 /// Finite, and small enough that a sum over so many modes is finite too.  False for NaN.
 bool is_finite(numerics::Complex value, std::size_t modes);
 

@@ -152,13 +152,6 @@ BiasedRun ModelWorld::biased(Threads& threads) const {
             .make_twin = make_twin};
 }
 
-files::Recording frames_of_model(const io::Scene& scene, const std::vector<model::StateComponent>& components) {
-    files::Recording recording = frames_on(scene.grid);
-    for (const model::StateComponent& one : components)
-        recording.quantities.push_back({one.name, one.unit, one.meaning, {"y", "x"}});
-    return recording;
-}
-
 ScheduledRecording frames_of(const std::shared_ptr<ModelWorld>& world) {
     const auto observe = [world] {
         world->transform.backward(world->state, world->fields);
@@ -166,7 +159,7 @@ ScheduledRecording frames_of(const std::shared_ptr<ModelWorld>& world) {
         for (int c = 0; c < world->fields.count(); ++c) arrays.push_back(std::as_const(world->fields)[c]);
         return arrays;
     };
-    return {frames_of_model(world->scene, world->setting.components),
+    return {model_frame_recording(world->scene, world->equations),
             io::whole_steps(world->scene, "output.frame_every", world->scene.output.frame_every), observe};
 }
 
@@ -214,6 +207,17 @@ void restore(ModelWorld& world, std::span<const double> all) {
 }
 
 }  // namespace
+
+files::Recording model_frame_recording(const io::Scene& scene, const model::Equations& equations) {
+    files::Recording recording = frames_on(scene.grid);
+    for (const model::StateComponent& one : model::components_of_state(equations))
+        recording.quantities.push_back({one.name, one.unit, one.meaning, {"y", "x"}});
+    return recording;
+}
+
+numerics::Spectra initial_model_fields(const io::Scene& scene, Threads& threads) {
+    return ModelWorld(start_alone(scene), threads).state;
+}
 
 Simulation make_model_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
     const auto world = std::make_shared<ModelWorld>(scene, threads);

@@ -1,4 +1,4 @@
-// run/travelling_start.cpp: from the initial fields of a scene to a travelling state.
+// run/travelling_start.cpp: guesses, and the state next to one.
 #include "run/travelling_start.hpp"
 
 #include <algorithm>
@@ -11,8 +11,6 @@
 
 namespace drover::run {
 
-using physics::TravellingState;
-
 io::Scene line_of(const io::Scene& scene) {
     io::Scene line = scene;
     line.grid.ny = 1;
@@ -20,43 +18,41 @@ io::Scene line_of(const io::Scene& scene) {
     return line;
 }
 
-namespace {
-/// The average over y of the initial fields, which may be those of an archive.
-numerics::Spectra guess_of(const io::Scene& scene, const io::Scene& line, Threads& threads) {
-    const numerics::Spectra whole = initial_fields(scene, threads);
-    numerics::Spectra guess(line.grid, whole.count());
-    for (int c = 0; c < guess.count(); ++c) std::copy_n(whole[c].begin(), guess.size, guess[c].begin());
-    return guess;
+numerics::Spectra average_over_y(const numerics::Spectra& fields, const numerics::Grid& line) {
+    numerics::Spectra average(line, fields.count());
+    for (int c = 0; c < average.count(); ++c) std::copy_n(fields[c].begin(), average.size, average[c].begin());
+    return average;
 }
 
-/// Evolves a guess: it comes nearer to a stable state.
-void settle(const io::Scene& line, double duration, Threads& threads, numerics::Spectra& state) {
-    if (duration == 0.0) return;
-    const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
-    const double steps = std::ceil(duration / longest);
-    physics::FieldEvolution evolution(
-        line.model, line.grid, line.dealiasing,
-        {.method = "etdrk4-krogstad", .dt = duration / steps, .tolerance = 1e-4, .watches_error = false}, 0, threads);
-    evolution.start(state);
-    for (std::int64_t step = 0; step < std::llround(steps); ++step) {
-        check_stop_signal();
-        evolution.advance(step, state);
-    }
+TravellingGuess rod_bead_guess(const io::Scene& scene, const io::Scene& line, Threads& threads) {
+    const auto settle = [line, &threads](double duration, numerics::Spectra& state) {
+        const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
+        const double steps = std::ceil(duration / longest);
+        physics::FieldEvolution evolution(
+            line.model, line.grid, line.dealiasing,
+            {.method = "etdrk4-krogstad", .dt = duration / steps, .tolerance = 1e-4, .watches_error = false}, 0,
+            threads);
+        evolution.start(state);
+        for (std::int64_t step = 0; step < std::llround(steps); ++step) {
+            check_stop_signal();
+            evolution.advance(step, state);
+        }
+    };
+    return {.fields = average_over_y(initial_fields(scene, threads), line.grid),
+            .settle = settle,
+            .longest = line.time.end};
 }
-}  // namespace
 
-TravellingState find_state(const io::Scene& scene, const io::Scene& line, const TravellingGuess& from,
-                           physics::TravellingSolver& solver, Threads& threads) {
-    const numerics::Spectra guess = guess_of(scene, line, threads);
-    std::vector<double> durations{from.settle.value_or(0.0)};
-    if (!from.settle)
-        for (const double part : {0.001, 0.01, 0.1, 1.0}) durations.push_back(part * line.time.end);
+numerics::TravellingState find_state(const TravellingGuess& from, numerics::TravellingSolver& solver) {
+    std::vector<double> durations{from.time.value_or(0.0)};
+    if (!from.time)
+        for (const double part : {0.001, 0.01, 0.1, 1.0}) durations.push_back(part * from.longest);
     std::string problem;
     for (const double duration : durations) {
         try {
-            numerics::Spectra settled = guess;
-            settle(line, duration, threads, settled);
-            TravellingState found = solver.find(settled, from.speed);
+            numerics::Spectra settled = from.fields;
+            if (duration > 0.0) from.settle(duration, settled);
+            numerics::TravellingState found = solver.find(settled, from.speed);
             if (!problem.empty()) log_information("the state was found from a guess that settled for {} s", duration);
             return found;
         } catch (const Error& error) {

@@ -1,24 +1,36 @@
-// run/travelling_start.hpp: the travelling state next to the initial fields of a scene.
+// run/travelling_start.hpp: from the initial fields of a scene to a travelling state.
 #pragma once
+#include <functional>
 #include <optional>
 
 #include "drover/io/scene.hpp"
-#include "drover/physics/travelling_problem.hpp"
+#include "drover/numerics/travelling_state.hpp"
 
 namespace drover::run {
 
 /// The scene on one row of points, without noise.
 io::Scene line_of(const io::Scene& scene);
 
+/// A guess evolves for some time [s], which brings it nearer to a stable state.
+using Settle = std::function<void(double duration, numerics::Spectra& state)>;
+
 /// How a state is looked for.
 struct TravellingGuess {
+    numerics::Spectra fields;
+    Settle settle;
+    double longest = 0.0;                        ///< to settle [s]
     std::optional<double> speed = std::nullopt;  ///< [mm/s]; nothing: from the guess of the state
-    /// Time for which the guess evolves first [s]; nothing: 0 or, if no state is found, up to time.end.
-    std::optional<double> settle = std::nullopt;
+    /// Time for which the guess evolves first [s]; nothing: 0 or, if no state is found, up to `longest`.
+    std::optional<double> time = std::nullopt;
 };
 
-/// From the initial fields, averaged over y.  `line`: line_of(scene), for whose model the solver looks.
-physics::TravellingState find_state(const io::Scene& scene, const io::Scene& line, const TravellingGuess& from,
-                                    physics::TravellingSolver& solver, Threads& threads);
+/// Fields averaged over y, on one row of points.
+numerics::Spectra average_over_y(const numerics::Spectra& fields, const numerics::Grid& line);
+
+/// The initial fields of a scene of rods and beads, averaged over y.  `line`: line_of(scene), which they settle by.
+TravellingGuess rod_bead_guess(const io::Scene& scene, const io::Scene& line, Threads& threads);
+
+/// Throws as the solver.
+numerics::TravellingState find_state(const TravellingGuess& from, numerics::TravellingSolver& solver);
 
 }  // namespace drover::run

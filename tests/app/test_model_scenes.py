@@ -226,10 +226,9 @@ def test_a_key_of_a_model_that_the_scene_does_not_have_cannot_be_set_or_swept(tm
     rejected(tmp_path, ["check", "none.toml"], ["none.toml:2:8", "equation of no field", "expected [[field]]"])
 
 
-def test_commands_that_need_rods_and_beads_reject_a_model(tmp_path):
+def test_a_command_that_needs_particles_rejects_a_model(tmp_path):
     scene = write(tmp_path)
-    for words in (["states", scene, "--wave", "x"], ["calibrate", scene]):
-        rejected(tmp_path, words, ["four.toml", "this is a scene of a model of its own"])
+    rejected(tmp_path, ["calibrate", scene], ["four.toml", "this is a scene of a model of its own"])
 
 
 def test_boundary_of_a_model_traces_where_its_uniform_state_becomes_unstable(tmp_path):

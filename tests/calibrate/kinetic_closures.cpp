@@ -1,13 +1,14 @@
 // tests/calibrate/kinetic_closures.cpp: saturation and self-advection against the whole hierarchy of moments.
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <cmath>
 #include <map>
 
 #include "calibrate/collision_rule.hpp"
 #include "drover/calibrate/alignment.hpp"
 #include "drover/calibrate/table.hpp"
+#include "numerics/dense.hpp"
 
 namespace drover::calibrate::kinetic_closures_tests {
 namespace {
@@ -63,10 +64,13 @@ public:
         Eigen::VectorXd right(depth);
         for (int k = 1; k <= depth; ++k) right(k - 1) = k * at(psi, k);
         EXPECT_LT((turning * right).norm(), 1e-10 * right.norm());
-        const Eigen::EigenSolver<Eigen::MatrixXd> solver(turning.transpose());
+        const numerics::DenseEigen solved = numerics::dense_eigen(turning.transpose().cast<std::complex<double>>());
         Eigen::Index slow = 0;
-        solver.eigenvalues().cwiseAbs().minCoeff(&slow);
-        const Eigen::VectorXd left = solver.eigenvectors().col(slow).real();
+        solved.values.cwiseAbs().minCoeff(&slow);
+        const Eigen::VectorXcd mode = solved.vectors.col(slow);
+        Eigen::Index largest = 0;
+        mode.cwiseAbs().maxCoeff(&largest);
+        const Eigen::VectorXd left = (mode / mode(largest)).real();
         return left.dot(transport * right) / left.dot(right);
     }
 

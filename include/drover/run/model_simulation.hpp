@@ -2,6 +2,7 @@
 #pragma once
 #include "drover/base/threads.hpp"
 #include "drover/io/scene.hpp"
+#include "drover/model/equations.hpp"
 #include "drover/run/report.hpp"
 #include "drover/run/scene_support.hpp"
 #include "drover/run/simulation.hpp"
@@ -16,5 +17,11 @@ Report make_model_report(const files::ArchiveReader& archive, const io::Scene& s
 
 /// Throws an input Error for an initial file with another grid or other fields.
 Simulation make_model_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
+
+/// The fields at t = 0.  Throws as make_model_simulation().
+numerics::Spectra initial_model_fields(const io::Scene& scene, Threads& threads);
+
+/// The frames of a run.
+files::Recording model_frame_recording(const io::Scene& scene, const model::Equations& equations);
 
 }  // namespace drover::run

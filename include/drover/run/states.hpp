@@ -17,10 +17,10 @@ struct StatesOptions {
     int max_points = 60;      ///< of the curve
 };
 
-/// The state along x next to the initial fields of a scene, averaged over y, without noise: speed, densities,
-/// perturbations that depend on x; with `follow` the curve of states.  Archives hold the fields as frames, which
-/// initial.kind = "file" accepts.  Throws an input Error for a key that is not a number of the model, and as
-/// numerics::TravellingSolver.
+/// The state along x next to the initial fields of a scene on a grid, averaged over y, without noise: speed, densities
+/// (of a model of its own: mean, extremes and plateaus of each field), perturbations that depend on x; with `follow`
+/// the curve of states.  Archives hold the fields as frames, which initial.kind = "file" accepts.  Throws an input
+/// Error for a key that is not a number of the model, and as numerics::TravellingSolver.
 Result make_states(const io::Scene& scene, const StatesOptions& options, Threads& threads);
 
 }  // namespace drover::run

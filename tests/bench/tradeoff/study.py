@@ -3,14 +3,14 @@
 
     study.py --drover PROGRAM --output FOLDER [--count N] [--first N]
 
-draws scenes (number n is the same for everyone): without noise, with noise, and every fifteenth of particles.  For
-wishes of 10, 1 and 0.1 per cent of a time mean it asks `drover tradeoff` for the cheapest run, makes that run, and
-compares its mean with that of a reference: the full model by etdrk4-krogstad with a tenth of the step and twice the
-points along each axis; with noise a quarter of the step, and the same points where the study says that they are part of
-the model; for particles 0.4 of the step and four times the duration.  A search over methods, steps and
-grids of the full model, with the shortest duration that suffices, gives the cheapest run that meets the wish.  Costs
-are core seconds of whole processes.  FOLDER/study.csv has a row for each wish; rows that exist are kept: re-run to
-resume.
+draws scenes (number n is the same for everyone): without noise, with noise, and every fifteenth of particles; from
+number 100 on, of the models of models/, even ones without noise.  For wishes of 10, 1 and 0.1 per cent of a time mean
+it asks `drover tradeoff` for the cheapest run, makes that run, and compares its mean with that of a reference: the full
+model by etdrk4-krogstad with a tenth of the step and twice the points along each axis; with noise a quarter of the
+step, and the same points where the study says that they are part of the model; for particles 0.4 of the step and four
+times the duration.  A search over methods, steps and grids of the full model, with the shortest duration that suffices,
+gives the cheapest run that meets the wish.  Costs are core seconds of whole processes.  FOLDER/study.csv has a row for
+each wish; rows that exist are kept: re-run to resume.
 """
 import argparse
 import json
@@ -24,6 +24,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from studies import KeptTable, settings_of, timed  # noqa: E402
 
+MODELS = Path(__file__).resolve().parents[3] / "models"
 COLUMNS = ("scene", "kind", "observable", "wish", "outcome", "mean", "reference", "reference_error", "allowed", "error",
            "meets", "cost", "cheapest", "ratio", "trials", "production", "recommended", "cheapest_run", "settings")
 WISHES = (0.1, 0.01, 0.001)
@@ -83,15 +84,72 @@ def particle_scene(number):
     return "particles", keys, draw.choice(["bead_temperature_horizontal", "bead_speed"])
 
 
+FIRST_OF_MODELS = 100
+# A model of the shelf: its components with their means, ranges of coefficients, points, distance of points, step, end,
+# and the numbers that may be wanted.
+SHELF = {
+    "burgers": ({"velocity": 0.0}, {"nu": (0.05, 0.2)}, [(64, 1), (128, 1)], None, 0.01, 4.0,
+                ["variance_velocity", "max_velocity"]),
+    "swift-hohenberg": ({"pattern": 0.0}, {"r": (0.1, 0.5)}, [(32, 32), (48, 48)], math.pi / 4.0, 0.1, 50.0,
+                        ["variance_pattern"]),
+    "cahn-hilliard": ({"composition": 0.0}, {"kappa": (0.7, 1.5)}, [(32, 32), (48, 48)], 0.75, 0.1, 40.0,
+                      ["variance_composition"]),
+    "keller-segel": ({"cells": 1.0}, {"chi": (2.8, 3.5)}, [(32, 32), (48, 48)], 0.5, 0.05, 20.0,
+                     ["variance_cells", "max_cells"]),
+    "brusselator": ({"activator": 3.0, "inhibitor": 3.0}, {"b": (7.0, 9.5)}, [(32, 32), (48, 48)], 0.75, 0.025, 10.0,
+                    ["variance_activator", "mean_inhibitor"]),
+    "ginzburg-landau": ({"real_part": 0.5, "imaginary_part": 0.0}, {"b": (0.2, 0.6)}, [(32, 32), (48, 48)], 0.75, 0.05,
+                        20.0, ["variance_real_part"]),
+    "model-b, noise": ({}, {"T": (0.02, 0.2), "r": (0.3, 1.0), "u": (0.1, 1.0)}, [(16, 16), (24, 24)], 0.75, 0.1, 400.0,
+                       ["variance_composition"]),
+    "kpz, noise": ({}, {"lambda": (0.3, 2.0), "D": (0.2, 1.0)}, [(32, 1), (64, 1)], 1.0, 0.1, 400.0,
+                   ["variance_height"]),
+    "active-model-b, noise": ({}, {"D": (0.02, 0.1), "lambda": (0.3, 0.8), "phi0": (-1.2, -1.0)}, [(16, 16), (24, 24)],
+                              0.75, 0.05, 400.0, ["variance_composition"]),
+    "swift-hohenberg, noise": ({}, {"r": (-0.3, -0.1), "field[1].noise": (0.01, 0.1)}, [(16, 16), (24, 24)],
+                               math.pi / 4.0, 0.1, 400.0, ["variance_pattern"]),
+    "keller-segel, noise": ({}, {"chi": (1.0, 2.0), "field[1].noise": (1e-4, 1e-3)}, [(16, 16), (24, 24)], 0.75, 0.05,
+                            400.0, ["variance_cells"]),
+}
+
+
+def model_scene(number):
+    """The name of a model file, with its keys.  Starts are formulas, which are the same on every grid."""
+    draw = random.Random(16180 + number)
+    noisy = number % 2 == 1
+    kind = draw.choice([name for name in SHELF if name.endswith("noise") == noisy])
+    means, coefficients, sizes, distance, dt, end, wanted = SHELF[kind]
+    nx, ny = draw.choice(sizes)
+    lx, ly = (nx * distance, ny * distance) if distance else (2.0 * math.pi, 1.0)
+    keys = {"grid.nx": nx, "grid.ny": ny, "grid.lx": lx, "grid.ly": ly, "time.dt": dt, "time.end": end,
+            "time.stepper": "etdrk2", "output.sample_every": 2 * dt, "output.frame_every": end, "run.seed": number,
+            "initial.amplitude": 0.0, "initial.kind": "uniform" if noisy else "formula"}
+    if "field[1].noise" in coefficients and kind.startswith("keller-segel"):
+        keys["field[1].conserved_noise"] = True
+    for name, (low, high) in coefficients.items():
+        key = name if "." in name else f"coefficients.{name}"
+        keys[key] = draw.uniform(low, high)
+    if not noisy:
+        keys["analysis.warm_up"] = 0.0
+        for name, mean in means.items():
+            wave = f"{draw.randint(1, 2)} * x / lx + {draw.randint(0, 2) if ny > 1 else 0} * y / ly"
+            keys[f"initial.{name}"] = (f"{mean} + {draw.uniform(0.1, 0.4):.3f} * sin(2 * pi * ({wave}) + "
+                                       f"{draw.uniform(0, 6):.2f}) + {draw.uniform(0.02, 0.1):.3f} * "
+                                       f"cos(2 * pi * {draw.randint(2, 4)} * x / lx)")
+    return kind, keys, draw.choice(wanted)
+
+
 def scene(number):
+    if number >= FIRST_OF_MODELS:
+        return model_scene(number)
     return particle_scene(number) if number % 15 == 14 else field_scene(number)
 
 
 class Bench:
-    def __init__(self, program, folder, keys, observable):
+    def __init__(self, program, folder, keys, observable, text=""):
         self.program, self.folder, self.keys, self.observable = program, folder, keys, observable
-        self.empty = folder / "scene.toml"
-        self.empty.write_text("")
+        self.given = folder / "scene.toml"
+        self.given.write_text(text)
 
     def run(self, scene, keys):
         """Mean, its error, correlation time and cost of a run; None where it fails."""
@@ -108,13 +166,14 @@ class Bench:
         """The scene's full model with another step and grid."""
         keys = {**self.keys, **more}
         keys |= {"time.stepper": method, "time.dt": self.keys["time.dt"] * times,
-                 "grid.nx": round(self.keys["grid.nx"] * refine), "grid.ny": round(self.keys["grid.ny"] * refine)}
+                 "grid.nx": round(self.keys["grid.nx"] * refine),
+                 "grid.ny": 1 if self.keys["grid.ny"] == 1 else round(self.keys["grid.ny"] * refine)}
         keys["output.sample_every"] = max(keys["output.sample_every"], keys["time.dt"])
-        return self.run(self.empty, keys)
+        return self.run(self.given, keys)
 
 
 def recommended(bench, wish):
-    command = [bench.program, "tradeoff", bench.empty, "--want", f"{bench.observable}={100 * wish}%", "--budget", "60s",
+    command = [bench.program, "tradeoff", bench.given, "--want", f"{bench.observable}={100 * wish}%", "--budget", "60s",
                "--workers", "1", "--json", "--output", bench.folder / "study", *settings_of(bench.keys)]
     return timed(*command, timeout=LONGEST)
 
@@ -128,7 +187,7 @@ def reference_of(bench, noisy, particles, refine, longest):
     """The scene, ten times finer; with statistical errors for as long as its cost allows."""
     if particles:
         dt = bench.keys.get("time.dt", 5e-5)
-        return bench.run(bench.empty, {**bench.keys, "time.dt": dt / 2.5, "contacts.substep": dt / 25.0,
+        return bench.run(bench.given, {**bench.keys, "time.dt": dt / 2.5, "contacts.substep": dt / 25.0,
                                        "time.end": 4.0 * bench.keys["time.end"]})
     if not noisy:
         return bench.full("etdrk4-krogstad", 0.1, 2)
@@ -176,7 +235,8 @@ def rows_of(program, number):
     kind, keys, observable = scene(number)
     noisy, particles = "noise" in kind or kind == "particles", kind == "particles"
     with tempfile.TemporaryDirectory() as name:
-        bench = Bench(program, Path(name), keys, observable)
+        model = MODELS / f"{kind.partition(',')[0]}.toml" if number >= FIRST_OF_MODELS else None
+        bench = Bench(program, Path(name), keys, observable, model.read_text() if model else "")
         known = {}  # reference and search, by refinement
         for wish in WISHES:
             row = {"scene": number, "kind": kind, "observable": observable, "wish": wish, "settings": json.dumps(keys)}

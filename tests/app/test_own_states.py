@@ -1,0 +1,107 @@
+"""tests/app/test_own_states.py: drover states of models of one's own, against exact waves, bands of rods and beads, and
+refusals."""
+import json
+import math
+
+import h5py
+import numpy as np
+import pytest
+from rejection import rejected
+from support import MODELS, drover
+
+LENGTH = 20.0
+# Complex Ginzburg-Landau equation: A = X + i Y, d_t A = A + (1 + i b) lap A - (1 + i c) |A|^2 A.
+GINZBURG_LANDAU = f"""
+field = [{{symbol = "X", name = "real"}}, {{symbol = "Y", name = "imaginary"}}]
+grid = {{nx = 64, ny = 4, lx = {LENGTH}, ly = 4.0}}
+time = {{dt = 0.05, end = 10.0}}
+initial = {{kind = "formula", real = "0.9 cos(2 pi x / lx)", imaginary = "0.9 sin(2 pi x / lx)"}}
+define = {{power = "X^2 + Y^2"}}
+coefficients = {{b = 0.5, c = -0.4}}
+[equations]
+X = "X + lap X - b lap Y - power (X - c Y)"
+Y = "Y + lap Y + b lap X - power (Y + c X)"
+"""
+
+
+def write(folder, text, name="own.toml"):
+    (folder / name).write_text(text)
+    return name
+
+
+def states(folder, *words):
+    return json.loads(drover(folder, "states", *words, "--wave", "x", "--json").stdout)
+
+
+def speed_of_plane_wave(b, c):
+    """Of A = sqrt(1 - q^2) exp(i (q x - omega t)) with omega = b q^2 + c (1 - q^2)."""
+    q = 2.0 * math.pi / LENGTH
+    return (b * q * q + c * (1.0 - q * q)) / q
+
+
+def rates_of_plane_wave(b, c, count):
+    """Of (u exp(i k x) + conj(w) exp(-i k x)) times the wave, in its frame: two for each k."""
+    q = 2.0 * math.pi / LENGTH
+    power, rates = 1.0 - q * q, []
+    for k in 2.0 * math.pi / LENGTH * np.arange(-8, 9):
+        matrix = np.array([[-(1 + 1j * b) * (k * k + 2 * q * k) - (1 + 1j * c) * power, -(1 + 1j * c) * power],
+                           [-(1 - 1j * c) * power, -(1 - 1j * b) * (k * k - 2 * q * k) - (1 - 1j * c) * power]])
+        rates += list(np.linalg.eigvals(matrix) + 1j * k * speed_of_plane_wave(b, c))
+    return sorted((rate for rate in rates if abs(rate) > 1e-9), key=lambda rate: -rate.real)
+
+
+def test_a_plane_wave_has_its_exact_speed_amplitude_and_stability(tmp_path):
+    found = states(tmp_path, write(tmp_path, GINZBURG_LANDAU), "-o", "wave.h5")
+    assert found["speed"] == pytest.approx(speed_of_plane_wave(0.5, -0.4), rel=1e-11)
+    amplitude = math.sqrt(1.0 - (2.0 * math.pi / LENGTH)**2)
+    assert found["mean_real"] == pytest.approx(0.0, abs=1e-12)
+    exact = rates_of_plane_wave(0.5, -0.4, 8)
+    assert found["growth_rate"] == pytest.approx(exact[0].real, rel=1e-8)
+    for rate, one in zip(found["perturbations"], exact):
+        assert rate["rate"] == pytest.approx(one.real, rel=1e-7)
+    with h5py.File(tmp_path / "wave.h5") as archive:
+        real, imaginary = archive["real"][0], archive["imaginary"][0]
+    assert real.shape == (4, 64) and np.abs(np.hypot(real, imaginary) - amplitude).max() < 1e-11
+    # A run that starts from the frame goes on with it: after 2 s the wave has moved by 2 speeds.
+    line = next(line for line in GINZBURG_LANDAU.splitlines() if line.startswith("initial"))
+    write(tmp_path, GINZBURG_LANDAU.replace(line, 'initial = {kind = "file", file = "wave.h5", frame = 0}'))
+    drover(tmp_path, "run", "own.toml", "--set", "time.end=2", "--set", "output.frame_every=2", "--set", "time.dt=0.01",
+           "--set", "time.stepper=etdrk4-krogstad", "-o", "run.h5", "--quiet")
+    with h5py.File(tmp_path / "run.h5") as archive:
+        after = archive["real"][-1, 0] + 1j * archive["imaginary"][-1, 0]
+    turned = np.exp(-2j * math.pi / LENGTH * 2.0 * found["speed"])
+    assert np.abs(after - turned * (real[0] + 1j * imaginary[0])).max() < 1e-8  # of the steps: 6e-10
+
+
+def test_a_wave_is_followed_along_a_coefficient(tmp_path):
+    found = states(tmp_path, write(tmp_path, GINZBURG_LANDAU), "--follow", "b = 1")
+    curve = found["curve"]
+    assert len(curve) > 3 and curve[-1]["parameter"] >= 1.0
+    for point in curve:
+        assert point["speed"] == pytest.approx(speed_of_plane_wave(point["parameter"], -0.4), rel=1e-9)
+
+
+def test_a_band_of_the_same_equations_is_that_of_rods_and_beads(tmp_path):
+    text = (MODELS / "toner-tu.toml").read_text()
+    rise = "(1 / (1 + exp((x - 80) / sqrt(3))) + 1 / (1 + exp(-(x - 32) / sqrt(12))) - 1)"
+    own = states(tmp_path, write(tmp_path, text), "--set", "grid.ny=1", "--set", "grid.nx=256", "--set", "grid.lx=128",
+                 "--set", "grid.ly=8", "--set", "coefficients.rho0=1.0208333333333333", "--set", "initial.amplitude=0",
+                 "--set", f'initial.density="5/6 + 0.5 * {rise}"', "--set", f'initial.polarity_x="1 / sqrt(3) * {rise}"')
+    of_rods = states(tmp_path, MODELS / "band.toml", "--set", "grid.nx=256")
+    for name, other in (("speed", "speed"), ("low_density", "rod_low"), ("high_density", "rod_high"),
+                        ("max_polarity", "max_polar_order"), ("growth_rate", "growth_rate")):
+        # Newton's method stops at a residual of 1e-10 of the linear terms; the slowest rate is 1/100 of them.
+        assert own[name] == pytest.approx(of_rods[other], rel=1e-8), name
+    assert own["coexistence_density"] is True and own["speed"] == pytest.approx(math.sqrt(4 / 3), rel=1e-5)
+
+
+@pytest.mark.parametrize("changes, words, says", [
+    (("X = \"X", "X = \"cos(x) + X"), [], ["cos(x)", "depends on position or time"]),
+    (("", ""), ["--follow", "d = 1"], ["--follow names d", "coefficients.b, coefficients.c"]),
+    (("", ""), ["--follow", "b = 0.5"], ["b is 0.5 already"]),
+    (('real = "0.9 cos(2 pi x / lx)", imaginary = "0.9 sin(2 pi x / lx)"', 'real = "1"'), ["--settle", "0"],
+     ["does not depend on x"]),
+])
+def test_what_has_no_travelling_state_is_rejected(tmp_path, changes, words, says):
+    scene = write(tmp_path, GINZBURG_LANDAU.replace(*changes))
+    rejected(tmp_path, ["states", scene, "--wave", "x", *words], says)
