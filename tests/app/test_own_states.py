@@ -86,7 +86,8 @@ def test_a_band_of_the_same_equations_is_that_of_rods_and_beads(tmp_path):
     rise = "(1 / (1 + exp((x - 80) / sqrt(3))) + 1 / (1 + exp(-(x - 32) / sqrt(12))) - 1)"
     own = states(tmp_path, write(tmp_path, text), "--set", "grid.ny=1", "--set", "grid.nx=256", "--set", "grid.lx=128",
                  "--set", "grid.ly=8", "--set", "coefficients.rho0=1.0208333333333333", "--set", "initial.amplitude=0",
-                 "--set", f'initial.density="5/6 + 0.5 * {rise}"', "--set", f'initial.polarity_x="1 / sqrt(3) * {rise}"')
+                 "--set", f'initial.density="5/6 + 0.5 * {rise}"',
+                 "--set", f'initial.polarity_x="1 / sqrt(3) * {rise}"')
     of_rods = states(tmp_path, MODELS / "band.toml", "--set", "grid.nx=256")
     for name, other in (("speed", "speed"), ("low_density", "rod_low"), ("high_density", "rod_high"),
                         ("max_polarity", "max_polar_order"), ("growth_rate", "growth_rate")):

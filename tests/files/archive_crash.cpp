@@ -261,7 +261,7 @@ TEST(ArchiveCrash, a_partial_write_leaves_the_last_commit_or_the_next) {
     EXPECT_GT(kill_at_every_call(Trial::torn, 0), 30);
 }
 
-TEST(ArchiveCrash, a_power_cut_that_loses_any_unsynced_data_leaves_the_last_commit_or_the_next) {
+TEST(ArchiveCrashLong, a_power_cut_that_loses_any_unsynced_data_leaves_the_last_commit_or_the_next) {
     for (const unsigned dice : {1000u, 2000u, 3000u, 4000u}) EXPECT_GT(kill_at_every_call(Trial::power, dice), 30);
 }
 

@@ -40,7 +40,7 @@ Model brusselator() {
 
 // Prigogine and Lefever (1968): the state (a, b/a) becomes unstable at b = (1 + a sqrt(Du/Dv))^2 to waves of
 // q^2 = a/sqrt(Du Dv), or at b = 1 + a^2 to uniform oscillations of frequency a, whichever is first.
-TEST(ModelBoundary, OfTheBrusselatorHasATuringPartAndAHopfPart) {
+TEST(ModelBoundaryLong, OfTheBrusselatorHasATuringPartAndAHopfPart) {
     Threads threads(1);
     const Boundary found = trace_boundary({.x0 = 0.5, .x1 = 4.0, .y0 = 1.0, .y1 = 12.0},
                                           plane_of(brusselator(), "a", "b", MarginState::isotropic), {},

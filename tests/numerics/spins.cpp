@@ -193,7 +193,7 @@ System split_system(const SpinEquations& linear, const SpinEquations& rest) {
     return system;
 }
 
-TEST(Spins, every_stepper_follows_a_split_system_of_any_layout_with_its_own_error) {
+TEST(SpinsLong, every_stepper_follows_a_split_system_of_any_layout_with_its_own_error) {
     Threads threads(1);
     const double end = 0.5;
     for (const Layout& layout : {many_fields, chiral(hexatic)}) {

@@ -233,7 +233,7 @@ TEST(Transform, an_invalid_grid_is_rejected) {
 }
 
 // What one thread frees of FFTW's memory is looked up while others plan: a block that they free must not be read.
-TEST(Transform, may_be_made_while_other_threads_free_memory_of_fftw) {
+TEST(TransformLong, may_be_made_while_other_threads_free_memory_of_fftw) {
     std::atomic<bool> stops = false;
     std::vector<std::thread> threads;
     for (int thread = 0; thread < 3; ++thread)
