@@ -172,7 +172,9 @@ const std::vector<Row<physics::InitialState>>& schema<physics::InitialState>() {
          .choices = {"uniform", "random", "mode", "stationary", "formula", "file"},
          .doc =
              "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary state of the linear "
-             "theory; formula: fields as formulas in x, y, lx and ly; file: a frame of an archive"},
+             "theory; formula: fields as formulas in x, y, lx and ly; file: a frame of an archive, by its Fourier "
+             "modes "
+             "where the grid has other points"},
         {.name = "amplitude",
          .member = &InitialState::amplitude,
          .unit = "unit of the field",

@@ -47,7 +47,7 @@ numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
     numerics::Spectra state(scene.grid, numerics::components(world.evolution.system().layout));
     std::vector<FrameField> fields;
     for (const physics::Component& one : physics::component_names(world.form)) fields.push_back({one.name, one.unit});
-    world.transform.forward(frame_of_file(scene, fields), state);
+    world.transform.forward(frame_of_file(scene, fields, world.evolution.system().degree), state);
     return state;
 }
 

@@ -107,7 +107,7 @@ struct ModelWorld {
         std::vector<FrameField> wanted;
         for (const model::StateComponent& one : setting.components) wanted.push_back({one.name, one.unit});
         numerics::Spectra spectra(scene.grid, static_cast<int>(wanted.size()));
-        transform.forward(frame_of_file(scene, wanted), spectra);
+        transform.forward(frame_of_file(scene, wanted, system().degree), spectra);
         return spectra;
     }
     const std::string& name(int component) const {

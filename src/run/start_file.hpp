@@ -16,8 +16,9 @@ struct FrameField {
 /// Coordinates of the points of a field along an axis [mm].
 std::vector<double> cell_corners(int count, double side);
 
-/// The frame initial.frame of the archive initial.file.  Throws an input Error at these keys unless it has these fields
-/// in these units, on the grid and cell of the scene, with finite values.
-numerics::Fields frame_of_file(const io::Scene& scene, const std::vector<FrameField>& fields);
+/// The frame initial.frame of the archive initial.file.  On other points in the same cell it is taken by the modes that
+/// both grids have, and this is logged.  degree: that decides which modes the run keeps.  Throws an input Error at
+/// these keys unless it has these fields in these units, in the cell of the scene, with finite values.
+numerics::Fields frame_of_file(const io::Scene& scene, const std::vector<FrameField>& fields, int degree);
 
 }  // namespace drover::run

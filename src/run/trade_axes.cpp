@@ -148,12 +148,15 @@ void add_shorter(const io::Scene& scene, StepLadder& ladder, int count) {
     }
 }
 
+bool has_random_start(const io::Scene& scene) {
+    return scene.initial.kind == "random" || (scene.initial.kind == "formula" && scene.initial.amplitude > 0.0);
+}
+
 std::vector<Level> grid_levels(const io::Scene& scene, bool same_start) {
     if (!io::has_grid(scene.kind)) return {{"the cell", {}}};
     const auto name = [](int nx, int ny) { return text("{} by {}", nx, ny); };
     std::vector<Level> levels;
-    // A random start is another one on another grid, and the fields of a file are those of its grid.
-    const bool comparable = (!same_start || scene.initial.kind != "random") && scene.initial.kind != "file";
+    const bool comparable = !same_start || !has_random_start(scene);
     constexpr int fewest = 16;
     const std::size_t warnings = kind_of(scene).warnings(scene).size();
     for (const int part : {4, 2}) {

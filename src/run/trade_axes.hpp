@@ -43,6 +43,9 @@ std::vector<StepLadder> step_ladders(const io::Scene& scene);
 /// `count` shorter steps at the end of a ladder.
 void add_shorter(const io::Scene& scene, StepLadder& ladder, int count);
 
+/// Whether the start has random numbers, which are others on another grid.
+bool has_random_start(const io::Scene& scene);
+
 /// On a grid: a quarter, half, the given and twice the points along each axis, as far as they hold the start; of
 /// particles: none.  `same_start`: none where the start is random, and so another on each grid; false where the wanted
 /// means do not depend on it.

@@ -229,12 +229,13 @@ std::vector<std::string> TradeBench::widen(const std::vector<std::string>& overr
         constexpr double two_sigma = 0.977249868051821;  // of a normal distribution, below mean + 2 sigma
         const auto freedom = static_cast<double>(runs.size() - 1);
         least_error_[w] = seeds.deviation * gsl_cdf_tdist_Pinv(two_sigma, freedom) / 2.0;
-        notes.push_back(
-            text("{} differs by {:.2g} between trials of {:.6g} s with {} seeds, of which each tells an error of "
-                 "{:.2g}: it fluctuates more slowly than they show; the statistical error is taken from the seeds: "
-                 "give a larger --budget",
-                 wishes_[w].text, seeds.deviation, duration, runs.size(),
-                 seeds.own_error.value_or(0.0) * std::sqrt(static_cast<double>(runs.size()))));
+        notes.push_back(text(
+            "{} differs by {:.2g} between trials of {:.6g} s with {} seeds, of which each tells an error of "
+            "{:.2g}: it fluctuates more slowly than they show, or has several states; the statistical error is taken "
+            "from the seeds: "
+            "give a larger --budget",
+            wishes_[w].text, seeds.deviation, duration, runs.size(),
+            seeds.own_error.value_or(0.0) * std::sqrt(static_cast<double>(runs.size()))));
     }
     return notes;
 }

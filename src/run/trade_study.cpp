@@ -144,7 +144,7 @@ private:
             found_.grids[given].step_seconds *= refinement_;
             found_.notes.push_back(text("the budget is too small for trials on {}: its grid error is that of {}",
                                         given_grid_, found_.grids[given].level.name));
-            if (bench_.scene.initial.kind == "random")
+            if (has_random_start(bench_.scene))
                 found_.notes.push_back(
                     text("the random start is another one on {}: the values above are those of the trials, and the "
                          "run will have others; only their relative errors carry over",
@@ -214,8 +214,11 @@ private:
                     trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
             if (!bench_.run(trials)) return false;
             collect_steps();
-            if (extension == most_extensions || !extend_ladders()) return true;
+            if (extension == most_extensions || !extend_ladders()) break;
         }
+        is_settled_ = true;
+        add_unsettled(bench_.drift_notes(bench_.measured(reference_)));
+        return true;
     }
 
     /// Two shorter steps of each method whose finest two still differ; false when there is none.
@@ -334,8 +337,6 @@ private:
                         [](const Bias& bias) { return !std::isfinite(bias.value); }))
             found_.notes.push_back(
                 "the bias of the step was not measured: no other step and no other method ran; give a larger --budget");
-        is_settled_ = true;
-        add_unsettled(bench_.drift_notes(reference));
         find_pairing();
     }
 

@@ -41,7 +41,7 @@ def tradeoff(scene, want, budget="20min", *, folder=None, workers=0, quiet=True)
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"relaxation": {"rate": -0.5, "saturation": 1.0}, "noise.order": 0.05,
     ...                          "grid": {"nx": 8, "ny": 8}, "time": {"dt": 0.5, "end": 100.0},
-    ...                          "output.sample_every": 1.0})
+    ...                          "initial": {"kind": "formula", "polar_order_x": "0.7"}, "output.sample_every": 1.0})
     >>> found = tradeoff(scene, "polar_order=20%", "5s")
     >>> found.recommended["time.end"] >= 100.0
     True
