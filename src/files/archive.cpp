@@ -453,7 +453,9 @@ void Archive::replace(const ResultTable& table) {
     for (const OpenRecording& recording : file_->recordings)
         require(table.group != "/" && !(recording.plan.group + "/").starts_with(table.group + "/"), {errors.file},
                 "{} cannot be a table of results: it belongs to a recording; expected another group", table.group);
-    if (errors.check(H5Lexists(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "looking up " + table.group) > 0)
+    // At the root, of an archive without recordings, there is nothing to replace.
+    if (table.group != "/" &&
+        errors.check(H5Lexists(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "looking up " + table.group) > 0)
         errors.check(H5Ldelete(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "removing " + table.group);
     const GroupDatasets created = make_group(file_->hdf5.id(), plan, errors);
     for (std::size_t i = 0; i < table.values.size(); ++i)

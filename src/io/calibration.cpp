@@ -12,11 +12,14 @@
 namespace drover::io {
 
 namespace {
-constexpr const char* group = "/calibration";
+constexpr const char* old_group = "/calibration";  // of tables that earlier versions wrote
 constexpr const char *bead_axis = "bead_area_fraction", *rod_axis = "rod_area_fraction";
 constexpr const char *names_attribute = "coefficients", *varied_attribute = "varied", *remarks_attribute = "remarks";
 
-std::string path_of(const std::string& name) { return std::string(group) + "/" + name; }
+std::string path_of(const files::ArchiveReader& archive, const std::string& name) {
+    const std::string old = std::string(old_group) + "/";
+    return (archive.has(old + bead_axis) ? old : "/") + name;
+}
 
 std::string axis_of(std::string key) {
     std::replace(key.begin(), key.end(), '.', '_');
@@ -57,7 +60,7 @@ std::string unit_of(const std::string& key) {
 }
 
 files::ResultTable results_of(const calibrate::Table& table) {
-    files::ResultTable results{.group = group, .axes = {}, .quantities = {}, .values = {}};
+    files::ResultTable results{.group = "/", .axes = {}, .quantities = {}, .values = {}};
     if (!table.varied_key.empty())
         results.axes.push_back({axis_of(table.varied_key), unit_of(table.varied_key), table.varied_key, table.varied});
     results.axes.push_back({bead_axis, "1", "projected area of beads/area of the cell", table.bead_fractions});
@@ -86,32 +89,35 @@ void write_calibration(const std::filesystem::path& file, const calibrate::Table
     files::write_archive(file, {}, attributes, [&](files::Archive& archive) { archive.replace(results_of(table)); });
 }
 
-bool is_calibration(const files::ArchiveReader& archive) { return archive.has(path_of(bead_axis)); }
+bool is_calibration(const files::ArchiveReader& archive) {
+    const std::string axis = path_of(archive, bead_axis);
+    return archive.has(axis) && archive.shape(axis).size() == 1;
+}
 
 namespace {
 /// A dataset of this shape, flat.
 std::vector<double> read_shaped(const files::ArchiveReader& archive, const SourceLocation& where,
                                 const std::string& name, const std::vector<std::size_t>& shape) {
-    require(archive.has(path_of(name)), where, "{} is missing; expected a complete table written by drover calibrate",
-            path_of(name));
-    files::Array array = archive.read(path_of(name));
+    require(archive.has(path_of(archive, name)), where,
+            "{} is missing; expected a complete table written by drover calibrate", path_of(archive, name));
+    files::Array array = archive.read(path_of(archive, name));
     const auto sizes = [](const std::vector<std::size_t>& of) {
         std::vector<std::string> words;
         for (const std::size_t size : of) words.push_back(text("{}", size));
         return joined(words, " by ");
     };
-    require(array.shape == shape, where, "{} has {} numbers; expected {}, the sizes of the axes", path_of(name),
-            sizes(array.shape), sizes(shape));
+    require(array.shape == shape, where, "{} has {} numbers; expected {}, the sizes of the axes",
+            path_of(archive, name), sizes(array.shape), sizes(shape));
     return std::move(array.values);
 }
 
 std::vector<double> read_axis(const files::ArchiveReader& archive, const SourceLocation& where,
                               const std::string& name) {
-    require(archive.has(path_of(name)), where, "{} is missing; expected a table written by drover calibrate",
-            path_of(name));
-    files::Array array = archive.read(path_of(name));
+    require(archive.has(path_of(archive, name)), where, "{} is missing; expected a table written by drover calibrate",
+            path_of(archive, name));
+    files::Array array = archive.read(path_of(archive, name));
     require(array.shape.size() == 1 && !array.values.empty(), where, "{} is not a list; expected an axis with values",
-            path_of(name));
+            path_of(archive, name));
     return std::move(array.values);
 }
 
@@ -123,12 +129,12 @@ calibrate::Origin origin_of(double stored, const std::string& name, const Source
 
 void read_row(const files::ArchiveReader& archive, const SourceLocation& where, const calibrate::Table& table,
               calibrate::TableRow& row) {
-    require(archive.has(path_of(row.name)), where, "{} is listed but missing; expected a complete table",
-            path_of(row.name));
+    require(archive.has(path_of(archive, row.name)), where, "{} is listed but missing; expected a complete table",
+            path_of(archive, row.name));
     std::vector<std::size_t> shape;
     if (!table.varied_key.empty()) shape.push_back(table.varied.size());
     shape.push_back(table.bead_fractions.size());
-    row.by_rods = archive.shape(path_of(row.name)).size() > shape.size();
+    row.by_rods = archive.shape(path_of(archive, row.name)).size() > shape.size();
     if (row.by_rods) shape.push_back(table.rod_fractions.size());
     const auto read = [&](const char* part) { return read_shaped(archive, where, row.name + part, shape); };
     const std::vector<double> values = read(""), errors = read("_error"), trials = read("_trials"),
@@ -142,9 +148,9 @@ void read_row(const files::ArchiveReader& archive, const SourceLocation& where, 
                                .trials = static_cast<int>(trials[i]),
                                .origin = origin_of(origins[i], row.name, where)});
     }
-    row.unit = archive.text_attribute(path_of(row.name), "units");
-    const bool is_old = !archive.has_attribute(path_of(row.name), "comment");
-    row.formula = archive.text_attribute(path_of(row.name), is_old ? "long_name" : "comment");
+    row.unit = archive.text_attribute(path_of(archive, row.name), "units");
+    const bool is_old = !archive.has_attribute(path_of(archive, row.name), "comment");
+    row.formula = archive.text_attribute(path_of(archive, row.name), is_old ? "long_name" : "comment");
 }
 
 /// Assigns "drag[3]: remark" to its entry; ignores other lines.
@@ -162,13 +168,13 @@ calibrate::Table read_calibration(const files::ArchiveReader& archive, const std
     const SourceLocation where{.file = file.string()};
     require(is_calibration(archive), where,
             "not a table of coefficients: {} is missing; expected a file written by drover calibrate",
-            path_of(bead_axis));
+            path_of(archive, bead_axis));
     calibrate::Table table{.varied_key = archive.text_attribute(varied_attribute),
                            .bead_fractions = read_axis(archive, where, bead_axis),
                            .rod_fractions = {},
                            .rows = {}};
     if (!table.varied_key.empty()) table.varied = read_axis(archive, where, axis_of(table.varied_key));
-    if (archive.has(path_of(rod_axis))) table.rod_fractions = read_axis(archive, where, rod_axis);
+    if (archive.has(path_of(archive, rod_axis))) table.rod_fractions = read_axis(archive, where, rod_axis);
     std::istringstream names(archive.text_attribute(names_attribute)),
         remarks(archive.text_attribute(remarks_attribute));
     for (std::string name; names >> name;) {

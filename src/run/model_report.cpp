@@ -41,6 +41,55 @@ void warn_of_tails(const io::Scene& scene, const model::Equations& equations, co
                      scene.grid.ny > 1 ? text(" and grid.ny = {}", 2 * scene.grid.ny) : ""));
     }
 }
+
+/// Whether the noise of a density depends on it.
+bool multiplies_itself(const model::Equations& equations, const measure::MeasuredField& field) {
+    if (!equations.has_product_noise()) return false;
+    const int place = equations.state_components()[static_cast<std::size_t>(field.first)];
+    const numerics::Wavevector q{1.0, 0.0};
+    model::UniformState state = equations.reference(), denser = state;
+    denser[static_cast<std::size_t>(place)] *= 2.0;
+    return equations.noise(state, q)(place, place) != equations.noise(denser, q)(place, place);
+}
+
+double kept_modes(const numerics::Grid& grid, int degree) {
+    double count = 0.0;
+    for (std::size_t row = 0; row < static_cast<std::size_t>(grid.ny); ++row)
+        for (std::size_t column = 0; column < numerics::columns(grid); ++column)
+            if (numerics::is_kept(grid, degree, column, row)) count += column == 0 ? 1.0 : 2.0;  // with its conjugate
+    return count;
+}
+
+/// Gaussian noise of a density is that of particles only where each mode has many: white fluctuations of particles have
+/// the structure factor n, of which the shortest waves, where noise and diffusion are alone, are the measure.
+void warn_of_few_particles(const model::Equations& equations, const measure::ModelSetting& setting,
+                           const std::vector<measure::RecordedSeries>& series, const measure::Summary& summary,
+                           std::vector<std::string>& warnings) {
+    constexpr double fewest = 10.0;
+    const numerics::Grid& grid = setting.grid.grid;
+    for (const measure::MeasuredField& field : setting.fields) {
+        if (!field.is_density || !multiplies_itself(equations, field)) continue;
+        const auto *powers = measure::find_row(summary, "structure_factor_" + field.name),
+                   *means = measure::find_row(summary, "mean_" + field.name);
+        if (powers == nullptr || means == nullptr) continue;
+        const double mean = means->estimates.front().mean, shortest = powers->estimates.back().mean;
+        const double particles =
+            mean * mean * numerics::area(grid) / (shortest * kept_modes(grid, setting.grid.degree));
+        if (!(particles < fewest)) continue;
+        const auto* least = measure::find_row(series, "min_" + field.name);
+        const auto below = least == nullptr ? 0
+                                            : std::count_if(least->values.begin(), least->values.end(),
+                                                            [](double value) { return value < 0.0; });
+        warnings.push_back(
+            text("the noise of {} depends on {}, whose shortest waves fluctuate as with {:.2g} particles for each kept "
+                 "mode{}; expected {} or more, or Gaussian noise does not describe particles: choose a coarser grid or "
+                 "a larger density",
+                 field.name, field.symbol, particles,
+                 below > 0 ? text(", and it is below 0 somewhere in {} of {} samples", below, least->values.size())
+                           : "",
+                 fewest));
+    }
+}
 }  // namespace
 
 std::vector<std::string> model_warnings(const io::Scene& scene) {
@@ -177,6 +226,7 @@ Report make_model_report(const files::ArchiveReader& archive, const io::Scene& s
     }
     report.warnings = model_warnings(scene);
     warn_of_tails(scene, equations, setting, recorded.series, report.warnings);
+    warn_of_few_particles(equations, setting, recorded.series, report.summary, report.warnings);
     add_step_error(archive, scene, report.warnings);
     for (std::string& warning : step_bias_warnings(report.step_bias, scene, report.summary))
         report.warnings.push_back(std::move(warning));

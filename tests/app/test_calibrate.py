@@ -79,7 +79,7 @@ def test_table_files_and_info_agree_with_the_output_of_the_command(whole):
     folder, output, _ = whole
     summary = toml_of(folder)
     with h5py.File(folder / "table.h5") as file:
-        group = file["calibration"]
+        group = file
         assert sorted(file.attrs["coefficients"].decode().split()) == sorted(output["coefficients"])
         for name, row in output["coefficients"].items():
             points = row["points"]
@@ -102,7 +102,7 @@ def test_table_files_and_info_agree_with_the_output_of_the_command(whole):
 
 
 def test_xarray_opens_a_table_with_its_area_fractions(whole):
-    with xarray.open_dataset(whole[0] / "table.h5", group="calibration") as table:
+    with xarray.open_dataset(whole[0] / "table.h5") as table:
         assert table["drag"].dims == ("bead_area_fraction", "rod_area_fraction")
         assert table["relaxation_rate"].dims == ("bead_area_fraction",)
         assert list(table["rod_area_fraction"].values) == [0.1, 0.2]
@@ -130,7 +130,7 @@ def test_an_additional_varied_key_has_an_axis(tmp_path):
     assert [point["plates.amplitude"] for point in row["points"]] == [0.04, 0.05]
     assert row["points"][0]["value"] != row["points"][1]["value"]
     with h5py.File(tmp_path / "tiny.calibration" / "table.h5") as file:
-        assert file["calibration/damping_rate"].shape == (2, 1) and list(file["calibration/plates_amplitude"]) == [0.04,
+        assert file["damping_rate"].shape == (2, 1) and list(file["plates_amplitude"]) == [0.04,
                                                                                                                    0.05]
     assert len(toml_of(tmp_path / "tiny.calibration")["damping_rate"]["value"]) == 2
 
@@ -298,7 +298,7 @@ def test_a_result_with_a_larger_error_is_kept_marked_and_reported(tmp_path):
     assert re.search(r"\d !\n", ended.stdout) and re.search(r"! damping_rate at bead area fraction 0.3: .*trials "
                                                             r"are needed", ended.stdout)
     with h5py.File(tmp_path / "tiny.calibration" / "table.h5") as file:
-        assert list(file["calibration/damping_rate_origin"]) == [2]
+        assert list(file["damping_rate_origin"]) == [2]
         assert "trials are needed" in file.attrs["remarks"].decode()
 
 
@@ -375,7 +375,7 @@ def test_damaged_tables_are_rejected(whole, tmp_path):
     def spoiled(change):
         shutil.copy(whole[0] / "table.h5", tmp_path / "table.h5")
         with h5py.File(tmp_path / "table.h5", "r+") as file:
-            change(file["calibration"])
+            change(file)
         return ["info", "table.h5"]
 
     def put(name, value):
@@ -393,8 +393,8 @@ def test_damaged_tables_are_rejected(whole, tmp_path):
     rejected(tmp_path, spoiled(put("damping_rate", math.nan)), ["damping_rate at bead area fraction 0.2 is nan"])
     rejected(tmp_path, spoiled(put("damping_rate_origin", 9)), ["damping_rate_origin holds 9"])
     rejected(tmp_path, spoiled(put("bead_area_fraction", 0.7)), ["expected ascending area fractions between 0 and 1"])
-    rejected(tmp_path, spoiled(drop("drag_trials")), ["/calibration/drag_trials is missing"])
-    rejected(tmp_path, spoiled(drop("drag")), ["/calibration/drag is listed but missing"])
+    rejected(tmp_path, spoiled(drop("drag_trials")), ["/drag_trials is missing"])
+    rejected(tmp_path, spoiled(drop("drag")), ["/drag is listed but missing"])
     (tmp_path / "table.h5").write_bytes((whole[0] / "table.h5").read_bytes()[:3000])
     rejected(tmp_path, ["info", "table.h5"], ["table.h5"])
 

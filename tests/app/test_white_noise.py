@@ -1,4 +1,6 @@
 """tests/app/test_white_noise.py: noises that the equations of a scene name, in commands and in Python."""
+import re
+
 import drover as library
 import h5py
 import numpy as np
@@ -98,3 +100,28 @@ def test_a_scene_gives_its_model_and_a_model_its_scene(tmp_path):
 ])
 def test_noises_that_do_not_fit_are_rejected_at_their_place(tmp_path, change, said):
     rejected(tmp_path, ["check", write(tmp_path, change)], said)
+
+
+WALKERS = """
+field = [{symbol = "c", name = "walkers", conserved = true, reference = "c0"}]
+white_noise = [{symbol = "j", rank = "vector"}]
+grid = {nx = 16, ny = 16, lx = 16, ly = 16}
+time = {dt = 0.1, end = 200}
+output = {frame_every = 0, sample_every = 1}
+[equations]
+c = "D lap c + div(sqrt(2 D max(c, 0)) j)"
+[coefficients]
+D = 1
+"""
+
+
+@pytest.mark.parametrize("density", [40.0, 1.0])
+def test_a_density_of_few_particles_for_each_mode_is_said(tmp_path, density):
+    """Fluctuations of independent particles: c0 area/modes = 5.2 c0 for 7 by 7 modes in a cell of 256."""
+    (tmp_path / "walkers.toml").write_text(WALKERS + f"c0 = {density}\n")
+    told = drover(tmp_path, "run", "walkers.toml").stderr
+    found = re.search(r"fluctuate as with (\S+) particles for each kept mode", told)
+    assert (found is None) == (density * 256.0 / 49.0 > 10.0), told
+    if found:  # 200 samples of the shortest waves, which relax within one: a few per cent; max(c, 0) adds to them
+        assert float(found[1]) == pytest.approx(density * 256.0 / 49.0, rel=0.15)
+        assert "it is below 0 somewhere in" in told and "choose a coarser grid or a larger density" in told

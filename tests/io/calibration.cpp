@@ -139,8 +139,8 @@ TEST(CalibrationFile, foreign_files_are_rejected_with_a_message) {
         archive.commit();
     }
     EXPECT_EQ(refusal(), path.string() +
-                             ": not a table of coefficients: /calibration/bead_area_fraction is missing; "
-                             "expected a file written by drover calibrate");
+                             ": not a table of coefficients: /bead_area_fraction is missing; expected a file "
+                             "written by drover calibrate");
     std::ofstream(path) << "value = 1";
     EXPECT_EQ(refusal(), path.string() + ": is not an HDF5 file; expected an archive of drover");
 }

@@ -62,7 +62,7 @@ def share_of_scatter(samples):
 def flow_of(path):
     """By area fractions: g_flow, its error, and c for g_held = 1, a/(2 sigma)."""
     with h5py.File(path) as file:
-        group = file["calibration"]
+        group = file.get("calibration", file)  # tables of earlier versions have a group
         beads, rods = group["bead_area_fraction"][()], group["rod_area_fraction"][()]
         value, error = group["alignment_by_flow"][()], group["alignment_by_flow_error"][()]
         unit = 0.5 * group["relaxation_rate"][()] * group["rod_area"][()]
