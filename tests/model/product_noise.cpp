@@ -99,6 +99,22 @@ TEST(ProductNoise, of_a_uniform_strength_is_exact_in_steps_of_any_length) {
     EXPECT_NEAR(square, expected, 0.03 * expected);  // the mean alone has 1.6/(0.3 4000) of variance a run: 1.5 %
 }
 
+TEST(ProductNoise, has_the_strength_of_the_start_of_a_step) {
+    // In one step u falls to 1/e: with the strength of its end, noise would have 1/e^2 of the variance.
+    constexpr double strength = 1e-3;
+    const Equations equations(with_noise({scalar("u", "-u + s u xi", 1.0)}, {{.symbol = "xi"}}, {{"s", strength}}));
+    Evolution run(equations, {.grid = {.nx = 64, .ny = 64, .lx = 64.0, .ly = 64.0}, .dt = 1.0});
+    run.advance(1);
+    const numerics::Fields fields = run.fields();
+    const double mean = mean_of(fields[0]);
+    double variance = 0.0;
+    for (const double value : fields[0]) variance += (value - mean) * (value - mean) / 4096.0;
+    EXPECT_NEAR(mean, std::exp(-1.0), 1e-4);  // its noise: 1e-3/64
+    // Modes of products of two factors: |k| < 64/3.  1848 of them have a scatter of 3.3 %.
+    const double expected = strength * strength * 0.5 * (1.0 - std::exp(-2.0)) / 4096.0 * (43 * 43 - 1);
+    EXPECT_NEAR(variance, expected, 0.1 * expected);
+}
+
 TEST(ProductNoise, of_independent_walkers_keeps_their_poisson_fluctuations) {
     // d_t c = D lap c + div(sqrt(2 D c) xi) of Dean: S(q) = <c> at all q, whatever the density.
     const Equations equations(
