@@ -71,7 +71,7 @@ DEFECTS = (
      "system.product_noise->add(t, state, product_noise, next);",
      "const Spectra ended = next; system.product_noise->add(t, ended, product_noise, next);", ("model",)),
     ("a mass is clipped", "src/model/point_functions.cpp", "const double over = 1.0 / mass[i];",
-     "const double over = 1.0 / (mass[i] < 0.5 ? 0.5 : mass[i]);", ("physics",)),
+     "const double over = 1.0 / (mass[i] < 0.5 ? 0.5 : mass[i]);", ("model", "physics")),
     ("the drag of a balance forgets its products", "src/model/balance.cpp",
      "algebra.graph.make(Operation::add, algebra.graph.number(own), slope)", "algebra.graph.number(own)",
      ("physics",)),

@@ -172,5 +172,27 @@ TEST(Masses, have_a_lower_bound_for_a_step_where_their_drag_is_faster) {
     EXPECT_NEAR(part.range(0).max, 0.1, 1e-15);
 }
 
+TEST(Masses, divide_forces_at_every_point_however_small_they_are) {
+    // f/(n (1 + a cos x)) = f/(n sqrt(1 - a^2)) (1 + 2 sum of (-r)^k cos k x), r = (1 - sqrt(1 - a^2))/a.
+    constexpr double f = 0.03, n = 0.1, a = 0.2;
+    Model model;
+    model.fields = {{.name = "n", .symbol = "n", .equation = {"lap n", {}}, .reference = 1.0},
+                    {.name = "u", .symbol = "u", .mass = {"n", {}}, .equation = {"0.03 - u", {}}}};
+    Threads threads(1);
+    const Equations equations(model);
+    const numerics::System system = equations.linear_system(grid, 2);
+    ExplicitPart part(equations, system, threads);
+    part.set_step(1e-3);  // the least mass for it, 0.001, is far below 0.08
+    Spectra state(grid, 2), rate(grid, 2);
+    state[0][0] = n;
+    state[0][1] = 0.5 * a * n;
+    part(0.0, state, rate);
+    const double root = std::sqrt(1.0 - a * a), r = (1.0 - root) / a;
+    for (std::size_t k = 0; k < 6; ++k)  // with the linear part about n = 1
+        EXPECT_NEAR(rate[1][k].real() - f * state[0][k].real(), f / (n * root) * std::pow(-r, static_cast<double>(k)),
+                    1e-14)
+            << k;
+}
+
 }  // namespace
 }  // namespace drover::model::given_functions_tests
