@@ -78,6 +78,12 @@ numerics::Grid grid_of(const files::ArchiveReader& archive, const std::string& d
             io::location_of(scene, "initial.file"),
             "initial.file = \"{}\" has another cell; expected one of {} by {} mm, with any number of points",
             scene.initial.file, scene.grid.lx, scene.grid.ly);
+    const auto is_even = [](int count) { return count >= 4 && count % 2 == 0; };
+    require(
+        is_even(grid.nx) && (grid.ny == 1 || is_even(grid.ny)), io::location_of(scene, "initial.file"),
+        "initial.file = \"{}\" has {} by {} points; expected an archive of drover: even numbers of at least 4, or one "
+        "row",
+        scene.initial.file, grid.nx, grid.ny);
     return grid;
 }
 

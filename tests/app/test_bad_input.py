@@ -162,6 +162,15 @@ def other_fields(folder):
         file["rod_density"] = np.zeros((1, 16, 16))
 
 
+def odd_points(folder):
+    with h5py.File(folder / "first.h5", "w") as file:
+        file["time"] = np.zeros(1)
+        file["x"] = file["y"] = 16.0 / 15 * np.arange(15)
+        for name in ("rod_density", "polar_order_x", "polar_order_y"):
+            file[name] = np.zeros((1, 15, 15))
+            file[name].attrs["units"] = np.bytes_("mm-2")
+
+
 def not_finite(folder):
     make_archive(folder, "first.h5")
     with h5py.File(folder / "first.h5", "r+") as file:
@@ -179,6 +188,7 @@ STARTS = {
                         ["flock.toml:43:1", "first.h5", "another cell", "16 by 16 mm"]),
     "of another cell and grid": (lambda folder: make_archive(folder, "first.h5", {"grid.lx": 32.0, "grid.nx": 32}), {},
                                  ["first.h5", "another cell"]),
+    "of a grid that no run has": (odd_points, {}, ["flock.toml:43:1", "has 15 by 15 points", "even"]),
     "of fewer frames": (lambda folder: make_archive(folder, "first.h5"), start_from(3),
                         ["flock.toml:44:1", "initial.frame = 3", "0 to 2"]),
     "with a value that is not a number": (not_finite, {}, ["first.h5", "polar_order_x"]),
