@@ -115,7 +115,7 @@ StatesProblem declared_states(const io::Scene& scene, const std::string& follow,
     const model::Equations& equations = (*at)(states.family.parameter);
     const int degree = io::kept_degree(line, equations);
     states.grid = line.grid;
-    states.degree = quiet_system(equations, line.grid, degree, threads).degree;
+    states.degree = equations.linear_system(line.grid, degree).degree;
     states.family.system = [at, grid = line.grid, degree, &threads](double parameter) {
         check_stop_signal();
         return quiet_system((*at)(parameter), grid, degree, threads);
@@ -124,18 +124,14 @@ StatesProblem declared_states(const io::Scene& scene, const std::string& follow,
         const model::Equations& here = (*at)(parameter);
         return here.reference()[static_cast<std::size_t>(here.state_components()[static_cast<std::size_t>(component)])];
     };
-    const auto settle = [equations, line, degree, &threads](double duration, numerics::Spectra& state) {
-        const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
-        const double steps = std::ceil(duration / longest);
-        numerics::WatchedStepper stepper({.method = "etdrk4-krogstad", .dt = duration / steps, .tolerance = 1e-4},
-                                         quiet_system(equations, line.grid, degree, threads), 0, threads, std::nullopt);
-        for (std::int64_t step = 0; step < std::llround(steps); ++step) {
-            check_stop_signal();
-            stepper.advance(step, state);
-        }
+    const auto start = [equations, grid = line.grid, degree, &threads](double dt, numerics::Spectra&) -> Advance {
+        const auto stepper = std::make_shared<numerics::WatchedStepper>(
+            numerics::StepControl{.method = settling_method, .dt = dt, .tolerance = settling_tolerance},
+            quiet_system(equations, grid, degree, threads), 0, threads, std::nullopt);
+        return [stepper](std::int64_t step, numerics::Spectra& state) { stepper->advance(step, state); };
     };
     states.guess = {.fields = average_over_y(initial_model_fields(scene, threads), line.grid),
-                    .settle = settle,
+                    .settle = settle_by(line, start),
                     .longest = line.time.end};
     states.frames = model_frame_recording(scene, equations);
     states.entries = [at, lx = line.grid.lx](const auto& state, const auto& fields) {

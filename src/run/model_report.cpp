@@ -5,6 +5,7 @@
 
 #include "drover/measure/model_fields.hpp"
 #include "drover/model/theory.hpp"
+#include "drover/numerics/shells.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/model_simulation.hpp"
 #include "drover/run/warnings.hpp"
@@ -47,16 +48,16 @@ bool multiplies_itself(const model::Equations& equations, const measure::Measure
     if (!equations.has_product_noise()) return false;
     const int place = equations.state_components()[static_cast<std::size_t>(field.first)];
     const numerics::Wavevector q{1.0, 0.0};
-    model::UniformState state = equations.reference(), denser = state;
-    denser[static_cast<std::size_t>(place)] *= 2.0;
-    return equations.noise(state, q)(place, place) != equations.noise(denser, q)(place, place);
+    model::UniformState state = equations.reference(), thinner = state;
+    thinner[static_cast<std::size_t>(place)] *= 0.999;  // not far away, where the strength may have no value
+    return equations.noise(state, q)(place, place) != equations.noise(thinner, q)(place, place);
 }
 
 double kept_modes(const numerics::Grid& grid, int degree) {
     double count = 0.0;
     for (std::size_t row = 0; row < static_cast<std::size_t>(grid.ny); ++row)
         for (std::size_t column = 0; column < numerics::columns(grid); ++column)
-            if (numerics::is_kept(grid, degree, column, row)) count += column == 0 ? 1.0 : 2.0;  // with its conjugate
+            if (numerics::is_kept(grid, degree, column, row)) count += numerics::mode_weight(grid, column);
     return count;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "drover/base/log.hpp"
 #include "drover/physics/field_evolution.hpp"
@@ -24,22 +25,32 @@ numerics::Spectra average_over_y(const numerics::Spectra& fields, const numerics
     return average;
 }
 
-TravellingGuess rod_bead_guess(const io::Scene& scene, const io::Scene& line, Threads& threads) {
-    const auto settle = [line, &threads](double duration, numerics::Spectra& state) {
+Settle settle_by(const io::Scene& line, std::function<Advance(double dt, numerics::Spectra& state)> start) {
+    return [line, start = std::move(start)](double duration, numerics::Spectra& state) {
         const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
         const double steps = std::ceil(duration / longest);
-        physics::FieldEvolution evolution(
-            line.model, line.grid, line.dealiasing,
-            {.method = "etdrk4-krogstad", .dt = duration / steps, .tolerance = 1e-4, .watches_error = false}, 0,
-            threads);
-        evolution.start(state);
+        const Advance advance = start(duration / steps, state);
         for (std::int64_t step = 0; step < std::llround(steps); ++step) {
             check_stop_signal();
-            evolution.advance(step, state);
+            advance(step, state);
         }
     };
+}
+
+TravellingGuess rod_bead_guess(const io::Scene& scene, const io::Scene& line, Threads& threads) {
+    const auto start = [line, &threads](double dt, numerics::Spectra& state) -> Advance {
+        const auto evolution =
+            std::make_shared<physics::FieldEvolution>(line.model, line.grid, line.dealiasing,
+                                                      numerics::StepControl{.method = settling_method,
+                                                                            .dt = dt,
+                                                                            .tolerance = settling_tolerance,
+                                                                            .watches_error = false},
+                                                      0, threads);
+        evolution->start(state);
+        return [evolution](std::int64_t step, numerics::Spectra& at) { evolution->advance(step, at); };
+    };
     return {.fields = average_over_y(initial_fields(scene, threads), line.grid),
-            .settle = settle,
+            .settle = settle_by(line, start),
             .longest = line.time.end};
 }
 

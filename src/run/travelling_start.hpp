@@ -14,6 +14,13 @@ io::Scene line_of(const io::Scene& scene);
 /// A guess evolves for some time [s], which brings it nearer to a stable state.
 using Settle = std::function<void(double duration, numerics::Spectra& state)>;
 
+/// Takes a step of a state.
+using Advance = std::function<void(std::int64_t step, numerics::Spectra& state)>;
+inline constexpr const char* settling_method = "etdrk4-krogstad";
+inline constexpr double settling_tolerance = 1e-4;
+/// By equal steps of at most time.dt of the line.  `start` makes ready for steps of dt from a state.
+Settle settle_by(const io::Scene& line, std::function<Advance(double dt, numerics::Spectra& state)> start);
+
 /// How a state is looked for.
 struct TravellingGuess {
     numerics::Spectra fields;

@@ -15,7 +15,7 @@ double field_disk_bytes(const io::Scene& scene);
 std::string field_size(const io::Scene& scene);
 TimedScene timed_fields(const io::Scene& scene);
 
-/// Throws an input Error for an initial file with another grid or other fields.
+/// Throws an input Error for an initial file with another cell or other fields.
 Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
 
 /// The fields at t = 0.  Throws as make_field_simulation().

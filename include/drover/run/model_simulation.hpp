@@ -15,7 +15,7 @@ double model_disk_bytes(const io::Scene& scene);
 std::vector<std::string> model_warnings(const io::Scene& scene);
 Report make_model_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 
-/// Throws an input Error for an initial file with another grid or other fields.
+/// Throws an input Error for an initial file with another cell or other fields.
 Simulation make_model_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
 
 /// The fields at t = 0.  Throws as make_model_simulation().
