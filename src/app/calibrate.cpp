@@ -20,10 +20,11 @@ struct CalibrateOptions : SceneOptions {
     std::string share, budget;
     std::vector<std::string> wishes;
     int workers = 0, slurm = 0;
-    bool collect = false, json = false, quiet = false;
+    bool collect = false, status = false, json = false, quiet = false;
 };
 
 int print_outcome(const CalibrateOptions& options, const run::CalibrationOutcome& outcome) {
+    const bool is_share = !options.share.empty();
     if (outcome.table && options.json) {
         nlohmann::json result{{"table", outcome.file.string()},
                               {"trials_run", outcome.trials},
@@ -31,7 +32,7 @@ int print_outcome(const CalibrateOptions& options, const run::CalibrationOutcome
                               {"coefficients", run::table_json(*outcome.table)}};
         if (outcome.want) result["want"] = run::result_json(*outcome.want);
         print_json(result);
-    } else if (outcome.table) {
+    } else if (outcome.table && !is_share) {
         print(run::calibration_text(*outcome.table));
         if (outcome.want) print("\n" + run::result_text(*outcome.want));
         print(text("\n{}: all coefficients, with errors, trials and origins; as text: table.toml\n",
@@ -45,13 +46,14 @@ int print_outcome(const CalibrateOptions& options, const run::CalibrationOutcome
         return run::exit_stopped;
     }
     if (outcome.failed > 0) log_warning("{} of {} measurements failed, see above", outcome.failed, outcome.units);
-    if (outcome.unfinished > 0)
-        log_warning("{} of {} measurements are not finished; re-run the same command without --collect to resume",
-                    outcome.unfinished, outcome.units);
-    if (outcome.unmet_wants > 0)
+    if (outcome.unfinished > 0 && !is_share)
+        log_warning("{} of {} measurements are not finished; re-run the same command{} to resume", outcome.unfinished,
+                    outcome.units, options.collect ? " without --collect" : "");
+    if (outcome.unmet_wants > 0 && !is_share)
         log_warning("{} wanted numbers did not reach their errors; the reasons are listed with them",
                     outcome.unmet_wants);
-    return outcome.failed + outcome.unfinished + outcome.unmet_wants > 0 ? run::exit_run_failed : run::exit_done;
+    const std::size_t open = is_share ? 0 : outcome.unfinished + outcome.unmet_wants;
+    return outcome.failed + open > 0 ? run::exit_run_failed : run::exit_done;
 }
 
 int calibrate_scene(const CalibrateOptions& options) {
@@ -63,23 +65,26 @@ int calibrate_scene(const CalibrateOptions& options) {
                                               : std::filesystem::path(options.output),
                                 .collect = options.collect,
                                 .quiet = options.quiet};
-    if (!options.share.empty()) {
-        const run::Share share = run::read_share(options.share);
-        how.share = share.number;
-        how.shares = share.count;
-    }
+    if (!options.share.empty()) how.share = run::read_share(options.share);
     for (const std::string& wish : options.wishes) how.wishes.push_back(run::parse_wish(wish));
     if (!options.budget.empty()) how.budget = seconds_of(options.budget, "--budget");
     require(!options.json || options.share.empty(), {},
-            "--json with --share, which makes no table; give --json to --collect");
+            "--json with --share, which prints no table; give --json to --collect");
+    if (options.status) {
+        print(run::calibration_status(scene, how) + "\n");
+        return run::exit_done;
+    }
     if (options.slurm > 0) {
-        run::plan_calibration(scene);
+        run::needed_assays(run::plan_calibration(scene), how.wishes);
+        std::vector<std::string> words;
+        for (const std::string& wish : options.wishes) words.insert(words.end(), {"--want", wish});
+        if (!options.budget.empty()) words.insert(words.end(), {"--budget", options.budget});
         print(run::slurm_script({.command = "calibrate",
                                  .scene = options.scene,
                                  .overrides = options.overrides,
                                  .folder = how.folder,
                                  .shares = options.slurm,
-                                 .last = "--collect"}));
+                                 .options = words}));
         return run::exit_done;
     }
     return print_outcome(options, run::run_calibration(scene, how));
@@ -108,19 +113,23 @@ void add_calibrate(CLI::App& program, Action& action) {
     command->add_option("--workers", options->workers, "Number of simultaneous trials")->check(CLI::Range(1, 1024));
     CLI::Option* share =
         command
-            ->add_option("--share", options->share, "Run only the I-th of N shares in a common folder; writes no table")
-            ->type_name("I/N")
-            ->excludes(want);
+            ->add_option("--share", options->share, "One of N processes that share the trials in a common folder")
+            ->type_name("I/N");
     CLI::Option* collect =
         command->add_flag("--collect", options->collect, "Run no trials: make the table from those that have ended")
             ->excludes(share);
-    command
-        ->add_option("--slurm", options->slurm, "Print a script that runs N shares on Slurm and then makes the table")
+    CLI::Option* status = command
+                              ->add_flag("--status", options->status,
+                                         "Print how far all processes have come: measurements and trials done, trials "
+                                         "failed and running, their rate and the time left")
+                              ->excludes(share)
+                              ->excludes(collect);
+    command->add_option("--slurm", options->slurm, "Print a script that runs N shares on Slurm and makes the table")
         ->type_name("N")
         ->check(CLI::Range(1, 100000))
         ->excludes(share)
         ->excludes(collect)
-        ->excludes(want);
+        ->excludes(status);
     add_max_time(*command);
     command->add_flag("--json", options->json, "Print the table as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");

@@ -295,8 +295,7 @@ std::vector<run::Wish> wishes_of(const std::vector<std::string>& texts) {
 std::string calibrate(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,
                       const std::vector<std::string>& want, const std::string& budget, bool quiet) {
     run::CalibrationOptions options{.folder = folder,
-                                    .share = share,
-                                    .shares = shares,
+                                    .share = {.number = share, .count = shares},
                                     .collect = collect,
                                     .quiet = quiet,
                                     .wishes = wishes_of(want)};
@@ -356,12 +355,11 @@ std::string sweep_status(const io::Scene& scene, const std::filesystem::path& fo
     return nlohmann::json{{"text", run::sweep_status(scene, folder)}}.dump();
 }
 
-/// A script for sh.
-std::string sweep_script(const std::filesystem::path& scene, const std::filesystem::path& folder, int shares) {
-    return nlohmann::json{
-        {"text",
-         run::slurm_script({.command = "sweep", .scene = scene, .overrides = {}, .folder = folder, .shares = shares})}}
-        .dump();
+std::string calibration_status(const io::Scene& scene, const std::filesystem::path& folder,
+                               const std::vector<std::string>& want, const std::string& budget) {
+    run::CalibrationOptions options{.folder = folder, .wishes = wishes_of(want)};
+    if (!budget.empty()) options.budget = seconds_of(budget, "budget");
+    return nlohmann::json{{"text", run::calibration_status(scene, options)}}.dump();
 }
 
 void bind_runs(py::module_& module) {
@@ -387,18 +385,25 @@ void bind_runs(py::module_& module) {
     module.def("sweep", &sweep, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("quiet"));
     module.def("sweep_status", &sweep_status, py::arg("scene"), py::arg("folder"));
-    module.def("sweep_script", &sweep_script, py::arg("scene"), py::arg("folder"), py::arg("shares"));
+    module.def("calibration_status", &calibration_status, py::arg("scene"), py::arg("folder"), py::arg("want"),
+               py::arg("budget"));
     module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("want"), py::arg("budget"), py::arg("quiet"));
     module.def("leave_signals_to_python", &run::leave_signals_to_host, py::arg("leave"));
     module.def("contain_hdf5", &files::contain_hdf5);
     module.def(
         "slurm_script",
-        [](const std::filesystem::path& scene, const std::vector<std::string>& settings,
-           const std::filesystem::path& folder, int shares) {
-            return run::slurm_script({.scene = scene, .overrides = settings, .folder = folder, .shares = shares});
+        [](const std::string& command, const std::filesystem::path& scene, const std::vector<std::string>& settings,
+           const std::filesystem::path& folder, int shares, const std::vector<std::string>& options) {
+            return run::slurm_script({.command = command,
+                                      .scene = scene,
+                                      .overrides = settings,
+                                      .folder = folder,
+                                      .shares = shares,
+                                      .options = options});
         },
-        py::arg("scene"), py::arg("settings"), py::arg("folder"), py::arg("shares"));
+        py::arg("command"), py::arg("scene"), py::arg("settings"), py::arg("folder"), py::arg("shares"),
+        py::arg("options"));
     module.def(
         "info",
         [](const std::filesystem::path& file) {

@@ -1,8 +1,9 @@
-// run/calibration.cpp: trials on workers, each stored when it ends; then the table.
+// run/calibration.cpp: the trials of a calibration as a campaign, and the table that comes of them.
 #include "drover/run/calibration.hpp"
 
 #include <algorithm>
-#include <chrono>
+#include <charconv>
+#include <map>
 #include <utility>
 
 #include "base/clock.hpp"
@@ -11,11 +12,12 @@
 #include "drover/base/version.hpp"
 #include "drover/files/new_file.hpp"
 #include "drover/io/calibration.hpp"
-#include "drover/io/trial_file.hpp"
+#include "drover/io/trial_record.hpp"
 #include "drover/run/loop.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/signals.hpp"
-#include "drover/run/worker_pool.hpp"
+#include "files/record_bytes.hpp"
+#include "run/campaign.hpp"
 #include "run/want_plan.hpp"
 
 namespace drover::run {
@@ -24,11 +26,83 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* calibration_manifest = "calibrate.toml";
 constexpr double grace_period = 5.0;  // for running trials after a signal [s]; the program then ends within 10 s
+constexpr std::string_view before_number = "-trial-";
 
-fs::path trials_of(const fs::path& folder, const CalibrationUnit& unit) { return folder / (unit.name + ".trials"); }
+/// One trial: its unit in the layout, and its number.
+struct TrialPlace {
+    std::size_t unit = 0;
+    std::uint64_t number = 0;
+};
 
-calibrate::TrialSet trial_set_of(const CalibrationLayout& layout, const CalibrationUnit& unit, double max_failed) {
-    return {layout.assays[unit.assay], layout.goal, max_failed};
+/// The trials of a calibration in its folder.
+class StoredTrials {
+public:
+    StoredTrials(const io::Scene& scene, const CalibrationLayout& of, const fs::path& folder)
+        : layout(of), max_failed_(scene.calibration.max_failed), folder_(folder) {
+        for (std::size_t u = 0; u < layout.units.size(); ++u) units_[layout.units[u].name] = u;
+    }
+
+    const CalibrationLayout& layout;
+
+    files::RecordIdentity identity() const {
+        return {.hash = files::fingerprint("calibrate\n" + layout.manifest), .content = layout.manifest};
+    }
+    std::string key_of(const TrialPlace& trial) const {
+        return text("{}{}{}", layout.units[trial.unit].name, before_number, trial.number);
+    }
+    /// Nothing for a trial at another point.
+    std::optional<TrialPlace> find(const std::string& key) const {
+        const std::size_t at = key.rfind(before_number);
+        const auto unit = units_.find(key.substr(0, at));
+        if (at == std::string::npos || unit == units_.end()) return std::nullopt;
+        TrialPlace place{.unit = unit->second};
+        std::from_chars(key.data() + at + before_number.size(), key.data() + key.size(), place.number);
+        return place;
+    }
+
+    /// With the plan of its assay, which the trials have in common.
+    UnitResult encoded(const TrialPlace& trial, const calibrate::Attempt& attempt) const {
+        return {.content = io::attempt_bytes(attempt), .shared = plan_of(trial.unit)};
+    }
+    /// Throws an input Error for a trial of another plan.
+    calibrate::Attempt decoded(const TrialPlace& trial, const UnitRecord& record) const {
+        const std::string& plan = plan_of(trial.unit);
+        require(record.result.shared == plan, {.file = (folder_ / "records").string()},
+                "the trials of {} have another plan: {}; choose another folder with --output",
+                layout.units[trial.unit].name, files::difference(record.result.shared, plan));
+        return io::attempt_of(record.result.content, record.key);
+    }
+
+    calibrate::TrialSet no_trials(std::size_t unit) const {
+        return {layout.assays[layout.units[unit].assay], layout.goal, max_failed_};
+    }
+    /// Of each unit, those of all processes.
+    std::vector<calibrate::TrialSet> read() const {
+        std::vector<calibrate::TrialSet> sets;
+        for (std::size_t u = 0; u < layout.units.size(); ++u) {
+            sets.push_back(no_trials(u));
+            const fs::path earlier = folder_ / (layout.units[u].name + ".trials");  // before there were records
+            for (calibrate::Attempt& attempt : io::read_trials(earlier, identity_of(layout, layout.units[u])))
+                sets.back().add(std::move(attempt));
+        }
+        for (const UnitRecord& record : campaign_records(folder_, identity()))
+            if (const auto trial = find(record.key); trial && record.state == UnitState::done)
+                sets[trial->unit].add(decoded(*trial, record));
+        return sets;
+    }
+
+private:
+    const std::string& plan_of(std::size_t unit) const { return layout.plans[layout.units[unit].assay]; }
+
+    double max_failed_;
+    const fs::path& folder_;
+    std::map<std::string, std::size_t> units_;  ///< by name
+};
+
+std::size_t count_of(const std::vector<calibrate::TrialSet>& sets) {
+    std::size_t count = 0;
+    for (const calibrate::TrialSet& one : sets) count += one.count();
+    return count;
 }
 
 std::string result_text(const calibrate::TrialSet& trial_set) {
@@ -49,178 +123,147 @@ WantLimits limits_of(const io::Scene& scene, const CalibrationOptions& options, 
             .workers = static_cast<std::size_t>(workers)};
 }
 
-/// The trials of one process: its locked trial files and the trials still needed.
-class Work {
+/// The plan of a campaign: which trials are still needed, from those that have ended anywhere.
+class NeededTrials {
 public:
-    Work(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options, int workers)
-        : layout_(layout), options_(options), factory_(calibrate::system_factory(scene.time.dt)) {
-        if (!options.wishes.empty()) plan_.emplace(layout, options.wishes, limits_of(scene, options, workers));
-        for (std::size_t u = 0; u < layout.units.size(); ++u) {
-            none_.push_back(trial_set_of(layout, layout.units[u], scene.calibration.max_failed));
-            const bool is_wanted = !plan_ || plan_->needs(u);
-            if (is_wanted &&
-                u % static_cast<std::size_t>(options.shares) == static_cast<std::size_t>(options.share - 1))
-                open(u, scene.calibration.max_failed);
-        }
+    NeededTrials(const io::Scene& scene, const StoredTrials& stored, const CalibrationOptions& options, int workers)
+        : stored_(stored), options_(options), factory_(calibrate::system_factory(scene.time.dt)) {
+        if (!options.wishes.empty()) wanted_.emplace(stored.layout, options.wishes, limits_of(scene, options, workers));
+        for (calibrate::TrialSet& one : stored.read()) units_.push_back({.trials = std::move(one)});
+        for (std::size_t u = 0; u < units_.size(); ++u)
+            if (!wanted_ || wanted_->needs(u)) already_ += units_[u].trials.count();
+        make_plan();
     }
 
-    std::size_t units() const { return units_.size(); }
+    /// Trials that were present, of those that count.
     std::size_t already() const { return already_; }
-    std::size_t ran() const { return ran_; }
 
-    Jobs jobs() {
-        return {.next = [this] { return next(); },
-                .work = [this](std::size_t job, const Send& send) { return run(job, send); },
-                .received = [this](std::size_t job, const std::string& message) { take(job, message); },
-                .ended = [this](std::size_t job, int status) { end(job, status); }};
+    UnitPlan plan() {
+        return {.wanted = [this](const Offer& offer) { want(offer); },
+                .run = [this](const std::string& key) { return run(*stored_.find(key)); },
+                .take = [this](const UnitRecord& record) { take(record); }};
     }
+
+    /// Those below which all trials of a unit are needed as far as is known.
+    std::uint64_t needed(std::size_t unit) const {
+        const Unit& one = units_[unit];
+        if (wanted_) return one.planned;
+        return one.trials.needed();
+    }
+    const calibrate::TrialSet& trials(std::size_t unit) const { return units_[unit].trials; }
+    const std::vector<WantedValue>* values() const { return wanted_ ? &wanted_->values() : nullptr; }
 
 private:
     struct Unit {
-        std::size_t unit;
-        io::TrialFile file;
-        calibrate::TrialSet trial_set;
-        std::uint64_t next = 0;     ///< trials below it are done or running
+        calibrate::TrialSet trials;
+        std::uint64_t next = 0;     ///< trials below it have ended
         std::uint64_t planned = 0;  ///< for wanted numbers: trials below it are to run
-        bool crashed = false;       ///< a worker crashed in it
-        bool warned = false;        ///< of a failed trial
-    };
-    struct Job {
-        std::size_t unit;
-        std::uint64_t trial;
+        bool has_crashed = false;   ///< a worker of this process did, in a trial
+        bool has_warned = false;    ///< of a failed trial
     };
 
-    void open(std::size_t u, double max_failed) {
-        const CalibrationUnit& unit = layout_.units[u];
-        const fs::path file = trials_of(options_.folder, unit);
-        Unit one{.unit = u,
-                 .file = io::TrialFile(file, identity_of(layout_, unit)),
-                 .trial_set = trial_set_of(layout_, unit, max_failed)};
-        if (one.file.cut() > 0)
-            log_warning(
-                "{}: the last {} bytes are an incomplete trial; they were removed, and the trial will be repeated",
-                file.string(), one.file.cut());
-        for (const calibrate::Attempt& attempt : one.file.attempts()) one.trial_set.add(attempt);
-        already_ += one.trial_set.count();
-        units_.push_back(std::move(one));
-    }
-
-    std::optional<std::size_t> next() {
-        const std::optional<std::size_t> job = next_needed();
-        if (job || !plan_ || planned_at_ == ended_) return job;
-        planned_at_ = ended_;
+    void want(const Offer& offer) {
+        if (!offer_needed(offer) || !wanted_ || planned_at_ == ended_) return;
         make_plan();
-        return next_needed();
+        offer_needed(offer);
     }
 
-    std::optional<std::size_t> next_needed() {
-        for (std::size_t m = 0; m < units_.size(); ++m) {
-            Unit& one = units_[m];
-            if (one.crashed || one.trial_set.ended()) continue;
-            const std::uint64_t needed = plan_ ? one.planned : one.trial_set.needed();
-            while (one.next < needed && one.trial_set.has(one.next)) ++one.next;
-            if (one.next >= needed) continue;
-            jobs_.push_back({.unit = m, .trial = one.next++});
-            return jobs_.size() - 1;
+    /// Whether more are welcome.
+    bool offer_needed(const Offer& offer) {
+        const std::size_t first = units_.size() * static_cast<std::size_t>(options_.share.number - 1) /
+                                  static_cast<std::size_t>(options_.share.count);
+        for (std::size_t i = 0; i < units_.size(); ++i) {
+            const std::size_t u = (first + i) % units_.size();
+            Unit& one = units_[u];
+            if (one.has_crashed || one.trials.ended()) continue;
+            while (one.trials.has(one.next)) ++one.next;
+            for (std::uint64_t n = one.next; n < needed(u); ++n)
+                if (!one.trials.has(n) && !offer(stored_.key_of({.unit = u, .number = n}))) return false;
         }
-        return std::nullopt;
+        return true;
     }
 
     void make_plan() {
+        planned_at_ = ended_;
+        if (!wanted_) return;
         std::vector<UnitProgress> progress;
-        for (const calibrate::TrialSet& none : none_) progress.push_back({.trials = &none});
         for (const Unit& one : units_)
-            progress[one.unit] = {.trials = &one.trial_set,
-                                  .given = std::max<std::uint64_t>(one.next, one.trial_set.count()),
-                                  .has_crashed = one.crashed};
-        const std::vector<std::uint64_t> needed = plan_->next(progress);
-        for (Unit& one : units_) one.planned = needed[one.unit];
+            progress.push_back({.trials = &one.trials,
+                                .given = std::max<std::uint64_t>(one.planned, one.trials.count()),
+                                .has_crashed = one.has_crashed});
+        const std::vector<std::uint64_t> planned = wanted_->next(progress);
+        for (std::size_t u = 0; u < units_.size(); ++u) units_[u].planned = wanted_->needs(u) ? planned[u] : 0;
     }
 
     /// In the worker.
-    int run(std::size_t job, const Send& send) const {
-        const auto& [m, trial] = jobs_[job];
-        const CalibrationUnit& unit = layout_.units[units_[m].unit];
-        calibrate::Attempt attempt{.number = trial, .numbers = {}, .failure = {}};
+    UnitResult run(const TrialPlace& trial) const {
+        const CalibrationUnit& unit = stored_.layout.units[trial.unit];
+        const double start = core_seconds();
+        calibrate::Attempt attempt{.number = trial.number, .numbers = {}, .failure = {}};
         try {
-            attempt.numbers = calibrate::run_trial(layout_.assays[unit.assay], factory_, unit.conditions, trial);
+            attempt.numbers =
+                calibrate::run_trial(stored_.layout.assays[unit.assay], factory_, unit.conditions, trial.number);
         } catch (const Error& error) {
             if (!is_of_scene(error.fault())) throw;
             attempt.failure = error.what();
         }
-        if (plan_) attempt.core_seconds = core_seconds();
-        send(io::attempt_bytes(attempt));
-        return 0;
+        attempt.core_seconds = core_seconds() - start;
+        return stored_.encoded(trial, attempt);
     }
 
-    void end(std::size_t job, int status) {
-        const auto& [m, trial] = jobs_[job];
+    void take(const UnitRecord& record) {
+        const auto trial = stored_.find(record.key);
+        if (!trial) return;
+        Unit& one = units_[trial->unit];
+        const std::string& name = stored_.layout.units[trial->unit].name;
         ++ended_;
-        if (status == 0 || stop_signal() != 0) return;  // interrupted: runs again on resume
-        log_warning("{}: the worker of trial {} ended with status {}; skipping this measurement",
-                    layout_.units[units_[m].unit].name, trial, status);
-        units_[m].crashed = true;
-    }
-
-    void take(std::size_t job, const std::string& message) {
-        const auto& [m, trial] = jobs_[job];
-        Unit& one = units_[m];
-        const std::string& name = layout_.units[one.unit].name;
-        calibrate::Attempt attempt = io::attempt_of(message);
-        if (!attempt.failure.empty() && !std::exchange(one.warned, true))
-            log_warning("{}: trial {} failed: {} (further failures are counted, not reported)", name, trial,
+        if (record.state != UnitState::done) {
+            if (!record.is_new) return;
+            log_warning("{}: trial {}: {}; skipping this measurement", name, trial->number, record.reason);
+            one.has_crashed = true;
+            return;
+        }
+        calibrate::Attempt attempt = stored_.decoded(*trial, record);
+        if (record.is_new && !attempt.failure.empty() && !std::exchange(one.has_warned, true))
+            log_warning("{}: trial {} failed: {} (further failures are counted, not reported)", name, trial->number,
                         attempt.failure);
-        one.file.append(attempt);
-        one.trial_set.add(std::move(attempt));
+        const bool had_ended = one.trials.ended();
+        one.trials.add(std::move(attempt));
+        if (!record.is_new) return;
         ++ran_;
-        if (!options_.quiet) report(one, name);
+        if (!options_.quiet) report(one, name, had_ended);
     }
 
-    void report(const Unit& one, const std::string& name) {
-        if (one.trial_set.ended()) log_information("{}: {}", name, result_text(one.trial_set));
+    void report(const Unit& one, const std::string& name, bool had_ended) {
+        if (one.trials.ended() && !had_ended) log_information("{}: {}", name, result_text(one.trials));
         constexpr auto pause = std::chrono::seconds(30);
         const auto now = Clock::now();
         if (now - reported_ < pause) return;
         reported_ = now;
         const double seconds = std::chrono::duration<double>(now - start_).count();
-        if (plan_) {
-            for (const WantedValue& value : plan_->values())
+        if (wanted_) {
+            for (const WantedValue& value : wanted_->values())
                 log_information("{}: {}, wanted to {:.2g}", value.text,
                                 measured_text_with_error(value.result.value, value.cautious_error),
                                 value.result.allowed);
             return log_information("{} trials in {}", ran_, duration_text(seconds));
         }
-        const auto ended =
-            std::count_if(units_.begin(), units_.end(), [](const Unit& m) { return m.trial_set.ended(); });
+        const auto ended = std::count_if(units_.begin(), units_.end(), [](const Unit& m) { return m.trials.ended(); });
         log_information("{} of {} measurements done; {} trials in {}, one every {}; {}: {} of at least {} trials",
                         ended, units_.size(), ran_, duration_text(seconds),
-                        duration_text(seconds / static_cast<double>(ran_)), name, one.trial_set.count(),
-                        one.trial_set.needed());
+                        duration_text(seconds / static_cast<double>(ran_)), name, one.trials.count(),
+                        one.trials.needed());
     }
 
-    const CalibrationLayout& layout_;
+    const StoredTrials& stored_;
     const CalibrationOptions& options_;
     calibrate::SystemFactory factory_;
-    std::vector<Unit> units_;
-    std::vector<Job> jobs_;
-    std::optional<WantPlan> plan_;           // for wanted numbers
-    std::vector<calibrate::TrialSet> none_;  // by unit of the layout: no trials
-    std::optional<std::size_t> planned_at_;  // trials that had ended at the last plan
+    std::vector<Unit> units_;         // as in the layout
+    std::optional<WantPlan> wanted_;  // for wanted numbers
+    std::size_t planned_at_ = 0;      // trials that had ended at the last plan
     std::size_t already_ = 0, ran_ = 0, ended_ = 0;
     Clock::time_point start_ = Clock::now(), reported_ = start_;
 };
-
-/// The stored trials of all units, including those of other shares.
-std::vector<calibrate::TrialSet> stored_trial_sets(const io::Scene& scene, const CalibrationLayout& layout,
-                                                   const fs::path& folder) {
-    std::vector<calibrate::TrialSet> trial_sets;
-    for (const CalibrationUnit& unit : layout.units) {
-        trial_sets.push_back(trial_set_of(layout, unit, scene.calibration.max_failed));
-        for (calibrate::Attempt& attempt : io::read_trials(trials_of(folder, unit), identity_of(layout, unit)))
-            trial_sets.back().add(std::move(attempt));
-    }
-    return trial_sets;
-}
 
 std::string hash_text(const std::string& words) { return text("{:016x}", files::fingerprint(words)); }
 
@@ -246,12 +289,13 @@ void write_table(const io::Scene& scene, const fs::path& folder, CalibrationOutc
     files::replace_file(folder / "table.toml", calibration_toml(*outcome.table, heading));
 }
 
-void claim(const CalibrationLayout& layout, const CalibrationOptions& options) {
+void join(const io::Scene& scene, const CalibrationOptions& options) {
+    const CalibrationLayout layout = plan_calibration(scene);
+    needed_assays(layout, options.wishes);  // wishes that it cannot answer are rejected before there is a folder
     const Version built = version();
     const std::string factory =
         text("# made by drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", changed" : "");
-    const std::string first =
-        files::claim_folder(options.folder, calibration_manifest, factory, layout.manifest).first_line;
+    const std::string first = files::join_folder(options.folder, calibration_manifest, factory, layout.manifest);
     if (first != factory)
         log_warning(
             "{}: its first trials were {}; this is drover {} ({}): if a change between them affects trials, "
@@ -259,21 +303,29 @@ void claim(const CalibrationLayout& layout, const CalibrationOptions& options) {
             options.folder.string(), first.substr(2), built.version, built.git_hash);
 }
 
-void run_share(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options,
-               CalibrationOutcome& outcome) {
-    claim(layout, options);
-    const int workers = scene.calibration.workers > 0 ? scene.calibration.workers : usable_cores();
-    Work work(scene, layout, options, workers);
-    outcome.units = work.units();
-    outcome.already = work.already();
-    if (!options.quiet)
-        log_information("{} measurements{} ({} trials already done), {} trials at a time, in {}", work.units(),
-                        options.shares > 1 ? text(", share {} of {}", options.share, options.shares) : "",
-                        work.already(), workers, options.folder.string());
-    const PoolOutcome pool = run_jobs(work.jobs(), {.workers = workers, .grace_period = grace_period});
-    outcome.trials = work.ran();
-    outcome.stopped = pool.stopped;
+int workers_of(const io::Scene& scene) {
+    return scene.calibration.workers > 0 ? scene.calibration.workers : usable_cores();
 }
+
+void run_trials(const io::Scene& scene, const StoredTrials& stored, const CalibrationOptions& options,
+                CalibrationOutcome& outcome) {
+    const int workers = workers_of(scene);
+    NeededTrials needed(scene, stored, options, workers);
+    outcome.already = needed.already();
+    if (!options.quiet)
+        log_information("{} measurements ({} trials already done), {} trials at a time, in {}", outcome.units,
+                        outcome.already, workers, options.folder.string());
+    const CampaignOutcome ran = run_campaign(needed.plan(), {.folder = options.folder,
+                                                             .identity = stored.identity(),
+                                                             .share = options.share,
+                                                             .workers = workers,
+                                                             .grace_period = grace_period,
+                                                             .quiet = options.quiet,
+                                                             .shares_wait = true});
+    outcome.trials = ran.ran;
+    outcome.stopped = ran.stopped;
+}
+
 /// Whether all wanted quantities have a value and an error.
 bool has_result(const calibrate::TrialSet& trial_set) {
     if (!trial_set.measurement()) return false;
@@ -285,15 +337,16 @@ bool has_result(const calibrate::TrialSet& trial_set) {
     return true;
 }
 
-/// The layout of the assays that the wanted numbers need and of those that have trials in the folder, without a goal
-/// for each.
-CalibrationLayout wanted_layout(const io::Scene& scene, const CalibrationOptions& options) {
+/// For wanted numbers: the layout of the assays that they need and of those that have trials in the folder, without a
+/// goal for each.
+CalibrationLayout layout_for(const io::Scene& scene, const CalibrationOptions& options) {
     CalibrationLayout layout = plan_calibration(scene);
+    if (options.wishes.empty()) return layout;
     io::Scene part = scene;
     part.calibration.assays = needed_assays(layout, options.wishes);
-    for (const CalibrationUnit& unit : layout.units)
-        if (fs::exists(trials_of(options.folder, unit)))
-            part.calibration.assays.push_back(layout.assays[unit.assay].name);
+    const std::vector<calibrate::TrialSet> present = StoredTrials(scene, layout, options.folder).read();
+    for (std::size_t u = 0; u < layout.units.size(); ++u)
+        if (present[u].count() > 0) part.calibration.assays.push_back(layout.assays[layout.units[u].assay].name);
     layout = plan_calibration(part);
     layout.goal = calibrate::TrialSet::no_goal();
     return layout;
@@ -311,30 +364,58 @@ void conclude_want(const io::Scene& scene, const CalibrationLayout& layout, cons
         if (!value.reached) ++outcome.unmet_wants;
     for (calibrate::TrialSet& one : trial_sets) one.take_all();
 }
+
+void require_folder(const fs::path& folder) {
+    require(fs::is_directory(folder), {.file = folder.string()},
+            "no such folder; expected the output folder of drover calibrate: set it with --output");
+}
 }  // namespace
 
 CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options) {
-    const bool has_wishes = !options.wishes.empty();
-    require(!has_wishes || options.shares == 1, {}, "wanted numbers with shares; expected all trials in one call");
-    const CalibrationLayout layout = has_wishes ? wanted_layout(scene, options) : plan_calibration(scene);
+    if (options.collect) require_folder(options.folder);
+    join(scene, options);
+    const CalibrationLayout layout = layout_for(scene, options);
+    const StoredTrials stored(scene, layout, options.folder);
     CalibrationOutcome outcome{.units = layout.units.size()};
-    require(!options.collect || fs::is_directory(options.folder), {.file = options.folder.string()},
-            "no such folder; expected the output folder of drover calibrate: set it with --output");
-    if (options.collect) claim(layout, options);
-    else run_share(scene, layout, options, outcome);
-    std::vector<calibrate::TrialSet> trial_sets = stored_trial_sets(scene, layout, options.folder);
-    if (has_wishes) conclude_want(scene, layout, options, trial_sets, outcome);
-    for (std::size_t u = 0; !has_wishes && u < trial_sets.size(); ++u) {
-        if (u % static_cast<std::size_t>(options.shares) != static_cast<std::size_t>(options.share - 1)) continue;
-        const calibrate::TrialSet& one = trial_sets[u];
-        if (!one.ended()) ++outcome.unfinished;
-        else if (!has_result(one)) ++outcome.failed;
-        else if (!one.measurement()->reached) ++outcome.unmet_targets;
-    }
-    if (options.shares > 1) return outcome;
+    if (!options.collect) run_trials(scene, stored, options, outcome);
+    std::vector<calibrate::TrialSet> trial_sets = stored.read();
+    if (options.collect) outcome.already = count_of(trial_sets);
+    if (options.wishes.empty())
+        for (const calibrate::TrialSet& one : trial_sets) {
+            if (!one.ended()) ++outcome.unfinished;
+            else if (!has_result(one)) ++outcome.failed;
+            else if (!one.measurement()->reached) ++outcome.unmet_targets;
+        }
+    const bool is_last = outcome.unfinished == 0 && !outcome.stopped;
+    if (!options.share.is_plain() && !is_last) return outcome;
+    if (!options.wishes.empty()) conclude_want(scene, layout, options, trial_sets, outcome);
     outcome.table = table_of(layout, trial_sets);
-    write_table(scene, options.folder, outcome);
+    alone(options.folder, is_last, [&] { write_table(scene, options.folder, outcome); });
     return outcome;
+}
+
+std::string calibration_status(const io::Scene& scene, const CalibrationOptions& options) {
+    require_folder(options.folder);
+    const CalibrationLayout layout = layout_for(scene, options);
+    const StoredTrials stored(scene, layout, options.folder);
+    const NeededTrials needed(scene, stored, options, workers_of(scene));
+    const std::vector<UnitRecord> records = campaign_records(options.folder, stored.identity());
+    std::vector<std::string> keys;
+    for (const UnitRecord& record : records)
+        if (stored.find(record.key)) keys.push_back(record.key);
+    std::size_t ended = 0;
+    for (std::size_t u = 0; u < layout.units.size(); ++u) {
+        if (needed.trials(u).ended()) ++ended;
+        else
+            for (std::uint64_t n = 0; n < needed.needed(u); ++n)
+                if (!needed.trials(u).has(n)) keys.push_back(stored.key_of({.unit = u, .number = n}));
+    }
+    std::string done = text("{} of {} measurements done", ended, layout.units.size());
+    if (const std::vector<WantedValue>* values = needed.values())
+        done = text("{} of {} wanted numbers reached",
+                    std::count_if(values->begin(), values->end(), [](const WantedValue& one) { return one.reached; }),
+                    values->size());
+    return done + "; of the trials that are known to be needed: " + campaign_status(options.folder, records, keys);
 }
 
 }  // namespace drover::run

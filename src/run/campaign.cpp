@@ -59,7 +59,8 @@ public:
                 throw;
             }
             flush();
-            if (outcome_.stopped || held_.empty() || (!options_.share.is_plain() && are_alive())) break;
+            const bool waits = options_.share.is_plain() || options_.shares_wait;
+            if (outcome_.stopped || held_.empty() || (!waits && are_alive())) break;
             report_waiting();
             std::this_thread::sleep_for(200ms);
             tend();

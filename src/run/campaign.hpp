@@ -35,6 +35,7 @@ struct CampaignOptions {
     int workers = 1;            ///< simultaneous units
     double grace_period = 0.0;  ///< for workers after a signal [s]; 0: for ever
     bool quiet = false;
+    bool shares_wait = false;  ///< for units of other processes, as those that end may make more wanted
     files::ClaimTimes times = {};
 };
 
@@ -45,7 +46,8 @@ struct CampaignOutcome {
 };
 
 /// Computes what the plan wants and no other process has, until nothing is left.  A plain call also waits for the units
-/// of other processes, and takes them if these die.  A share, of more than one, ends when it knows that they live.
+/// of other processes, and takes them if these die.  A share, of more than one, ends when it knows that they live,
+/// unless shares wait.
 /// A plain call computes units again that had failed; a share does not, and gives up a unit that was lost three times.
 CampaignOutcome run_campaign(const UnitPlan& plan, const CampaignOptions& options);
 

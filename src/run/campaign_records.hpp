@@ -17,7 +17,7 @@ enum class UnitState : std::int64_t {
     lost     ///< its process died, or its machine was too small: it may succeed elsewhere
 };
 
-/// What a unit gives.  It is the same, to the byte, whoever computes it.
+/// What a unit gives.  It is the same, to the byte, whoever computes it, but for times that are measured.
 struct UnitResult {
     std::string content;
     std::string shared = {};  ///< the part that many units have in common, which each file of records holds once

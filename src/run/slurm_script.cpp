@@ -10,8 +10,9 @@ std::string slurm_script(const SlurmPlan& plan) {
                                shell_word(std::filesystem::absolute(plan.scene).string()),
                                shell_word(std::filesystem::absolute(plan.folder).string()));
     for (const std::string& setting : plan.overrides) command += " --set " + shell_word(setting);
+    for (const std::string& word : plan.options) command += " " + shell_word(word);
     return text(R"(#!/bin/sh
-# Runs drover {2} as {0} array tasks of Slurm, and a last job for the table, which of a sweep first runs what they left.
+# Runs drover {2} as {0} array tasks of Slurm, and a last job, which runs what they left and makes the table.
 # Run it with sh; options are passed to sbatch, as in
 #     sh {2}.sh --partition=short --time=12:00:00 --cpus-per-task=8
 # Re-run it to resume after a time limit or a failure: nothing that has ended is run again, and tasks that still run
@@ -28,9 +29,9 @@ submit() {{  # again while the controller does not answer: twice the same job do
 array=$(submit --job-name=drover --array=1-{0} "$@" \
     --wrap "exec $work --share \$SLURM_ARRAY_TASK_ID/{0} --workers \${{SLURM_CPUS_PER_TASK:-1}}")
 submit --job-name=drover-table --dependency="afterany:${{array%%;*}}" "$@" \
-    --wrap "exec $work --workers \${{SLURM_CPUS_PER_TASK:-1}}{3}"
+    --wrap "exec $work --workers \${{SLURM_CPUS_PER_TASK:-1}}"
 )",
-                plan.shares, shell_word(command), plan.command, plan.last.empty() ? "" : " " + plan.last);
+                plan.shares, shell_word(command), plan.command);
 }
 
 }  // namespace drover::run

@@ -77,9 +77,6 @@ private:
     std::vector<WantedValue> values_;
 };
 
-/// Names of the assays that the wished numbers need.  Throws as WantPlan.
-std::vector<std::string> needed_assays(const CalibrationLayout& layout, const std::vector<Wish>& wishes);
-
 /// Wanted numbers, which measurements make their errors, and core seconds by assay.
 Result want_result(const CalibrationLayout& layout, const WantPlan& plan, const std::vector<UnitProgress>& units);
 

@@ -1,4 +1,5 @@
 """tests/app/calibration.py: a calibration of two by two points that takes seconds, and helpers for its folder."""
+import json
 import re
 import subprocess
 import tomllib
@@ -73,6 +74,12 @@ def write_tiny(folder, changes=None, name="tiny.toml"):
     return write_scene(folder, changes, name=name, base=TINY)
 
 
+def undisturbed(folder):
+    """Makes that table in a folder; returns the folder of the trials, the JSON output and the log."""
+    ended = drover(folder, "calibrate", write_tiny(folder), "--json", "--workers", "2")
+    return folder / "tiny.calibration", json.loads(ended.stdout), ended.stderr
+
+
 # A table as written by drover calibrate, with flocks at many beads; the threshold a/lambda is 3 mm/s everywhere.
 PLAUSIBLE = {
     "relaxation_rate": lambda beads, rods: 0.3,
@@ -134,18 +141,20 @@ def datasets(path):
 
 
 def trials_in(folder):
-    """Complete trials in the files of a folder: name -> numbers in order of completion."""
+    """Complete trials in the records of a folder: measurement -> their numbers."""
     found = {}
-    for file in sorted(Path(folder).glob("*.trials")):
-        content, place, numbers = file.read_bytes(), 16, []
+    for file in sorted(Path(folder).glob("records/*.records")):
+        content, place = file.read_bytes(), 16
         while place + 8 <= len(content):
             length = int.from_bytes(content[place:place + 8], "little")
-            if place + 8 + length > len(content):
-                break
-            if not content.startswith(b"trials of\n", place + 8):  # what they depend on
-                numbers.append(int.from_bytes(content[place + 8:place + 16], "little"))
+            record = content[place + 8:place + 8 + length]
             place += 8 + length
-        found[file.stem] = numbers
+            if place > len(content):
+                break
+            if record[:2] == b"\1\0":  # a unit that is done
+                key = record[10:10 + int.from_bytes(record[2:10], "little")].decode()
+                name, number = key.rsplit("-trial-", 1)
+                found.setdefault(name, []).append(int(number))
     return found
 
 

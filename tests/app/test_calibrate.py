@@ -1,12 +1,10 @@
-"""tests/app/test_calibrate.py: drover calibrate: tables, resuming, shares and errors."""
+"""tests/app/test_calibrate.py: drover calibrate: tables, resuming and errors."""
 import json
 import math
-import os
 import random
 import re
 import shutil
 import signal
-import subprocess
 from pathlib import Path
 
 import h5py
@@ -14,9 +12,9 @@ import numpy as np
 import pytest
 import xarray
 from calibration import (TINY, UNITS, already_done, assert_same_tables, kill_repeatedly, toml_of, trials_in,
-                         write_tiny)
+                         undisturbed, write_tiny)
 from rejection import rejected
-from support import (DROVER, MODELS, SMALL, attributes, drover, drover_json, end_group, environment, group_is_alive,
+from support import (MODELS, SMALL, attributes, drover, drover_json, end_group, group_is_alive,
                      scene_text, scenes, settings, start, wait_until)
 
 ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]}  # one measurement
@@ -25,9 +23,7 @@ ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]} 
 @pytest.fixture(scope="module", name="whole")
 def calibration_made_once(tmp_path_factory):
     """The reference calibration: its folder, JSON output and log."""
-    folder = tmp_path_factory.mktemp("whole")
-    ended = drover(folder, "calibrate", write_tiny(folder), "--json", "--workers", "2")
-    return folder / "tiny.calibration", json.loads(ended.stdout), ended.stderr
+    return undisturbed(tmp_path_factory.mktemp("whole"))
 
 
 # --- the table
@@ -172,8 +168,7 @@ def test_wanted_numbers_run_only_the_trials_that_they_need_and_a_smaller_error_c
         return json.loads(drover(tmp_path, "calibrate", scene, "--json", "--want", wish, *more, status=status).stdout)
 
     first = wanted("damping_rate=30%")
-    assert {path.stem for path in (tmp_path / "tiny.calibration").glob("*.trials")} == {"damping-bead-0.2",
-                                                                                       "damping-bead-0.4"}
+    assert set(trials_in(tmp_path / "tiny.calibration")) == {"damping-bead-0.2", "damping-bead-0.4"}
     assert all(one["reached"] and 0 < one["error"] <= one["wanted_error"] for one in first["want"]["numbers"])
     assert first["want"]["core_seconds"] > 0 and first["want"]["assays"][0]["assay"] == "damping"
     assert first["trials_run"] == 16  # eight of each show that this is more than enough
@@ -195,7 +190,7 @@ def test_wishes_that_a_calibration_cannot_answer_are_rejected(tmp_path):
     for wish, expected in (("onsett=5%", "did you mean onset?"), ("onset(q<1)=5%", "expected Phi_b, Phi_r"),
                            ("onset", "OBSERVABLE=ERROR"), ("onset(Phi_r>0.5)=5%", "no point of the table")):
         assert expected in drover(tmp_path, "calibrate", scene, "--want", wish, status=2).stderr
-    assert not list(tmp_path.glob("*.calibration/*.trials"))
+    assert not list(tmp_path.glob("*.calibration"))
 
 
 def test_another_plan_of_one_assay_keeps_the_trials_of_the_others(tmp_path):
@@ -223,70 +218,23 @@ def test_a_signal_stops_it_quickly_and_the_same_command_resumes(whole, tmp_path)
     assert_same_tables(tmp_path / "parts", whole[0])
 
 
-def test_an_incomplete_record_is_removed_reported_and_repeated(whole, tmp_path):
+def test_an_incomplete_record_is_passed_over_and_its_trial_repeated(whole, tmp_path):
     shutil.copytree(whole[0], tmp_path / "torn")
-    file = tmp_path / "torn" / "damping-bead-0.2.trials"
+    file, = (tmp_path / "torn" / "records").glob("*.records")
     file.write_bytes(file.read_bytes()[:-5])
     ended = drover(tmp_path, "calibrate", write_tiny(tmp_path), "-o", "torn", "--json")
-    assert "bytes are an incomplete trial" in ended.stderr and json.loads(ended.stdout)["trials_run"] == 1
+    assert json.loads(ended.stdout)["trials_run"] == 1
     assert_same_tables(tmp_path / "torn", whole[0])
 
 
-# --- shares
-
-SBATCH = """#!/bin/sh
-# Replaces Slurm: runs the tasks of an array, or a job, sequentially and immediately.
-echo "$@" >> "$SBATCH_LOG"
-tasks=0
-for word in "$@"; do
-    case "$word" in --array=1-*) tasks=${word#--array=1-} ;; esac
-    last=$word
-done
-SLURM_CPUS_PER_TASK=1; export SLURM_CPUS_PER_TASK
-if [ "$tasks" = 0 ]; then sh -c "$last" >> "$SBATCH_LOG.out" 2>&1; fi
-while [ "$tasks" -gt 0 ]; do
-    SLURM_ARRAY_TASK_ID=$tasks sh -c "$last" >> "$SBATCH_LOG.out" 2>&1
-    tasks=$((tasks - 1))
-done
-echo "4711;cluster"
-"""
-
-
-def test_the_script_for_slurm_gives_the_same_table_in_shares(whole, tmp_path):
-    binaries = tmp_path / "bin"
-    binaries.mkdir()
-    (binaries / "sbatch").write_text(SBATCH)
-    (binaries / "sbatch").chmod(0o755)
-    (binaries / "drover").symlink_to(DROVER)
-    folder = tmp_path / "it's here"  # a quote and a space
-    folder.mkdir()
-    scene = write_tiny(folder)
-    script = drover(folder, "calibrate", scene, "--slurm", "3", "-o", "shares").stdout
-    (folder / "calibrate.sh").write_text(script)
-    log = tmp_path / "log"
-    ended = subprocess.run(["sh", "calibrate.sh", "--partition=short"], cwd=folder, capture_output=True, text=True,
-                           check=False,
-                           env=environment(PATH=f"{binaries}:{os.environ['PATH']}", SBATCH_LOG=str(log)), timeout=300)
-    assert ended.returncode == 0, ended.stderr
-    array, table = log.read_text().split("--parsable ")[1:]
-    assert "--array=1-3" in array and "--partition=short" in array
-    assert "--dependency=afterany:4711 " in table and "--partition=short" in table and "--collect" in table
-    assert_same_tables(folder / "shares", whole[0])
-
-
-def test_a_share_writes_no_table_and_unfinished_points_are_missing(tmp_path):
-    scene = write_tiny(tmp_path, {"calibrate.assays": ["damping", "shear"], "calibrate.rod_area_fractions": []})
-    drover(tmp_path, "calibrate", scene, "--share", "1/2")
-    assert len(trials_in(tmp_path / "tiny.calibration")) == 2 and not (tmp_path / "tiny.calibration"
-                                                                       / "table.h5").exists()
-    ended = drover(tmp_path, "calibrate", scene, "--collect", "--json", status=1)
-    assert "2 of 4 measurements are not finished" in ended.stderr
-    rows = json.loads(ended.stdout)["coefficients"]
-    holes = [point for row in (rows["damping_rate"], rows["viscosity_kinematic"]) for point in row["points"]
-             if point["origin"] == "missing"]
-    assert len(holes) == 2 and all(hole["remark"].startswith("not finished: 0 of at least") for hole in holes)
-    drover(tmp_path, "calibrate", scene, "--share", "2/2")
-    drover(tmp_path, "calibrate", scene, "--collect")
+@pytest.mark.parametrize("name", ["bed", "matched"])
+def test_files_of_trials_of_earlier_versions_give_the_shipped_tables(name, tmp_path):
+    shutil.copytree(MODELS / f"{name}.calibration", tmp_path / "kept")
+    (tmp_path / "kept" / "table.h5").unlink()
+    drover(tmp_path, "calibrate", MODELS / f"calibrate-{name}.toml", "--collect", "--quiet", "-o", "kept")
+    shipped, found = (drover_json(tmp_path, "info", path)["coefficients"]
+                      for path in (MODELS / f"{name}.calibration" / "table.h5", "kept/table.h5"))
+    assert found == shipped
 
 
 # --- errors
@@ -336,7 +284,7 @@ def test_scenes_that_cannot_be_calibrated_are_rejected_with_a_message(tmp_path):
     for share in ("0/2", "3/2", "2", "1/2x", "a/b"):
         rejected(tmp_path, ["calibrate", scene, "--share", share], ["expected I/N"])
     rejected(tmp_path, ["calibrate", scene, "--collect"], ["no such folder"])
-    rejected(tmp_path, ["calibrate", scene, "--share", "1/2", "--json"], ["makes no table"])
+    rejected(tmp_path, ["calibrate", scene, "--share", "1/2", "--json"], ["prints no table"])
     rejected(tmp_path, ["calibrate", scene, "-o", "."], ["not empty and holds no calibrate.toml"])
 
 
@@ -346,26 +294,27 @@ def test_folders_and_trials_of_another_scene_are_rejected(tmp_path):
     rejected(tmp_path, ["calibrate", scene, "--set", "restitution.bead_bead=0.9"],
             ["results of another scene", "restitution.bead_bead = 0.3 there, 0.9 here"])
     folder = tmp_path / "tiny.calibration"
-    shutil.copy(folder / "damping-bead-0.3.trials", folder / "damping-bead-0.4.trials")
-    rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"],
-            ["damping-bead-0.4.trials", 'measurement.name = "damping-bead-0.3" there, "damping-bead-0.4" here'])
     rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.damping.hold=0.03"],
-            ["damping-bead-0.3.trials", "calibrate.damping.hold = 0.02 there, 0.03 here"])
-    (folder / "damping-bead-0.4.trials").write_text("notes of mine")
+             ["records: the trials of damping-bead-0.3 have another plan: calibrate.damping.hold = 0.02 there, 0.03 "
+              "here"])
+    (folder / "records" / "notes.records").write_text("notes of mine")
+    rejected(tmp_path, ["calibrate", scene], ["notes.records", "is not a file of trials"])
+    (folder / "records" / "notes.records").unlink()
+    old = MODELS / "matched.calibration" / "damping-bead-0.3.trials"
+    shutil.copy(old, folder / "damping-bead-0.4.trials")
     rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"],
-             ["is not a file of trials"])
+             ["damping-bead-0.4.trials"])
 
 
-def test_a_second_calibration_in_one_folder_is_rejected_and_the_first_continues(tmp_path):
+def test_a_trial_longer_than_the_grace_period_is_killed(tmp_path):
     scene = write_tiny(tmp_path, {**ONE, "calibrate.damping.time": 2000.0})
     process = start(tmp_path, "calibrate", scene, "--workers", "1")
     try:
-        file = tmp_path / "tiny.calibration" / "damping-bead-0.3.trials"
-        wait_until(lambda: file.exists() and file.stat().st_size >= 16, "the head of its file",
+        claims = tmp_path / "tiny.calibration" / "claims"
+        wait_until(lambda: list(claims.glob("damping-*")), "a claim",
                    process=process)  # the trial itself takes a minute
-        rejected(tmp_path, ["calibrate", scene], ["another drover calibrate is using it"])
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=10)  # the trial exceeds the grace period and is killed
+        process.communicate(timeout=10)
     finally:
         end_group(process)
     assert process.returncode == 3 and not group_is_alive(process.pid)

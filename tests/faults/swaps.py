@@ -103,7 +103,7 @@ class Pair:
         elif self.kind == "trial":
             names = tuple([first_trial(place) + end for end in ("", *CHECKPOINTS)] for place in (self.one, self.two))
         else:
-            pattern = {"sweep": "swept/*.h5", "calibration": "trials/*.trials"}[self.kind]
+            pattern = {"sweep": "swept/*.h5", "calibration": "trials/records/*.records"}[self.kind]
             mine, theirs = (sorted(str(path.relative_to(place)) for path in place.glob(pattern))
                             for place in (self.one, self.two))
             number = dice.randrange(min(len(mine), len(theirs)))

@@ -14,7 +14,7 @@
 #include "drover/files/checkpoint.hpp"
 #include "drover/io/calibration.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/io/trial_file.hpp"
+#include "drover/io/trial_record.hpp"
 #include "drover/io/xyz.hpp"
 #include "drover/run/kind.hpp"
 

@@ -7,12 +7,13 @@
 #include "drover/calibrate/trial_set.hpp"
 #include "drover/files/record_file.hpp"
 #include "drover/io/scene.hpp"
+#include "drover/run/wish.hpp"
 
 namespace drover::run {
 
 /// One assay at one point, with its own trials and errors.
 struct CalibrationUnit {
-    std::string name;  ///< of its trial file, without .trials: "drag-bead-0.3-rod-0.05"
+    std::string name;  ///< "drag-bead-0.3-rod-0.05"
     std::size_t assay = 0;
     std::size_t varied = 0, bead = 0,
                 rod = 0;               ///< indices into the axes of the table; rod is 0 if it does not depend on rods
@@ -33,7 +34,10 @@ struct CalibrationLayout {
 /// invalid value.
 CalibrationLayout plan_calibration(const io::Scene& scene);
 
-/// What the trials of a unit depend on.
+/// Names of the assays that the wished numbers need.  Throws an input Error for a wish that the layout cannot answer.
+std::vector<std::string> needed_assays(const CalibrationLayout& layout, const std::vector<Wish>& wishes);
+
+/// What the trials of a unit in a file of its own depend on, as calibrations had them before they had shares.
 files::RecordIdentity identity_of(const CalibrationLayout& layout, const CalibrationUnit& unit);
 
 /// The rows of the assays, with the results so far.

@@ -12,10 +12,10 @@ struct SlurmPlan {
     std::vector<std::string> overrides;  ///< "section.key=value"
     std::filesystem::path folder;
     int shares = 1;
-    std::string last = {};  ///< of the last job: a further word of the command
+    std::vector<std::string> options = {};  ///< further words of the command, such as "--want", "onset=5%"
 };
 
-/// A shell script that submits the shares as an array, and a job that finishes what they left and makes the table.
+/// A shell script that submits the shares as an array, and a last job that runs what they left and makes the table.
 std::string slurm_script(const SlurmPlan& plan);
 
 }  // namespace drover::run

@@ -1,10 +1,10 @@
 """drover/sweeping.py: many runs of one scene, and their table."""
 import json
 import os
-import subprocess
 import tempfile
 import warnings
 
+from drover.campaign import submit
 from drover.error import Error
 from drover.toml import value_text
 from drover.worker import call
@@ -72,7 +72,8 @@ def sweep(scene, vary, *, seeds=1, ramp="none", keep="archives", workers=0, fold
     if slurm:
         if folder is None:
             raise Error("slurm without a folder; expected folder=, a place that all nodes see")
-        return submitted(SlurmSweep(scene, os.path.abspath(folder)), slurm)
+        submit("sweep", scene, os.path.abspath(folder), slurm)
+        return SlurmSweep(scene, os.path.abspath(folder))
     if folder is not None:
         return finished(call("sweep", scene, folder=os.path.abspath(folder), **PLAIN, quiet=quiet), scene)
     with tempfile.TemporaryDirectory(prefix="drover-sweep-") as scratch:
@@ -102,20 +103,6 @@ class SlurmSweep(Sweep):
         """The Sweep of the runs that have ended."""
         options = {**PLAIN, "collect": True}
         return finished(call("sweep", self.scene, folder=self.folder, **options, quiet=True), self.scene)
-
-
-def submitted(campaign, shares):
-    """Writes the scene and a script for sbatch beside the folder, and runs it."""
-    from drover import _drover
-    scene, script = campaign.folder + ".toml", campaign.folder + ".sh"
-    with open(scene, "w", encoding="utf-8") as file:
-        file.write(campaign.scene.to_toml())
-    with open(script, "w", encoding="utf-8") as file:
-        file.write(json.loads(_drover.sweep_script(scene, campaign.folder, shares))["text"])
-    ended = subprocess.run(["sh", script], capture_output=True, text=True, check=False)
-    if ended.returncode:
-        raise Error(f"{script}: the jobs could not be submitted: {ended.stderr.strip()[-2000:]}", fault="environment")
-    return campaign
 
 
 def values_text(key, values):

@@ -1,0 +1,47 @@
+// io/trial_record.cpp: a trial as bytes: its number, its results, the message of its failure, its time.
+#include "drover/io/trial_record.hpp"
+
+#include <optional>
+
+#include "drover/base/error.hpp"
+#include "drover/files/bytes.hpp"
+#include "drover/files/record_file.hpp"
+
+namespace drover::io {
+
+namespace {
+std::optional<calibrate::Attempt> decoded(std::span<const std::byte> bytes) {
+    files::ByteReader reader{bytes};
+    calibrate::Attempt attempt{.number = reader.take<std::uint64_t>(), .numbers = {}, .failure = {}};
+    attempt.numbers = reader.take_list<std::vector<double>>();
+    attempt.failure = reader.take_list<std::string>();
+    if (reader.is_complete && !reader.rest.empty()) attempt.core_seconds = reader.take<double>();
+    if (!reader.is_complete || !reader.rest.empty()) return std::nullopt;
+    return attempt;
+}
+
+}  // namespace
+
+std::string attempt_bytes(const calibrate::Attempt& attempt) {
+    std::vector<std::byte> bytes;
+    files::put(bytes, attempt.number);
+    files::put_list(bytes, std::span<const double>(attempt.numbers));
+    files::put_text(bytes, attempt.failure);
+    if (attempt.core_seconds > 0.0) files::put(bytes, attempt.core_seconds);
+    return files::text_of(bytes);
+}
+
+calibrate::Attempt attempt_of(const std::string& bytes, const std::string& name) {
+    auto attempt = decoded(std::as_bytes(std::span(bytes)));
+    require(attempt.has_value(), {name}, "is not a trial; expected a record of this version of drover");
+    return std::move(*attempt);
+}
+
+std::vector<calibrate::Attempt> read_trials(const std::filesystem::path& file, const files::RecordIdentity& identity) {
+    std::vector<calibrate::Attempt> attempts;
+    for (const std::string& record : files::read_records(file, identity))
+        attempts.push_back(attempt_of(record, text("{}: record {}", file.string(), attempts.size())));
+    return attempts;
+}
+
+}  // namespace drover::io

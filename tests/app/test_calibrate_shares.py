@@ -1,0 +1,134 @@
+"""tests/app/test_calibrate_shares.py: a calibration in shares: any number of processes give the same table."""
+import json
+import os
+import random
+import re
+import signal
+import subprocess
+import time
+
+import pytest
+from calibration import assert_same_tables, trials_in, undisturbed, write_tiny
+from support import DROVER, drover, end_group, environment, start, wait_until
+
+ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]}  # one measurement
+
+
+@pytest.fixture(scope="module", name="whole")
+def calibration_made_once(tmp_path_factory):
+    """The reference calibration: its folder, JSON output and log."""
+    return undisturbed(tmp_path_factory.mktemp("whole"))
+
+
+SBATCH = """#!/bin/sh
+# Replaces Slurm: runs the tasks of an array, or a job, sequentially and immediately.
+echo "$@" >> "$SBATCH_LOG"
+tasks=0
+for word in "$@"; do
+    case "$word" in --array=1-*) tasks=${word#--array=1-} ;; esac
+    last=$word
+done
+SLURM_CPUS_PER_TASK=1; export SLURM_CPUS_PER_TASK
+if [ "$tasks" = 0 ]; then sh -c "$last" >> "$SBATCH_LOG.out" 2>&1; fi
+while [ "$tasks" -gt 0 ]; do
+    SLURM_ARRAY_TASK_ID=$tasks sh -c "$last" >> "$SBATCH_LOG.out" 2>&1
+    tasks=$((tasks - 1))
+done
+echo "4711;cluster"
+"""
+
+
+def test_the_script_for_slurm_gives_the_same_table_in_shares(whole, tmp_path):
+    binaries = tmp_path / "bin"
+    binaries.mkdir()
+    (binaries / "sbatch").write_text(SBATCH)
+    (binaries / "sbatch").chmod(0o755)
+    (binaries / "drover").symlink_to(DROVER)
+    folder = tmp_path / "it's here"  # a quote and a space
+    folder.mkdir()
+    scene = write_tiny(folder)
+    script = drover(folder, "calibrate", scene, "--slurm", "3", "-o", "shares").stdout
+    (folder / "calibrate.sh").write_text(script)
+    log = tmp_path / "log"
+    ended = subprocess.run(["sh", "calibrate.sh", "--partition=short"], cwd=folder, capture_output=True, text=True,
+                           check=False,
+                           env=environment(PATH=f"{binaries}:{os.environ['PATH']}", SBATCH_LOG=str(log)), timeout=300)
+    assert ended.returncode == 0, ended.stderr
+    array, table = log.read_text().split("--parsable ")[1:]
+    assert "--array=1-3" in array and "--partition=short" in array
+    assert "--dependency=afterany:4711 " in table and "--partition=short" in table and "--share" not in table
+    assert_same_tables(folder / "shares", whole[0])
+
+
+def test_shares_at_the_same_time_divide_the_trials_and_the_last_makes_the_table(whole, tmp_path):
+    scene = write_tiny(tmp_path)
+    shares = [start(tmp_path, "calibrate", scene, "--workers", "1", "--share", f"{share}/3") for share in (1, 2, 3)]
+    try:
+        wait_until(lambda: len(trials_in(tmp_path / "tiny.calibration")) > 4, "some trials", process=shares[0])
+        line = drover(tmp_path, "calibrate", scene, "--status").stdout
+        assert re.match(r"\d+ of 24 measurements done; of the trials that are known to be needed: \d+ of \d+ done, "
+                        r"0 failed, \d+ running in 3 processes; .+ a minute, .+ left\n", line), line
+        for process in shares:
+            process.communicate(timeout=120)
+    finally:
+        for process in shares:
+            end_group(process)
+    assert [process.returncode for process in shares] == [0, 0, 0]
+    found, undisturbed = trials_in(tmp_path / "tiny.calibration"), trials_in(whole[0])
+    assert {name: set(numbers) for name, numbers in found.items()} == {name: set(numbers) for name, numbers
+                                                                       in undisturbed.items()}
+    count = sum(map(len, undisturbed.values()))  # a trial of a moment may be run twice, for the same result
+    assert sum(map(len, found.values())) <= 1.1 * count
+    assert_same_tables(tmp_path / "tiny.calibration", whole[0])
+    assert not list((tmp_path / "tiny.calibration" / "claims").iterdir())
+
+
+def test_shares_that_are_killed_and_started_twice_end_in_the_same_table(whole, tmp_path):
+    scene, chance = write_tiny(tmp_path), random.Random(7)
+    for _ in range(4):
+        shares = [start(tmp_path, "calibrate", scene, "--workers", "1", "--share", f"{share}/2") for share in (1, 2, 2)]
+        time.sleep(chance.uniform(0.05, 0.6))
+        for process in shares:
+            process.kill()
+            process.wait()
+            end_group(process)
+    drover(tmp_path, "calibrate", scene, "--share", "1/2")
+    assert_same_tables(tmp_path / "tiny.calibration", whole[0])
+    numbers = trials_in(tmp_path / "tiny.calibration")
+    assert {name: set(found) for name, found in numbers.items()} == {name: set(found) for name, found
+                                                                     in trials_in(whole[0]).items()}
+
+
+def test_shares_reach_wanted_numbers_together(tmp_path):
+    scene = write_tiny(tmp_path, {"calibrate.max_trials": 200})
+    words = ["calibrate", scene, "--want", "damping_rate=2%", "--workers", "1"]
+    shares = [start(tmp_path, *words, "--share", f"{share}/3") for share in (1, 2, 3)]
+    try:
+        for process in shares:
+            process.communicate(timeout=120)
+    finally:
+        for process in shares:
+            end_group(process)
+    assert [process.returncode for process in shares] == [0, 0, 0]
+    assert drover(tmp_path, *words, "--status").stdout.startswith("2 of 2 wanted numbers reached")
+    found = json.loads(drover(tmp_path, *words, "--json").stdout)
+    assert found["trials_run"] == 0 and all(one["reached"] for one in found["want"]["numbers"])
+    script = drover(tmp_path, *words[:4], "--budget", "1h", "--slurm", "3").stdout
+    assert "--want damping_rate=2% --budget 1h" in script
+
+
+def test_what_is_not_finished_is_missing_in_the_table(tmp_path):
+    scene = write_tiny(tmp_path, {**ONE, "calibrate.relative_error": 0.01, "calibrate.max_trials": 200})
+    process = start(tmp_path, "calibrate", scene, "--workers", "1", "--share", "1/2")
+    try:
+        wait_until(lambda: trials_in(tmp_path / "tiny.calibration"), "a trial", process=process)
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=10)
+    finally:
+        end_group(process)
+    assert process.returncode == 3 and not (tmp_path / "tiny.calibration" / "table.h5").exists()
+    ended = drover(tmp_path, "calibrate", scene, "--collect", "--json", status=1)
+    assert "1 of 1 measurements are not finished; re-run the same command without --collect" in ended.stderr
+    hole, = json.loads(ended.stdout)["coefficients"]["damping_rate"]["points"]
+    assert re.match(r"not finished: \d+ of at least \d+ trials", hole["remark"])
+    drover(tmp_path, "calibrate", scene)
