@@ -112,8 +112,7 @@ void add_calibrate(CLI::App& program, Action& action) {
         ->needs(want);
     command->add_option("--workers", options->workers, "Number of simultaneous trials")->check(CLI::Range(1, 1024));
     CLI::Option* share =
-        command
-            ->add_option("--share", options->share, "One of N processes that share the trials in a common folder")
+        command->add_option("--share", options->share, "One of N processes that share the trials in a common folder")
             ->type_name("I/N");
     CLI::Option* collect =
         command->add_flag("--collect", options->collect, "Run no trials: make the table from those that have ended")

@@ -7,15 +7,16 @@
 #include "drover/base/duration.hpp"
 #include "drover/base/log.hpp"
 #include "drover/run/signals.hpp"
+#include "drover/run/slurm_script.hpp"
 
 namespace drover::app {
 
 void add_tradeoff(CLI::App& program, Action& action) {
     struct Options : SceneOptions {
         std::vector<std::string> wishes;
-        std::string budget = "20min";
-        int workers = 0;
-        bool json = false, quiet = false;
+        std::string budget = "20min", share;
+        int workers = 0, slurm = 0;
+        bool json = false, quiet = false, collect = false, status = false;
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command = program.add_subcommand(
@@ -35,6 +36,24 @@ void add_tradeoff(CLI::App& program, Action& action) {
     command->add_option("-o,--output", options->output,
                         "Folder of the trials; default: the name of the scene with .tradeoff");
     command->add_option("--workers", options->workers, "Number of simultaneous trials")->check(CLI::Range(1, 1024));
+    CLI::Option* share =
+        command->add_option("--share", options->share, "One of N processes that share the trials in a common folder")
+            ->type_name("I/N");
+    CLI::Option* collect =
+        command->add_flag("--collect", options->collect, "Run no trials: the result of those that have ended")
+            ->excludes(share);
+    CLI::Option* status =
+        command
+            ->add_flag("--status", options->status,
+                       "Print how far all processes have come: trials done, failed and running, and their core time")
+            ->excludes(share)
+            ->excludes(collect);
+    command->add_option("--slurm", options->slurm, "Print a script that runs N shares on Slurm, and then the result")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100000))
+        ->excludes(share)
+        ->excludes(collect)
+        ->excludes(status);
     add_max_time(*command);
     command->add_flag("--json", options->json, "Print the result as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");
@@ -48,12 +67,32 @@ void add_tradeoff(CLI::App& program, Action& action) {
                                                    : std::filesystem::path(options->output);
             study.workers = options->workers;
             study.quiet = options->quiet;
+            study.collect = options->collect;
+            if (!options->share.empty()) study.share = run::read_share(options->share);
+            require(!options->json || options->share.empty(), {},
+                    "--json with --share, which prints no result; give --json to --collect");
+            if (options->status) {
+                print(run::tradeoff_status(scene, study.folder) + "\n");
+                return int{run::exit_done};
+            }
+            if (options->slurm > 0) {
+                std::vector<std::string> words{"--budget", options->budget};
+                for (const std::string& wish : options->wishes) words.insert(words.end(), {"--want", wish});
+                print(run::slurm_script({.command = "tradeoff",
+                                         .scene = options->scene,
+                                         .overrides = options->overrides,
+                                         .folder = study.folder,
+                                         .shares = options->slurm,
+                                         .options = words}));
+                return int{run::exit_done};
+            }
             const run::Tradeoff found = run::study_tradeoff(scene, study);
             if (found.stopped) {
                 log_information("stopped by {}; every trial is kept: re-run the same command to resume",
                                 run::stop_reason(run::stop_signal()));
                 return int{run::exit_stopped};
             }
+            if (!options->share.empty()) return int{run::exit_done};
             print_result(found.result, {.json = options->json}, scene, 1);
             if (!found.recommended) {
                 if (options->json) std::fprintf(stderr, "%s\n", printable(found.refusal).c_str());

@@ -37,7 +37,7 @@ struct RecordFolder::Folder {
     void read_file_from(const fs::path& file, std::uint64_t& done, std::vector<std::string>& records) {
         const Descriptor open = try_open(file, O_RDONLY | O_NOFOLLOW);
         if (!open.is_open() && errno == ENOENT) return;
-        if (!open.is_open()) throw std::system_error(errno, std::generic_category(), "open");
+        if (!open.is_open()) fail_reading(file, std::system_error(errno, std::generic_category(), "open"));
         const std::uint64_t length = length_of(open);
         if (length < done) done = 0;  // another file has the name now
         if (length <= done) return;
@@ -102,6 +102,14 @@ void RecordFolder::sync() {
         throw write_failure(folder_->own_file, cause, 0, "earlier records are kept");
     }
     folder_->is_durable = true;
+}
+
+std::vector<std::string> read_records(const fs::path& file, const RecordIdentity& identity) try {
+    const auto bytes = read_file(file);
+    if (!bytes) return {};
+    return content_of(*bytes, identity, file.string()).records;
+} catch (const std::system_error& cause) {
+    fail_reading(file, cause);
 }
 
 namespace {

@@ -78,17 +78,6 @@ Descriptor create_file(const std::filesystem::path& file) {
     return created;
 }
 
-Descriptor open_or_create(const std::filesystem::path& file) {
-    for (int tries = 0;; ++tries) {
-        Descriptor opened = try_open(file, O_RDWR);
-        if (opened.is_open()) return opened;
-        if (errno != ENOENT) fail_call("open", errno);
-        opened = try_open(file, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
-        if (opened.is_open()) return opened;
-        if (errno != EEXIST || tries > 0) fail_call("open", errno);  // another process has just created it
-    }
-}
-
 void write_at(const Descriptor& to, std::uint64_t offset, Bytes bytes) {
     while (!bytes.empty()) {
         const auto written = uninterrupted(

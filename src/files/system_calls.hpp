@@ -52,9 +52,6 @@ Descriptor create_file(const std::filesystem::path& file);
 /// The name under which a new file is written before it takes the name `file`.
 std::filesystem::path partial_name(const std::filesystem::path& file);
 
-/// An existing file, or a new one; never a new one elsewhere, behind a link that leads nowhere.
-Descriptor open_or_create(const std::filesystem::path& file);
-
 void write_at(const Descriptor& to, std::uint64_t offset, Bytes bytes);
 
 /// Bytes read: fewer than asked only at the end of the file.

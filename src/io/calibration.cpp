@@ -52,17 +52,11 @@ void add_row(const calibrate::Table& table, const calibrate::TableRow& row, file
     for (std::vector<double>* one : {&values, &errors, &trials, &origins}) to.values.push_back(std::move(*one));
 }
 
-std::string unit_of(const std::string& key) {
-    for (const SectionDescription& section : scene_schema(SceneKind::particles))
-        for (const Description& row : section.rows)
-            if (section.name + "." + row.name == key && !row.unit.empty()) return row.unit;
-    return "1";
-}
-
 files::ResultTable results_of(const calibrate::Table& table) {
     files::ResultTable results{.group = "/", .axes = {}, .quantities = {}, .values = {}};
     if (!table.varied_key.empty())
-        results.axes.push_back({axis_of(table.varied_key), unit_of(table.varied_key), table.varied_key, table.varied});
+        results.axes.push_back({axis_of(table.varied_key), unit_of(SceneKind::particles, table.varied_key),
+                                table.varied_key, table.varied});
     results.axes.push_back({bead_axis, "1", "projected area of beads/area of the cell", table.bead_fractions});
     if (!table.rod_fractions.empty())
         results.axes.push_back({rod_axis, "1", "projected area of lying rods/area of the cell", table.rod_fractions});

@@ -340,4 +340,11 @@ std::vector<SectionDescription> scene_schema(SceneKind kind) {
     return sections;
 }
 
+std::string unit_of(SceneKind kind, const std::string& key) {
+    for (const SectionDescription& section : scene_schema(kind))
+        for (const Description& row : section.rows)
+            if (section.name + "." + row.name == key && !row.unit.empty()) return row.unit;
+    return "1";
+}
+
 }  // namespace drover::io

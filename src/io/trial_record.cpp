@@ -5,7 +5,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/files/bytes.hpp"
-#include "drover/files/record_file.hpp"
+#include "drover/files/record_folder.hpp"
 
 namespace drover::io {
 

@@ -319,8 +319,9 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 }
 
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
-                     const std::filesystem::path& folder, int workers, bool quiet) {
-    run::TradeoffOptions options{.wishes = wishes_of(want), .folder = folder, .workers = workers, .quiet = quiet};
+                     const std::filesystem::path& folder, int workers, bool collect, bool quiet) {
+    run::TradeoffOptions options{
+        .wishes = wishes_of(want), .folder = folder, .workers = workers, .collect = collect, .quiet = quiet};
     options.budget = options.run_budget = seconds_of(budget, "budget");
     const run::Tradeoff found = run::study_tradeoff(scene, options);
     if (found.stopped) fail_run("stopped by a signal; every trial is kept: the same call resumes");
@@ -331,6 +332,10 @@ std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& wan
                                 {"recommended", found.recommended_text},
                                 {"seconds", found.expected_seconds}};
     return result.dump();
+}
+
+std::string tradeoff_status(const io::Scene& scene, const std::filesystem::path& folder) {
+    return nlohmann::json{{"text", run::tradeoff_status(scene, folder)}}.dump();
 }
 
 /// The recommended scene, as TOML.
@@ -380,7 +385,8 @@ void bind_runs(py::module_& module) {
         py::arg("archive"), py::arg("settings"), py::arg("functions"), py::arg("quiet"));
     // These start processes: drover/worker.py calls them in a process without threads.
     module.def("tradeoff", &tradeoff, py::arg("scene"), py::arg("want"), py::arg("budget"), py::arg("folder"),
-               py::arg("workers"), py::arg("quiet"));
+               py::arg("workers"), py::arg("collect"), py::arg("quiet"));
+    module.def("tradeoff_status", &tradeoff_status, py::arg("scene"), py::arg("folder"));
     module.def("with_accuracy", &with_accuracy, py::arg("scene"), py::arg("want"), py::arg("quiet"));
     module.def("sweep", &sweep, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("quiet"));

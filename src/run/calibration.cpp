@@ -267,13 +267,10 @@ private:
 
 std::string hash_text(const std::string& words) { return text("{:016x}", files::fingerprint(words)); }
 
-/// Provenance of the table, without what depends on time or machine: trials may come from several.
+/// Provenance of the table.
 std::vector<files::Attribute> attributes_of(io::Scene scene) {
     scene.calibration.workers = 0;
-    std::vector<files::Attribute> attributes = provenance(scene, 1, "calibrate");
-    std::erase_if(attributes, [](const files::Attribute& one) {
-        return one.first == "host" || one.first == "start_time" || one.first == "threads";
-    });
+    std::vector<files::Attribute> attributes = shared_provenance(scene, "calibrate");
     attributes.emplace_back("scene_hash", hash_text(io::resolved_text(scene)));
     return attributes;
 }
@@ -315,13 +312,14 @@ void run_trials(const io::Scene& scene, const StoredTrials& stored, const Calibr
     if (!options.quiet)
         log_information("{} measurements ({} trials already done), {} trials at a time, in {}", outcome.units,
                         outcome.already, workers, options.folder.string());
-    const CampaignOutcome ran = run_campaign(needed.plan(), {.folder = options.folder,
-                                                             .identity = stored.identity(),
-                                                             .share = options.share,
-                                                             .workers = workers,
-                                                             .grace_period = grace_period,
-                                                             .quiet = options.quiet,
-                                                             .shares_wait = true});
+    const CampaignOutcome ran = Campaign(needed.plan(), {.folder = options.folder,
+                                                         .identity = stored.identity(),
+                                                         .share = options.share,
+                                                         .workers = workers,
+                                                         .grace_period = grace_period,
+                                                         .quiet = options.quiet,
+                                                         .shares_wait = true})
+                                    .run();
     outcome.trials = ran.ran;
     outcome.stopped = ran.stopped;
 }
@@ -364,15 +362,10 @@ void conclude_want(const io::Scene& scene, const CalibrationLayout& layout, cons
         if (!value.reached) ++outcome.unmet_wants;
     for (calibrate::TrialSet& one : trial_sets) one.take_all();
 }
-
-void require_folder(const fs::path& folder) {
-    require(fs::is_directory(folder), {.file = folder.string()},
-            "no such folder; expected the output folder of drover calibrate: set it with --output");
-}
 }  // namespace
 
 CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options) {
-    if (options.collect) require_folder(options.folder);
+    if (options.collect) require_folder(options.folder, "calibrate");
     join(scene, options);
     const CalibrationLayout layout = layout_for(scene, options);
     const StoredTrials stored(scene, layout, options.folder);
@@ -395,7 +388,7 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
 }
 
 std::string calibration_status(const io::Scene& scene, const CalibrationOptions& options) {
-    require_folder(options.folder);
+    require_folder(options.folder, "calibrate");
     const CalibrationLayout layout = layout_for(scene, options);
     const StoredTrials stored(scene, layout, options.folder);
     const NeededTrials needed(scene, stored, options, workers_of(scene));

@@ -26,16 +26,18 @@ constexpr auto second_look = 1s;         ///< at what another process had, or ma
 constexpr auto max_delay = 1s;           ///< of a record on its way to the disk
 constexpr int max_losses = 3;            ///< of a unit, for a share
 
-class Campaign {
+}  // namespace
+
+struct Campaign::State {
 public:
-    Campaign(const UnitPlan& plan, const CampaignOptions& options)
-        : plan_(plan),
-          options_(options),
-          claims_(options.folder / "claims",
-                  files::this_process(options.share.number, options.share.count, options.workers), options.times),
-          store_(options.folder, options.identity, options.share) {
+    State(UnitPlan plan, CampaignOptions options)
+        : plan_(std::move(plan)),
+          options_(std::move(options)),
+          claims_(options_.folder / "claims",
+                  files::this_process(options_.share.number, options_.share.count, options_.workers), options_.times),
+          store_(options_.folder, options_.identity, options_.share) {
         refresh();
-        if (options.share.is_plain()) {  // what had failed may be tried again
+        if (options_.share.is_plain()) {  // what had failed may be tried again
             std::erase_if(ended_, [](const auto& unit) { return unit.second.state != UnitState::done; });
             for (auto& [key, unit] : ended_) unit.losses = 0;
         }
@@ -43,6 +45,8 @@ public:
 
     CampaignOutcome run() {
         const StopSignals signals;
+        outcome_ = {};
+        is_new_ = true;
         const Jobs jobs{.next = [this] { return next(); },
                         .work = [this](std::size_t job, const Send& send) { return work(job, send); },
                         .received = [this](std::size_t job, const std::string& bytes) { receive(job, bytes); },
@@ -230,8 +234,8 @@ private:
         log_information("waiting for {} jobs of other processes in {}", held_.size(), options_.folder.string());
     }
 
-    const UnitPlan& plan_;
-    const CampaignOptions& options_;
+    UnitPlan plan_;
+    CampaignOptions options_;
     files::Claims claims_;
     UnitStore store_;
     CampaignOutcome outcome_;
@@ -246,10 +250,15 @@ private:
     Clock::duration reading_{};  ///< how long the last look at the records of others took
     Clock::time_point gathered_ = {}, refreshed_ = {}, flushed_ = Clock::now(), reported_ = Clock::now();
 };
-}  // namespace
 
-CampaignOutcome run_campaign(const UnitPlan& plan, const CampaignOptions& options) {
-    return Campaign(plan, options).run();
+Campaign::Campaign(UnitPlan plan, CampaignOptions options)
+    : state_(std::make_unique<State>(std::move(plan), std::move(options))) {}
+Campaign::~Campaign() = default;
+CampaignOutcome Campaign::run() { return state_->run(); }
+
+void require_folder(const std::filesystem::path& folder, const char* command) {
+    require(std::filesystem::is_directory(folder), {.file = folder.string()},
+            "no such folder; expected the output folder of drover {}: set it with --output", command);
 }
 
 void alone(const std::filesystem::path& folder, bool is_complete, const std::function<void()>& work) {
@@ -257,6 +266,17 @@ void alone(const std::filesystem::path& folder, bool is_complete, const std::fun
     for (int tries = 0; !claims.claim("table") && tries < 100; ++tries) std::this_thread::sleep_for(100ms);
     work();
     if (is_complete) claims.remove_dead();
+}
+
+Working working_in(const std::filesystem::path& folder) {
+    Working working;
+    for (const files::ClaimHolder& holder : files::claim_holders(folder / "claims")) {
+        if (!holder.is_alive || holder.claimant.workers == 0) continue;
+        ++working.processes;
+        working.workers += static_cast<std::size_t>(holder.claimant.workers);
+        working.units += holder.keys;
+    }
+    return working;
 }
 
 std::string campaign_status(const std::filesystem::path& folder, const std::vector<UnitRecord>& records,
@@ -273,13 +293,7 @@ std::string campaign_status(const std::filesystem::path& folder, const std::vect
         ++timed;
         seconds += found->second->seconds;
     }
-    std::size_t running = 0, shares = 0, workers = 0;
-    for (const files::ClaimHolder& holder : files::claim_holders(folder / "claims")) {
-        if (!holder.is_alive || holder.claimant.workers == 0) continue;
-        ++shares;
-        workers += static_cast<std::size_t>(holder.claimant.workers);
-        running += holder.keys;
-    }
+    const auto [shares, workers, running] = working_in(folder);
     const std::size_t left = keys.size() - done - failed;
     std::string line = text("{} of {} done, {} failed, {} running in {} processes", done, keys.size(), failed,
                             std::min(running, left), shares);

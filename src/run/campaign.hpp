@@ -1,6 +1,7 @@
 // run/campaign.hpp: the engine of all jobs: units of work that processes on any number of machines share in a folder.
 #pragma once
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,15 +46,36 @@ struct CampaignOutcome {
     std::size_t held = 0;  ///< units that other processes, which live, are still computing
 };
 
-/// Computes what the plan wants and no other process has, until nothing is left.  A plain call also waits for the units
-/// of other processes, and takes them if these die.  A share, of more than one, ends when it knows that they live,
-/// unless shares wait.
-/// A plain call computes units again that had failed; a share does not, and gives up a unit that was lost three times.
-CampaignOutcome run_campaign(const UnitPlan& plan, const CampaignOptions& options);
+/// The part of one process in a campaign.
+class Campaign {
+public:
+    /// Takes the units that have ended before.  A plain process computes units again that had failed; a share, of more
+    /// than one, does not, and gives up a unit that was lost three times.
+    Campaign(UnitPlan plan, CampaignOptions options);
+    ~Campaign();
+
+    /// Computes what the plan wants and no other process has, until nothing is left; may be called again when more is
+    /// wanted.  A plain process also waits for the units of other processes, and takes them if these die.  A share ends
+    /// when it knows that they live, unless shares wait.
+    CampaignOutcome run();
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// Throws an input Error unless there is this folder, of a command.
+void require_folder(const std::filesystem::path& folder, const char* command);
 
 /// Calls `work` while no other process of the campaign does; waits for one, up to ten seconds.  `is_complete`: nothing
 /// is left to claim, and what killed processes left of their claims is removed.
 void alone(const std::filesystem::path& folder, bool is_complete, const std::function<void()>& work);
+
+/// The processes that work now.
+struct Working {
+    std::size_t processes = 0, workers = 0, units = 0;
+};
+Working working_in(const std::filesystem::path& folder);
 
 /// One line: units done, failed, running, the rate and the time left.
 std::string campaign_status(const std::filesystem::path& folder, const std::vector<UnitRecord>& records,

@@ -134,7 +134,8 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
     if (step == simulation.steps) append_last(simulation, step, archive);
     if (const std::string words = simulation.describe ? simulation.describe() : ""; !quiet && !words.empty())
         log_information("{}", words);
-    return {.step = step,
+    return {.first = first,
+            .step = step,
             .signal = step < simulation.steps ? stop_signal() : 0,
             .wall_seconds = seconds_since(start),
             .core_seconds = core_seconds() - core_start};

@@ -67,4 +67,12 @@ std::vector<files::Attribute> provenance(const io::Scene& scene, int threads, co
             {"start_time", utc_now()}};
 }
 
+std::vector<files::Attribute> shared_provenance(const io::Scene& scene, const std::string& what) {
+    std::vector<files::Attribute> attributes = provenance(scene, 1, what);
+    std::erase_if(attributes, [](const files::Attribute& one) {
+        return one.first == "host" || one.first == "start_time" || one.first == "threads";
+    });
+    return attributes;
+}
+
 }  // namespace drover::run

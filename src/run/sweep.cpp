@@ -17,6 +17,7 @@
 #include "run/memory_run.hpp"
 #include "run/run_record.hpp"
 #include "run/same_run.hpp"
+#include "run/sweep_dataset.hpp"
 #include "run/sweep_results.hpp"
 
 namespace drover::run {
@@ -197,11 +198,12 @@ bool run_campaign_of(const Sweep& sweep, const SweepOptions& options, const file
                         .take = take,
                         .holds = holds};
     const int workers = sweep.scene.sweep.workers > 0 ? sweep.scene.sweep.workers : usable_cores();
-    return run_campaign(plan, {.folder = sweep.folder,
-                               .identity = identity,
-                               .share = options.share,
-                               .workers = workers,
-                               .quiet = options.quiet})
+    return Campaign(plan, {.folder = sweep.folder,
+                           .identity = identity,
+                           .share = options.share,
+                           .workers = workers,
+                           .quiet = options.quiet})
+        .run()
         .stopped;
 }
 
@@ -218,6 +220,7 @@ void conclude(const Sweep& sweep, const SweepOptions& options, const files::Reco
     outcome.table->warnings.insert(outcome.table->warnings.begin(), versions.begin(), versions.end());
     alone(sweep.folder, is_last, [&] {
         files::replace_file(sweep.folder / "table.csv", table_csv(*outcome.table));
+        write_sweep_dataset(sweep.folder / "table.nc", sweep.scene, sweep.layout, ended.results, *outcome.table);
         if (is_last && !sweep.keeps_archives()) remove_archives(sweep);
     });
 }
@@ -227,8 +230,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options) {
     const Sweep sweep(scene, options.folder);
     SweepOutcome outcome{.table = {}, .runs = sweep.layout.runs.size()};
     const fs::path& folder = options.folder;
-    require(!options.collect || fs::is_directory(folder), {.file = folder.string()},
-            "no such folder; expected the output folder of drover sweep: set it with --output");
+    if (options.collect) require_folder(folder, "sweep");
     if (!options.collect && options.share.is_plain())  // all values are checked before anything runs
         for (const SweepRun& run : sweep.layout.runs) {
             SweepRun single = run;
@@ -255,8 +257,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options) {
 
 std::string sweep_status(const io::Scene& scene, const fs::path& folder) {
     const Sweep sweep(scene, folder);
-    require(fs::is_directory(folder), {.file = folder.string()},
-            "no such folder; expected the output folder of drover sweep: set it with --output");
+    require_folder(folder, "sweep");
     std::vector<std::string> keys;
     for (const SweepRun& run : sweep.layout.runs) keys.push_back(run.name);
     return campaign_status(folder, campaign_records(folder, identity_of(manifest_of(scene, folder))), keys);

@@ -10,6 +10,7 @@
 #include "drover/base/threads.hpp"
 #include "drover/files/archive_reader.hpp"
 #include "drover/measure/replicates.hpp"
+#include "drover/run/cost.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "run/trade_axes.hpp"
@@ -74,7 +75,12 @@ TradeBench::TradeBench(const io::Scene& given, const std::string& of, const Trad
     : scene(given),
       budget(options.budget),
       wishes_(options.wishes),
-      trials_(options.folder, of, options.workers > 0 ? options.workers : usable_cores()) {}
+      trials_(options.folder, of,
+              {.share = options.share,
+               .workers = options.workers > 0 ? options.workers : usable_cores(),
+               .collect = options.collect,
+               .quiet = options.quiet}),
+      host_(files::this_process(1, 1, 1).host) {}
 
 Trial TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
     io::Scene timed = scene;
@@ -114,10 +120,20 @@ void TradeBench::count(const Trial& trial) {
     counted = result->seconds();
 }
 
+/// Per second of the scene.  Costs of different trials are compared, so all are of one machine, this one: a few steps
+/// are timed here where the trial ran elsewhere, or its times were lost by a kill.
+double TradeBench::step_seconds_of(const Trial& trial, const TrialResult& result) const {
+    constexpr double known = 0.5;  // of the trial
+    const bool is_timed_here = result.host == host_ && result.timed >= known * result.end;
+    if (!is_timed_here)
+        if (const auto expected = expected_time(trial.scene)) return expected->total / trial.scene.time.end;
+    return result.step_seconds / std::max(result.timed, 1e-9);
+}
+
 Measured TradeBench::measured(const std::vector<std::string>& overrides, bool rounds_up) {
     const Trial trial = trial_of(overrides, rounds_up);
     const TrialResult* result = trials_.find(trial);
-    if (result == nullptr) return {.failure = "not run: the budget is spent"};
+    if (result == nullptr) return {.failure = "not run: the budget is spent", .was_run = false};
     if (!result->failure.empty()) return {.failure = result->failure};
     const auto key = std::pair(result->archive.string(), result->end);
     if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
@@ -125,7 +141,7 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
     const files::ArchiveReader archive(result->archive);
     const Report report = make_report(archive);
     Measured measured{.start_seconds = result->start_seconds,
-                      .step_seconds = result->step_seconds / result->end,
+                      .step_seconds = step_seconds_of(trial, *result),
                       .end = result->end,
                       .step_error = largest_step_error(archive)};
     for (const Wish& wish : wishes_) {

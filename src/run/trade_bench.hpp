@@ -16,7 +16,8 @@ using Bias = measure::RoughMean;
 
 /// A trial and its wanted numbers.
 struct Measured {
-    std::string failure;
+    std::string failure;                             ///< why it has no numbers; else ""
+    bool was_run = true;                             ///< false where the budget was too small
     double start_seconds = 0.0, step_seconds = 0.0;  ///< of a core; step: per second of the scene
     double end = 0.0;                                ///< of the trial, which may be a longer one of before [s]
     double step_error = 0.0;                         ///< the largest; 0: not estimated
@@ -103,6 +104,7 @@ public:
 
 private:
     double expected_seconds(const Trial& trial) const;
+    double step_seconds_of(const Trial& trial, const TrialResult& result) const;
     Fluctuation fluctuation_of(const WantedNumber& number, double least_error) const;
     std::vector<std::vector<std::string>> other_seeds(const std::vector<std::string>& overrides) const;
     void count(const Trial& trial);
@@ -111,6 +113,7 @@ private:
 
     std::vector<Wish> wishes_;
     Trials trials_;
+    std::string host_;  ///< this machine
     double rate_ = 0.0;
     std::vector<double> least_error_;  ///< statistical, of the mean of each wanted number over a trial, see widen()
     std::map<std::pair<std::string, double>, Measured> measured_;

@@ -17,6 +17,7 @@ namespace drover::run {
 struct LevelFound {
     Level level;
     std::string failure;       ///< why there is no bias: the run failed, the scene does not allow it, or the budget
+    bool was_run = true;       ///< false where the budget was too small
     std::vector<Bias> biases;  ///< by wish
     bool is_compared = true;   ///< with another level; else its bias is taken as 0, not measured
     double start_seconds = 0.0, step_seconds = 0.0;  ///< cost relative to that of the given level of its axis

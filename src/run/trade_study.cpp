@@ -228,7 +228,7 @@ private:
         const bool is_known = bench_.is_resolved(reference_bias_, 2.0 * small);
         for (std::size_t l = 0; l < ladders_.size(); ++l) {
             const std::vector<LevelFound>& levels = found_.ladders[l].levels;
-            if (!levels.back().is_measured() && levels.back().failure.starts_with("not run")) continue;
+            if (!levels.back().was_run) continue;
             const bool converged = is_known && levels.size() > 1 && levels.back().is_measured() &&
                                    bench_.is_resolved(levels.back().biases, small);
             if (converged) continue;
@@ -316,7 +316,7 @@ private:
             LadderFound found{.ladder = ladders_[l], .levels = {}};
             for (std::size_t k = 0; k < runs[l].size(); ++k) {
                 const Measured& run = runs[l][k];
-                LevelFound level{.level = ladders_[l].levels[k], .failure = run.failure, .biases = {}};
+                LevelFound level{.level = ladders_[l].levels[k], .failure = run.failure, .was_run = run.was_run};
                 if (level.is_measured()) {
                     level.biases = bench_.differences(run, reference);
                     // The reference has an error too: known in size, added in quadrature.
@@ -460,7 +460,7 @@ private:
             const std::vector<std::string> overrides = overrides_of(*best);
             if (!bench_.run({bench_.trial_of(overrides)})) return false;
             const Measured run = bench_.measured(overrides), reference = bench_.measured(reference_);
-            if (run.failure.starts_with("not run")) return true;
+            if (!run.was_run) return true;
             Checked checked{.overrides = overrides, .failure = run.failure, .biases = {}, .fluctuations = {}};
             if (checked.failure.empty()) {
                 checked.fluctuations = bench_.fluctuations(run);

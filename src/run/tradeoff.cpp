@@ -7,7 +7,7 @@
 #include "drover/base/error.hpp"
 #include "drover/base/log.hpp"
 #include "drover/files/new_file.hpp"
-#include "drover/files/record_file.hpp"
+#include "drover/files/record_folder.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/cost.hpp"
 #include "drover/run/run_scene.hpp"
@@ -341,16 +341,23 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
     require(!options.wishes.empty(), {.file = "--want"},
             "no number is wanted; give at least one, such as polar_order=1%");
-    const files::ClaimedFolder claimed =
-        files::claim_folder(options.folder, "scene.toml", "", io::resolved_text(scene));
+    if (options.collect) require_folder(options.folder, "tradeoff");
+    files::join_folder(options.folder, "scene.toml", "", io::resolved_text(scene));
     const Findings found = find_tradeoff(scene, options);
     if (found.stopped) return {.result = {}, .seconds = found.seconds, .stopped = true};
     const Tradeoff outcome = outcome_of(found, scene, options);
-    files::replace_file(options.folder / "tradeoff.json", result_json(outcome.result).dump(1) + "\n");
-    const fs::path recommended = options.folder / "recommended.toml";
-    if (outcome.recommended) files::replace_file(recommended, outcome.recommended_text);
-    else fs::remove(recommended);  // of other wishes
+    alone(options.folder, true, [&] {
+        files::replace_file(options.folder / "tradeoff.json", result_json(outcome.result).dump(1) + "\n");
+        const fs::path recommended = options.folder / "recommended.toml";
+        if (outcome.recommended) files::replace_file(recommended, outcome.recommended_text);
+        else fs::remove(recommended);  // of other wishes
+    });
     return outcome;
+}
+
+std::string tradeoff_status(const io::Scene& scene, const fs::path& folder) {
+    require_folder(folder, "tradeoff");
+    return trials_status(folder, io::resolved_text(scene));
 }
 
 io::Scene with_accuracy(const io::Scene& scene, const std::vector<Wish>& wishes, bool quiet) {

@@ -1,18 +1,16 @@
-// run/trials.cpp: trials on workers and their records.
+// run/trials.cpp: trials as a campaign, and their records.
 #include "run/trials.hpp"
 
 #include <algorithm>
-#include <array>
-#include <optional>
-#include <sstream>
+#include <chrono>
+#include <thread>
 
 #include "drover/base/error.hpp"
+#include "drover/files/bytes.hpp"
 #include "drover/files/run_id.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/exit_status.hpp"
 #include "drover/run/run_scene.hpp"
 #include "drover/run/signals.hpp"
-#include "drover/run/worker_pool.hpp"
 #include "run/same_run.hpp"
 
 namespace drover::run {
@@ -20,9 +18,48 @@ namespace drover::run {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr const char* records_name = "trials.records";
+/// What a worker tells of a trial.
+struct Ran {
+    std::string name;
+    TrialResult result;
+    bool is_of_machine = false;  ///< a failure of a machine that is too small: the next command tries again
+};
+
+std::string bytes_of(const Ran& ran) {
+    std::vector<std::byte> bytes;
+    files::put_text(bytes, ran.name);
+    for (const double number : {ran.result.end, ran.result.start_seconds, ran.result.step_seconds, ran.result.timed})
+        files::put(bytes, number);
+    files::put_text(bytes, ran.result.host);
+    files::put_text(bytes, ran.result.run_id);
+    files::put_text(bytes, ran.result.failure);
+    files::put(bytes, static_cast<std::uint8_t>(ran.is_of_machine));
+    return files::text_of(bytes);
+}
+
+Ran ran_of(const UnitRecord& record) {
+    files::ByteReader reader{std::as_bytes(std::span(record.result.content))};
+    Ran ran{.name = reader.take_list<std::string>(), .result = {}};
+    for (double* number : {&ran.result.end, &ran.result.start_seconds, &ran.result.step_seconds, &ran.result.timed})
+        *number = reader.take<double>();
+    ran.result.host = reader.take_list<std::string>();
+    ran.result.run_id = reader.take_list<std::string>();
+    ran.result.failure = reader.take_list<std::string>();
+    ran.is_of_machine = reader.take<std::uint8_t>() != 0;
+    require(reader.is_complete && reader.rest.empty(), {record.key},
+            "is not a trial; expected a record of this version of drover");
+    return ran;
+}
+
+/// Where another process is at a shorter run of the same trial, this one continues it.
+void wait_for_other(const fs::path& archive) {
+    while (stop_signal() == 0 && files::is_being_written(archive))
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+}
+
 RunOutcome run_or_continue(const Trial& trial) {
     const fs::path path = archive_path(trial.scene);
+    wait_for_other(path);
     const RunOptions options{.overwrite = true, .quiet = true, .rounds_up = trial.rounds_up};
     if (fs::exists(path) && has_checkpoint(path)) {
         try {
@@ -35,87 +72,84 @@ RunOutcome run_or_continue(const Trial& trial) {
     return run_scene(trial.scene, options);
 }
 
-constexpr std::string_view id_sign = "run_id=";
-
-std::string one_line(std::string text) {
-    std::replace(text.begin(), text.end(), '\n', ' ');
-    return text;
-}
-
-/// Kinds of failures with which a study continues, without the trial.  Only those of the scene are recorded.
-constexpr std::array kinds_of_failure{Fault::input, Fault::run, Fault::unavailable};
-
-std::string prefix_of(Fault fault) { return fault_name(fault) + ": "; }
-
-/// The kind of "run: the fields diverged".  Records of older versions hold no kind, so that a failure may be that of a
-/// full disk.
-std::optional<Fault> kind_of_failure(const std::string& failure) {
-    for (const Fault fault : kinds_of_failure)
-        if (failure.starts_with(prefix_of(fault))) return fault;
-    return std::nullopt;
-}
-
-/// In a child process: runs a trial and makes its record.  Of a run that a signal stopped the record says how far it
-/// came.  Throws what is neither a property of the scene nor of the machine.
-int run_trial(const Trial& trial, const std::string& name, std::string& record) {
-    double steps = 0.0, end = trial.scene.time.end;
-    int status = exit_done;
-    std::string failure, run_id;
-    try {
-        const RunOutcome outcome = run_or_continue(trial);
-        run_id = files::run_id_of(files::ArchiveReader(outcome.archive));
-        steps = outcome.loop.core_seconds;
-        if (outcome.loop.signal != 0) {
-            status = exit_stopped;
-            end = outcome.checkpoint_time;
-        }
-    } catch (const Error& error) {
-        if (std::find(kinds_of_failure.begin(), kinds_of_failure.end(), error.fault()) == kinds_of_failure.end()) throw;
-        failure = prefix_of(error.fault()) + one_line(error.what());
-    }
-    record =
-        text("{} {:.17g} {:.6g} {:.6g} {}{} {}", name, end, core_seconds() - steps, steps, id_sign, run_id, failure);
-    return status;
-}
-}  // namespace
-
-Trials::Trials(const fs::path& folder, const std::string& scene, int workers)
-    : folder_(folder), workers_(workers), records_(folder / records_name, {files::fingerprint("trials"), scene}) {
-    for (const std::string& record : records_.records()) take(record);
-}
-
 /// Runs that differ in their end alone are one trial.
-std::string Trials::name_of(const Trial& trial) const {
+std::string name_of(const Trial& trial) {
     io::Scene scene = trial.scene;
     scene.time.end = 0.0;
     scene.output.file.clear();
     return text("trial-{:016x}{}", files::fingerprint(io::resolved_text(scene)), trial.rounds_up ? "-up" : "");
 }
 
-/// A record: name, end, core seconds of start and of steps, run id, failure with its kind.  One that failed for an
-/// unknown reason is passed over: the trial is repeated.
-void Trials::take(const std::string& record) {
-    std::istringstream words(record);
-    std::string name, failure;
-    double end = 0.0, start = 0.0, steps = 0.0;
-    words >> name >> end >> start >> steps;
-    std::getline(words >> std::ws, failure);
-    std::string run_id;
-    if (failure.starts_with(id_sign)) {
-        const std::size_t space = failure.find(' ');
-        run_id = failure.substr(id_sign.size(), space - id_sign.size());
-        failure.erase(0, space == std::string::npos ? space : space + 1);
+std::string key_of(const Trial& trial) { return text("{}-{:.17g}", name_of(trial), trial.scene.time.end); }
+
+files::RecordIdentity identity_of(const std::string& scene) {
+    return {.hash = files::fingerprint("trials\n" + scene), .content = scene};
+}
+
+CampaignOptions campaign_options(const fs::path& folder, const std::string& scene, const TrialOptions& options) {
+    return {.folder = folder,
+            .identity = identity_of(scene),
+            .share = options.share,
+            .workers = options.workers,
+            .quiet = options.quiet,
+            .shares_wait = true};
+}
+}  // namespace
+
+Trials::Trials(const fs::path& folder, const std::string& scene, const TrialOptions& options)
+    : folder_(folder), options_(options), campaign_(plan(), campaign_options(folder, scene, options)) {}
+
+UnitPlan Trials::plan() {
+    return {.wanted =
+                [this](const Offer& offer) {
+                    for (const auto& [key, wanted] : wanted_)
+                        if (find(wanted.trial) == nullptr && !offer(key)) return;
+                },
+            .run = [this](const std::string& key) { return run_one(key); },
+            .take = [this](const UnitRecord& record) { take(record); },
+            .holds = [](const UnitRecord& record) { return !ran_of(record).is_of_machine; }};
+}
+
+/// In a worker.
+std::optional<UnitResult> Trials::run_one(const std::string& key) const {
+    const auto& [trial, name] = wanted_.at(key);
+    Ran ran{.name = name, .result = {.end = trial.scene.time.end, .host = files::this_process(1, 1, 1).host}};
+    const double start = core_seconds();
+    try {
+        const RunOutcome outcome = run_or_continue(trial);
+        if (outcome.loop.signal != 0) return std::nullopt;
+        const auto steps = static_cast<double>(std::max<std::int64_t>(outcome.loop.step, 1));
+        ran.result.run_id = files::run_id_of(files::ArchiveReader(outcome.archive));
+        ran.result.step_seconds = outcome.loop.core_seconds;
+        ran.result.timed = ran.result.end * (1.0 - static_cast<double>(outcome.loop.first) / steps);
+    } catch (const Error& error) {
+        if (!is_of_scene(error.fault()) && error.fault() != Fault::unavailable) throw;
+        ran.result.failure = error.what();
+        ran.is_of_machine = !is_of_scene(error.fault());
     }
-    const std::optional<Fault> kind = kind_of_failure(failure);
-    if (!failure.empty() && !kind) return;
-    TrialResult& result = results_[name];
-    result.archive = folder_ / (name + ".h5");
-    result.end = end;
-    result.start_seconds = std::max(result.start_seconds, start);  // one that is continued starts more than once
-    result.step_seconds += steps;
-    result.run_id = run_id;
-    result.failure = kind ? failure.substr(prefix_of(*kind).size()) : "";
-    result.is_recorded = !kind || is_of_scene(*kind);
+    ran.result.start_seconds = core_seconds() - start - ran.result.step_seconds;
+    return UnitResult{.content = bytes_of(ran)};
+}
+
+void Trials::take(const UnitRecord& record) {
+    if (record.state != UnitState::done) {
+        if (record.is_new) crash_ = text("{}: {}", record.key, record.reason);
+        return;
+    }
+    if (!taken_.insert(record.key).second) return;
+    const Ran ran = ran_of(record);
+    TrialResult& result = results_[ran.name];
+    const bool is_longer = ran.result.end >= result.end;
+    result.archive = folder_ / (ran.name + ".h5");
+    result.end = std::max(result.end, ran.result.end);
+    // One that is continued starts more than once.
+    result.start_seconds = std::max(result.start_seconds, ran.result.start_seconds);
+    result.step_seconds += ran.result.step_seconds;
+    result.timed += ran.result.timed;
+    if (!is_longer) return;
+    result.host = ran.result.host;
+    result.run_id = ran.result.run_id;
+    result.failure = ran.result.failure;
 }
 
 const TrialResult* Trials::find(const Trial& trial) const {
@@ -128,56 +162,46 @@ const TrialResult* Trials::find(const Trial& trial) const {
 void Trials::require_archive(const Trial& trial, const TrialResult& result) const {
     require_archive_of(trial.scene, result.archive);
     const std::string found = files::run_id_of(files::ArchiveReader(result.archive));
-    require(result.run_id.empty() || found == result.run_id, {.file = result.archive.string()},
+    require(found == result.run_id, {.file = result.archive.string()},
             "the archive is of another run of this trial: run_id = {} there, {} in {}; expected the one that was "
             "written here: put it back, or choose another folder with --output",
-            found.empty() ? "none" : found, result.run_id, (folder_ / records_name).string());
+            found.empty() ? "none" : found, result.run_id, (folder_ / "records").string());
 }
 
 bool Trials::run(const std::vector<Trial>& trials) {
-    std::vector<Trial> missing;
-    std::vector<std::string> names;
+    if (options_.collect) return true;
+    wanted_.clear();
     for (const Trial& trial : trials) {
-        const std::string name = name_of(trial);
-        if (find(trial) != nullptr || std::find(names.begin(), names.end(), name) != names.end()) continue;
-        missing.push_back(trial);
-        missing.back().scene.output.file = (folder_ / (name + ".h5")).string();
-        missing.back().scene.run.threads = 1;
-        const fs::path& archive = missing.back().scene.output.file;
+        if (find(trial) != nullptr) continue;
+        Wanted wanted{.trial = trial, .name = name_of(trial)};
+        const fs::path archive = folder_ / (wanted.name + ".h5");
+        wanted.trial.scene.output.file = archive.string();
+        wanted.trial.scene.run.threads = 1;
+        const auto shorter = results_.find(wanted.name);
         if (fs::exists(archive)) {
-            const auto shorter = results_.find(name);
-            if (shorter != results_.end() && shorter->second.failure.empty())
-                require_archive(missing.back(), shorter->second);
-            else require_archive_of(missing.back().scene, archive);
+            if (shorter != results_.end()) require_archive(wanted.trial, shorter->second);
+            else require_archive_of(wanted.trial.scene, archive);
         }
-        names.push_back(name);
+        wanted_.emplace(key_of(trial), std::move(wanted));
     }
-    std::size_t next = 0;
-    std::vector<bool> has_record(missing.size(), false);
-    const Jobs jobs{.next = [&]() -> std::optional<std::size_t> {
-                        if (next == missing.size()) return std::nullopt;
-                        return next++;
-                    },
-                    .work =
-                        [&](std::size_t job, const Send& send) {
-                            std::string record;
-                            const int status = run_trial(missing[job], names[job], record);
-                            send(record);
-                            return status;
-                        },
-                    .received =
-                        [&](std::size_t job, const std::string& record) {
-                            has_record[job] = true;
-                            take(record);
-                            if (results_[names[job]].is_recorded) records_.append(record);
-                        },
-                    .ended =
-                        [&](std::size_t job, int status) {
-                            if (has_record[job] || stop_signal() != 0) return;
-                            fail_environment("the trial {} ended with status {}; run the command again to repeat it",
-                                             names[job], status);
-                        }};
-    return !run_jobs(jobs, {.workers = workers_}).stopped;
+    crash_.clear();
+    const bool stopped = campaign_.run().stopped;
+    if (!crash_.empty() && !stopped) fail_environment("{}; run the command again to repeat it", crash_);
+    return !stopped;
+}
+
+std::string trials_status(const fs::path& folder, const std::string& scene) {
+    std::size_t ended = 0, failed = 0;
+    double seconds = 0.0;
+    for (const UnitRecord& record : campaign_records(folder, identity_of(scene))) {
+        if (record.state != UnitState::done) continue;
+        const Ran ran = ran_of(record);
+        ++(ran.result.failure.empty() ? ended : failed);
+        seconds += ran.result.seconds();
+    }
+    const Working working = working_in(folder);
+    return text("{} trials done, {} failed, in {} of core time; {} running in {} processes", ended, failed,
+                duration_text(seconds), working.units, working.processes);
 }
 
 }  // namespace drover::run

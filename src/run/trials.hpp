@@ -1,12 +1,15 @@
-// run/trials.hpp: runs of scenes in a folder, on local workers, each kept, extended where needed, with its cost.
+// run/trials.hpp: runs of scenes in a folder, shared with other processes, each kept, extended where needed, with its
+// cost.
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
-#include "drover/files/record_file.hpp"
 #include "drover/io/scene.hpp"
+#include "run/campaign.hpp"
 
 namespace drover::run {
 
@@ -21,22 +24,33 @@ struct TrialResult {
     std::filesystem::path archive;
     double end = 0.0;            ///< reached [s]
     double start_seconds = 0.0;  ///< of a core, before and after the steps
-    double step_seconds = 0.0;   ///< of a core, for all steps
-    std::string run_id;          ///< of the archive; "" in records of earlier versions
+    double step_seconds = 0.0;   ///< of a core, for the steps that were timed: a kill loses the times before it
+    double timed = 0.0;          ///< simulated time of these steps [s]
+    std::string host;            ///< name of the machine on which it ended
+    std::string run_id;          ///< of the archive
     std::string failure;         ///< why the run failed; else ""
-    bool is_recorded = true;     ///< false for a failure of this machine: the next command tries again
     double seconds() const { return start_seconds + step_seconds; }
 };
 
-/// The trials of one folder.
+struct TrialOptions {
+    Share share = {};
+    int workers = 1;       ///< simultaneous trials
+    bool collect = false;  ///< runs nothing
+    bool quiet = false;
+};
+
+/// The trials of one folder, in which any number of processes may work.
 class Trials {
 public:
-    /// Reads what the folder holds.  Throws an input Error when another process works there, and, with the first
-    /// difference, when its records are those of another scene than this one (its resolved text).
-    Trials(const std::filesystem::path& folder, const std::string& scene, int workers);
+    /// Reads what the folder holds.  `scene`: the resolved text of the scene that the trials change.  Throws an input
+    /// Error, with the first difference, when the records are those of another one.
+    Trials(const std::filesystem::path& folder, const std::string& scene, const TrialOptions& options);
+    Trials(const Trials&) = delete;
+    Trials& operator=(const Trials&) = delete;
 
-    /// Runs what is not there yet; a run that is too short is continued from its checkpoint.  Returns false when a
-    /// signal stopped it.  A failure of the scene is recorded; one of the environment stops all trials and is thrown.
+    /// Returns when all of them have ended, here or in other processes; a run that is too short is continued from its
+    /// checkpoint.  False when a signal stopped it.  A failure of the scene is recorded; one of the environment stops
+    /// all trials and is thrown.
     bool run(const std::vector<Trial>& trials);
 
     /// The result of a trial that was run; nullptr when there is none, or a shorter one that did not fail.
@@ -46,13 +60,24 @@ public:
     void require_archive(const Trial& trial, const TrialResult& result) const;
 
 private:
-    std::string name_of(const Trial& trial) const;
-    void take(const std::string& record);
+    struct Wanted {
+        Trial trial;
+        std::string name;
+    };
+    UnitPlan plan();
+    std::optional<UnitResult> run_one(const std::string& key) const;
+    void take(const UnitRecord& record);
 
     std::filesystem::path folder_;
-    int workers_;
-    files::RecordFile records_;
-    std::map<std::string, TrialResult> results_;
+    TrialOptions options_;
+    std::map<std::string, TrialResult> results_;  ///< by name
+    std::map<std::string, Wanted> wanted_;        ///< by key
+    std::set<std::string> taken_;                 ///< keys of records that are in the results
+    std::string crash_;                           ///< of a worker of this process
+    Campaign campaign_;
 };
+
+/// One line over all processes in the folder.
+std::string trials_status(const std::filesystem::path& folder, const std::string& scene);
 
 }  // namespace drover::run

@@ -41,7 +41,7 @@ void write_result(const Result& result, const std::filesystem::path& file, const
 bool is_result(const files::ArchiveReader& archive) {
     for (const auto& [name, value] : archive.attributes())
         if (const auto* title = std::get_if<std::string>(&value); title != nullptr && name == "title")
-            for (const char* what : {"boundary", "onset", "stability", "states"})
+            for (const char* what : {"boundary", "onset", "stability", "states", "sweep"})
                 if (title->starts_with(text("drover {} of ", what))) return true;
     return false;
 }

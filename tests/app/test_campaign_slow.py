@@ -1,4 +1,4 @@
-"""tests/app/test_campaign_slow.py: a sweep on a real Slurm whose jobs and daemons are killed."""
+"""tests/app/test_campaign_slow.py: work on a real Slurm whose jobs and daemons are killed."""
 import sys
 from pathlib import Path
 
@@ -9,5 +9,8 @@ import slurm  # noqa: E402
 
 
 @pytest.mark.skipif(bool(slurm.why_not()), reason=slurm.why_not() or "it can run")
-def test_a_sweep_on_slurm_whose_jobs_and_daemons_are_killed_ends_in_the_table_of_one_worker(tmp_path):
-    assert slurm.study(tmp_path, points=300, shares=10, kills=8, end=200.0) == ""
+@pytest.mark.parametrize("command, points, shares, end", [("sweep", 300, 10, 200.0), ("calibrate", 48, 4, 20.0),
+                                                          ("wanted", 48, 4, 20.0), ("tradeoff", 30, 4, 20.0)])
+def test_work_on_slurm_whose_jobs_and_daemons_are_killed_has_the_result_of_one_worker(command, points, shares, end,
+                                                                                       tmp_path):
+    assert slurm.study(slurm.COMMANDS[command](tmp_path, points, end), shares=shares, kills=8) == ""

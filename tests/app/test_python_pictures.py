@@ -149,16 +149,15 @@ def test_an_exact_solution_is_drawn_beside_the_profiles_of_a_run(tmp_path, monke
         assert drover.plot.growth(run).get_ylim()[0] == 0.0
 
 
-def rows(keys, value):
-    grid = np.meshgrid(*keys.values(), indexing="ij")
-    return [{**dict(zip(keys, point)), "seeds": 1,
-             "polar_order": {"mean": value(*point), "error": None if point[0] == 1.0 else 0.1, "unit": "mm-2"}}
-            for point in zip(*(axis.ravel().tolist() for axis in grid))]
-
-
-def sweep_of(keys, value, **more):
-    return Sweep({"keys": list(keys), "rows": [{**row, **more} for row in rows(keys, value)], "warnings": [],
-                  "failed": 0, "failures": [], "text": ""})
+def sweep_of(keys, value, branches=()):
+    """A sweep over these keys; of the first key's value 1 no error is known."""
+    axes = {**{key: sorted(values) for key, values in keys.items()}, **({"branch": list(branches)} if branches else {})}
+    places = np.meshgrid(*axes.values(), indexing="ij")
+    means = np.vectorize(value, otypes=[float])(*places)
+    errors = np.where(places[0].astype(float) == 1.0, np.nan, 0.1)
+    data = xarray.Dataset({name: (tuple(axes), values, {"units": "mm-2"})
+                           for name, values in (("polar_order", means), ("polar_order_error", errors))}, axes)
+    return Sweep({"keys": list(keys), "rows": [], "warnings": [], "failed": 0, "failures": [], "text": ""}, data=data)
 
 
 def test_a_sweep_of_one_key_is_drawn_at_its_values_with_open_symbols_without_error():
@@ -181,10 +180,8 @@ def test_a_sweep_of_two_keys_is_drawn_as_a_map_of_its_values():
 
 
 def test_both_branches_of_a_ramp_are_named_and_hide_no_point():
-    up_and_down = {"keys": ["relaxation.rate"], "warnings": [], "failed": 0, "failures": [], "text": "", "rows": [
-        {**row, "branch": branch} for branch in ("up", "down") for row in rows(
-            {"relaxation.rate": [1.0, 2.0, 3.0]}, lambda rate: rate + (branch == "down"))]}
-    axes = Sweep(up_and_down).plot("polar_order")
+    axes = sweep_of({"relaxation.rate": [1.0, 2.0, 3.0]}, lambda rate, branch: rate + (branch == "down"),
+                    ("up", "down")).plot("polar_order")
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["up", "down"] and clear(axes)
 
 

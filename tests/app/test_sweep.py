@@ -6,6 +6,7 @@ import math
 import h5py
 import numpy as np
 import pytest
+import xarray
 from support import (assert_same_bytes, drover, drover_json, end_group, not_sanitized, start,
                      wait_until, write_scene)
 
@@ -214,3 +215,53 @@ def test_seeds_that_end_in_different_states_contradict_their_errors_and_are_repo
     # All seeds agree on the size of the order: one in two thousand runs of the test would say otherwise.
     named = warning.split("their errors in ")[1].split(";")[0].split(", ")
     assert "polar_order_mean_x" in named and "polar_order" not in named
+
+
+# --- the dataset
+
+def test_one_file_has_every_observable_of_all_runs_over_the_keys_the_seeds_and_its_own_axes(tmp_path):
+    scene = write_scene(tmp_path, {"time.end": 4.0, "output.sample_every": 0.5, "analysis.warm_up": 0.0})
+    drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5, 1, 2", "--vary", "noise.order = 0.1, 0.2",
+           "--seeds", "3", "--quiet")
+    with xarray.open_dataset(tmp_path / "flock.sweep" / "table.nc") as data:
+        keys = ("relaxation_rate", "noise_order")
+        assert data.polar_order.dims == keys and data.structure_factor_rods.dims == (*keys, "wavenumber")
+        assert data.structure_factor_rods_of_runs.dims == (*keys, "seed", "wavenumber")
+        assert data.structure_factor_rods.attrs["units"] == "mm-2" and data.relaxation_rate.attrs["units"] == "1/s"
+        names = set()
+        for point, (rate, noise) in enumerate((rate, noise) for rate in (0.5, 1.0, 2.0) for noise in (0.1, 0.2)):
+            at = data.sel(relaxation_rate=rate, noise_order=noise)
+            for place, archive in enumerate(sorted((tmp_path / "flock.sweep").glob(f"point-{point:04}-*.h5"))):
+                run = at.isel(seed=place)
+                with xarray.open_dataset(archive, group="summary") as summary:
+                    names = {name for name in summary if f"{name}_error" in summary}
+                    for name in names:
+                        for ending in ("", "_error"):
+                            assert np.array_equal(run[f"{name}_of_runs{ending}"], summary[name + ending],
+                                                  equal_nan=True), name
+            runs = at.structure_factor_rods_of_runs
+            assert np.allclose(at.structure_factor_rods, runs.mean("seed"), rtol=1e-12)  # sums of three
+            # Student's t of two degrees of freedom covers 68.3 % within 1.3213 standard errors.
+            assert np.allclose(at.structure_factor_rods_error, 1.3213 * runs.std("seed", ddof=1) / np.sqrt(3.0),
+                               rtol=1e-4)
+        assert len(names) > 30
+
+
+def test_axes_that_differ_between_points_have_their_values_beside_them(tmp_path):
+    scene = write_scene(tmp_path, {"time.end": 1.0, "grid.nx": 32})
+    drover(tmp_path, "sweep", scene, "--vary", "grid.ny = 16, 32", "--quiet")
+    with xarray.open_dataset(tmp_path / "flock.sweep" / "table.nc") as data:
+        assert np.array_equal(data.wavenumber, np.arange(data.sizes["wavenumber"]))
+        for place, archive in enumerate(sorted((tmp_path / "flock.sweep").glob("*.h5"))):
+            with xarray.open_dataset(archive, group="summary") as summary:
+                at, count = data.isel(grid_ny=place), summary.sizes["wavenumber"]
+                for one, other in ((at.wavenumber_values, summary.wavenumber),
+                                   (at.structure_factor_rods, summary.structure_factor_rods)):
+                    assert np.array_equal(one[:count], other, equal_nan=True) and np.isnan(one[count:]).all()
+
+
+def test_a_run_that_failed_leaves_a_gap_in_the_dataset(tmp_path):
+    scene = write_scene(tmp_path, {"time.end": 1.0, "initial.kind": "random", "initial.amplitude": 0.1})
+    drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = -200, 1", "--quiet", status=1)
+    with xarray.open_dataset(tmp_path / "flock.sweep" / "table.nc") as data:
+        assert np.isnan(data.polar_order).values.tolist() == [True, False] and data.seeds.values.tolist() == [0, 1]

@@ -1,9 +1,12 @@
 """tests/app/test_tradeoff.py: drover tradeoff and run --accuracy: the recommended run against a finer one, rungs of
 models in their limits, refusals, resuming."""
+import re
+import time
+
 import h5py
 import pytest
 from rejection import rejected
-from support import drover, drover_json, slow_but
+from support import drover, drover_json, end_group, slow_but, start
 
 # Two components that flock, without noise: a wave along x and one along y, and a step that is too long for 0.1 %.
 WAVES = """
@@ -172,14 +175,49 @@ def test_without_a_setting_in_the_budget_it_says_what_is_needed_and_the_best_the
     assert not (tmp_path / "s.tradeoff" / "recommended.toml").exists()
 
 
+def records_in(folder):
+    return {file.name: file.read_bytes() for file in (folder / "records").iterdir()}
+
+
 def test_trials_are_kept_and_serve_other_wishes(tmp_path):
     words = [scene(tmp_path, NOISY), "--budget", "20s"]
     first = tradeoff(tmp_path, *words, "--want", "polar_order=5%")
-    records = (tmp_path / "s.tradeoff" / "trials.records").read_bytes()
+    records = records_in(tmp_path / "s.tradeoff")
     assert tradeoff(tmp_path, *words, "--want", "polar_order=5%") == first
-    assert (tmp_path / "s.tradeoff" / "trials.records").read_bytes() == records
+    assert records_in(tmp_path / "s.tradeoff") == records
     tradeoff(tmp_path, *words, "--want", "polar_order=6%")
-    assert (tmp_path / "s.tradeoff" / "trials.records").read_bytes().startswith(records)
+    assert records_in(tmp_path / "s.tradeoff").items() >= records.items()
+
+
+def test_shares_that_are_killed_leave_trials_for_the_next_and_all_come_to_one_result(tmp_path):
+    words = ["tradeoff", scene(tmp_path, NOISY), "--budget", "20s", "--want", "polar_order=5%", "--workers", "1"]
+    for pause in (0.2, 0.5):
+        shares = [start(tmp_path, *words, "--share", f"{share}/2") for share in (1, 2)]
+        time.sleep(pause)
+        for process in shares:
+            process.kill()
+            process.wait()
+            end_group(process)
+    shares = [start(tmp_path, *words, "--share", f"{share}/3") for share in (1, 2, 3)]
+    try:
+        for process in shares:
+            process.communicate(timeout=240)
+    finally:
+        for process in shares:
+            end_group(process)
+    assert [process.returncode for process in shares] == [0, 0, 0]
+    records = records_in(tmp_path / "s.tradeoff")
+    keys = re.findall(rb"trial-[0-9a-f]{16}[a-z-]*-\d+", b"".join(records.values()))
+    assert len(keys) == len(set(keys)) > 10
+    result = (tmp_path / "s.tradeoff" / "tradeoff.json").read_bytes()
+    ended = re.match(r"(\d+) trials done, (\d+) failed, ", drover(tmp_path, *words, "--status").stdout)
+    assert int(ended[1]) + int(ended[2]) == len(keys)  # steps that are too long fail
+    collected = drover_json(tmp_path, *words, "--collect")
+    assert (tmp_path / "s.tradeoff" / "tradeoff.json").read_bytes() == result
+    assert drover_json(tmp_path, *words) == collected and records_in(tmp_path / "s.tradeoff") == records
+    assert not list((tmp_path / "s.tradeoff" / "claims").iterdir())
+    script = drover(tmp_path, *words[:-2], "--slurm", "8").stdout
+    assert "--array=1-8" in script and "--want polar_order=5%" in script and "--budget 20s" in script
 
 
 def test_another_scene_in_the_folder_is_refused(tmp_path):
@@ -231,7 +269,7 @@ def test_run_with_an_accuracy_makes_the_recommended_run(tmp_path):
     with h5py.File(tmp_path / "a.h5") as store:
         error = store["summary/polar_order_error"][()] / store["summary/polar_order"][()]
     assert error < 0.05  # twice the standard error and all biases are below 5 %
-    assert (tmp_path / "a.tradeoff" / "trials.records").exists()
+    assert records_in(tmp_path / "a.tradeoff")
 
 
 OWN_DECAY = """

@@ -1,10 +1,13 @@
-"""tests/faults/slurm.py: a sweep on a real Slurm, on this machine, whose jobs and daemons are killed.
+"""tests/faults/slurm.py: work on a real Slurm, on this machine, whose jobs and daemons are killed.
 
 Usage: DROVER=build/release/drover python3 tests/faults/slurm.py --points 10000 --shares 100 --kills 20
-Needs root, and Debian's slurm-wlm and munge.  Prints what happened, and the status is 1 if the table differs from that
-of one worker that nothing disturbs.
+       ... --command calibrate, wanted or tradeoff --shares 8 --kills 8
+Needs root, and Debian's slurm-wlm and munge.  Prints what happened, and the status is 1 if the result is not that of
+one worker that nothing disturbs: for `sweep` and `calibrate` to the byte.  Which trials run for wanted numbers
+(`calibrate --want`) and for a trade-off depends on their times: the numbers must be reached, and a run recommended.
 """
 import argparse
+import json
 import os
 import random
 import shutil
@@ -15,6 +18,9 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "app"))
+from calibration import write_tiny  # noqa: E402
 
 DROVER = str(Path(os.environ.get("DROVER", "drover")).absolute())
 PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "squeue", "scancel")
@@ -120,9 +126,16 @@ class Slurm:
         return subprocess.run(words, env=self.environment, capture_output=True, text=True, check=False, timeout=120)
 
     def jobs(self):
-        """Lines of squeue; nothing while the controller does not answer."""
-        found = self.run("squeue", "--noheader", "--format=%i %T")
-        return found.stdout.splitlines() if found.returncode == 0 else None
+        """Lines of squeue; nothing while the controller does not answer.  A job whose launch failed is held until its
+        user releases it: it is cancelled here, and the next call submits it again."""
+        found = self.run("squeue", "--noheader", "--format=%i %T %r")
+        if found.returncode != 0:
+            return None
+        lines = found.stdout.splitlines()
+        for line in lines:
+            if "held" in line:
+                self.run("scancel", line.split()[0])
+        return lines
 
     def end(self):
         self.run("scancel", "--user=root")
@@ -172,67 +185,126 @@ def kill_something(slurm, what, sweep, chance):
         slurm.start_node(node)
 
 
-def study(folder, points, shares, kills, seed=1, end=20.0, log=print):
+class Work:
+    """What the jobs do: the command and its words, without the folder; and whether the result in a folder is right."""
+
+    def __init__(self, folder, points, end):
+        self.folder, self.points = folder, points
+        (folder / "flock.toml").write_text(SCENE.format(end=end))
+        self.command = "sweep"
+        self.words = ["flock.toml", "--vary", f"relaxation.rate = 0.5:2:{points}", "--keep", "table"]
+        self.results = ["table.csv"]
+
+    def make_reference(self):
+        subprocess.run([DROVER, self.command, *self.words, "--quiet", "--workers", "1", "-o", "whole"], cwd=self.folder,
+                       check=True, stdout=subprocess.DEVNULL)
+
+    def is_right(self):
+        return all(file.exists() and file.read_bytes() == (self.folder / "whole" / name).read_bytes()
+                   for name in self.results for file in [self.folder / "shares" / name])
+
+
+class Calibrate(Work):
+    """The small calibration of the tests, with more trials."""
+
+    def __init__(self, folder, points, end):
+        super().__init__(folder, points, end)
+        write_tiny(folder, {"calibrate.relative_error": 0.02, "calibrate.max_trials": points})
+        self.command, self.words, self.results = "calibrate", ["tiny.toml"], ["table.h5", "table.toml"]
+
+
+class Wanted(Calibrate):
+    """Wanted numbers: which trials run depends on their times."""
+
+    def __init__(self, folder, points, end):
+        super().__init__(folder, points, end)
+        self.words = ["tiny.toml", "--want", "damping_rate=0.5%", "--want", "viscosity_kinematic=5%",
+                      "--set", "calibrate.max_trials=100000"]
+
+    def make_reference(self):
+        pass
+
+    def is_right(self):
+        ended = subprocess.run([DROVER, "calibrate", *self.words, "--quiet", "--collect", "--json", "-o", "shares"],
+                               cwd=self.folder, check=False, capture_output=True, text=True)
+        return ended.returncode == 0 and all(one["reached"] for one in json.loads(ended.stdout)["want"]["numbers"])
+
+
+class Tradeoff(Work):
+    """A trade-off: which trials run depends on their times, but a run is recommended."""
+
+    def __init__(self, folder, points, end):
+        super().__init__(folder, points, 20.0 * end)
+        self.command = "tradeoff"
+        self.words = ["flock.toml", "--budget", "200s", "--want", "polar_order=2%"]
+
+    def make_reference(self):
+        pass
+
+    def is_right(self):
+        shared = self.folder / "shares"
+        return (shared / "recommended.toml").exists() and not list((shared / "claims").iterdir())
+
+
+COMMANDS = {"sweep": Work, "calibrate": Calibrate, "wanted": Wanted, "tradeoff": Tradeoff}
+
+
+def study(work, shares, kills, seed=1, log=print):
     """Returns what is wrong; "" if nothing is."""
-    folder, chance = Path(folder), random.Random(seed)
-    (folder / "flock.toml").write_text(SCENE.format(end=end))
-    words = ["flock.toml", "--vary", f"relaxation.rate = 0.5:2:{points}", "--keep", "table"]
+    folder, chance = work.folder, random.Random(seed)
     began = time.time()
-    subprocess.run([DROVER, "sweep", *words, "--quiet", "--workers", "1", "-o", "whole"], cwd=folder, check=True,
-                   stdout=subprocess.DEVNULL)
-    log(f"one worker: {time.time() - began:.1f} s, {1e3 * (time.time() - began) / points:.2f} ms a point")
-    script = subprocess.run([DROVER, "sweep", *words, "--slurm", str(shares), "-o", "shares"], cwd=folder, check=True,
-                            capture_output=True, text=True).stdout
-    (folder / "sweep.sh").write_text(script)
-    sweep = str(folder / "shares")
+    work.make_reference()
+    log(f"one worker: {time.time() - began:.1f} s")
+    script = subprocess.run([DROVER, work.command, *work.words, "--slurm", str(shares), "-o", "shares"], cwd=folder,
+                            check=True, capture_output=True, text=True).stdout
+    (folder / "work.sh").write_text(script)
+    shared = str(folder / "shares")
     slurm = Slurm(folder)
     try:
         while slurm.jobs() is None:
             time.sleep(0.5)
         plan = [("job", "node and jobs", "node", "controller")[i % 4] for i in range(kills)]
         chance.shuffle(plan)
-        table = folder / "shares" / "table.csv"
         for call in (1, 2):
             began = time.time()
-            with subprocess.Popen(["sh", "sweep.sh"], cwd=folder, env=slurm.environment, stdout=subprocess.DEVNULL,
+            with subprocess.Popen(["sh", "work.sh"], cwd=folder, env=slurm.environment, stdout=subprocess.DEVNULL,
                                   stderr=subprocess.DEVNULL) as submission:
                 while call == 1 and plan:
                     time.sleep(chance.uniform(0.3, 2.0))
-                    kill_something(slurm, plan.pop(), sweep, chance)
+                    kill_something(slurm, plan.pop(), shared, chance)
                 submission.wait(timeout=300)
             while time.time() - began < 3600 and (slurm.jobs() is None or slurm.jobs()):
                 time.sleep(1)
             log(f"call {call}: {time.time() - began:.0f} s")
-            if table.exists() and table.read_bytes() == (folder / "whole" / "table.csv").read_bytes():
+            if work.is_right():
                 break
     finally:
         slurm.end()
-    files = sum(file.is_file() for file in Path(sweep).rglob("*"))
-    size = sum(file.stat().st_size for file in Path(sweep, "records").glob("*"))
+    files = sum(file.is_file() for file in Path(shared).rglob("*"))
+    size = sum(file.stat().st_size for file in Path(shared, "records").glob("*"))
     began = time.time()
-    subprocess.run([DROVER, "sweep", *words, "--quiet", "--collect", "-o", "shares"], cwd=folder, check=False,
+    subprocess.run([DROVER, work.command, *work.words, "--quiet", "--collect", "-o", "shares"], cwd=folder, check=False,
                    stdout=subprocess.DEVNULL)
-    log(f"{kills} kills; {files} files, {size / points:.0f} bytes of records a point, collected in "
+    log(f"{kills} kills; {files} files, {size / work.points:.0f} bytes of records a point, collected in "
         f"{time.time() - began:.1f} s")
-    if not table.exists():
-        return "no table after two calls"
-    same = table.read_bytes() == (folder / "whole" / "table.csv").read_bytes()
-    return "" if same else "the table differs from that of one worker"
+    return "" if work.is_right() else "the result is not that of one worker"
 
 
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--command", choices=COMMANDS, default="sweep")
     options.add_argument("--points", type=int, default=10000)
     options.add_argument("--shares", type=int, default=100)
     options.add_argument("--kills", type=int, default=20)
     options.add_argument("--seed", type=int, default=1)
-    options.add_argument("--end", type=float, default=20.0, help="simulated seconds of a point")
+    options.add_argument("--end", type=float, default=20.0, help="simulated seconds of a point of a sweep")
     given = options.parse_args()
     if why_not():
         sys.exit(why_not())
     with tempfile.TemporaryDirectory(prefix="drover-slurm-") as folder:
-        problem = study(folder, given.points, given.shares, given.kills, given.seed, given.end)
-    print(problem or "the table is that of one worker")
+        problem = study(COMMANDS[given.command](Path(folder), given.points, given.end), given.shares, given.kills,
+                        given.seed)
+    print(problem or "the result is that of one worker")
     sys.exit(bool(problem))
 
 

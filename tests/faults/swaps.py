@@ -98,16 +98,15 @@ class Pair:
             names = ([f"r.h5{end}" for end in dice.choice([CHECKPOINTS, CHECKPOINTS[1:]])],) * 2
         elif self.kind == "journal":
             names = (["r.h5.journal"],) * 2
-        elif self.kind == "records":
-            names = (["study/trials.records"],) * 2
         elif self.kind == "trial":
             names = tuple([first_trial(place) + end for end in ("", *CHECKPOINTS)] for place in (self.one, self.two))
         else:
-            pattern = {"sweep": "swept/*.h5", "calibration": "trials/records/*.records"}[self.kind]
+            pattern = {"sweep": "swept/*.h5", "calibration": "trials/records/*.records",
+                       "records": "study/records/*.records"}[self.kind]
             mine, theirs = (sorted(str(path.relative_to(place)) for path in place.glob(pattern))
                             for place in (self.one, self.two))
             number = dice.randrange(min(len(mine), len(theirs)))
-            ends = ("", *CHECKPOINTS) if self.kind != "calibration" else ("",)
+            ends = ("", *CHECKPOINTS) if self.kind == "sweep" else ("",)
             names = [mine[number] + end for end in ends], [theirs[number] + end for end in ends]
         for mine, theirs in zip(*names):
             shutil.copy(self.two / theirs, self.one / mine)
@@ -131,7 +130,8 @@ class Pair:
 
 def first_trial(place):
     """The archive of the first record of a study: of the scene as it was given."""
-    name = re.search(rb"trial-[0-9a-f]{16}", (place / "study/trials.records").read_bytes())
+    records, = (place / "study/records").iterdir()
+    name = re.search(rb"trial-[0-9a-f]{16}", records.read_bytes())
     return f"study/{name.group().decode()}.h5"
 
 

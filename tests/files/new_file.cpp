@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "drover/files/checkpoint.hpp"
-#include "drover/files/record_file.hpp"
 #include "files/support.hpp"
 
 namespace drover::files::new_file_tests {
@@ -86,14 +85,6 @@ TEST(NewFile, a_link_at_a_temporary_name_is_replaced_and_not_followed) {
         archive.commit();
     });
     EXPECT_EQ(checked_rows(folder / "run.h5", sample_recordings()), 2u);
-}
-
-TEST(NewFile, a_link_to_nowhere_is_not_a_file_of_trials_or_a_folder) {
-    const Folder folder;
-    std::filesystem::create_symlink("elsewhere", folder / "drag.trials");
-    EXPECT_THAT(sentence_of([&] { RecordFile(folder / "drag.trials", {9}); }),
-                ::testing::HasSubstr("drag.trials: cannot be opened: open: File exists"));
-    EXPECT_FALSE(std::filesystem::exists(folder / "elsewhere"));
 }
 
 TEST(NewFile, two_processes_do_not_mix_what_they_write) {

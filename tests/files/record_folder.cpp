@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include "base/refusal.hpp"
-#include "drover/files/record_file.hpp"
 #include "files/support.hpp"
 
 namespace drover::files::record_folder_tests {
@@ -88,6 +87,31 @@ TEST(RecordFolder, records_of_another_scene_are_rejected_with_the_first_differen
     RecordFolder(folder / "records", identity, "share-1").append("a");
     RecordFolder other(folder / "records", {6, "[run]\nseed = 2\n"}, "share-1");
     EXPECT_THAT(refusal_of([&] { other.read_new(); }), HasSubstr("run.seed = 1 there, 2 here"));
+}
+
+TEST(RecordFolder, a_file_of_another_kind_or_behind_a_link_is_rejected) {
+    const Folder folder;
+    std::filesystem::create_directory(folder / "records");
+    const auto read = [&] { RecordFolder(folder / "records", identity, "share-1").read_new(); };
+    for (const char* notes : {"my notes of the day", "x"}) {
+        std::ofstream((folder / "records" / "notes.records").string()) << notes;
+        EXPECT_EQ(refusal_of(read), (folder / "records" / "notes.records").string() +
+                                        ": is not a file of trials; expected a folder that drover calibrate created");
+    }
+    std::filesystem::remove(folder / "records" / "notes.records");
+    std::filesystem::create_symlink("elsewhere", folder / "records" / "link.records");
+    EXPECT_THAT([&] { read(); }, testing::ThrowsMessage<Error>(HasSubstr("link.records")));
+}
+
+TEST(ReadRecords, of_one_file_also_of_an_identity_that_is_a_hash_alone) {
+    const Folder folder;
+    RecordFolder(folder / "records", {5}, "share-1").append("a");
+    const auto file = only_file(folder / "records");
+    EXPECT_THAT(read_records(file, {5}), ElementsAre("a"));
+    EXPECT_THAT(read_records(file, identity), ElementsAre("a"));
+    EXPECT_THAT(refusal_of([&] { read_records(file, {6}); }),
+                HasSubstr("holds the trials of another scene or measurement; expected"));
+    EXPECT_THAT(read_records(folder / "none", {5}), IsEmpty());
 }
 
 TEST(JoinFolder, many_processes_join_at_the_same_moment_and_one_writes_the_text) {

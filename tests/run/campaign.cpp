@@ -22,6 +22,10 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing_support::Folder;
 
+CampaignOutcome run_campaign(UnitPlan plan, CampaignOptions options) {
+    return Campaign(std::move(plan), std::move(options)).run();
+}
+
 const files::RecordIdentity identity{5, "[run]\nseed = 1\n"};
 
 std::string key_of(std::size_t unit) { return text("unit-{:04}", unit); }
@@ -113,6 +117,23 @@ TEST(Campaign, every_unit_runs_once_and_none_when_it_is_repeated) {
         EXPECT_EQ(runs_in(folder), 20u);
     }
     EXPECT_TRUE(std::filesystem::is_empty(folder / "campaign" / "claims"));
+}
+
+TEST(Campaign, goes_on_when_more_is_wanted) {
+    const Folder folder;
+    Units units(folder, 5, {});
+    UnitPlan plan = units.plan();
+    std::size_t wanted = 2;
+    plan.wanted = [&, all = plan.wanted](const Offer& offer) {
+        all([&](const std::string& key) { return key >= key_of(wanted) || offer(key); });
+    };
+    Campaign campaign(plan, options(folder));
+    EXPECT_EQ(campaign.run().ran, 2u);
+    wanted = 5;
+    EXPECT_EQ(campaign.run().ran, 3u);
+    expect_complete(folder, 5);
+    const auto records = std::filesystem::directory_iterator(folder / "campaign" / "records");
+    EXPECT_EQ(std::distance(begin(records), end(records)), 1);  // one file for a process
 }
 
 TEST(Campaign, processes_share_the_units_and_none_runs_twice) {

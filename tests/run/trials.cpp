@@ -6,7 +6,6 @@
 #include <sys/resource.h>
 
 #include "drover/base/error.hpp"
-#include "drover/files/record_file.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/signals.hpp"
 #include "files/support.hpp"
@@ -45,7 +44,7 @@ private:
 TEST(Trials, a_full_disk_stops_them_is_not_recorded_and_the_next_command_runs_the_trial) {
     const Folder folder;
     {
-        Trials trials(folder / ".", "", 1);
+        Trials trials(folder / ".", "", {});
         const FileSizeLimit limit(10000);
         try {
             trials.run({trial()});
@@ -56,7 +55,7 @@ TEST(Trials, a_full_disk_stops_them_is_not_recorded_and_the_next_command_runs_th
         }
         EXPECT_EQ(trials.find(trial()), nullptr);
     }
-    Trials trials(folder / ".", "", 1);
+    Trials trials(folder / ".", "", {});
     EXPECT_EQ(trials.find(trial()), nullptr);
     EXPECT_TRUE(trials.run({trial()}));
     ASSERT_NE(trials.find(trial()), nullptr);
@@ -67,20 +66,20 @@ TEST(Trials, a_failure_of_the_scene_is_recorded) {
     const Folder folder;
     std::string failure;
     {
-        Trials trials(folder / ".", "", 1);
+        Trials trials(folder / ".", "", {});
         EXPECT_TRUE(trials.run({trial(2.0)}));
         ASSERT_NE(trials.find(trial(2.0)), nullptr);
         failure = trials.find(trial(2.0))->failure;
     }
     EXPECT_THAT(failure, ::testing::HasSubstr("NaN or infinite"));
-    const Trials trials(folder / ".", "", 1);
+    const Trials trials(folder / ".", "", {});
     ASSERT_NE(trials.find(trial(2.0)), nullptr);
     EXPECT_EQ(trials.find(trial(2.0))->failure, failure);
 }
 
 TEST(Trials, the_archive_of_another_run_of_a_trial_is_not_continued) {
     const Folder one, two;
-    Trials trials(one / ".", "", 1), others(two / ".", "", 1);
+    Trials trials(one / ".", "", {}), others(two / ".", "", {});
     trials.run({trial()});
     others.run({trial()});
     const std::filesystem::path archive = trials.find(trial())->archive;
@@ -98,20 +97,34 @@ TEST(Trials, the_archive_of_another_run_of_a_trial_is_not_continued) {
     EXPECT_EQ(trials.find(longer), nullptr);
 }
 
-TEST(Trials, records_of_older_versions_are_read_and_their_failures_of_unknown_kind_are_repeated) {
+TEST(Trials, tell_which_part_of_a_run_their_times_are_of) {
     const Folder folder;
-    std::string name;
+    Trial longer = trial();
+    longer.scene.time.end *= 2.0;
     {
-        Trials trials(folder / ".", "", 1);
+        Trials trials(folder / ".", "", {});
         trials.run({trial()});
-        name = trials.find(trial())->archive.stem().string();
+        EXPECT_NEAR(trials.find(trial())->timed, trial().scene.time.end, 1e-9);  // rounding
+        trials.run({longer});
+        EXPECT_NEAR(trials.find(longer)->timed, longer.scene.time.end, 1e-9);
+        EXPECT_EQ(trials.find(trial()), trials.find(longer));
     }
-    for (const auto& [ending, is_known] : {std::pair{"", true}, std::pair{"x.h5: the disk is full", false}}) {
-        std::filesystem::remove(folder / "trials.records");
-        files::RecordFile(folder / "trials.records", {files::fingerprint("trials"), ""})
-            .append(name + " 4 0.1 0.1 " + ending);
-        EXPECT_EQ(Trials(folder / ".", "", 1).find(trial()) != nullptr, is_known) << ending;
-    }
+    std::filesystem::remove_all(folder / "records");  // as a kill leaves it just before the record
+    Trials trials(folder / ".", "", {});
+    EXPECT_EQ(trials.find(longer), nullptr);
+    EXPECT_TRUE(trials.run({longer}));
+    ASSERT_NE(trials.find(longer), nullptr);
+    EXPECT_EQ(trials.find(longer)->timed, 0.0);  // all steps had been made before
+    EXPECT_EQ(trials.find(longer)->failure, "");
+}
+
+TEST(Trials, that_are_only_collected_run_nothing) {
+    const Folder folder;
+    Trials(folder / ".", "", {}).run({trial()});
+    Trials trials(folder / ".", "", {.collect = true});
+    EXPECT_TRUE(trials.run({trial(), trial(0.05)}));
+    EXPECT_NE(trials.find(trial()), nullptr);
+    EXPECT_EQ(trials.find(trial(0.05)), nullptr);
 }
 
 }  // namespace

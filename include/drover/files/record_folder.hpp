@@ -33,9 +33,14 @@ private:
     std::unique_ptr<Folder> folder_;
 };
 
+/// The complete records of one file; none if there is no file.  Throws an input Error if the file is not one of
+/// records, and, with the first difference, if its identity differs.
+std::vector<std::string> read_records(const std::filesystem::path& file, const RecordIdentity& identity);
+
 /// Takes part in a folder of files that depend on the same text, `content`, which is kept in the folder as `name` below
-/// a first line, `factory`; "": no such line.  Any number of processes may, at a time, and none needs a lock.  Returns
-/// the first line.  Throws an input Error as claim_folder.
+/// a first line, `factory`, that names the drover that made it; "": no such line.  Any number of processes may, at a
+/// time, and none needs a lock.  Returns the first line.  Throws an input Error when the folder is not empty and holds
+/// no such file, or, with the first difference, another content.
 std::string join_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
                         const std::string& content);
 

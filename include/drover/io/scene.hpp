@@ -199,6 +199,8 @@ struct SectionDescription {
 std::vector<SectionDescription> scene_schema(
     const physics::CoefficientRegistry& registry = physics::coefficient_registry());
 std::vector<SectionDescription> scene_schema(SceneKind kind);
+/// UDUNITS text of a key of a scene; "1" for a pure number and for a coefficient of a model of one's own.
+std::string unit_of(SceneKind kind, const std::string& key);
 
 }  // namespace drover::io
 

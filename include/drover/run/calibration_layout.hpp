@@ -5,7 +5,7 @@
 
 #include "drover/calibrate/table.hpp"
 #include "drover/calibrate/trial_set.hpp"
-#include "drover/files/record_file.hpp"
+#include "drover/files/record_identity.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/run/wish.hpp"
 

@@ -20,6 +20,7 @@ struct LoopFiles {
 double core_seconds();
 
 struct LoopOutcome {
+    std::int64_t first = 0;     ///< step at which it began
     std::int64_t step = 0;      ///< reached
     int signal = 0;             ///< that stopped it; 0: the run reached its end
     double wall_seconds = 0.0;  ///< of stepping, observing and writing

@@ -28,6 +28,9 @@ struct Tradeoff {
 /// scene as given cannot be run within the budget.
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options);
 
+/// One line over all processes in the folder of a study: trials done, failed and running.
+std::string tradeoff_status(const io::Scene& scene, const std::filesystem::path& folder);
+
 /// The scene of the run that is as accurate as wished, found by trials that take a tenth of the time of the given
 /// scene, in a folder beside its archive (.tradeoff for .h5), with the output file of the given one.  Throws a run
 /// Error when there is none.

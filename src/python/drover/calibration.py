@@ -1,11 +1,9 @@
 """drover/calibration.py: coefficients of the equations measured on particles."""
-import json
 import os
 from pathlib import Path
 
 from drover import _drover
-from drover.campaign import submit
-from drover.error import Error
+from drover.campaign import Submitted, folder_for_jobs, submit
 from drover.worker import call
 
 
@@ -29,35 +27,13 @@ class Calibration:
         return onset(self.file, varied=varied)
 
 
-class SlurmCalibration:
-    """A calibration whose trials are jobs of Slurm: see status() and collect()."""
-
-    def __init__(self, scene, folder, want, budget):
-        self.scene, self.folder = scene, folder
-        self._wanted = {"want": want, "budget": budget}
-
-    def __repr__(self):
-        return self.status()
-
-    def status(self):
-        """One line: measurements and trials done, trials failed and running, their rate and the time left."""
-        if not os.path.isdir(self.folder):
-            return "no share has started yet"
-        return json.loads(_drover.calibration_status(self.scene, self.folder, **self._wanted))["text"]
-
-    def collect(self):
-        """The Calibration of the trials that have ended."""
-        return Calibration(call("calibrate", self.scene, folder=self.folder, share=1, shares=1, collect=True,
-                                **self._wanted, quiet=True))
-
-
 def calibrate(scene, folder=None, *, want=(), budget="", workers=0, share=(1, 1), collect=False, slurm=0, quiet=True):
     """Measures the coefficients of a scene with [calibrate], as `drover calibrate`; the same call resumes.
 
     `folder` holds the trials and the table; default: the name of the scene with .calibration.  Any number of calls, on
     any machines, share the work in one folder; `share` = (2, 8) is the second of eight, and only the last makes the
     table; `collect` runs nothing and makes the table of what has ended.  `slurm=40` submits 40 shares to Slurm instead,
-    and returns a SlurmCalibration at once.
+    and returns at once an object with status() and collect().
     `want`: "onset=5%" or a list of such texts: trials are spread so that these numbers reach their standard errors at
     the least cost, in a core time of `budget` ("2h").
     """
@@ -66,11 +42,11 @@ def calibrate(scene, folder=None, *, want=(), budget="", workers=0, share=(1, 1)
     first, shares = share
     wishes = [want] if isinstance(want, str) else list(want)
     if slurm:
-        if folder is None:
-            raise Error("slurm without a folder; expected folder=, a place that all nodes see")
+        folder = folder_for_jobs(folder)
         options = [word for wish in wishes for word in ("--want", wish)] + (["--budget", budget] if budget else [])
-        submit("calibrate", scene, os.path.abspath(folder), slurm, options)
-        return SlurmCalibration(scene, os.path.abspath(folder), wishes, budget)
+        submit("calibrate", scene, folder, slurm, options)
+        return Submitted(folder, lambda: _drover.calibration_status(scene, folder, wishes, budget),
+                         lambda: calibrate(scene, folder, want=want, budget=budget, collect=True))
     return Calibration(call("calibrate", scene, folder=folder_of(scene, folder), share=first, shares=shares,
                             collect=collect, want=wishes, budget=budget, quiet=quiet))
 

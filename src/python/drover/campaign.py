@@ -1,7 +1,34 @@
 """drover/campaign.py: work of many processes, as jobs of Slurm."""
+import json
+import os
 import subprocess
 
 from drover.error import Error
+
+
+class Submitted:
+    """Work that jobs of Slurm do in a folder: see status() and collect()."""
+
+    def __init__(self, folder, status, collect):
+        self.folder, self._status, self._collect = folder, status, collect
+
+    def __repr__(self):
+        return self.status()
+
+    def status(self):
+        """One line: how far all jobs have come."""
+        return json.loads(self._status())["text"] if os.path.isdir(self.folder) else "no share has started yet"
+
+    def collect(self):
+        """The result of what has ended."""
+        return self._collect()
+
+
+def folder_for_jobs(folder):
+    """An absolute path."""
+    if folder is None:
+        raise Error("slurm without a folder; expected folder=, a place that all nodes see")
+    return os.path.abspath(folder)
 
 
 def submit(command, scene, folder, shares, options=()):

@@ -3,8 +3,9 @@ import json
 import os
 import tempfile
 import warnings
+from pathlib import Path
 
-from drover.campaign import submit
+from drover.campaign import folder_for_jobs, submit
 from drover.error import Error
 from drover.toml import value_text
 from drover.worker import call
@@ -14,9 +15,15 @@ PLAIN = {"share": 1, "shares": 1, "collect": False}  # one process does all
 
 
 class Sweep:
-    """The table of a sweep: `data` is an xarray Dataset over the varied keys, with <name>_error beside each mean."""
+    """The table of a sweep.
 
-    def __init__(self, result, values=None):
+    `data` is an xarray Dataset over the varied keys (and the branch of a ramp) with every observable, also structure
+    factors, spectra and number fluctuations over their own axes, and units.  Beside each mean over the seeds is
+    <name>_error; with several seeds <name>_of_runs has each run, along the axis `seed`.  A sweep in a folder keeps it
+    as table.nc there: xarray.open_dataset("noise.sweep/table.nc").
+    """
+
+    def __init__(self, result, values=None, data=None):
         self.values = values                # of the scene: {section: {key: value}}
         self.keys = result["keys"]
         self.rows = result["rows"]          # one dict for each point
@@ -24,20 +31,13 @@ class Sweep:
         self.failed = result["failed"]      # number of failed jobs
         self.failures = result["failures"]  # why they failed: "point-0000-seed-7: ..."
         self.text = result["text"]
-        self._data = None
+        self.data = data
 
     def __repr__(self):
         return self.text + "".join(f"failed: {reason}\n" for reason in self.failures)
 
-    @property
-    def data(self):
-        """Means over the varied keys (and the branch of a ramp), with units."""
-        if self._data is None:
-            self._data = dataset_of(self.keys, self.rows)
-        return self._data
-
     def __getattr__(self, name):
-        if name.startswith("_"):
+        if name.startswith("_") or self.data is None:
             raise AttributeError(name)
         try:
             return self.data[name]
@@ -70,14 +70,12 @@ def sweep(scene, vary, *, seeds=1, ramp="none", keep="archives", workers=0, fold
         changes["sweep.workers"] = workers
     scene = scene.set(changes)
     if slurm:
-        if folder is None:
-            raise Error("slurm without a folder; expected folder=, a place that all nodes see")
-        submit("sweep", scene, os.path.abspath(folder), slurm)
-        return SlurmSweep(scene, os.path.abspath(folder))
+        submit("sweep", scene, folder_for_jobs(folder), slurm)
+        return SlurmSweep(scene, folder_for_jobs(folder))
     if folder is not None:
-        return finished(call("sweep", scene, folder=os.path.abspath(folder), **PLAIN, quiet=quiet), scene)
+        return finished(scene, os.path.abspath(folder), {**PLAIN, "quiet": quiet})
     with tempfile.TemporaryDirectory(prefix="drover-sweep-") as scratch:
-        return finished(call("sweep", scene, folder=os.path.join(scratch, "sweep"), **PLAIN, quiet=quiet), scene)
+        return finished(scene, os.path.join(scratch, "sweep"), {**PLAIN, "quiet": quiet})
 
 
 class SlurmSweep(Sweep):
@@ -101,8 +99,7 @@ class SlurmSweep(Sweep):
 
     def collect(self):
         """The Sweep of the runs that have ended."""
-        options = {**PLAIN, "collect": True}
-        return finished(call("sweep", self.scene, folder=self.folder, **options, quiet=True), self.scene)
+        return finished(self.scene, self.folder, {**PLAIN, "collect": True, "quiet": True})
 
 
 def values_text(key, values):
@@ -115,37 +112,27 @@ def values_text(key, values):
     return value_text(list(values))[1:-1]
 
 
-def finished(result, scene):
+def finished(scene, folder, options):
+    """Runs what is missing, or collects; the Sweep."""
+    result = call("sweep", scene, folder=folder, **options)
     if not any(row["seeds"] for row in result["rows"]):
         reasons = "; ".join(result["failures"]) or result["log"].strip()[-2000:]
         raise Error(f"no run of the sweep ended: {reasons}", fault="run")
-    found = Sweep(result, scene.values)
+    found = Sweep(result, scene.values, dataset_in(folder, result["keys"]))
     if found.failed:
         warnings.warn(f"{found.failed} jobs of the sweep failed: {'; '.join(found.failures)}",
                       stacklevel=3)
     return found
 
 
-def dataset_of(keys, rows):
-    """The rows of a table as a dataset over the varied keys."""
-    import numpy
-    import xarray
-    axes = {key: sorted({row[key] for row in rows}) for key in keys}
-    if any("branch" in row for row in rows):
-        axes["branch"] = list(dict.fromkeys(row["branch"] for row in rows))
-    shape = tuple(len(values) for values in axes.values())
-    names = dict.fromkeys(name for row in rows for name, entry in row.items() if isinstance(entry, dict))
-    variables = {"seeds": (tuple(axes), numpy.zeros(shape, dtype=int))}
-    for name in names:
-        unit = next(row[name]["unit"] for row in rows if name in row)
-        for ending in ("", "_error"):
-            about = {"units": unit, "long_name": (name + ending).replace("_", " ")}
-            variables[name + ending] = (tuple(axes), numpy.full(shape, numpy.nan), about)
-    for row in rows:
-        place = tuple(values.index(row[axis]) for axis, values in axes.items())
-        variables["seeds"][1][place] = row["seeds"]
-        for name in names:
-            for ending, part in (("", "mean"), ("_error", "error")):
-                value = row.get(name, {}).get(part)
-                variables[name + ending][1][place] = numpy.nan if value is None else value
-    return xarray.Dataset(variables, axes)
+def dataset_in(folder, keys):
+    """The file of a sweep, in memory, with the keys of the scene as its axes."""
+    from drover.archive import open_once
+    from drover.stored import group_dataset
+    store, data = open_once(Path(folder, "table.nc"),
+                            lambda store, _: (store, group_dataset(store, "/").load()))
+    store.close()
+    if "branch" in data.coords:
+        data = data.assign_coords(branch=["down" if branch else "up" for branch in data.branch.values])
+    data["seeds"] = data.seeds.astype(int)
+    return data.rename({key.replace(".", "_"): key for key in keys})

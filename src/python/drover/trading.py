@@ -2,6 +2,8 @@
 import os
 import tempfile
 
+from drover import _drover
+from drover.campaign import Submitted, folder_for_jobs, submit
 from drover.error import Error
 from drover.worker import call
 
@@ -31,12 +33,13 @@ class Tradeoff:
         return draw_trade({"by_model": self.by_model, "front": self.front}, axes)
 
 
-def tradeoff(scene, want, budget="20min", *, folder=None, workers=0, quiet=True):
+def tradeoff(scene, want, budget="20min", *, folder=None, workers=0, collect=False, slurm=0, quiet=True):
     """Measures what accuracy costs on a scene, as `drover tradeoff`; returns a Tradeoff.
 
     `want`: wanted time means and their errors, "polar_order=1%" or a list of such texts.  `budget`: core time of the
     trials, and of the recommended run.  `folder` keeps the trials, and the same call resumes; by default they are not
-    kept.
+    kept.  `collect` runs nothing, and gives the result of the trials that have ended.  `slurm=8` submits 8 processes
+    that share the trials to Slurm instead, and returns at once an object with status() and collect().
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"relaxation": {"rate": -0.5, "saturation": 1.0}, "noise.order": 0.05,
@@ -47,9 +50,16 @@ def tradeoff(scene, want, budget="20min", *, folder=None, workers=0, quiet=True)
     True
     """
     wishes = [want] if isinstance(want, str) else list(want)
+    if slurm:
+        folder = folder_for_jobs(folder)
+        submit("tradeoff", scene, folder, slurm, [*(word for wish in wishes for word in ("--want", wish)), "--budget",
+                                                  budget])
+        return Submitted(folder, lambda: _drover.tradeoff_status(scene, folder),
+                         lambda: tradeoff(scene, want, budget, folder=folder, collect=True))
     with tempfile.TemporaryDirectory(prefix="drover-tradeoff-") as scratch:
         kept = os.path.join(scratch, "trials") if folder is None else os.path.abspath(folder)
-        result = call("tradeoff", scene, want=wishes, budget=budget, folder=kept, workers=workers, quiet=quiet)
+        result = call("tradeoff", scene, want=wishes, budget=budget, folder=kept, workers=workers, collect=collect,
+                      quiet=quiet)
     return Tradeoff(result, scene)
 
 
