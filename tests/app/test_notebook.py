@@ -74,6 +74,12 @@ kept_again = drover.info(table.file)["coefficients"]
 assert kept_again["drag"]["points"] == kept["drag"]["points"]
 assert 0.5 < float(run.observables.polar_order[-40:].mean()) < 0.95
 """),
+    "campaigns": (1, """
+small, large = (data.rod_number_exponent.sel(box_side=side) for side in (3.0, 6.0))
+assert abs(float(small[0]) - 0.5) < 0.1 and float(small.max()) > 0.7 and (small > large - 0.02).all()
+assert (np.diff(data.polar_order) < 0).all() and data.polar_order_of_runs.shape == (7, 16)
+assert sweep.data.polar_order.values.tobytes() == data.polar_order.values.tobytes()
+"""),
     "speed-for-accuracy": (3, """
 for result, allowed in ((found, 0.02), (found_smooth, 0.001)):
     assert result.recommended is not None and result.reasons and result.front

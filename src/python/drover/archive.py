@@ -118,7 +118,8 @@ def read_head(store, path):
 
 
 def kind_of(attributes):
-    """Kind of an archive: "run", "stability", "boundary", "onset" (boundary of a table), "states", "sweep" or "calibrate"."""
+    """What made an archive: "run", "stability", "boundary", "onset" (boundary of a table), "states", "sweep" or
+    "calibrate"."""
     words = str(attributes.get("title", "")).split()
     others = ("stability", "boundary", "onset", "states", "sweep", "calibrate")
     return words[1] if words[:1] == ["drover"] and len(words) > 1 and words[1] in others else "run"
