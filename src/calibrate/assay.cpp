@@ -63,16 +63,11 @@ double excess(const measure::Estimate& estimate, const Goal& goal) {
     return *estimate.error / (goal.relative_error * std::abs(estimate.mean));
 }
 
-/// Describes the wanted quantity that misses its target by most; "" if all targets are met.
-std::string unmet_target_of(const Assay& assay, const Measurement& measurement, const Goal& goal) {
-    std::size_t worst = assay.quantities.size();
-    double largest = 1.0;
-    for (std::size_t q = 0; q < assay.quantities.size(); ++q)
-        if (const double found = excess(measurement.estimates[q], goal); assay.quantities[q].wanted && found > largest)
-            worst = q, largest = found;
-    if (worst == assay.quantities.size()) return "";
-    const std::string& name = assay.quantities[worst].name;
-    const measure::Estimate& estimate = measurement.estimates[worst];
+/// largest: its error divided by the target.
+std::string unmet_target_of(const Assay& assay, const Measurement& measurement, const Goal& goal, double largest) {
+    const Quantity& quantity = assay.quantities[measurement.unmet];
+    const std::string& name = quantity.name;
+    const measure::Estimate& estimate = measurement.estimates[measurement.unmet];
     if (!estimate.error)
         return text("{}: {} has no error estimate after {} trials: {}", assay.name, name, measurement.trials,
                     estimate.refusal);
@@ -81,12 +76,22 @@ std::string unmet_target_of(const Assay& assay, const Measurement& measurement, 
         return text(
             "{}: {} = {:.3g} +- {:.2g} {} after {} trials is not significantly different from 0; the target error is "
             "{:.3g} %",
-            assay.name, name, estimate.mean, *estimate.error, assay.quantities[worst].unit, measurement.trials,
+            assay.name, name, estimate.mean, *estimate.error, quantity.unit, measurement.trials,
             100.0 * goal.relative_error);
     return text(
         "{}: {} has an error of {:.3g} % after {} trials; the target is {:.3g} %: about {:.0f} trials are needed",
         assay.name, name, 100.0 * *estimate.error / std::abs(estimate.mean), measurement.trials,
         100.0 * goal.relative_error, trials);
+}
+
+/// Finds the wanted quantity that misses its target by most.
+void compare_with_goal(const Assay& assay, const Goal& goal, Measurement& measurement) {
+    double largest = 1.0;
+    measurement.reached = true;
+    for (std::size_t q = 0; q < assay.quantities.size(); ++q)
+        if (const double found = excess(measurement.estimates[q], goal); assay.quantities[q].wanted && found > largest)
+            measurement.reached = false, measurement.unmet = q, largest = found;
+    if (!measurement.reached) measurement.unmet_target = unmet_target_of(assay, measurement, goal, largest);
 }
 }  // namespace
 
@@ -140,8 +145,7 @@ StoppingDecision judge(const Assay& assay, std::span<const Trial> trials, const 
         if (count > trials.size()) return {.begin = trials.size(), .end = count};
         Measurement found{.estimates = estimate(assay, trials.first(count)), .trials = count};
         found.diagnosis = assay.conclude ? assay.conclude(found.estimates) : "";
-        found.unmet_target = unmet_target_of(assay, found, goal);
-        found.reached = found.unmet_target.empty();
+        compare_with_goal(assay, goal, found);
         if (found.reached || count + goal.round > goal.max_trials)
             return {.begin = count, .end = count, .measurement = std::move(found)};
     }

@@ -98,7 +98,23 @@ void set_to_zero(Table& table, const char* name, const char* unit, const char* f
          .formula = formula,
          .entries = std::vector<TableEntry>(count_of(table, false), TableEntry{.origin = Origin::set})});
 }
+
+/// For p = sigma u P, as rows of tables are.
+Closure closure_of_row(const Closure& closure) { return scaled(closure, {rod_area, speed}, current_scale); }
 }  // namespace
+
+bool lacks_input(const Table& table, const TableRow& row, std::size_t entry) {
+    if (row.entries[entry].origin != Origin::missing) return false;
+    const std::size_t bead = row.by_rods ? entry / table.rod_fractions.size() : entry;
+    for (const Closure& closure : closures()) {
+        if (closure.row != row.name) continue;
+        for (const Input input : closure_of_row(closure).of)
+            if (const TableRow* from = find_row(table, row_name(input));
+                from != nullptr && from->entries[from->by_rods ? entry : bead].origin == Origin::missing)
+                return true;
+    }
+    return false;
+}
 
 void add_derived(Table& table) {
     set_to_zero(table, row_name(stiffness), "mg mm^2/s^2", "E = 0: not measured");
@@ -109,8 +125,7 @@ void add_derived(Table& table) {
     for (const Closure& closure : closures()) {
         if (closure.row.empty()) continue;
         TableRow row{.name = closure.row, .unit = closure.unit, .formula = closure.formula};
-        const Closure of_current = scaled(closure, {rod_area, speed}, current_scale);
-        if (make_row(of_current, table, row)) rows.push_back(std::move(row));
+        if (make_row(closure_of_row(closure), table, row)) rows.push_back(std::move(row));
     }
     table.rows.insert(table.rows.end(), rows.begin(), rows.end());
 }

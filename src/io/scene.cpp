@@ -282,21 +282,28 @@ int kept_degree(const Scene& scene, const model::Equations& equations) {
     return numerics::kept_degree(equations.degree(), scene.dealiasing.rule);
 }
 
-std::string resolved_text(const Scene& scene) {
+std::string chosen_text(const Scene& scene, const std::function<bool(const std::string&)>& is_chosen) {
     std::string result;
-    if (scene.kind == SceneKind::fields) result = model_text(scene.model);
-    if (scene.kind == SceneKind::model) result = declared_text(scene.declared);
     for_sections(scene, [&](SectionOf belongs, const std::string& name, const char*, const auto& part) {
-        if (!is_of(scene.kind, belongs)) return;
+        if (!is_of(scene.kind, belongs) || !is_chosen(name)) return;
         if (!result.empty()) result += '\n';
         result += "[" + name + "]\n";
         for (const auto& [key, value] : values_of(part))
-            if (is_of(scene.kind, name + "." + key)) result += key + " = " + toml_text(value) + "\n";
+            if (const std::string whole = name + "." + key; is_of(scene.kind, whole) && is_chosen(whole))
+                result += key + " = " + toml_text(value) + "\n";
         if (name != "initial") return;
         for (const auto& [component, formula] : scene.declared.start)
             result += component + " = " + toml_text(formula.text) + "\n";
     });
     return result;
+}
+
+std::string resolved_text(const Scene& scene) {
+    std::string model;
+    if (scene.kind == SceneKind::fields) model = model_text(scene.model);
+    if (scene.kind == SceneKind::model) model = declared_text(scene.declared);
+    const std::string rest = chosen_text(scene, [](const std::string&) { return true; });
+    return model.empty() || rest.empty() ? model + rest : model + "\n" + rest;
 }
 
 std::vector<SectionDescription> scene_schema(const physics::CoefficientRegistry& registry) {

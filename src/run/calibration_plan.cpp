@@ -31,11 +31,13 @@ void read_varied(const io::Scene& scene, calibrate::Table& axes) {
                 axes.varied[i], axes.varied[i - 1]);
 }
 
-/// The section of a resolved scene that holds the plan of one assay.
-std::string plan_of(const std::string& resolved, const std::string& assay) {
-    const std::size_t begin = resolved.find("\n[calibrate." + assay + "]\n");
-    require(begin != std::string::npos, {}, "the scene has no section [calibrate.{}]", assay);
-    return resolved.substr(begin, resolved.find("\n[", begin + 1) - begin);
+std::string section_of(const std::string& assay) { return "calibrate." + assay; }
+
+/// The plan of one assay, as scene text.
+std::string plan_of(const io::Scene& scene, const std::string& assay) {
+    const std::string section = section_of(assay), keys = section + ".";
+    return "\n" +
+           io::chosen_text(scene, [&](const std::string& one) { return one == section || one.starts_with(keys); });
 }
 
 /// What every trial depends on, whatever its assay and point: the scene with all other keys at their defaults, and
@@ -53,15 +55,13 @@ std::string manifest_of(io::Scene scene) {
     scene.particles.forces = {};
     scene.particles.beads.count = scene.particles.rods.count = 0;
     scene.particles.beads.area_fraction = scene.particles.rods.area_fraction = 0.0;
-    std::string resolved = io::resolved_text(scene);
-    // No trial depends on it, and folders of trials from before it was a key stay valid.
-    const std::string keep = "keep = " + toml_text(Value(scene.sweep.keep)) + "\n";
-    if (const std::size_t at = resolved.find("\n" + keep); at != std::string::npos) resolved.erase(at + 1, keep.size());
+    std::vector<std::string> omitted{"sweep.keep"};  // newer than some folders of trials, and no trial depends on it
     calibrate::for_plans(scene.plans, [&](const std::string& assay, const char*, const auto&) {
-        const std::string section = plan_of(resolved, assay);
-        resolved.erase(resolved.find(section), section.size());
+        omitted.push_back(section_of(assay));
     });
-    return resolved;
+    return io::chosen_text(scene, [&](const std::string& one) {
+        return std::find(omitted.begin(), omitted.end(), one) == omitted.end();
+    });
 }
 
 /// The setup of one point.  Values are checked here, before anything runs.
@@ -110,8 +110,7 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
     for (calibrate::Assay& assay : calibrate::make_assays(scene.plans))
         if (plan.assays.empty() || std::find(plan.assays.begin(), plan.assays.end(), assay.name) != plan.assays.end())
             layout.assays.push_back(std::move(assay));
-    const std::string resolved = io::resolved_text(scene);
-    for (const calibrate::Assay& assay : layout.assays) layout.plans.push_back(plan_of(resolved, assay.name));
+    for (const calibrate::Assay& assay : layout.assays) layout.plans.push_back(plan_of(scene, assay.name));
     layout.axes.bead_fractions = plan.bead_area_fractions;
     layout.axes.rod_fractions = plan.rod_area_fractions;
     read_varied(scene, layout.axes);

@@ -47,7 +47,7 @@ TableEntry entry_of(const CalibrationLayout& layout, const calibrate::TrialSet& 
     if (!unfinished.empty()) entry.origin = Origin::measured_short;
     else if (entry.error > layout.goal.relative_error * std::abs(entry.value)) {
         entry.origin = Origin::measured_short;
-        unmet_target = found.unmet_target.find(": " + quantity.name + " ") != std::string::npos
+        unmet_target = !found.reached && found.unmet == q
                            ? found.unmet_target
                            : text("has an error of {:.3g} %; the target is {:.3g} %",
                                   100.0 * entry.error / std::abs(entry.value), 100.0 * layout.goal.relative_error);
@@ -181,8 +181,8 @@ std::string remarks_text(const calibrate::Table& table) {
             const TableEntry& entry = row.entries[i];
             const bool shown = std::any_of(columns.begin(), columns.end(),
                                            [&](const auto& column) { return column.first == row.name; });
-            const bool follows = entry.remark.ends_with(" is missing");  // its input is listed
-            if (shown && !follows && (entry.origin == Origin::missing || entry.origin == Origin::measured_short))
+            if (shown && !calibrate::lacks_input(table, row, i) &&
+                (entry.origin == Origin::missing || entry.origin == Origin::measured_short))
                 out += text("{} {} at {}: {}\n", entry.origin == Origin::missing ? "missing:" : "!", row.name,
                             calibrate::point_text(table, row.by_rods, i), entry.remark);
         }

@@ -55,6 +55,10 @@ FILE_ACCESS = [
      ("src/files/*.cpp", "src/app/main.cpp")),
 ]
 
+# Sentences for people, which code must not read: an outcome is a value.
+SENTENCE = re.compile(r"\b\w*(?:failure|reason|remark|refusal|note|problem|unmet|missing|undefined|why_\w+|what\(\))\w*"
+                      r"(?:\(\))?\.(?:find|rfind|starts_with|ends_with|contains|substr|compare)\(")
+
 MAX_LINES = 500
 MAX_COLUMNS = 120
 # Text files that people write, and files that the limit of columns exempts: data, generated tables, recorded output of
@@ -231,6 +235,15 @@ def check_top_level(tree):
         yield f"{name}:1: a new entry at the top level; the allowed entries are {', '.join(sorted(TOP_LEVEL))}"
 
 
+def check_sentences(tree):
+    """No code decides by a sentence that it wrote for people."""
+    for path in files(tree, ("include", "src"), CPP):
+        for number, line in enumerate((tree / path).read_text().splitlines(), 1):
+            if found := SENTENCE.search(line.split("//")[0]):
+                yield (f"{path}:{number}: {found.group()}...) reads a sentence for people; expected a value, such as "
+                       "an enum")
+
+
 def files(tree, folders, suffixes):
     """The files below some folders, relative to the tree, sorted."""
     found = (path for folder in folders for path in (tree / folder).rglob("*") if path.suffix in suffixes)
@@ -239,8 +252,8 @@ def files(tree, folders, suffixes):
 
 def broken_rules(tree):
     tree = Path(tree).resolve()
-    return [*check_sources(tree), *check_file_access(tree), *check_cycles(tree), *check_files(tree),
-            *check_columns(tree), *check_top_level(tree)]
+    return [*check_sources(tree), *check_file_access(tree), *check_sentences(tree), *check_cycles(tree),
+            *check_files(tree), *check_columns(tree), *check_top_level(tree)]
 
 
 def main(arguments):

@@ -70,7 +70,8 @@ struct Measurement {
     std::vector<measure::Estimate> estimates;
     std::size_t trials = 0;
     bool reached = false;      ///< whether every wanted quantity meets the goal
-    std::string unmet_target;  ///< which target was missed and how many trials would meet it; "" if none
+    std::size_t unmet = 0;     ///< the quantity that misses the goal by most, if not reached
+    std::string unmet_target;  ///< of it, and how many trials would meet the goal; "" if reached
     std::string diagnosis;     ///< remark on linearity, regimes or resolution
 };
 

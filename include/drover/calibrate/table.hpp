@@ -72,6 +72,9 @@ void check(const Table& table, const SourceLocation& where = {});
 /// errors of zero.  Source: physics as in Kumar et al., Nat. Commun. 5, 4688 (2014), Methods.
 void add_derived(Table& table);
 
+/// Whether a derived entry is missing because another row of the table has no value there.
+bool lacks_input(const Table& table, const TableRow& row, std::size_t entry);
+
 /// A number with its standard error.
 struct Uncertain {
     double value = 0.0, error = 0.0;

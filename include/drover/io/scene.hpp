@@ -188,6 +188,8 @@ Scene scene_of(const LocatedTables& tables, const std::string& file);
 
 /// Every key of the scene's kind with its value, as TOML that reads back as the same scene.
 std::string resolved_text(const Scene& scene);
+/// The chosen part of it, by section and key: "sweep" and "sweep.keep"; without the model.
+std::string chosen_text(const Scene& scene, const std::function<bool(const std::string& section_or_key)>& is_chosen);
 
 /// A section of the schema; of one kind, with its defaults.
 struct SectionDescription {
