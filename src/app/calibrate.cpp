@@ -52,7 +52,7 @@ int print_outcome(const CalibrateOptions& options, const run::CalibrationOutcome
     if (outcome.unmet_wants > 0 && !is_share)
         log_warning("{} wanted numbers did not reach their errors; the reasons are listed with them",
                     outcome.unmet_wants);
-    const std::size_t open = is_share ? 0 : outcome.unfinished + outcome.unmet_wants;
+    const std::size_t open = is_share ? outcome.crashed : outcome.unfinished + outcome.unmet_wants;
     return outcome.failed + open > 0 ? run::exit_run_failed : run::exit_done;
 }
 

@@ -42,7 +42,8 @@ void print_table(const SweepOptions& options, const std::filesystem::path& folde
         return;
     }
     print(run::table_text(table));
-    print(text("\n{}: all observables\n", (folder / "table.csv").string()));
+    print(text("\n{}: all single numbers; table.nc there: all observables over their axes\n",
+               (folder / "table.csv").string()));
 }
 
 int print_outcome(const SweepOptions& options, const std::filesystem::path& folder, const run::SweepOutcome& outcome) {

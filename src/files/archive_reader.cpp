@@ -23,7 +23,7 @@ bool is_hdf5(const std::filesystem::path& file) {
 
 bool is_being_written(const std::filesystem::path& file) {
     const Descriptor open = try_open(file, O_RDONLY);
-    return open.is_open() && has_writer(open);
+    return open.is_open() && has_locks(open) && has_writer(open);
 }
 
 namespace {

@@ -111,6 +111,10 @@ std::string claim_name(const std::string& key, int generation) { return text("{}
                    "the file system makes no hard links, by which shares claim their work ({}); choose a folder on "
                    "another file system: a local disk, NFS, Lustre or BeeGFS",
                    std::string(cause.what()));
+    if (error == EACCES || error == EROFS)
+        throw Error(Fault::unavailable, {folder.string()},
+                    text("cannot be written: {}; check the permissions of the folder, or choose another with --output",
+                         std::string(cause.what())));
     throw write_failure(folder, cause, 0, "nothing of what has ended is lost");
 }
 

@@ -263,6 +263,11 @@ bool try_lock(int file, struct flock bytes) {
 
 bool lock_for_writing(const Descriptor& file) { return try_lock(file.number(), range(F_WRLCK, 0, commit_byte)); }
 
+bool has_locks(const Descriptor& file) {
+    struct flock found = range(F_RDLCK, 0, commit_byte);
+    return ::fcntl(file.number(), F_OFD_GETLK, &found) == 0 || std::getenv(no_locks_variable) == nullptr;
+}
+
 bool has_writer(const Descriptor& file) {
     struct flock found = range(F_RDLCK, 0, commit_byte);
     return ::fcntl(file.number(), F_OFD_GETLK, &found) < 0 || found.l_type != F_UNLCK;

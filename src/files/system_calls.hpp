@@ -107,6 +107,8 @@ inline constexpr const char* no_locks_variable = "DROVER_NO_LOCKS";
 bool lock_for_writing(const Descriptor& file);
 /// Whether another descriptor has it, or may have it on a file system without locks.
 bool has_writer(const Descriptor& file);
+/// Whether its file system has locks at all, or the user has not said that it has none.
+bool has_locks(const Descriptor& file);
 
 /// The wait of a commit: a reader that was stopped must not stop the run.
 inline constexpr std::chrono::milliseconds patience_with_readers(200);

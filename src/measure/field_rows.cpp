@@ -142,7 +142,7 @@ std::vector<double> order_correlation(const FieldMoment& moment) {
 void add_rods_and_order(const FieldSetting& setting, FieldRows& rows) {
     add(rows, "structure_factor_cross", "mm-2", {shell_axis(setting)},
         "cross structure factor of rods and order along q: area Re(sigma_q^* i q.p_q)/|q|, mean over a shell of "
-        "|q|; its mean over time is zero when a conserved sigma is stationary",
+        "|q|; its mean over time is zero when a conserved sigma is stationary without diffusion and noise of its own",
         by_shell(&ModePowers::cross));
 }
 

@@ -41,6 +41,7 @@ void add_rod_order(const ParticleSetting& setting, ParticleRows& rows) {
     add(rows, "rod_direction_mean_y", "1", "mean over the rods of n_y", rods(&RodMeans::order_y));
     add(rows, "polar_order_direction", "rad", "direction of <n> from x, -pi to pi",
         [](const ParticleMoment& moment) { return std::atan2(moment.rods.order_y, moment.rods.order_x); });
+    rows.back().is_direction = true;
     add(rows, "nematic_order", "1", "|<exp(2 i theta)>|, theta the direction of n of each rod",
         rods(&RodMeans::order_nematic));
     if (!setting.round) return;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"
@@ -33,10 +34,21 @@ Samples split(const RecordedSeries& recorded, double spacing, std::size_t skip) 
     return result;
 }
 
+/// Each angle by the shortest turn from the one before.
+void unwrap(std::vector<double>& angles) {
+    for (std::size_t i = 1; i < angles.size(); ++i)
+        angles[i] = angles[i - 1] + std::remainder(angles[i] - angles[i - 1], 2.0 * std::numbers::pi);
+}
+
 SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t skip) {
     SummaryRow row{recorded.name, recorded.unit, "time mean: " + recorded.formula, recorded.axes, {}};
-    const Samples samples = split(recorded, spacing, skip);
-    for (std::size_t k = 0; k < samples.series.size(); ++k) row.estimates.push_back(estimate_mean(samples, k));
+    Samples samples = split(recorded, spacing, skip);
+    for (std::size_t k = 0; k < samples.series.size(); ++k) {
+        if (recorded.is_direction) unwrap(samples.series[k]);
+        row.estimates.push_back(estimate_mean(samples, k));
+        double& mean = row.estimates.back().mean;
+        if (recorded.is_direction) mean = std::remainder(mean, 2.0 * std::numbers::pi);
+    }
     return row;
 }
 

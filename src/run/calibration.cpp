@@ -144,6 +144,12 @@ public:
                 .take = [this](const UnitRecord& record) { take(record); }};
     }
 
+    /// Measurements that were given up here, as a worker died in a trial.
+    std::size_t crashed() const {
+        return static_cast<std::size_t>(
+            std::count_if(units_.begin(), units_.end(), [](const Unit& one) { return one.has_crashed; }));
+    }
+
     /// Those below which all trials of a unit are needed as far as is known.
     std::uint64_t needed(std::size_t unit) const {
         const Unit& one = units_[unit];
@@ -322,6 +328,7 @@ void run_trials(const io::Scene& scene, const StoredTrials& stored, const Calibr
                                     .run();
     outcome.trials = ran.ran;
     outcome.stopped = ran.stopped;
+    outcome.crashed = needed.crashed();
 }
 
 /// Whether all wanted quantities have a value and an error.
@@ -395,7 +402,7 @@ std::string calibration_status(const io::Scene& scene, const CalibrationOptions&
     const std::vector<UnitRecord> records = campaign_records(options.folder, stored.identity());
     std::vector<std::string> keys;
     for (const UnitRecord& record : records)
-        if (stored.find(record.key)) keys.push_back(record.key);
+        if (record.state == UnitState::done && stored.find(record.key)) keys.push_back(record.key);
     std::size_t ended = 0;
     for (std::size_t u = 0; u < layout.units.size(); ++u) {
         if (needed.trials(u).ended()) ++ended;

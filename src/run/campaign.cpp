@@ -20,11 +20,10 @@ namespace drover::run {
 namespace {
 using namespace std::chrono_literals;
 
-constexpr double group_seconds = 1.0;    ///< of work that a worker gets at a time
-constexpr std::size_t max_group = 1000;  ///< units
-constexpr auto second_look = 1s;         ///< at what another process had, or may have done meanwhile
-constexpr auto max_delay = 1s;           ///< of a record on its way to the disk
-constexpr int max_losses = 3;            ///< of a unit, for a share
+constexpr double group_seconds = 1.0;  ///< of work that a worker gets at a time
+constexpr auto second_look = 1s;       ///< at what another process had, or may have done meanwhile
+constexpr auto max_delay = 1s;         ///< of a record on its way to the disk
+constexpr int max_losses = 3;          ///< of a unit, for a share
 
 }  // namespace
 
@@ -131,26 +130,29 @@ private:
         if (!is_cheap && Clock::now() - refreshed_ <= second_look) return false;
         refresh();
         std::erase_if(group, [this](const std::string& key) {
-            if (is_over(key)) busy_.erase(key), released_.insert(key);
+            if (is_over(key)) busy_.erase(key), released_.insert(claim_of(key));
             return is_over(key);
         });
         return group.empty();
     }
+
+    std::string claim_of(const std::string& key) const { return plan_.claim ? plan_.claim(key) : key; }
 
     /// Of a unit.
     double mean_seconds() const { return ran_ > 0 ? ran_seconds_ / static_cast<double>(ran_) : group_seconds; }
 
     std::vector<std::string> gather() {
         const auto limit = static_cast<std::size_t>(
-            std::clamp(group_seconds / std::max(mean_seconds(), 1e-9), 1.0, static_cast<double>(max_group)));
+            std::clamp(group_seconds / std::max(mean_seconds(), 1e-9), 1.0, static_cast<double>(options_.max_group)));
         std::vector<std::string> group;
         std::map<std::string, HeldUnit> held;
         plan_.wanted([&](const std::string& key) {
             if (is_over(key) || busy_.contains(key)) return true;
             const auto before = held_.find(key);
             if (before != held_.end() && Clock::now() - before->second.looked < second_look) held.insert(*before);
-            else if (claims_.claim(key)) group.push_back(key), busy_.insert(key), released_.erase(key);
-            else held[key] = {.by = claims_.holder(key)};
+            else if (const std::string name = claim_of(key); claims_.claim(name))
+                group.push_back(key), busy_.insert(key), released_.erase(name);
+            else held[key] = {.by = claims_.holder(name)};
             return group.size() < limit;
         });
         held_ = std::move(held);
@@ -189,7 +191,7 @@ private:
         store_.append(record);
         if (record.state == UnitState::lost) lost_here_.insert(record.key);
         busy_.erase(record.key);
-        released_.insert(record.key);
+        released_.insert(claim_of(record.key));
         ++outcome_.ran;
         ++ran_;
         ran_seconds_ += record.seconds;
@@ -205,7 +207,7 @@ private:
                        .reason = text("its process ended with status {}", status),
                        .program = this_program(),
                        .is_new = true});
-        for (const std::string& key : groups_[job]) busy_.erase(key), released_.insert(key);
+        for (const std::string& key : groups_[job]) busy_.erase(key), released_.insert(claim_of(key));
         groups_[job].clear();
         is_new_ = true;
     }
@@ -219,7 +221,7 @@ private:
     void flush() {
         flushed_ = Clock::now();
         store_.sync();
-        for (const std::string& key : released_) claims_.release(key);
+        for (const std::string& name : released_) claims_.release(name);
         released_.clear();
     }
 
@@ -256,18 +258,6 @@ Campaign::Campaign(UnitPlan plan, CampaignOptions options)
 Campaign::~Campaign() = default;
 CampaignOutcome Campaign::run() { return state_->run(); }
 
-void require_folder(const std::filesystem::path& folder, const char* command) {
-    require(std::filesystem::is_directory(folder), {.file = folder.string()},
-            "no such folder; expected the output folder of drover {}: set it with --output", command);
-}
-
-void alone(const std::filesystem::path& folder, bool is_complete, const std::function<void()>& work) {
-    files::Claims claims(folder / "claims", files::this_process(1, 1, 0));
-    for (int tries = 0; !claims.claim("table") && tries < 100; ++tries) std::this_thread::sleep_for(100ms);
-    work();
-    if (is_complete) claims.remove_dead();
-}
-
 Working working_in(const std::filesystem::path& folder) {
     Working working;
     for (const files::ClaimHolder& holder : files::claim_holders(folder / "claims")) {
@@ -277,6 +267,23 @@ Working working_in(const std::filesystem::path& folder) {
         working.units += holder.keys;
     }
     return working;
+}
+
+void require_folder(const std::filesystem::path& folder, const char* command) {
+    require(std::filesystem::is_directory(folder), {.file = folder.string()},
+            "no such folder; expected the output folder of drover {}: set it with --output", command);
+}
+
+void alone(const std::filesystem::path& folder, bool is_complete, const std::function<void()>& work) {
+    files::Claims claims(folder / "claims", files::this_process(1, 1, 0));
+    constexpr int max_tries = 6000;
+    for (int tries = 0; !claims.claim("table") && tries < max_tries; ++tries) {
+        std::this_thread::sleep_for(100ms);
+        claims.renew();
+    }
+    work();
+    // While others work, a claim of the dead keeps its place below theirs.
+    if (is_complete && working_in(folder).processes == 0) claims.remove_dead();
 }
 
 std::string campaign_status(const std::filesystem::path& folder, const std::vector<UnitRecord>& records,

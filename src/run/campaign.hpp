@@ -27,6 +27,9 @@ struct UnitPlan {
     /// Whether a record of a unit that is done still counts: false where the unit left a file that is not there any
     /// more.  May be empty.
     std::function<bool(const UnitRecord& record)> holds = {};
+    /// What is claimed for a unit: units with one name, as those that write one file, do not run at the same time.  May
+    /// be empty: its key.
+    std::function<std::string(const std::string& key)> claim = {};
 };
 
 struct CampaignOptions {
@@ -36,7 +39,8 @@ struct CampaignOptions {
     int workers = 1;            ///< simultaneous units
     double grace_period = 0.0;  ///< for workers after a signal [s]; 0: for ever
     bool quiet = false;
-    bool shares_wait = false;  ///< for units of other processes, as those that end may make more wanted
+    bool shares_wait = false;      ///< for units of other processes, as those that end may make more wanted
+    std::size_t max_group = 1000;  ///< units that a worker gets at a time, at most a second of work
     files::ClaimTimes times = {};
 };
 
@@ -67,7 +71,7 @@ private:
 /// Throws an input Error unless there is this folder, of a command.
 void require_folder(const std::filesystem::path& folder, const char* command);
 
-/// Calls `work` while no other process of the campaign does; waits for one, up to ten seconds.  `is_complete`: nothing
+/// Calls `work` while no other process of the campaign does; waits for one, up to ten minutes.  `is_complete`: nothing
 /// is left to claim, and what killed processes left of their claims is removed.
 void alone(const std::filesystem::path& folder, bool is_complete, const std::function<void()>& work);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 #include "base/constants.hpp"
 #include "drover/files/archive.hpp"
@@ -12,7 +13,7 @@
 namespace drover::run {
 
 namespace {
-constexpr const char *branch_axis = "branch", *seed_axis = "seed";
+constexpr const char *branch_axis = "branch", *seed_axis = "seed", *point_axis = "point";
 
 std::string axis_name(std::string key) {
     std::replace(key.begin(), key.end(), '.', '_');
@@ -62,7 +63,10 @@ class Dataset {
 public:
     Dataset(const io::Scene& scene, const SweepLayout& layout, const std::map<std::string, RunResults>& results,
             const SweepTable& means)
-        : layout_(layout), means_(means), seeds_(layout.runs.size() / layout.points.size()) {
+        : layout_(layout),
+          means_(means),
+          seeds_(layout.runs.size() / layout.points.size()),
+          first_seed_(scene.run.seed) {
         add_key_axes(scene);
         for (std::size_t r = 0; r < layout.runs.size(); ++r)
             if (const auto found = results.find(layout.runs[r].name); found != results.end())
@@ -73,8 +77,9 @@ public:
     files::ResultTable table() {
         for (const auto& [name, own] : own_axes_) add_axis(name, own);
         if (seeds_ > 1) {
-            files::Axis seeds{seed_axis, "1", "of the runs of a point, from 0", {}};
-            for (std::size_t s = 0; s < seeds_; ++s) seeds.values.push_back(static_cast<double>(s));
+            files::Axis seeds{seed_axis, "1", "run.seed, as in the names of the runs", {}};
+            for (std::size_t s = 0; s < seeds_; ++s)
+                seeds.values.push_back(static_cast<double>(first_seed_) + static_cast<double>(s));
             table_.axes.push_back(std::move(seeds));
         }
         std::vector<double> ended(length_of(point_shape_), 0.0);
@@ -85,7 +90,30 @@ public:
     }
 
 private:
+    /// Whether two points have the same values, as where a ramp comes back to one.
+    bool has_repeated_points() const {
+        std::set<std::pair<std::vector<double>, std::string>> points;
+        for (const SweepPoint& point : layout_.points) points.emplace(point.values, point.branch);
+        return points.size() < layout_.points.size();
+    }
+
+    /// An axis for each key, or the points in their order and the keys as results.
     void add_key_axes(const io::Scene& scene) {
+        if (has_repeated_points()) {
+            std::vector<double> numbers(layout_.points.size());
+            std::iota(numbers.begin(), numbers.end(), 0.0);
+            table_.axes.push_back({point_axis, "1", "of the sweep, from 0, in its order", numbers});
+            key_axes_ = {point_axis};
+            point_shape_ = {numbers.size()};
+            for (std::size_t k = 0; k < layout_.keys.size(); ++k) {
+                std::vector<double> values;
+                for (const SweepPoint& point : layout_.points) values.push_back(point.values[k]);
+                put(axis_name(layout_.keys[k]), io::unit_of(scene.kind, layout_.keys[k]), layout_.keys[k], key_axes_,
+                    std::move(values));
+            }
+            for (std::size_t p = 0; p < layout_.points.size(); ++p) places_.push_back(p);
+            return;
+        }
         const auto add_axis_of = [&](const std::string& name, const std::string& unit, const std::string& meaning,
                                      const auto& value_of) {
             std::vector<double> values;
@@ -133,6 +161,7 @@ private:
 
     /// Where each point is along the axes of the keys.
     void find_places() {
+        if (!places_.empty()) return;
         for (const SweepPoint& point : layout_.points) {
             std::size_t place = 0;
             for (std::size_t k = 0; k < key_axes_.size(); ++k) {
@@ -184,9 +213,8 @@ private:
             std::vector<const measure::SummaryRow*> rows;  // of the seeds
             for (std::size_t s = 0; s < seeds_; ++s) {
                 const measure::SummaryRow* row = column.rows[s * layout_.points.size() + p];
-                if (row == nullptr || (!rows.empty() && rows.front()->estimates.size() != row->estimates.size()))
-                    continue;
-                rows.push_back(row);
+                if (row == nullptr) continue;
+                if (rows.empty() || rows.front()->estimates.size() == row->estimates.size()) rows.push_back(row);
                 const std::size_t begin = (places_[p] * seeds_ + s) * size;
                 place(
                     shape_of_row(*row), own, begin, [&](std::size_t i) { return row->estimates[i].mean; }, runs);
@@ -233,6 +261,7 @@ private:
     const SweepLayout& layout_;
     const SweepTable& means_;
     std::size_t seeds_;
+    std::int64_t first_seed_;
     files::ResultTable table_{.group = "/", .axes = {}, .quantities = {}, .values = {}};
     std::vector<std::string> key_axes_;
     std::vector<std::size_t> point_shape_, places_;

@@ -74,13 +74,13 @@ std::vector<double> common_samples(const WantedNumber& number, double spacing) {
 TradeBench::TradeBench(const io::Scene& given, const std::string& of, const TradeoffOptions& options)
     : scene(given),
       budget(options.budget),
+      is_collecting(options.collect),
       wishes_(options.wishes),
       trials_(options.folder, of,
               {.share = options.share,
                .workers = options.workers > 0 ? options.workers : usable_cores(),
                .collect = options.collect,
-               .quiet = options.quiet}),
-      host_(files::this_process(1, 1, 1).host) {}
+               .quiet = options.quiet}) {}
 
 Trial TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
     io::Scene timed = scene;
@@ -116,24 +116,36 @@ void TradeBench::count(const Trial& trial) {
     const TrialResult* result = trials_.find(trial);
     if (result == nullptr) return;
     double& counted = counted_[result->archive.string()];
+    if (std::find(hosts.begin(), hosts.end(), result->host) == hosts.end()) hosts.push_back(result->host);
     spent += result->seconds() - counted;
     counted = result->seconds();
 }
 
-/// Per second of the scene.  Costs of different trials are compared, so all are of one machine, this one: a few steps
-/// are timed here where the trial ran elsewhere, or its times were lost by a kill.
-double TradeBench::step_seconds_of(const Trial& trial, const TrialResult& result) const {
+/// Per second of the scene.  Where a kill has lost most of the times, a few steps are timed, once for all processes.
+double TradeBench::step_seconds_of(const Trial& trial, const TrialResult& result) {
     constexpr double known = 0.5;  // of the trial
-    const bool is_timed_here = result.host == host_ && result.timed >= known * result.end;
-    if (!is_timed_here)
-        if (const auto expected = expected_time(trial.scene)) return expected->total / trial.scene.time.end;
-    return result.step_seconds / std::max(result.timed, 1e-9);
+    const double told = result.step_seconds / std::max(result.timed, 1e-9);
+    if (result.timed >= known * result.end) return told;
+    const auto timed = trials_.agreed("cost-" + result.archive.stem().string(), [&]() -> std::vector<double> {
+        io::Scene alone = trial.scene;
+        alone.run.threads = 1;
+        const auto expected = expected_time(alone);
+        return {expected ? expected->total / alone.time.end : told};
+    });
+    return timed ? timed->front() : told;
+}
+
+bool TradeBench::has_run(double for_long) const {
+    Trial trial = trial_of({});
+    trial.scene.time.end = for_long;
+    return trials_.find(trial) != nullptr;
 }
 
 Measured TradeBench::measured(const std::vector<std::string>& overrides, bool rounds_up) {
     const Trial trial = trial_of(overrides, rounds_up);
     const TrialResult* result = trials_.find(trial);
-    if (result == nullptr) return {.failure = "not run: the budget is spent", .was_run = false};
+    if (result == nullptr)
+        return {.failure = is_collecting ? "not run yet" : "not run: the budget is spent", .was_run = false};
     if (!result->failure.empty()) return {.failure = result->failure};
     const auto key = std::pair(result->archive.string(), result->end);
     if (const auto known = measured_.find(key); known != measured_.end()) return known->second;

@@ -16,8 +16,8 @@ using Bias = measure::RoughMean;
 
 /// A trial and its wanted numbers.
 struct Measured {
-    std::string failure;                             ///< why it has no numbers; else ""
-    bool was_run = true;                             ///< false where the budget was too small
+    std::string failure;  ///< why it has no numbers; else ""
+    bool was_run = true;  ///< false where the budget was too small, and of those that are collected where none ended
     double start_seconds = 0.0, step_seconds = 0.0;  ///< of a core; step: per second of the scene
     double end = 0.0;                                ///< of the trial, which may be a longer one of before [s]
     double step_error = 0.0;                         ///< the largest; 0: not estimated
@@ -45,16 +45,27 @@ public:
     /// `of`: the resolved text of the scene whose trials the folder holds.
     TradeBench(const io::Scene& scene, const std::string& of, const TradeoffOptions& options);
 
-    io::Scene scene;              ///< that the trials change
-    double duration = 0.0;        ///< of the trials [s]
-    double warm_up = 0.0;         ///< left out of all means [s]
-    bool statistical = false;     ///< means have statistical errors
-    std::vector<double> allowed;  ///< error of each wanted number, in its unit
-    double budget = 0.0;          ///< core seconds
-    double spent = 0.0;           ///< core seconds of the trials so far
-    bool is_short = false;        ///< some trials were not made, for want of budget
+    io::Scene scene;                 ///< that the trials change
+    double duration = 0.0;           ///< of the trials [s]
+    double warm_up = 0.0;            ///< left out of all means [s]
+    bool statistical = false;        ///< means have statistical errors
+    std::vector<double> allowed;     ///< error of each wanted number, in its unit
+    double budget = 0.0;             ///< core seconds
+    double spent = 0.0;              ///< core seconds of the trials so far
+    bool is_short = false;           ///< some trials were not made, for want of budget
+    bool is_collecting = false;      ///< no trials are made
+    std::vector<std::string> hosts;  ///< on which trials ran
 
     Trial trial_of(const std::vector<std::string>& overrides, bool rounds_up = false) const;
+
+    /// As Trials::agreed.
+    std::optional<std::vector<double>> agreed(const std::string& name,
+                                              const std::function<std::vector<double>()>& compute) {
+        return trials_.agreed(name, compute);
+    }
+
+    /// Whether the scene itself has run for this long.
+    bool has_run(double duration) const;
 
     /// Runs the trials that the budget allows, the cheapest first.  False when a signal came.
     bool run(std::vector<Trial> trials);
@@ -104,7 +115,7 @@ public:
 
 private:
     double expected_seconds(const Trial& trial) const;
-    double step_seconds_of(const Trial& trial, const TrialResult& result) const;
+    double step_seconds_of(const Trial& trial, const TrialResult& result);
     Fluctuation fluctuation_of(const WantedNumber& number, double least_error) const;
     std::vector<std::vector<std::string>> other_seeds(const std::vector<std::string>& overrides) const;
     void count(const Trial& trial);
@@ -113,7 +124,6 @@ private:
 
     std::vector<Wish> wishes_;
     Trials trials_;
-    std::string host_;  ///< this machine
     double rate_ = 0.0;
     std::vector<double> least_error_;  ///< statistical, of the mean of each wanted number over a trial, see widen()
     std::map<std::pair<std::string, double>, Measured> measured_;

@@ -78,8 +78,9 @@ struct Findings {
     double given_seconds = INFINITY;       ///< of a core, of the scene as given, predicted
     std::vector<Checked> checked;
     std::vector<std::string> notes;
-    bool is_short = false;  ///< of budget: some trials were not made
-    bool stopped = false;   ///< by a signal
+    bool is_short = false;           ///< of budget: some trials were not made
+    std::vector<std::string> hosts;  ///< on which trials ran
+    bool stopped = false;            ///< by a signal
 };
 
 /// All combinations that follow, cheapest first for their error: none is both cheaper and better than another.

@@ -23,7 +23,14 @@ io::Scene trial_scene(const io::Scene& scene) {
     return result;
 }
 
-io::Scene affordable_scene(const io::Scene& scene, double budget) {
+double unit_of_time(const io::Scene& scene) {
+    return scene.kind == io::SceneKind::particles && scene.output.frame_every > 0.0 ? scene.output.frame_every
+                                                                                    : scene.output.sample_every;
+}
+
+namespace {
+/// On the finest grid on which one trial takes at most a fifth of the budget [core seconds]; none where there is none.
+std::optional<io::Scene> affordable_scene(const io::Scene& scene, double budget) {
     constexpr double part = 0.2;  // of the budget, for the first trial
     const auto is_affordable = [&](const io::Scene& one) {
         const std::optional<ExpectedTime> expected = expected_time(one);
@@ -36,17 +43,19 @@ io::Scene affordable_scene(const io::Scene& scene, double budget) {
         const io::Scene coarser = changed(scene, levels[k].overrides);
         if (size_of(coarser) <= size_of(scene) && is_affordable(coarser)) return coarser;
     }
+    return std::nullopt;
+}
+
+/// Of affordable_scene().
+[[noreturn]] void fail_too_small(const io::Scene& scene, double budget) {
+    const std::optional<ExpectedTime> expected = expected_time(scene);
     fail_run(
         "a run of the scene takes {} of a core, and its trials as long each; the budget of {} is too small: give a "
         "larger --budget",
-        duration_text(expected_time(scene)->total), duration_text(budget));
+        duration_text(expected ? expected->total : 0.0), duration_text(budget));
 }
 
-double unit_of_time(const io::Scene& scene) {
-    return scene.kind == io::SceneKind::particles && scene.output.frame_every > 0.0 ? scene.output.frame_every
-                                                                                    : scene.output.sample_every;
-}
-
+/// Of a run that takes a fortieth of the budget, and makes 64 samples at least [s].
 double first_duration(const io::Scene& scene, double budget) {
     constexpr double part = 1.0 / 40.0, least_samples = 64.0;
     const std::optional<ExpectedTime> expected = expected_time(scene);
@@ -56,6 +65,31 @@ double first_duration(const io::Scene& scene, double budget) {
     double duration = unit * std::ceil(least_samples * scene.output.sample_every / unit);
     while (2.0 * duration <= std::min(affordable, scene.time.end)) duration *= 2.0;
     return duration;
+}
+}  // namespace
+
+std::optional<TrialStart> trial_start(TradeBench& bench) {
+    const io::Scene& scene = bench.scene;
+    const std::string of = text("-{:.17g}", bench.budget);
+    TrialStart start{.scene = scene, .duration = scene.time.end};
+    if (bench.statistical) {
+        const auto found =
+            bench.agreed("duration" + of, [&] { return std::vector{first_duration(scene, bench.budget)}; });
+        if (!found) return std::nullopt;
+        start.duration = found->front();
+        return start;
+    }
+    const auto found = bench.agreed("grid" + of, [&]() -> std::vector<double> {
+        const std::optional<io::Scene> one = affordable_scene(scene, bench.budget);
+        if (!one) return {};
+        return {static_cast<double>(one->grid.nx), static_cast<double>(one->grid.ny)};
+    });
+    if (!found) return std::nullopt;
+    if (found->empty()) fail_too_small(scene, bench.budget);
+    const auto nx = static_cast<int>((*found)[0]), ny = static_cast<int>((*found)[1]);
+    if (nx != scene.grid.nx || ny != scene.grid.ny)
+        start.scene = changed(scene, {text("grid.nx={}", nx), text("grid.ny={}", ny)});
+    return start;
 }
 
 }  // namespace drover::run

@@ -1,6 +1,8 @@
 // run/trade_start.hpp: what the trials of a study start from.
 #pragma once
-#include "drover/io/scene.hpp"
+#include <optional>
+
+#include "run/trade_bench.hpp"
 
 namespace drover::run {
 
@@ -8,14 +10,16 @@ namespace drover::run {
 /// without samples.
 io::Scene trial_scene(const io::Scene& scene);
 
-/// The scene on the finest grid on which one trial takes at most a fifth of the budget [core seconds].  Throws a run
-/// Error where there is none.
-io::Scene affordable_scene(const io::Scene& scene, double budget);
+/// What the trials of a study have in common.
+struct TrialStart {
+    io::Scene scene;        ///< without noise on the finest grid on which a trial takes at most a fifth of the budget
+    double duration = 0.0;  ///< of a noisy scene as its budget allows; else that of the run [s]
+};
+/// Both follow from timings, so all processes in the folder take what the first has found.  Nothing when a signal came.
+/// Throws a run Error where no grid is coarse enough.
+std::optional<TrialStart> trial_start(TradeBench& bench);
 
 /// Durations of a scene are whole numbers of this [s].
 double unit_of_time(const io::Scene& scene);
-
-/// Of a run that takes a fortieth of the budget, and makes 64 samples at least [s].
-double first_duration(const io::Scene& scene, double budget);
 
 }  // namespace drover::run

@@ -16,17 +16,13 @@ public:
         : bench_(trial_scene(scene), io::resolved_text(scene), options), options_(options) {
         found_.wishes = options.wishes;
         bench_.statistical = !io::has_grid(scene.kind) || io::has_noise(scene);
-        if (!bench_.statistical) fit_into_budget();
     }
 
     Findings find() {
-        bench_.duration = bench_.statistical ? first_duration(bench_.scene, bench_.budget) : bench_.scene.time.end;
-        for (int round = 0;; ++round) {
-            if (!measure_axes()) {
-                found_.stopped = true;
-                break;
-            }
-            if (!bench_.statistical || !wants_longer()) break;
+        found_.stopped = !fit_into_budget();
+        while (!found_.stopped) {
+            found_.stopped = !measure_axes();
+            if (found_.stopped || !bench_.statistical || !wants_longer()) break;
             bench_.duration *= 2.0;
         }
         if (!found_.stopped) found_.stopped = !check_recommended();
@@ -41,21 +37,27 @@ private:
         found_.allowed = bench_.allowed;
         found_.seconds = bench_.spent;
         found_.is_short = bench_.is_short;
+        found_.hosts = bench_.hosts;
         return found_;
     }
 
-    /// Without noise a trial lasts as long as the run.  Where the budget is too small for that, the trials are made on
-    /// a coarser grid, whose errors stand for those of the given one.
-    void fit_into_budget() {
-        const io::Scene affordable = affordable_scene(bench_.scene, bench_.budget);
-        refinement_ = size_of(bench_.scene) / size_of(affordable);
+    /// Where the trials are made on a coarser grid, its errors stand for those of the given one.  False when a signal
+    /// came.
+    bool fit_into_budget() {
+        const std::optional<TrialStart> start = trial_start(bench_);
+        if (!start) return false;
+        refinement_ = size_of(bench_.scene) / size_of(start->scene);
         if (refinement_ > 1.0) given_grid_ = text("{} by {}", bench_.scene.grid.nx, bench_.scene.grid.ny);
-        bench_.scene = affordable;
+        bench_.scene = start->scene;
+        bench_.duration = start->duration;
+        return true;
     }
 
     bool measure_axes() {
         if (!bench_.run({bench_.trial_of({})})) return false;
         const Measured base = bench_.measured({});
+        if (!base.was_run && bench_.is_collecting)
+            fail_run("the trial of the scene as given has not ended; run the same command without --collect");
         if (!base.failure.empty())
             fail_run(
                 "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or a "
@@ -108,8 +110,7 @@ private:
                 levels.begin());
             const Measured coarser =
                 given > 0 ? bench_.measured(levels[given - 1].overrides) : Measured{.failure = "none"};
-            const bool converged = coarser.failure.empty() && bench_.ratio(bench_.differences(coarser, base)) < small;
-            if (converged) levels.pop_back();
+            if (coarser.failure.empty() && bench_.ratio(bench_.differences(coarser, base)) < small) levels.pop_back();
             else if (!bench_.run({bench_.trial_of(levels.back().overrides)})) return false;
         }
         const auto on_level = [&](const Level& level) { return bench_.measured(level.overrides); };
@@ -182,6 +183,7 @@ private:
             before = last;
             last = k;
         }
+        if (!last) fail_run("no grid was measured: {}: {}", levels.front().name, runs.front().failure);
         for (std::size_t k = 0; k < levels.size(); ++k) {
             LevelFound found{.level = levels[k], .failure = runs[k].failure, .biases = {}};
             if (found.is_measured()) {
@@ -203,7 +205,6 @@ private:
     }
 
     io::Scene pilot() const { return changed(bench_.scene, on_pilot_grid({})); }
-
     bool measure_steps() {
         if (ladders_.empty()) ladders_ = step_ladders(bench_.scene);
         constexpr int most_extensions = 4;
@@ -421,10 +422,8 @@ private:
             if (is_tried(level)) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
         if (!bench_.run(trials)) return false;
         const Measured full = bench_.measured(on_pilot_grid({}));
-        const auto against_full = [&](const Measured& run) {
-            return run.failure.empty() ? bench_.differences(run, full) : std::vector<Bias>{};
-        };
-        found_.rounding = against_full(bench_.measured(on_pilot_grid({}), true));
+        const Measured up = bench_.measured(on_pilot_grid({}), true);
+        found_.rounding = up.failure.empty() ? bench_.differences(up, full) : std::vector<Bias>{};
         found_.cell.clear();
         if (!cells.empty() && is_tried(cells.front())) {
             const Measured large = bench_.measured(on_pilot_grid(cells.front().overrides));
@@ -441,6 +440,7 @@ private:
     /// small part of the run.
     bool wants_longer() {
         if (bench_.is_short || 3.0 * bench_.spent > bench_.budget) return false;
+        if (bench_.is_collecting && !bench_.has_run(2.0 * bench_.duration)) return false;
         if (!is_settled_) return true;
         const std::vector<Candidate> front = front_of(findings(), bench_.scene);
         const auto good =

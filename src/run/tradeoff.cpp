@@ -316,6 +316,15 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
                  "of independent runs",
                  found.pairing));
     if (found.is_short) root.footer.push_back("the budget was too small for some trials: see the remarks");
+    for (std::size_t w = 0; w < found.cell.size(); ++w)
+        if (std::abs(found.cell[w].value) > found.allowed[w] + 2.0 * found.cell[w].error)
+            root.footer.push_back(
+                text("{} in this cell is not that of a large one: it differs by {:.2g} +- {:.1g} from that in a larger "
+                     "cell, more than the {:.2g} allowed; what is said here holds for this cell",
+                     found.wishes[w].text, found.cell[w].value, found.cell[w].error, found.allowed[w]));
+    if (found.hosts.size() > 1)
+        root.footer.push_back(text("the trials ran on {} machines ({}): their core times are compared as they are",
+                                   found.hosts.size(), joined(found.hosts)));
     if (best == nullptr) {
         for (const std::string& note : found.notes) root.footer.push_back(note);
         root.footer.push_back(outcome.refusal = refusal(found, front, options.run_budget));
@@ -343,6 +352,7 @@ Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) 
             "no number is wanted; give at least one, such as polar_order=1%");
     if (options.collect) require_folder(options.folder, "tradeoff");
     files::join_folder(options.folder, "scene.toml", "", io::resolved_text(scene));
+    if (!options.collect) files::require_locks(options.folder / "scene.toml");
     const Findings found = find_tradeoff(scene, options);
     if (found.stopped) return {.result = {}, .seconds = found.seconds, .stopped = true};
     const Tradeoff outcome = outcome_of(found, scene, options);

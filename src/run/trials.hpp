@@ -53,6 +53,11 @@ public:
     /// all trials and is thrown.
     bool run(const std::vector<Trial>& trials);
 
+    /// Numbers that all processes in the folder take from the one that came first, such as what follows from a timing.
+    /// Nothing when a signal came.
+    std::optional<std::vector<double>> agreed(const std::string& name,
+                                              const std::function<std::vector<double>()>& compute);
+
     /// The result of a trial that was run; nullptr when there is none, or a shorter one that did not fail.
     const TrialResult* find(const Trial& trial) const;
 
@@ -60,20 +65,25 @@ public:
     void require_archive(const Trial& trial, const TrialResult& result) const;
 
 private:
+    /// A trial to run, or numbers to agree on.
     struct Wanted {
-        Trial trial;
-        std::string name;
+        std::string key, name;
+        Trial trial = {};
+        std::function<std::vector<double>()> compute = {};
     };
     UnitPlan plan();
-    std::optional<UnitResult> run_one(const std::string& key) const;
+    const Wanted& wanted(const std::string& key) const;
+    std::optional<UnitResult> run_one(const Wanted& wanted) const;
     void take(const UnitRecord& record);
+    bool run_wanted();
 
     std::filesystem::path folder_;
     TrialOptions options_;
-    std::map<std::string, TrialResult> results_;  ///< by name
-    std::map<std::string, Wanted> wanted_;        ///< by key
-    std::set<std::string> taken_;                 ///< keys of records that are in the results
-    std::string crash_;                           ///< of a worker of this process
+    std::map<std::string, TrialResult> results_, failed_;  ///< by name; a longer run may fail
+    std::map<std::string, std::vector<double>> agreed_;    ///< by key
+    std::vector<Wanted> wanted_;
+    std::set<std::string> taken_;              ///< keys of records that are in the results
+    std::map<std::string, std::string> lost_;  ///< why, by key, those whose process died
     Campaign campaign_;
 };
 

@@ -407,7 +407,7 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
              scene.time.dt, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
              *worst >= 1.0 ? ", so the fields are unrelated to the exact ones, and at best their means are right" : "",
              scene.time.max_error, scene.time.dt * std::exp2(-halvings),
-             order < 4.0 ? ", or time.stepper = \"etdrk4-krogstad\"" : ""));
+             order < 4.0 && scene.time.stepper != "etdrk4-krogstad" ? ", or time.stepper = \"etdrk4-krogstad\"" : ""));
 }
 
 std::vector<std::string> field_scene_warnings(const io::Scene& scene) {

@@ -1,6 +1,7 @@
 """tests/app/test_faults.py: closed streams, signals, pipes, links, short memory, huge and hostile input."""
 import json
 import os
+import re
 import resource
 import shutil
 import signal
@@ -482,6 +483,14 @@ def test_a_file_system_without_locks_is_used_only_if_the_user_says_so(reason, tm
     drover(tmp_path, "sweep", write_scene(tmp_path, {**SHORT, "sweep.seeds": 2}), "--quiet", env=allowed)
     assert "set DROVER_NO_LOCKS=1" in drover(tmp_path, "sweep", scene, "--quiet", "-o", "other", status=2,
                                              env=without).stderr
+    if reason != "ENOLCK":
+        return
+    study = ["tradeoff", write_scene(tmp_path, {**SHORT, "time.end": 4000.0, "time.max_error": 0.5}), "--quiet",
+             "--want", "polar_order=30%", "-o", "study"]
+    assert "set DROVER_NO_LOCKS=1" in drover(tmp_path, *study, "--budget", "2s", status=2, env=without).stderr
+    for budget in ("1s", "3s"):  # the second goes on from runs of the first
+        drover(tmp_path, *study, "--budget", budget, status=None, env=allowed)
+    assert re.search(r"[1-9]\d* trials done", drover(tmp_path, *study, "--status").stdout)
 
 
 @pytest.mark.skipif(bool(os.environ.get("DROVER_SANITIZE")), reason="sanitizers begin before the check")

@@ -4,7 +4,7 @@ import numpy
 import pytest
 import xarray
 from matplotlib import image
-from support import SMALL, drover, drover_json, in_process, write_scene
+from support import MODELS, SMALL, drover, drover_json, in_process, write_scene
 
 import drover as package
 from drover import boundary_figure, boundary_panels, figure, panels, stability_figure, stability_panels
@@ -113,6 +113,15 @@ def test_a_flock_that_bands_is_drawn_with_its_fastest_wave_and_the_line_where_no
     stars = [line for line in picture.axes[0].lines if line.get_marker() == "*"]
     assert [(line.get_xdata()[0], line.get_ydata()[0]) for line in stars] == [(q, angle)]
     assert f"grows at {rate:.4g}" in words_of(picture).replace("\u00a0", " ") and "(star)" in words_of(picture)
+
+
+@pytest.mark.parametrize("scene, words", [("toner-tu", "ordered 2"), ("cahn-hilliard", "isotropic 1")])
+def test_the_most_ordered_state_of_a_model_of_ones_own_is_drawn(scene, words, tmp_path):
+    drover(tmp_path, "stability", MODELS / f"{scene}.toml", "-o", "own.h5")
+    assert f"“{words}”" in words_of(picture_of(tmp_path / "own.h5"))
+    with package.open_theory(tmp_path / "own.h5") as theory:
+        names = list(theory.groups)
+    assert all(titles_of(picture_of(tmp_path / "own.h5", name)) for name in names)
 
 
 def test_another_state_can_be_chosen(bands):

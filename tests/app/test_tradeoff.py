@@ -220,6 +220,46 @@ def test_shares_that_are_killed_leave_trials_for_the_next_and_all_come_to_one_re
     assert "--array=1-8" in script and "--want polar_order=5%" in script and "--budget 20s" in script
 
 
+def test_processes_with_other_budgets_and_stopped_ones_leave_a_folder_that_goes_on(tmp_path):
+    long = scene(tmp_path, NOISY.replace("end = 400.0", "end = 200000.0"))
+    words = ["tradeoff", long, "--want", "polar_order=5%", "--workers", "1", "-o", "study", "--quiet"]
+    budgets = ("4s", "8s", "16s", "8s")
+    shares = [start(tmp_path, *words, "--budget", budget, "--share", f"{number}/4")
+              for number, budget in enumerate(budgets, 1)]
+    try:
+        time.sleep(1.0)
+        shares[0].terminate()
+        time.sleep(0.5)
+        shares[2].kill()
+        ends = [process.communicate(timeout=240) for process in shares]
+    finally:
+        for process in shares:
+            end_group(process)
+    codes = [process.returncode for process in shares]
+    assert codes[0] in (0, 1, 3) and codes[2] in (0, 1, -9) and {codes[1], codes[3]} <= {0, 1}, ends
+    logs = "".join(log for _, log in ends)
+    assert "is writing" not in logs and "another run" not in logs and "given fails" not in logs, logs
+    for more in (["--collect"], []):  # 8 s may be too short for the wish
+        ended = drover(tmp_path, *words, "--budget", "8s", *more, status=None)
+        assert ended.returncode in (0, 1) and "etdrk" in ended.stdout and "another" not in ended.stdout, ended
+
+
+def test_what_is_collected_before_the_end_names_what_is_missing(tmp_path):
+    words = ["tradeoff", scene(tmp_path, NOISY), "--budget", "20s", "--want", "polar_order=5%", "--workers", "1"]
+    process = start(tmp_path, *words)
+    try:
+        while len(re.findall(rb"trial-[0-9a-f]{16}", b"".join(
+                file.read_bytes() for file in (tmp_path / "s.tradeoff").glob("records/*")))) < 8:
+            time.sleep(0.002)
+        process.kill()
+        process.wait()
+    finally:
+        end_group(process)
+    ended = drover(tmp_path, *words, "--collect", status=None)
+    assert "not run yet" in ended.stdout or "not run yet" in ended.stderr or "has not ended" in ended.stderr, ended
+    assert tradeoff(tmp_path, *words[1:])
+
+
 def test_another_scene_in_the_folder_is_refused(tmp_path):
     tradeoff(tmp_path, scene(tmp_path, NOISY), "--want", "polar_order=20%", "--budget", "5s")
     scene(tmp_path, NOISY.replace("order = 0.05", "order = 0.06"))

@@ -78,6 +78,20 @@ TEST(Summary, every_value_of_every_observable_has_its_own_mean_and_error) {
     }
 }
 
+TEST(Summary, the_mean_of_a_direction_follows_its_turns) {
+    // It drifts evenly from 3.0 to 3.6 rad, beyond pi: the mean is 3.3 rad, which is 3.3 - 2 pi.
+    RecordedSeries direction{.name = "direction", .unit = "rad", .formula = {}, .axes = {}, .values = {}};
+    for (int i = 0; i <= 60; ++i) direction.values.push_back(std::remainder(3.0 + 0.01 * i, 2.0 * std::numbers::pi));
+    for (const bool is_direction : {true, false}) {
+        direction.is_direction = is_direction;
+        Recorded recorded{.series = {direction}};
+        recorded.warm_up = 0;
+        const double mean = summarise(recorded).rows.front().estimates.front().mean;
+        if (is_direction) EXPECT_NEAR(mean, 3.3 - 2.0 * std::numbers::pi, 1e-12);  // rounding
+        else EXPECT_GT(std::abs(mean - (3.3 - 2.0 * std::numbers::pi)), 0.5);
+    }
+}
+
 TEST(Summary, finds_the_exponent_of_giant_number_fluctuations) {
     const Recording recording(4000, [](const std::string& name, std::size_t k) {
         if (name == "rod_number_variance") return std::pow(box_rods(k), 1.6);

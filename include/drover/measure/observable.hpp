@@ -58,7 +58,8 @@ struct Observable {
     std::vector<Axis> axes;  ///< slowest first; none: a single number
     std::string formula;     ///< for people
     MeasureFunction<Moment> measure;
-    bool accumulates = false;  ///< counted since the start of the run: the summary takes the mean of its rate
+    bool accumulates = false;   ///< counted since the start of the run: the summary takes the mean of its rate
+    bool is_direction = false;  ///< an angle [rad] of which 2 pi is none: the summary follows it beyond pi
 };
 
 template <class Moment>

@@ -16,11 +16,12 @@ struct RecordedSeries {
     std::vector<Axis> axes;  ///< slowest first
     bool accumulates = false;
     std::vector<double> values;  ///< [sample][size_of(axes)]
+    bool is_direction = false;
 };
 
 template <class Moment>
 RecordedSeries recorded_series(const Observable<Moment>& row, std::vector<double> values) {
-    return {row.name, row.unit, row.formula, row.axes, row.accumulates, std::move(values)};
+    return {row.name, row.unit, row.formula, row.axes, row.accumulates, std::move(values), row.is_direction};
 }
 
 /// A mean whose weight changes from sample to sample or may be zero (no pair in a bin, no bead near a rod): the time
@@ -66,8 +67,8 @@ struct Summary {
     std::vector<SummaryRow> rows;
 };
 
-/// The time mean of every observable under its name, of those that accumulate the mean rate as <name>_rate; then the
-/// quotients, and where their observables were recorded:
+/// The time mean of every observable under its name, of directions along their shortest turns, of those that accumulate
+/// the mean rate as <name>_rate; then the quotients, and where their observables were recorded:
 ///   polar_order_susceptibility [mm2], area (<P^2> - <P>^2);  polar_order_binder, 1 - <P^4>/(3 <P^2>^2);
 ///   rod_number, N of each box;  rod_number_deviation, DN = sqrt(<DN^2>);
 ///   rod_number_exponent, d ln DN/d ln N between each box and the next larger one (NaN for the largest);

@@ -31,6 +31,7 @@ struct CalibrationOutcome {
     std::size_t already = 0;        ///< trials that were present
     std::size_t failed = 0;         ///< units without a result: too many failed trials, or no finite estimate
     std::size_t unfinished = 0;     ///< units that need more trials
+    std::size_t crashed = 0;        ///< of them, those that this process gave up, as a worker died in a trial
     std::size_t unmet_targets = 0;  ///< units that ended with a larger error than requested
     bool stopped = false;
     std::optional<calibrate::Table> table;  ///< not for a share, unless nothing is left to do

@@ -34,7 +34,7 @@ class State:
 
     @property
     def is_isotropic(self):
-        return self.name == "isotropic"
+        return self.name.startswith("isotropic") or self.data.sizes["angle"] == 1
 
     @property
     def words(self):
