@@ -37,7 +37,7 @@ def state_of(theory, name):
         raise DroverError(f"{theory.path} contains no uniform state, so there is nothing to draw")
     names = list(theory.groups)
     if name is None:
-        # Those of a model of one's own are in the order of their order.
+        # The states of a model of one's own come with ascending order.
         name = next((known for known in panels.STATES if known in names), names[-1])
     name = name.replace(" ", "_")
     if name not in names:
