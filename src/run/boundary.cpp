@@ -1,6 +1,7 @@
 // run/boundary.cpp: phase boundaries as a result.
 #include "drover/run/boundary.hpp"
 
+#include "drover/base/log.hpp"
 #include "drover/physics/regimes.hpp"
 #include "run/binodal_lines.hpp"
 #include "run/boundary_plan.hpp"
@@ -38,6 +39,20 @@ files::ResultTable regime_map(const physics::Plane& plane, const DescribedPlane&
             .values = {codes, relaxation}};
 }
 
+/// Of a table at one point, in a plane of area fractions.
+void warn_of_fixed_coefficients(const io::Scene& scene, const physics::Plane& plane) {
+    const auto is_fraction = [](const physics::PlaneAxis& axis) { return physics::find_area_fraction(axis.name); };
+    const io::CalibratedPlan& calibrated = scene.calibrated;
+    if (calibrated.filled.empty() || calibrated.coefficients == "local" ||
+        !(is_fraction(plane.x) || is_fraction(plane.y)))
+        return;
+    log_warning(
+        "area fractions of the plane change the densities alone: all coefficients stay those of {} at "
+        "calibrated.bead_area_fraction = {} and calibrated.rod_area_fraction = {}; for those at each point give "
+        "calibrated.coefficients = \"local\"",
+        calibrated.table, calibrated.bead_area_fraction, calibrated.rod_area_fraction);
+}
+
 DescribedLines lines_of(const std::string& name, const std::string& convention) {
     return {.heading = text("{} ({} convention of lambda)", name, convention),
             .names = {{.name = "limit",
@@ -68,6 +83,7 @@ Result make_boundary(const io::Scene& scene, Threads& threads) {
     if (scene.kind == io::SceneKind::model) return make_model_boundary(scene, threads);
     PlannedBoundary planned = plan_boundary(scene);
     physics::Plane& plane = planned.plane;
+    warn_of_fixed_coefficients(scene, plane);
     const physics::Form form = physics::form(scene.model);
     const DescribedPlane described_plane{.x = described(plane.x, form),
                                          .y = described(plane.y, form),

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/base/log.hpp"
 #include "drover/physics/regimes.hpp"
 #include "run/number_lists.hpp"
 
@@ -46,15 +45,8 @@ physics::PlaneAxis area_fraction_axis(const io::Scene& scene, const physics::Are
 physics::PlaneAxis axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
     const SourceLocation where = io::location_of(scene, list);
     const auto [key, from, to] = read_axis(list, written, "\"driving.strength = 0.5:2\"", where);
-    if (const physics::AreaFraction* fraction = physics::find_area_fraction(key)) {
-        if (!scene.calibrated.table.empty() && scene.calibrated.coefficients != "local")
-            log_warning(
-                "{} changes the density alone: all coefficients stay those of {} at calibrated.bead_area_fraction = {} "
-                "and calibrated.rod_area_fraction = {}; for those at each point give calibrated.coefficients = "
-                "\"local\"",
-                key, scene.calibrated.table, scene.calibrated.bead_area_fraction, scene.calibrated.rod_area_fraction);
+    if (const physics::AreaFraction* fraction = physics::find_area_fraction(key))
         return area_fraction_axis(scene, *fraction, list, written, from, to);
-    }
     const io::ModelNumber number = io::model_number(key, where, scene.model);
     check_not_tabulated(scene.model, list, key, where);
     check_affects_boundaries(list, key, where);
