@@ -217,12 +217,12 @@ void conclude(const Sweep& sweep, const SweepOptions& options, const files::Reco
     const bool is_last = outcome.missing == 0 && !outcome.stopped;
     if (!options.share.is_plain() && !is_last) return;
     outcome.table = sweep_table(sweep.layout, ended.results);
-    outcome.table->warnings.insert(outcome.table->warnings.begin(), versions.begin(), versions.end());
     alone(sweep.folder, is_last, [&] {
         files::replace_file(sweep.folder / "table.csv", table_csv(*outcome.table));
         write_sweep_dataset(sweep.folder / "table.nc", sweep.scene, sweep.layout, ended.results, *outcome.table);
         if (is_last && !sweep.keeps_archives()) remove_archives(sweep);
     });
+    outcome.table->warnings.insert(outcome.table->warnings.begin(), versions.begin(), versions.end());
 }
 }  // namespace
 

@@ -212,8 +212,7 @@ class Sweep:
     failed: int
     failures: list[str]
     text: str
-    @property
-    def data(self) -> xarray.Dataset: ...
+    data: xarray.Dataset
     def __getattr__(self, name: str) -> xarray.DataArray: ...
     def plot(self, name: str, axes: Axes | None = ...) -> Axes: ...
 
