@@ -16,11 +16,11 @@
 namespace drover::app {
 
 namespace {
-struct CalibrateOptions : SceneOptions {
-    std::string share, budget;
+struct CalibrateOptions : SceneOptions, ShareOptions {
+    std::string budget;
     std::vector<std::string> wishes;
-    int workers = 0, slurm = 0;
-    bool collect = false, status = false, json = false, quiet = false;
+    int workers = 0;
+    bool json = false, quiet = false;
 };
 
 int print_outcome(const CalibrateOptions& options, const run::CalibrationOutcome& outcome) {
@@ -111,24 +111,12 @@ void add_calibrate(CLI::App& program, Action& action) {
         ->type_name("TIME")
         ->needs(want);
     command->add_option("--workers", options->workers, "Number of simultaneous trials")->check(CLI::Range(1, 1024));
-    CLI::Option* share =
-        command->add_option("--share", options->share, "One of N processes that share the trials in a common folder")
-            ->type_name("I/N");
-    CLI::Option* collect =
-        command->add_flag("--collect", options->collect, "Run no trials: make the table from those that have ended")
-            ->excludes(share);
-    CLI::Option* status = command
-                              ->add_flag("--status", options->status,
-                                         "Print how far all processes have come: measurements and trials done, trials "
-                                         "failed and running, their rate and the time left")
-                              ->excludes(share)
-                              ->excludes(collect);
-    command->add_option("--slurm", options->slurm, "Print a script that runs N shares on Slurm and makes the table")
-        ->type_name("N")
-        ->check(CLI::Range(1, 100000))
-        ->excludes(share)
-        ->excludes(collect)
-        ->excludes(status);
+    add_share_options(*command, *options,
+                      {.work = "trials",
+                       .collect = "Run no trials: make the table from those that have ended",
+                       .status = "Print how far all processes have come: measurements and trials done, trials failed "
+                                 "and running, their rate and the time left",
+                       .slurm = "Print a script that runs N shares on Slurm and makes the table"});
     add_max_time(*command);
     command->add_flag("--json", options->json, "Print the table as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");

@@ -40,6 +40,21 @@ void add_output_options(CLI::App& command, SceneOptions& options) {
         ->check(CLI::Range(1, 1024));
 }
 
+void add_share_options(CLI::App& command, ShareOptions& options, const ShareHelp& help) {
+    CLI::Option* share = command
+                             .add_option("--share", options.share,
+                                         text("One of N processes that share the {} in a common folder", help.work))
+                             ->type_name("I/N");
+    CLI::Option* collect = command.add_flag("--collect", options.collect, help.collect)->excludes(share);
+    CLI::Option* status = command.add_flag("--status", options.status, help.status)->excludes(share)->excludes(collect);
+    command.add_option("--slurm", options.slurm, help.slurm)
+        ->type_name("N")
+        ->check(CLI::Range(1, 100000))
+        ->excludes(share)
+        ->excludes(collect)
+        ->excludes(status);
+}
+
 void add_max_time(CLI::App& command) {
     command
         .add_option_function<std::string>(

@@ -52,6 +52,18 @@ void add_scene_options(CLI::App& command, SceneOptions& options);
 void add_set_option(CLI::App& command, SceneOptions& options);
 /// --output and --threads, which override keys of the scene.
 void add_output_options(CLI::App& command, SceneOptions& options);
+/// Of a command whose work processes share in a folder.
+struct ShareOptions {
+    std::string share;  ///< "2/8"; "": plain
+    int slurm = 0;      ///< shares of the script; 0: no script
+    bool collect = false, status = false;
+};
+/// What the help says of them; work: "trials".
+struct ShareHelp {
+    std::string work, collect, status, slurm;
+};
+/// --share, --collect, --status and --slurm, of which one may be given.
+void add_share_options(CLI::App& command, ShareOptions& options, const ShareHelp& help);
 /// --max-time, of a command that can be resumed.
 void add_max_time(CLI::App& command);
 /// The scene with all its overrides.

@@ -13,11 +13,11 @@
 namespace drover::app {
 
 namespace {
-struct SweepOptions : SceneOptions {
+struct SweepOptions : SceneOptions, ShareOptions {
     std::vector<std::string> vary;
-    std::string ramp, keep, share;
-    int seeds = 0, workers = 0, slurm = 0;
-    bool json = false, quiet = false, collect = false, status = false;
+    std::string ramp, keep;
+    int seeds = 0, workers = 0;
+    bool json = false, quiet = false;
 };
 
 io::Scene scene_of(const SweepOptions& options, std::vector<std::string> overrides) {
@@ -114,24 +114,12 @@ void add_sweep(CLI::App& program, Action& action) {
     command->add_option("--workers", options->workers, "Number of simultaneous runs")->check(CLI::Range(1, 1024));
     command->add_option("--keep", options->keep, "archives: an archive of each run; table: the results alone")
         ->type_name("WHAT");
-    CLI::Option* share =
-        command->add_option("--share", options->share, "One of N processes that share the runs in a common folder")
-            ->type_name("I/N");
-    CLI::Option* collect =
-        command->add_flag("--collect", options->collect, "Run nothing: make the table of the runs that have ended")
-            ->excludes(share);
-    CLI::Option* status = command
-                              ->add_flag("--status", options->status,
-                                         "Print how far all processes have come: runs done, failed, "
-                                         "running, their rate and the time left")
-                              ->excludes(share)
-                              ->excludes(collect);
-    command->add_option("--slurm", options->slurm, "Print a script that runs N shares on Slurm and makes the table")
-        ->type_name("N")
-        ->check(CLI::Range(1, 100000))
-        ->excludes(share)
-        ->excludes(collect)
-        ->excludes(status);
+    add_share_options(*command, *options,
+                      {.work = "runs",
+                       .collect = "Run nothing: make the table of the runs that have ended",
+                       .status = "Print how far all processes have come: runs done, failed, running, their rate and "
+                                 "the time left",
+                       .slurm = "Print a script that runs N shares on Slurm and makes the table"});
     add_max_time(*command);
     command->add_flag("--json", options->json, "Print the table as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");

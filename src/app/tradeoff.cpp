@@ -12,11 +12,11 @@
 namespace drover::app {
 
 void add_tradeoff(CLI::App& program, Action& action) {
-    struct Options : SceneOptions {
+    struct Options : SceneOptions, ShareOptions {
         std::vector<std::string> wishes;
-        std::string budget = "20min", share;
-        int workers = 0, slurm = 0;
-        bool json = false, quiet = false, collect = false, status = false;
+        std::string budget = "20min";
+        int workers = 0;
+        bool json = false, quiet = false;
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command = program.add_subcommand(
@@ -36,24 +36,12 @@ void add_tradeoff(CLI::App& program, Action& action) {
     command->add_option("-o,--output", options->output,
                         "Folder of the trials; default: the name of the scene with .tradeoff");
     command->add_option("--workers", options->workers, "Number of simultaneous trials")->check(CLI::Range(1, 1024));
-    CLI::Option* share =
-        command->add_option("--share", options->share, "One of N processes that share the trials in a common folder")
-            ->type_name("I/N");
-    CLI::Option* collect =
-        command->add_flag("--collect", options->collect, "Run no trials: the result of those that have ended")
-            ->excludes(share);
-    CLI::Option* status =
-        command
-            ->add_flag("--status", options->status,
-                       "Print how far all processes have come: trials done, failed and running, and their core time")
-            ->excludes(share)
-            ->excludes(collect);
-    command->add_option("--slurm", options->slurm, "Print a script that runs N shares on Slurm, and then the result")
-        ->type_name("N")
-        ->check(CLI::Range(1, 100000))
-        ->excludes(share)
-        ->excludes(collect)
-        ->excludes(status);
+    add_share_options(*command, *options,
+                      {.work = "trials",
+                       .collect = "Run no trials: the result of those that have ended",
+                       .status = "Print how far all processes have come: trials done, failed and running, and their "
+                                 "core time",
+                       .slurm = "Print a script that runs N shares on Slurm, and then the result"});
     add_max_time(*command);
     command->add_flag("--json", options->json, "Print the result as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");

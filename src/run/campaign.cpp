@@ -10,6 +10,7 @@
 #include "base/clock.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/log.hpp"
+#include "drover/files/archive_reader.hpp"
 #include "drover/run/exit_status.hpp"
 #include "drover/run/provenance.hpp"
 #include "drover/run/signals.hpp"
@@ -267,6 +268,11 @@ Working working_in(const std::filesystem::path& folder) {
         working.units += holder.keys;
     }
     return working;
+}
+
+void wait_for_writer(const std::filesystem::path& archive) {
+    constexpr int max_tries = 100;
+    for (int i = 0; files::is_being_written(archive) && i < max_tries; ++i) std::this_thread::sleep_for(50ms);
 }
 
 void require_folder(const std::filesystem::path& folder, const char* command) {

@@ -68,6 +68,10 @@ private:
     std::unique_ptr<State> state_;
 };
 
+/// Waits up to five seconds for another writer of an archive: a process that was killed may have workers that end a
+/// moment later.
+void wait_for_writer(const std::filesystem::path& archive);
+
 /// Throws an input Error unless there is this folder, of a command.
 void require_folder(const std::filesystem::path& folder, const char* command);
 

@@ -2,8 +2,6 @@
 #include "drover/run/sweep.hpp"
 
 #include <algorithm>
-#include <chrono>
-#include <thread>
 
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
@@ -89,13 +87,6 @@ std::vector<std::string> check_archives(const Sweep& sweep) {
 
 RunResults results_of(Report report) {
     return {.rows = std::move(report.summary.rows), .warnings = std::move(report.warnings)};
-}
-
-/// A process that was killed may have workers that end a moment later.
-void wait_for_writer(const fs::path& path) {
-    constexpr int tries = 100;
-    for (int i = 0; files::is_being_written(path) && i < tries; ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
 std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {

@@ -2,8 +2,6 @@
 #include "run/trials.hpp"
 
 #include <algorithm>
-#include <chrono>
-#include <thread>
 
 #include "drover/base/error.hpp"
 #include "drover/base/log.hpp"
@@ -52,13 +50,6 @@ Ran ran_of(const UnitRecord& record) {
     require(reader.is_complete && reader.rest.empty(), {record.key},
             "is not a trial; expected a record of this version of drover");
     return ran;
-}
-
-/// A process that was killed may have workers that end a moment later.
-void wait_for_writer(const fs::path& archive) {
-    constexpr int tries = 100;
-    for (int i = 0; stop_signal() == 0 && files::is_being_written(archive) && i < tries; ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
 /// The state of a run that another process has continued beyond the end of this trial.

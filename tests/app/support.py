@@ -114,6 +114,22 @@ def drover(folder, *words, status=0, seconds=300, **options):
     return ended
 
 
+def start_shares(folder, count, *words):
+    """Starts a command as so many shares."""
+    return [start(folder, *words, "--share", f"{share}/{count}") for share in range(1, count + 1)]
+
+
+def end_shares(shares, seconds=240):
+    """Waits for all of them; each must end with status 0."""
+    try:
+        for process in shares:
+            process.communicate(timeout=seconds)
+    finally:
+        for process in shares:
+            end_group(process)
+    assert [process.returncode for process in shares] == [0] * len(shares)
+
+
 def drover_json(folder, *words):
     """What a command prints with --json."""
     return json.loads(drover(folder, *words, "--json").stdout)

@@ -9,7 +9,7 @@ import time
 
 import pytest
 from calibration import assert_same_tables, trials_in, undisturbed, write_tiny
-from support import DROVER, drover, end_group, environment, start, wait_until
+from support import DROVER, drover, end_group, end_shares, environment, start, start_shares, wait_until
 
 ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]}  # one measurement
 
@@ -62,18 +62,14 @@ def test_the_script_for_slurm_gives_the_same_table_in_shares(whole, tmp_path):
 
 def test_shares_at_the_same_time_divide_the_trials_and_the_last_makes_the_table(whole, tmp_path):
     scene = write_tiny(tmp_path)
-    shares = [start(tmp_path, "calibrate", scene, "--workers", "1", "--share", f"{share}/3") for share in (1, 2, 3)]
+    shares = start_shares(tmp_path, 3, "calibrate", scene, "--workers", "1")
     try:
         wait_until(lambda: len(trials_in(tmp_path / "tiny.calibration")) > 4, "some trials", process=shares[0])
         line = drover(tmp_path, "calibrate", scene, "--status").stdout
         assert re.match(r"\d+ of 24 measurements done; of the trials that are known to be needed: \d+ of \d+ done, "
                         r"0 failed, \d+ running in 3 processes; .+ a minute, .+ left\n", line), line
-        for process in shares:
-            process.communicate(timeout=120)
     finally:
-        for process in shares:
-            end_group(process)
-    assert [process.returncode for process in shares] == [0, 0, 0]
+        end_shares(shares)
     found, undisturbed = trials_in(tmp_path / "tiny.calibration"), trials_in(whole[0])
     assert {name: set(numbers) for name, numbers in found.items()} == {name: set(numbers) for name, numbers
                                                                        in undisturbed.items()}
@@ -102,14 +98,7 @@ def test_shares_that_are_killed_and_started_twice_end_in_the_same_table(whole, t
 def test_shares_reach_wanted_numbers_together(tmp_path):
     scene = write_tiny(tmp_path, {"calibrate.max_trials": 200})
     words = ["calibrate", scene, "--want", "damping_rate=2%", "--workers", "1"]
-    shares = [start(tmp_path, *words, "--share", f"{share}/3") for share in (1, 2, 3)]
-    try:
-        for process in shares:
-            process.communicate(timeout=120)
-    finally:
-        for process in shares:
-            end_group(process)
-    assert [process.returncode for process in shares] == [0, 0, 0]
+    end_shares(start_shares(tmp_path, 3, *words))
     assert drover(tmp_path, *words, "--status").stdout.startswith("2 of 2 wanted numbers reached")
     found = json.loads(drover(tmp_path, *words, "--json").stdout)
     assert found["trials_run"] == 0 and all(one["reached"] for one in found["want"]["numbers"])

@@ -6,7 +6,7 @@ import time
 import h5py
 import pytest
 from rejection import rejected
-from support import drover, drover_json, end_group, slow_but, start
+from support import drover, drover_json, end_group, end_shares, slow_but, start, start_shares
 
 # Two components that flock, without noise: a wave along x and one along y, and a step that is too long for 0.1 %.
 WAVES = """
@@ -198,14 +198,7 @@ def test_shares_that_are_killed_leave_trials_for_the_next_and_all_come_to_one_re
             process.kill()
             process.wait()
             end_group(process)
-    shares = [start(tmp_path, *words, "--share", f"{share}/3") for share in (1, 2, 3)]
-    try:
-        for process in shares:
-            process.communicate(timeout=240)
-    finally:
-        for process in shares:
-            end_group(process)
-    assert [process.returncode for process in shares] == [0, 0, 0]
+    end_shares(start_shares(tmp_path, 3, *words))
     records = records_in(tmp_path / "s.tradeoff")
     keys = re.findall(rb"trial-[0-9a-f]{16}[a-z-]*-\d+", b"".join(records.values()))
     assert len(keys) == len(set(keys)) > 10
