@@ -14,9 +14,9 @@ namespace drover::app {
 
 namespace {
 struct SweepOptions : SceneOptions, ShareOptions {
-    std::vector<std::string> vary;
+    std::vector<std::string> vary, refine;
     std::string ramp, keep;
-    int seeds = 0, workers = 0;
+    int seeds = 0, workers = 0, refine_levels = 0;
     bool json = false, quiet = false;
 };
 
@@ -29,6 +29,8 @@ io::Scene scene_of(const SweepOptions& options, std::vector<std::string> overrid
 std::vector<std::string> settings_of(const SweepOptions& options) {
     std::vector<std::string> overrides = options.overrides;
     if (!options.vary.empty()) overrides.push_back("sweep.vary=" + toml_text(options.vary));
+    if (!options.refine.empty()) overrides.push_back("sweep.refine=" + toml_text(options.refine));
+    if (options.refine_levels > 0) overrides.push_back(text("sweep.refine_levels={}", options.refine_levels));
     if (!options.ramp.empty()) overrides.push_back("sweep.ramp=" + options.ramp);
     if (!options.keep.empty()) overrides.push_back("sweep.keep=" + options.keep);
     if (options.seeds > 0) overrides.push_back(text("sweep.seeds={}", options.seeds));
@@ -108,6 +110,13 @@ void add_sweep(CLI::App& program, Action& action) {
             "Key and values, \"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\" (first:last:count); "
             "repeatable")
         ->type_name("KEY=VALUES");
+    command
+        ->add_option("--refine", options->refine,
+                     "Observable and change, \"polar_order = 0.1\": add points between neighbours that differ by more; "
+                     "repeatable")
+        ->type_name("NAME=CHANGE");
+    command->add_option("--refine-levels", options->refine_levels, "Times that their distance is halved at most")
+        ->check(CLI::Range(1, 20));
     command->add_option("--seeds", options->seeds, "Number of runs at each point")->check(CLI::Range(1, 1000000));
     command->add_option("--ramp", options->ramp,
                         "Start each point from the final state of the one before: none, up or up-down");

@@ -11,7 +11,7 @@ Assignment read_assignment(const std::string& written, const std::string& list, 
                            const SourceLocation& where) {
     const std::size_t equals = written.find('=');
     require(equals != std::string::npos && !trimmed(written.substr(0, equals)).empty(), where,
-            "{} has \"{}\"; expected \"section.key = values\", as in {}", list, written, example);
+            "{} has \"{}\"; expected a name, = and numbers, as in {}", list, written, example);
     return {.key = trimmed(written.substr(0, equals)), .value = trimmed(written.substr(equals + 1))};
 }
 
@@ -30,5 +30,7 @@ double read_number(const std::string& word, const std::string& written, const st
             "{} has \"{}\" in \"{}\"; expected numbers, as in {}", list, word, written, example);
     return value;
 }
+
+double rounded(double value) { return std::strtod(text("{:.15g}", value).c_str(), nullptr); }
 
 }  // namespace drover::run

@@ -23,4 +23,7 @@ std::vector<std::string> split(const std::string& words, char separator);
 double read_number(const std::string& word, const std::string& written, const std::string& list,
                    const std::string& example, const SourceLocation& where);
 
+/// To 15 digits: 0.1 + 0.2 is 0.3, and the same value however many others are between two ends.
+double rounded(double value);
+
 }  // namespace drover::run

@@ -9,12 +9,13 @@
 namespace drover::run {
 namespace {
 
-/// Without what differs between the parts of one run, and the place of its archive.
+/// Without what differs between the parts of one run, the place of its archive, and the other runs of its sweep.
 io::Scene comparable(io::Scene scene) {
     scene.time.end = 0.0;
     scene.output.checkpoint_minutes = 0.0;
     scene.run.threads = 0;
     scene.output.file.clear();
+    scene.sweep = {};
     return scene;
 }
 

@@ -2,6 +2,7 @@
 #include "drover/run/sweep.hpp"
 
 #include <algorithm>
+#include <unordered_set>
 
 #include "drover/base/log.hpp"
 #include "drover/base/threads.hpp"
@@ -16,6 +17,7 @@
 #include "run/run_record.hpp"
 #include "run/same_run.hpp"
 #include "run/sweep_dataset.hpp"
+#include "run/sweep_plan.hpp"
 #include "run/sweep_results.hpp"
 
 namespace drover::run {
@@ -30,16 +32,70 @@ bool is_finished(const fs::path& path) {
     return fs::exists(path) && files::ArchiveReader(path).has("/summary/warm_up");
 }
 
+bool is_ramp(const io::Scene& scene) { return scene.sweep.ramp != "none"; }
+
+std::string without_workers(io::Scene scene) {
+    scene.sweep.workers = 0;
+    return io::resolved_text(scene);
+}
+
+/// Of a ramp all; else what all points have in common: other values and seeds make more runs in a folder.
+std::string common_text(io::Scene scene) {
+    if (!is_ramp(scene)) scene.sweep = {.vary = {}, .refine = {}, .keep = scene.sweep.keep};
+    return without_workers(std::move(scene));
+}
+
+/// The text that claims a folder, that of its first sweep, and the points that this one numbered.
+struct Manifest {
+    std::string content;
+    NumberedPoints numbered = {};
+};
+
+Manifest manifest_of(const io::Scene& scene, const fs::path& folder) {
+    const Manifest fresh{without_workers(scene), numbered_points(scene)};
+    const fs::path file = folder / sweep_manifest;
+    if (!fs::exists(file)) return fresh;
+    try {
+        constexpr std::uint64_t max_bytes = 1 << 24;
+        const std::string there = files::read_text(file, max_bytes, "the scene of a sweep");
+        const io::Scene first = io::archived_scene(there, file.string());
+        if (common_text(first) == common_text(scene)) return {there, numbered_points(first)};
+        io::Scene other = scene;  // with what may differ as it is there, for the message that it is another scene
+        other.sweep.vary = first.sweep.vary;
+        other.sweep.seeds = first.sweep.seeds;
+        other.sweep.refine = first.sweep.refine;
+        other.sweep.refine_levels = first.sweep.refine_levels;
+        return {without_workers(other), {}};
+    } catch (const Error& error) {
+        if (error.fault() != Fault::input) throw;
+        return fresh;
+    }
+}
+
+files::RecordIdentity identity_of(const Manifest& manifest) {
+    return {.hash = files::fingerprint("sweep\n" + manifest.content), .content = manifest.content};
+}
+
 /// One sweep in its folder.
 struct Sweep {
     const io::Scene& scene;
     const fs::path& folder;
+    Manifest manifest;
+    files::RecordIdentity identity;
     SweepLayout layout = {};
     std::map<std::string, std::size_t> runs = {};  ///< by name
 
-    Sweep(const io::Scene& given, const fs::path& in) : scene(given), folder(in), layout(plan_sweep(given)) {
+    Sweep(const io::Scene& given, const fs::path& in)
+        : scene(given), folder(in), manifest(manifest_of(given, in)), identity(identity_of(manifest)) {
+        plan({});
+    }
+    /// With the points that results ask for.
+    void plan(const Marks& marks) {
+        layout = plan_sweep(scene, marks, manifest.numbered);
+        runs.clear();
         for (std::size_t r = 0; r < layout.runs.size(); ++r) runs[layout.runs[r].name] = r;
     }
+    bool is_refined() const { return !scene.sweep.refine.empty(); }
     /// A ramp passes states on by archives, which are removed at the end where only the table is kept.
     bool has_archives() const { return keeps_archives() || layout.runs.back().before.has_value(); }
     bool keeps_archives() const { return scene.sweep.keep == "archives"; }
@@ -107,37 +163,23 @@ std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {
     return encode(results_of(std::move(*outcome.report)));
 }
 
-/// The text that claims the folder: one of an earlier version stays, if it means the same.
-std::string manifest_of(io::Scene scene, const fs::path& folder) {
-    scene.sweep.workers = 0;
-    const std::string words = io::resolved_text(scene);
-    const fs::path file = folder / sweep_manifest;
-    if (!fs::exists(file)) return words;
-    try {
-        constexpr std::uint64_t max_bytes = 1 << 24;
-        const std::string there = files::read_text(file, max_bytes, "the scene of a sweep");
-        io::Scene before = io::archived_scene(there, file.string());
-        before.sweep.workers = 0;
-        return io::resolved_text(before) == words ? there : words;
-    } catch (const Error& error) {
-        if (error.fault() != Fault::input) throw;
-        return words;
-    }
-}
-
-files::RecordIdentity identity_of(const std::string& manifest) {
-    return {.hash = files::fingerprint("sweep\n" + manifest), .content = manifest};
-}
-
 /// What is known of all runs.
 struct Ended {
     std::map<std::string, RunResults> results;
     std::map<std::string, std::string> failures;
 };
 
-Ended ended_runs(const Sweep& sweep, const files::RecordIdentity& identity) {
+/// Plans the points that they ask for.
+Ended ended_runs(Sweep& sweep) {
+    const std::vector<UnitRecord> records = campaign_records(sweep.folder, sweep.identity);
+    if (sweep.is_refined()) {
+        Marks marks;
+        for (const UnitRecord& record : records)
+            if (record.state == UnitState::done) marks[record.key] = marks_of(sweep.scene, decode(record.result));
+        sweep.plan(marks);
+    }
     Ended ended;
-    for (const UnitRecord& record : campaign_records(sweep.folder, identity)) {
+    for (const UnitRecord& record : records) {
         const auto run = sweep.runs.find(record.key);
         if (run == sweep.runs.end()) continue;
         if (record.state != UnitState::done) ended.failures[record.key] = record.reason;
@@ -155,53 +197,84 @@ void remove_archives(const Sweep& sweep) {
     }
 }
 
-/// Runs what this process gets of it.
-bool run_campaign_of(const Sweep& sweep, const SweepOptions& options, const files::RecordIdentity& identity) {
-    const std::vector<SweepRun>& runs = sweep.layout.runs;
-    std::vector<bool> is_done(runs.size(), false);
-    std::size_t ended = 0;
-    const std::size_t first = runs.size() * static_cast<std::size_t>(options.share.number - 1) /
-                              static_cast<std::size_t>(options.share.count);
-    const auto wanted = [&](const Offer& offer) {
+/// The part of this process in it.
+class SweepWork {
+public:
+    SweepWork(Sweep& sweep, const SweepOptions& options) : sweep_(sweep), options_(options) {}
+
+    /// Whether a signal stopped it.
+    bool run() {
+        const UnitPlan plan{.wanted = [this](const Offer& offer) { want(offer); },
+                            .run = [this](const std::string& key) { return run_one(sweep_, run_of(key)); },
+                            .take = [this](const UnitRecord& record) { take(record); },
+                            .holds = [this](const UnitRecord& record) { return holds(record); }};
+        const int workers = sweep_.scene.sweep.workers > 0 ? sweep_.scene.sweep.workers : usable_cores();
+        return Campaign(plan, {.folder = sweep_.folder,
+                               .identity = sweep_.identity,
+                               .share = options_.share,
+                               .workers = workers,
+                               .quiet = options_.quiet,
+                               .shares_wait = sweep_.is_refined()})
+            .run()
+            .stopped;
+    }
+
+private:
+    const SweepRun& run_of(const std::string& key) const { return sweep_.layout.runs[sweep_.runs.at(key)]; }
+
+    /// Each share begins elsewhere.
+    bool offer_all(const Offer& offer) const {
+        const std::vector<SweepRun>& runs = sweep_.layout.runs;
+        const std::size_t first = runs.size() * static_cast<std::size_t>(options_.share.number - 1) /
+                                  static_cast<std::size_t>(options_.share.count);
         for (std::size_t i = 0; i < runs.size(); ++i) {
-            const std::size_t r = (first + i) % runs.size();
-            if (is_done[r] || (runs[r].before && !is_done[*runs[r].before])) continue;
-            if (!offer(runs[r].name)) return;
+            const SweepRun& run = runs[(first + i) % runs.size()];
+            if (done_.contains(run.name) || (run.before && !done_.contains(runs[*run.before].name))) continue;
+            if (!offer(run.name)) return false;
         }
-    };
-    const auto take = [&](const UnitRecord& record) {
-        const auto found = sweep.runs.find(record.key);
-        if (found == sweep.runs.end()) return;
-        ++ended;
-        if (record.state == UnitState::done) is_done[found->second] = true;
-        if (record.is_new && record.state != UnitState::done) log_warning("{}: {}", record.key, record.reason);
-        if (record.is_new && !options.quiet)
-            log_information("{} of {} jobs finished: {}{}", std::count(is_done.begin(), is_done.end(), true),
-                            runs.size(), record.key, record.state == UnitState::done ? "" : ", which failed");
-    };
-    const auto holds = [&](const UnitRecord& record) {
-        const auto found = sweep.runs.find(record.key);
-        return !sweep.keeps_archives() || found == sweep.runs.end() ||
-               fs::exists(archive_of(sweep.folder, runs[found->second]));
-    };
-    const UnitPlan plan{.wanted = wanted,
-                        .run = [&](const std::string& key) { return run_one(sweep, runs[sweep.runs.at(key)]); },
-                        .take = take,
-                        .holds = holds};
-    const int workers = sweep.scene.sweep.workers > 0 ? sweep.scene.sweep.workers : usable_cores();
-    return Campaign(plan, {.folder = sweep.folder,
-                           .identity = identity,
-                           .share = options.share,
-                           .workers = workers,
-                           .quiet = options.quiet})
-        .run()
-        .stopped;
-}
+        return true;
+    }
+
+    void want(const Offer& offer) {
+        while (offer_all(offer) && marks_.size() > planned_marks_) {
+            planned_marks_ = marks_.size();
+            sweep_.plan(marks_);
+            planned_done_ =
+                static_cast<std::size_t>(std::count_if(done_.begin(), done_.end(), [this](const auto& name) {
+                    return sweep_.runs.contains(name);
+                }));
+        }
+    }
+
+    void take(const UnitRecord& record) {
+        const bool is_done = record.state == UnitState::done;
+        if (is_done && done_.insert(record.key).second && sweep_.runs.contains(record.key)) ++planned_done_;
+        if (is_done && sweep_.is_refined()) marks_[record.key] = marks_of(sweep_.scene, decode(record.result));
+        if (!record.is_new) return;
+        if (!is_done) log_warning("{}: {}", record.key, record.reason);
+        if (options_.quiet) return;
+        log_information("{} of {} jobs finished: {}{}", planned_done_, sweep_.runs.size(), record.key,
+                        is_done ? "" : ", which failed");
+    }
+
+    bool holds(const UnitRecord& record) const {
+        const auto found = sweep_.runs.find(record.key);
+        return !sweep_.keeps_archives() || found == sweep_.runs.end() ||
+               fs::exists(archive_of(sweep_.folder, sweep_.layout.runs[found->second]));
+    }
+
+    Sweep& sweep_;
+    const SweepOptions& options_;
+    std::unordered_set<std::string> done_;
+    Marks marks_;
+    std::size_t planned_marks_ = 0, planned_done_ = 0;  ///< in the layout
+};
 
 /// From the records of all processes.
-void conclude(const Sweep& sweep, const SweepOptions& options, const files::RecordIdentity& identity,
-              const std::vector<std::string>& versions, SweepOutcome& outcome) {
-    const Ended ended = ended_runs(sweep, identity);
+void conclude(Sweep& sweep, const SweepOptions& options, const std::vector<std::string>& versions,
+              SweepOutcome& outcome) {
+    const Ended ended = ended_runs(sweep);
+    outcome.runs = sweep.layout.runs.size();
     for (const auto& [name, reason] : ended.failures) outcome.failures.push_back(name + ": " + reason);
     outcome.failed = outcome.failures.size();
     outcome.missing = outcome.runs - ended.results.size() - outcome.failed;
@@ -215,43 +288,50 @@ void conclude(const Sweep& sweep, const SweepOptions& options, const files::Reco
     });
     outcome.table->warnings.insert(outcome.table->warnings.begin(), versions.begin(), versions.end());
 }
+
+/// All values are checked before anything runs.
+void check_values(const Sweep& sweep) {
+    for (SweepRun run : sweep.layout.runs) {
+        run.before.reset();
+        scene_of(sweep, run);
+    }
+    if (sweep.is_refined())
+        scene_of(sweep, {.name = "between", .overrides = finest_overrides(sweep.scene), .before = {}});
+}
 }  // namespace
 
+SweepLayout plan_sweep(const io::Scene& scene) { return plan_sweep(scene, {}, numbered_points(scene)); }
+
 SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options) {
-    const Sweep sweep(scene, options.folder);
-    SweepOutcome outcome{.table = {}, .runs = sweep.layout.runs.size()};
     const fs::path& folder = options.folder;
+    Sweep sweep(scene, folder);
     if (options.collect) require_folder(folder, "sweep");
-    if (!options.collect && options.share.is_plain())  // all values are checked before anything runs
-        for (const SweepRun& run : sweep.layout.runs) {
-            SweepRun single = run;
-            single.before.reset();
-            scene_of(sweep, single);
-        }
+    if (!options.collect && options.share.is_plain()) check_values(sweep);
     // To resume, the scene must be the same, or different runs would be mixed.
-    const std::string manifest = manifest_of(scene, folder);
-    const files::RecordIdentity identity = identity_of(manifest);
-    files::join_folder(folder, sweep_manifest, "", manifest);
+    files::join_folder(folder, sweep_manifest, "", sweep.manifest.content);
     if (sweep.has_archives() && !options.collect) files::require_locks(folder / sweep_manifest);
+    SweepOutcome outcome{.table = {}};
+    outcome.already_done = ended_runs(sweep).results.size();
+    outcome.runs = sweep.layout.runs.size();
     std::vector<std::string> versions;
     if (options.share.is_plain() && sweep.keeps_archives()) versions = check_archives(sweep);
-    outcome.already_done = ended_runs(sweep, identity).results.size();
     if (outcome.already_done < outcome.runs && !options.collect)  // else with the table, at once
         for (const std::string& warning : versions) log_warning("{}", warning);
     if (!options.quiet && !options.collect)
         log_information("{} points, {} runs ({} already finished) in {}", sweep.layout.points.size(), outcome.runs,
                         outcome.already_done, folder.string());
-    if (!options.collect) outcome.stopped = run_campaign_of(sweep, options, identity);
-    conclude(sweep, options, identity, versions, outcome);
+    if (!options.collect) outcome.stopped = SweepWork(sweep, options).run();
+    conclude(sweep, options, versions, outcome);
     return outcome;
 }
 
 std::string sweep_status(const io::Scene& scene, const fs::path& folder) {
-    const Sweep sweep(scene, folder);
+    Sweep sweep(scene, folder);
     require_folder(folder, "sweep");
+    ended_runs(sweep);
     std::vector<std::string> keys;
     for (const SweepRun& run : sweep.layout.runs) keys.push_back(run.name);
-    return campaign_status(folder, campaign_records(folder, identity_of(manifest_of(scene, folder))), keys);
+    return campaign_status(folder, campaign_records(folder, sweep.identity), keys);
 }
 
 }  // namespace drover::run

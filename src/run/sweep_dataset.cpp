@@ -99,7 +99,7 @@ private:
 
     /// An axis for each key, or the points in their order and the keys as results.
     void add_key_axes(const io::Scene& scene) {
-        if (has_repeated_points()) {
+        if (has_repeated_points() || !scene.sweep.refine.empty()) {
             std::vector<double> numbers(layout_.points.size());
             std::iota(numbers.begin(), numbers.end(), 0.0);
             table_.axes.push_back({point_axis, "1", "of the sweep, from 0, in its order", numbers});

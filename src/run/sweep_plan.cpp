@@ -1,9 +1,15 @@
-// run/sweep_plan.cpp: from the text of sweep.vary to runs.
+// run/sweep_plan.cpp: from the texts of sweep.vary and sweep.refine to runs.
+#include "run/sweep_plan.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <set>
 
-#include "drover/run/sweep.hpp"
+#include "drover/files/record_identity.hpp"
+#include "drover/measure/replicates.hpp"
 #include "run/number_lists.hpp"
+#include "run/sweep_refinement.hpp"
 
 namespace drover::run {
 
@@ -34,7 +40,7 @@ Varied varied_of(const std::string& written, const SourceLocation& where) {
         require(count >= 2.0 && count <= 1e6 && count == std::floor(count), where,
                 "sweep.vary has \"{}\"; expected an integer number of values, 2 to 1e6, after the second colon",
                 written);
-        for (int i = 0; i < static_cast<int>(count); ++i)
+        for (int i = 0; i < static_cast<int>(count); ++i)  // the same for twice as many steps, to the bit
             varied.values.push_back(first + (last - first) * i / (count - 1.0));
     }
     require(!varied.values.empty(), where, "sweep.vary has \"{}\" without a value; expected at least one", written);
@@ -55,6 +61,19 @@ std::vector<SweepPoint> grid_points(const std::vector<Varied>& varied) {
     return points;
 }
 
+std::string numbered_name(std::size_t point, std::int64_t seed) { return text("point-{:04}-seed-{}", point, seed); }
+
+std::string name_of(const std::vector<std::string>& keys, const std::vector<double>& values, std::int64_t seed,
+                    const NumberedPoints& numbered) {
+    const auto found = numbered.points.find(values);
+    if (numbered.keys == keys && found != numbered.points.end()) return numbered_name(found->second, seed);
+    std::string name;
+    for (std::size_t k = 0; k < keys.size(); ++k) name += text("{}={},", keys[k], values[k]);
+    constexpr std::size_t max_length = 200;  // of a file's name, with what stands beside an archive
+    if (name.size() > max_length) name = text("point-{:016x},", files::fingerprint(name));
+    return name + text("seed={}", seed);
+}
+
 std::vector<SweepPoint> ramp_points(const Varied& varied, bool down_again) {
     std::vector<SweepPoint> points;
     for (const double value : varied.values) points.push_back({.values = {value}, .branch = "up"});
@@ -65,58 +84,206 @@ std::vector<SweepPoint> ramp_points(const Varied& varied, bool down_again) {
 }
 
 /// Each point of a ramp has its own noise: repeated noise would correlate the two branches.
-SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& scene, int seed) {
-    const std::int64_t step = scene.sweep.ramp == "none" ? 0 : static_cast<std::int64_t>(point) * scene.sweep.seeds;
-    SweepRun run{.name = text("point-{:04}-seed-{}", point, scene.run.seed + seed), .point = point, .overrides = {}};
+SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& scene, int seed,
+                const NumberedPoints& numbered) {
+    const bool is_ramp = scene.sweep.ramp != "none";
+    const std::int64_t step = is_ramp ? static_cast<std::int64_t>(point) * scene.sweep.seeds : 0,
+                       named = scene.run.seed + seed;
+    const std::vector<double>& values = layout.points[point].values;
+    SweepRun run{.name = is_ramp ? numbered_name(point, named) : name_of(layout.keys, values, named, numbered),
+                 .point = point,
+                 .overrides = {}};
     for (std::size_t k = 0; k < layout.keys.size(); ++k)
-        run.overrides.push_back(text("{}={}", layout.keys[k], layout.points[point].values[k]));
-    run.overrides.push_back(text("run.seed={}", scene.run.seed + seed + step));
+        run.overrides.push_back(text("{}={}", layout.keys[k], values[k]));
+    run.overrides.push_back(text("run.seed={}", named + step));
     return run;
 }
-}  // namespace
 
-SweepLayout plan_sweep(const io::Scene& scene) {
+void require_ramp(const io::Scene& scene, const std::vector<Varied>& varied) {
     const SourceLocation where = io::location_of(scene, "sweep.vary");
-    std::vector<Varied> varied;
-    SweepLayout layout;
-    for (const std::string& written : scene.sweep.vary) {
-        varied.push_back(varied_of(written, where));
-        require(std::find(layout.keys.begin(), layout.keys.end(), varied.back().key) == layout.keys.end(), where,
-                "sweep.vary names {} twice; expected each key once", varied.back().key);
-        for (const char* own : {"run.", "output.", "sweep.", "initial.file", "packing.file"})
-            require(!varied.back().key.starts_with(own), where, "sweep.vary names {}, which the sweep sets itself; {}",
-                    varied.back().key,
-                    varied.back().key == "run.seed" ? "give sweep.seeds"
-                                                    : "choose a key of the model, the grid or the time");
-        layout.keys.push_back(varied.back().key);
-    }
-    require(!varied.empty() || scene.sweep.seeds > 1, where,
-            "nothing to sweep: give sweep.vary, as in --vary \"relaxation.rate = 0.5:2:4\", or sweep.seeds > 1");
-    const bool ramp = scene.sweep.ramp != "none";
-    require(!ramp || varied.size() == 1, where, "sweep.ramp = \"{}\" with {} varied keys; expected exactly one",
+    require(varied.size() == 1, where, "sweep.ramp = \"{}\" with {} varied keys; expected exactly one",
             scene.sweep.ramp, varied.size());
+    require(scene.sweep.refine.empty(), io::location_of(scene, "sweep.refine"),
+            "sweep.refine on a ramp, whose points follow one another; expected ramp = \"none\"");
     for (const char* own : {"grid.", "cell.", "beads.", "rods."})
-        require(!ramp || !varied.front().key.starts_with(own), where,
+        require(!varied.front().key.starts_with(own), where,
                 "sweep.ramp = \"{}\" of {}; a ramp passes on the state {}: choose another key, or ramp = \"none\"",
                 scene.sweep.ramp, varied.front().key,
                 io::has_grid(scene.kind) ? "on one grid" : "of the same bodies in one cell");
-    require(!ramp || io::has_grid(scene.kind) || scene.particles.rods.size_tolerance == 0.0,
+    require(io::has_grid(scene.kind) || scene.particles.rods.size_tolerance == 0.0,
             io::location_of(scene, "rods.size_tolerance"),
             "rods.size_tolerance = {} on a ramp, whose points have different seeds and so rods of different sizes; "
             "expected 0, or ramp = \"none\"",
             scene.particles.rods.size_tolerance);
-    constexpr double max_runs = 1e6;
+}
+
+constexpr double max_runs = 1e6;
+
+std::vector<Varied> read_varied(const io::Scene& scene) {
+    const SourceLocation where = io::location_of(scene, "sweep.vary");
+    std::vector<Varied> varied;
     double runs = scene.sweep.seeds;
-    for (const Varied& one : varied) runs *= static_cast<double>(one.values.size());
+    for (const std::string& written : scene.sweep.vary) {
+        Varied one = varied_of(written, where);
+        require(std::none_of(varied.begin(), varied.end(), [&](const Varied& other) { return other.key == one.key; }),
+                where, "sweep.vary names {} twice; expected each key once", one.key);
+        for (const char* own : {"run.", "output.", "sweep.", "initial.file", "packing.file"})
+            require(!one.key.starts_with(own), where, "sweep.vary names {}, which the sweep sets itself; {}", one.key,
+                    one.key == "run.seed" ? "give sweep.seeds" : "choose a key of the model, the grid or the time");
+        runs *= static_cast<double>(one.values.size());
+        varied.push_back(std::move(one));
+    }
+    require(!varied.empty() || scene.sweep.seeds > 1, where,
+            "nothing to sweep: give sweep.vary, as in --vary \"relaxation.rate = 0.5:2:4\", or sweep.seeds > 1");
     require(runs <= max_runs, where, "a sweep of {:.3g} runs; expected at most {:.0e}: choose fewer values or seeds",
             runs, max_runs);
-    layout.points = ramp ? ramp_points(varied.front(), scene.sweep.ramp == "up-down") : grid_points(varied);
+    return varied;
+}
+
+/// An observable, and the change of it between neighbours from which on points are added between them.
+struct Refined {
+    std::string observable;
+    double change = 0.0;
+};
+
+std::vector<Refined> read_refined(const io::Scene& scene) {
+    const std::string list = "sweep.refine", example = "\"polar_order = 0.1\"";
+    const SourceLocation where = io::location_of(scene, list);
+    std::vector<Refined> refined;
+    for (const std::string& written : scene.sweep.refine) {
+        const Assignment given = read_assignment(written, list, example, where);
+        refined.push_back({given.key, read_number(given.value, written, list, example, where)});
+        require(refined.back().change > 0.0, where,
+                "{} has \"{}\"; expected a change > 0, in units of the observable, as in {}", list, written, example);
+    }
+    return refined;
+}
+
+using Names = std::function<std::string(const std::vector<double>& values, std::int64_t seed)>;
+
+/// The means over all seeds of a point; empty: not known yet, or a run of it failed.
+std::vector<measure::Estimate> marks_at(const std::vector<double>& values, const Names& names, const io::Scene& scene,
+                                        const Marks& marks) {
+    std::vector<std::vector<measure::Estimate>> runs;  // [observable][seed]
+    for (int seed = 0; seed < scene.sweep.seeds; ++seed) {
+        const auto found = marks.find(names(values, scene.run.seed + seed));
+        if (found == marks.end()) return {};
+        runs.resize(found->second.size());
+        for (std::size_t k = 0; k < runs.size(); ++k) runs[k].push_back(found->second[k]);
+    }
+    std::vector<measure::Estimate> means;
+    for (const auto& seeds : runs) means.push_back(measure::combine(seeds).mean);
+    return means;
+}
+
+/// More than asked for, and beyond twice the standard error, so that noise alone adds no points.
+bool has_changed(const measure::Estimate& a, const measure::Estimate& b, double change) {
+    const double by = std::abs(a.mean - b.mean);
+    return by > change && by > 2.0 * std::hypot(a.error.value_or(0.0), b.error.value_or(0.0));
+}
+
+std::vector<SweepPoint> refined_grid(const io::Scene& scene, const std::vector<Varied>& varied,
+                                     const std::vector<Refined>& refined, const Names& names, const Marks& marks) {
+    const SourceLocation where = io::location_of(scene, "sweep.refine");
+    constexpr std::size_t max_keys = 3;
+    require(!varied.empty() && varied.size() <= max_keys, where, "sweep.refine with {} varied keys; expected one to {}",
+            varied.size(), max_keys);
+    Axes axes;
+    for (const Varied& one : varied) {
+        require(one.values.size() > 1, where, "sweep.refine with one value of {}; expected at least two", one.key);
+        axes.push_back(one.values);
+        std::sort(axes.back().begin(), axes.back().end());
+    }
+    std::map<std::vector<double>, std::vector<measure::Estimate>> known;
+    const auto at = [&](const std::vector<double>& values) -> const std::vector<measure::Estimate>& {
+        const auto [found, is_new] = known.try_emplace(values);
+        if (is_new) found->second = marks_at(values, names, scene, marks);
+        return found->second;
+    };
+    const auto differs = [&](const std::vector<double>& a, const std::vector<double>& b) {
+        const std::vector<measure::Estimate>&here = at(a), &there = at(b);
+        for (std::size_t k = 0; k < refined.size(); ++k)
+            if (!here.empty() && !there.empty() && has_changed(here[k], there[k], refined[k].change)) return true;
+        return false;
+    };
+    std::vector<SweepPoint> points;
+    for (std::vector<double>& values : refined_points(axes, scene.sweep.refine_levels, differs))
+        points.push_back({.values = std::move(values), .branch = {}});
+    return points;
+}
+
+/// A value that is listed twice has one point.
+void remove_repeated(std::vector<Varied>& varied) {
+    for (Varied& one : varied) {
+        std::set<double> known;
+        std::erase_if(one.values, [&](double value) { return !known.insert(value).second; });
+    }
+}
+}  // namespace
+
+SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered) {
+    std::vector<Varied> varied = read_varied(scene);
+    const std::vector<Refined> refined = read_refined(scene);
+    const bool is_ramp = scene.sweep.ramp != "none";
+    if (is_ramp) require_ramp(scene, varied);
+    else remove_repeated(varied);
+    SweepLayout layout;
+    for (const Varied& one : varied) layout.keys.push_back(one.key);
+    const Names names = [&](const std::vector<double>& values, std::int64_t seed) {
+        return name_of(layout.keys, values, seed, numbered);
+    };
+    layout.points = is_ramp           ? ramp_points(varied.front(), scene.sweep.ramp == "up-down")
+                    : refined.empty() ? grid_points(varied)
+                                      : refined_grid(scene, varied, refined, names, marks);
+    require(static_cast<double>(layout.points.size()) * scene.sweep.seeds <= max_runs,
+            io::location_of(scene, "sweep.refine"),
+            "a sweep of {} runs; expected at most {:.0e}: give a larger change or fewer levels",
+            layout.points.size() * static_cast<std::size_t>(scene.sweep.seeds), max_runs);
     for (int seed = 0; seed < scene.sweep.seeds; ++seed)
         for (std::size_t point = 0; point < layout.points.size(); ++point) {
-            layout.runs.push_back(run_at(layout, point, scene, seed));
-            if (ramp && point > 0) layout.runs.back().before = layout.runs.size() - 2;
+            layout.runs.push_back(run_at(layout, point, scene, seed, numbered));
+            if (is_ramp && point > 0) layout.runs.back().before = layout.runs.size() - 2;
         }
     return layout;
+}
+
+NumberedPoints numbered_points(const io::Scene& scene) {
+    NumberedPoints numbered;
+    if (scene.sweep.ramp != "none") return numbered;
+    const std::vector<Varied> varied = read_varied(scene);
+    for (const Varied& one : varied) numbered.keys.push_back(one.key);
+    const std::vector<SweepPoint> points = grid_points(varied);
+    for (std::size_t number = 0; number < points.size(); ++number)
+        numbered.points.try_emplace(points[number].values, number);
+    return numbered;
+}
+
+std::vector<measure::Estimate> marks_of(const io::Scene& scene, const RunResults& results) {
+    std::vector<measure::Estimate> marks;
+    for (const Refined& refined : read_refined(scene)) {
+        std::vector<std::string> single;
+        for (const measure::SummaryRow& row : results.rows)
+            if (row.axes.empty()) {
+                single.push_back(row.name);
+                if (row.name == refined.observable) marks.push_back(row.estimates.front());
+            }
+        require(!single.empty() && std::find(single.begin(), single.end(), refined.observable) != single.end(),
+                io::location_of(scene, "sweep.refine"),
+                "sweep.refine names {}, which is no single number of the runs; expected one of {}", refined.observable,
+                joined(single));
+    }
+    return marks;
+}
+
+std::vector<std::string> finest_overrides(const io::Scene& scene) {
+    std::vector<std::string> overrides;
+    if (!scene.sweep.refine.empty())
+        for (const Varied& one : read_varied(scene)) {
+            const double by = (one.values.back() - one.values.front()) / std::exp2(scene.sweep.refine_levels) /
+                              static_cast<double>(one.values.size());
+            overrides.push_back(text("{}={}", one.key, one.values.front() + by));
+        }
+    return overrides;
 }
 
 }  // namespace drover::run

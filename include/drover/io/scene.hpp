@@ -57,11 +57,13 @@ struct RunControl {
 
 /// Many runs of one scene.
 struct SweepPlan {
-    std::vector<std::string> vary;  ///< "relaxation.rate = 1, 2, 3" or "relaxation.rate = 1:2:11"
-    int seeds = 1;                  ///< runs at each point
-    std::string ramp = "none";      ///< none, up, up-down
-    std::string keep = "archives";  ///< archives, table
-    int workers = 0;                ///< 0: the cores the process may use
+    std::vector<std::string> vary;    ///< "relaxation.rate = 1, 2, 3" or "relaxation.rate = 1:2:11"
+    int seeds = 1;                    ///< runs at each point
+    std::string ramp = "none";        ///< none, up, up-down
+    std::vector<std::string> refine;  ///< "polar_order = 0.1"
+    int refine_levels = 3;            ///< times that a cell is halved at most
+    std::string keep = "archives";    ///< archives, table
+    int workers = 0;                  ///< 0: the cores the process may use
 };
 
 /// Input of drover stability.

@@ -49,7 +49,7 @@ def key_label(key, values=None):
 
 
 def draw_lines(axes, sweep, name):
-    mean, error = sweep.data[name], sweep.data[f"{name}_error"]
+    mean, error = (in_order(sweep, sweep.data[key]) for key in (name, f"{name}_error"))
     branches = list(mean["branch"].values) if "branch" in mean.dims else [None]
     for branch, colour, marker in zip(branches, COLOURS, MARKERS):
         y, bar = (array if branch is None else array.sel(branch=branch) for array in (mean, error))
@@ -71,11 +71,41 @@ def draw_plane(axes, sweep, name):
     if "branch" in mean.dims:
         mean = mean.isel(branch=0)
     y, x = sweep.keys
+    if "point" in mean.dims:
+        draw_points(axes, sweep, name, mean)
+        return
     image = axes.pcolormesh(mean[x].values, mean[y].values, mean.transpose(y, x).values, shading="nearest",
                             cmap="viridis")
     axes.figure.colorbar(image, ax=axes, label=label(sweep, name))
     for axis, key in ((axes.xaxis, x), (axes.yaxis, y)):
         if mean.sizes[key] <= MAX_TICKS:
             axis.set_ticks(mean[key].values)
+    label_plane(axes, sweep)
+
+
+def label_plane(axes, sweep):
+    y, x = sweep.keys
     axes.set_xlabel(key_label(x, sweep.values))
     axes.set_ylabel(key_label(y, sweep.values))
+
+
+def draw_points(axes, sweep, name, mean):
+    """A refined plane: linear between its points, which are dots."""
+    known = numpy.isfinite(mean.values)
+    y, x = (sweep.data[key].values[known] for key in sweep.keys)
+    # Both axes to the same length: the triangles are those of what is seen.
+    from matplotlib.tri import Triangulation
+    cells = Triangulation(*((values - values.min()) / numpy.ptp(values) for values in (x, y)))
+    image = axes.tripcolor(Triangulation(x, y, cells.triangles), mean.values[known], shading="gouraud", cmap="viridis")
+    axes.plot(x, y, ".", color="white", markeredgecolor="black", markeredgewidth=0.3, markersize=3.5, clip_on=False)
+    axes.margins(0)
+    axes.figure.colorbar(image, ax=axes, label=label(sweep, name))
+    label_plane(axes, sweep)
+
+
+def in_order(sweep, array):
+    """Along the axis of the one key, which a refined sweep has beside its points."""
+    if "point" not in array.dims:
+        return array
+    key = sweep.keys[0]
+    return array.assign_coords({key: ("point", sweep.data[key].values)}).swap_dims(point=key).sortby(key)

@@ -50,14 +50,18 @@ class Sweep:
         return draw_sweep(self, name, axes)
 
 
-def sweep(scene, vary, *, seeds=1, ramp="none", keep="archives", workers=0, folder=None, slurm=0, quiet=True):
+def sweep(scene, vary, *, seeds=1, refine=None, refine_levels=3, ramp="none", keep="archives", workers=0, folder=None,
+          slurm=0, quiet=True):
     """Runs a scene over the values of some keys, as `drover sweep`; returns a Sweep.
 
     `vary` is {"relaxation.rate": [0.5, 1, 2]} or {"relaxation.rate": "0.5:2:11"} (first:last:count); several keys make
-    a grid.  `folder` keeps an archive of each run, or with `keep="table"` the results alone, and the same call resumes;
-    by default nothing is kept.  `ramp` ("up", "up-down") starts each point from the end of the one before.  `workers`
-    is the number of simultaneous runs.  Runs that fail leave a gap in the table, and a Python warning that says why;
-    `failures` lists the reasons.  `slurm=40` submits 40 jobs to Slurm instead, and returns a SlurmSweep at once.
+    a grid.  `folder` keeps an archive of each run, or with `keep="table"` the results alone; by default nothing is
+    kept.  The same call resumes; one with other values, more seeds or another refinement adds the runs that are not
+    there.  `refine={"polar_order": 0.1}` adds points between neighbours that differ by more than 0.1, and by more than
+    twice their standard error, `refine_levels` times at most: then all results are along one axis, `point`.  `ramp`
+    ("up", "up-down") starts each point from the end of the one before.  `workers` is the number of simultaneous runs.
+    Runs that fail leave a gap in the table, and a Python warning that says why; `failures` lists the reasons.
+    `slurm=40` submits 40 jobs to Slurm instead, and returns a SlurmSweep at once.
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
@@ -66,6 +70,9 @@ def sweep(scene, vary, *, seeds=1, ramp="none", keep="archives", workers=0, fold
     """
     varied = [f"{key} = {values_text(key, values)}" for key, values in vary.items()]
     changes = {"sweep.vary": varied, "sweep.seeds": seeds, "sweep.ramp": ramp, "sweep.keep": keep}
+    if refine:
+        changes |= {"sweep.refine": [f"{name} = {change}" for name, change in refine.items()],
+                    "sweep.refine_levels": refine_levels}
     if workers:
         changes["sweep.workers"] = workers
     scene = scene.set(changes)
