@@ -82,6 +82,9 @@ struct Seen {
     std::optional<Claimant> claimant;  ///< nothing while it is being written
     std::chrono::nanoseconds time{};   ///< of its last heartbeat, by the clock of the file server
     std::uint64_t number = 0, links = 0;
+
+    /// Of its owner: not the number of the file, which some file systems give to each link anew.
+    std::string owner() const { return claimant ? claimant->id : text("file {}", number); }
 };
 std::chrono::nanoseconds time_of(const FileState& state) {
     return std::chrono::seconds(state.seconds) + std::chrono::nanoseconds(state.nanoseconds);
@@ -146,7 +149,6 @@ struct Claims::Folder {
     Claimant claimant;
     ClaimTimes times;
     Descriptor owner = {};
-    std::uint64_t number = 0;  ///< of the owner's file
     Clock::time_point renewed = {};
     std::map<std::string, int> generations = {};  ///< of the keys that this process has
 
@@ -156,7 +158,7 @@ struct Claims::Folder {
         Clock::time_point changed = Clock::now(), looked = {};
         bool is_alive = true;
     };
-    mutable std::map<std::uint64_t, Watched> watched = {};
+    std::map<std::string, Watched> watched = {};
 
     fs::path owner_file() const { return path / (owner_prefix + claimant.id); }
 
@@ -164,34 +166,41 @@ struct Claims::Folder {
         owner = open_file(owner_file(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
         write_at(owner, 0, encoded(claimant));
         sync(owner);
-        number = state_of(owner).number;
         renewed = Clock::now();
     }
 
-    bool link(const std::string& name) {
+    /// Does something with the owner's file, which is made again where another process took this one for dead, and
+    /// removed it.
+    template <class Action>
+    auto with_owner(Action action) {
         try {
-            return link_to(owner, owner_file(), path / name);
+            return action();
         } catch (const std::system_error& cause) {
-            if (cause.code().value() != ENOENT) throw;
-            make_owner();  // another process took this one for dead, and removed its file
-            return link_to(owner, owner_file(), path / name);
+            if (cause.code().value() != ENOENT && cause.code().value() != ESTALE) throw;
+            make_owner();
+            return action();
         }
     }
 
+    bool link(const std::string& name) {
+        return with_owner([&] { return link_to(owner, owner_file(), path / name); });
+    }
+
     /// Whether the owner of a claim lives.
-    bool is_alive(const Seen& seen) const {
+    bool is_alive(const Seen& seen) {
         const bool is_neighbour =
             seen.claimant && !claimant.machine.empty() && seen.claimant->machine == claimant.machine;
         if (is_neighbour) return is_running(*seen.claimant);
         const auto now = Clock::now();
-        const auto [at, is_new] = watched.try_emplace(seen.number, Watched{.first = seen.time, .last = seen.time});
+        const auto [at, is_new] = watched.try_emplace(seen.owner(), Watched{.first = seen.time, .last = seen.time});
         Watched& other = at->second;
         if (seen.time != other.last) {
             other.last = seen.time;
             other.changed = now;
         }
         // By the clock of the server, and, in case that is set, by the time that this process has watched.
-        const bool is_silent = time_of(state_of(owner)) - seen.time > times.death || now - other.changed > times.death;
+        const std::chrono::nanoseconds server_time = with_owner([&] { return time_of(state_of(owner)); });
+        const bool is_silent = server_time - seen.time > times.death || now - other.changed > times.death;
         return !is_silent;
     }
 };
@@ -224,7 +233,7 @@ void Claims::renew() {
     const auto now = Clock::now();
     if (now - folder_->renewed < folder_->times.renewal) return;
     try {
-        touch(folder_->owner);
+        folder_->with_owner([&] { touch(folder_->owner); });
         folder_->renewed = now;
     } catch (const std::system_error& cause) {
         fail(folder_->path, cause);
@@ -275,7 +284,7 @@ Held Claims::holder(const std::string& key) const try {
         last = std::move(seen);
     }
     if (!last || !folder_->is_alive(*last)) return Held::no;
-    const auto watched = folder_->watched.find(last->number);
+    const auto watched = folder_->watched.find(last->owner());
     const bool is_certain = watched == folder_->watched.end() || watched->second.last != watched->second.first;
     return is_certain ? Held::certainly : Held::maybe;
 } catch (const std::system_error& cause) {
@@ -288,11 +297,11 @@ std::vector<ClaimHolder> claim_holders(const fs::path& folder, ClaimTimes times)
     if (!fs::is_directory(folder, problem)) return holders;
     const Claims here(folder, this_process(1, 1, 0), times);
     const FileState mine = state_of(folder / (owner_prefix + here.claimant().id));
-    std::map<std::uint64_t, ClaimHolder> by_number;
+    std::map<std::string, ClaimHolder> by_owner;
     for (const auto& entry : fs::directory_iterator(folder)) {
         const auto seen = look(entry.path());
-        if (!seen || !seen->claimant || seen->number == mine.number) continue;
-        ClaimHolder& holder = by_number[seen->number];
+        if (!seen || !seen->claimant || seen->owner() == here.claimant().id) continue;
+        ClaimHolder& holder = by_owner[seen->owner()];
         holder.claimant = *seen->claimant;
         holder.silence = std::chrono::duration<double>(time_of(mine) - seen->time).count();
         const bool is_neighbour =
@@ -301,7 +310,7 @@ std::vector<ClaimHolder> claim_holders(const fs::path& folder, ClaimTimes times)
                                        : holder.silence <= std::chrono::duration<double>(times.death).count();
         if (!entry.path().filename().string().starts_with(owner_prefix)) ++holder.keys;
     }
-    for (auto& [number, holder] : by_number) holders.push_back(std::move(holder));
+    for (auto& [owner, holder] : by_owner) holders.push_back(std::move(holder));
     return holders;
 } catch (const std::system_error& cause) {
     fail(folder, cause);

@@ -77,7 +77,7 @@ Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin
                         Threads& threads) {
     const numerics::Contour contour =
         numerics::trace_zero([&](const numerics::PlanePoint& point) { return margin(point, nullptr).value; }, plane,
-                             options, threads);
+                             options, on_threads(threads));
     Boundary result{.lines = {},
                     .singular_points = contour.singular_points,
                     .evaluations = contour.evaluations,

@@ -42,7 +42,7 @@ struct Tracer {
     const PlaneFunction& f;
     const Rectangle where;
     const ContourOptions options;
-    Threads& threads;
+    const ComputeAll& compute;
     BisectionMesh mesh;
     std::size_t vertices_known = 0;
     std::vector<Check> checks{};      // of each triangle
@@ -94,10 +94,11 @@ MeshEdge& edge_of(Tracer& tracer, MeshIndex triangle, std::size_t n) {
 void evaluate_vertices(Tracer& tracer) {
     auto& vertices = tracer.mesh.vertices;
     const std::size_t known = tracer.vertices_known;
-    tracer.threads.for_chunks(vertices.size() - known, 4, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = known + begin; n < known + end; ++n)
-            vertices[n].value = tracer.f(in_rectangle(tracer.where, in_unit_square(tracer.mesh, vertices[n])));
-    });
+    const std::vector<double> values =
+        tracer.compute(vertices.size() - known, 1, [&](std::size_t n, std::span<double> value) {
+            value[0] = tracer.f(in_rectangle(tracer.where, in_unit_square(tracer.mesh, vertices[known + n])));
+        });
+    for (std::size_t n = 0; n < values.size(); ++n) vertices[known + n].value = values[n];
     tracer.evaluations += vertices.size() - known;
     tracer.vertices_known = vertices.size();
 }
@@ -123,7 +124,6 @@ void find_crossings(Tracer& tracer, const std::vector<MeshIndex>& triangles) {
     struct Search {
         MeshEdge* edge;
         double middle;
-        std::size_t calls = 0;
     };
     std::vector<Search> searches;
     for (const MeshIndex triangle : triangles)
@@ -136,17 +136,21 @@ void find_crossings(Tracer& tracer, const std::vector<MeshIndex>& triangles) {
             searches.push_back({.edge = &edge, .middle = tracer.mesh.vertices[middle].value});
         }
     const BisectionMesh& mesh = tracer.mesh;
-    tracer.threads.for_chunks(searches.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-            MeshEdge& edge = *searches[n].edge;
-            const MeshVertex &a = mesh.vertices[edge.end[0]], &b = mesh.vertices[edge.end[1]];
-            const double length = distance(in_unit_square(mesh, a), in_unit_square(mesh, b));
-            const double tolerance = std::max(tracer.options.root / length, std::numeric_limits<double>::epsilon());
-            const auto along = [&](double t) { return tracer.f(in_rectangle(tracer.where, on_edge(mesh, edge, t))); };
-            edge.crossing = sign_change(along, a.value, searches[n].middle, b.value, tolerance, searches[n].calls);
-        }
-    });
-    for (const Search& search : searches) tracer.evaluations += search.calls;
+    const auto search = [&](std::size_t n, std::span<double> crossing_and_calls) {
+        const MeshEdge& edge = *searches[n].edge;
+        const MeshVertex &a = mesh.vertices[edge.end[0]], &b = mesh.vertices[edge.end[1]];
+        const double length = distance(in_unit_square(mesh, a), in_unit_square(mesh, b));
+        const double tolerance = std::max(tracer.options.root / length, std::numeric_limits<double>::epsilon());
+        const auto along = [&](double t) { return tracer.f(in_rectangle(tracer.where, on_edge(mesh, edge, t))); };
+        std::size_t calls = 0;
+        crossing_and_calls[0] = sign_change(along, a.value, searches[n].middle, b.value, tolerance, calls);
+        crossing_and_calls[1] = static_cast<double>(calls);
+    };
+    const std::vector<double> found = tracer.compute(searches.size(), 2, search);
+    for (std::size_t n = 0; n < searches.size(); ++n) {
+        searches[n].edge->crossing = found[2 * n];
+        tracer.evaluations += static_cast<std::size_t>(found[2 * n + 1]);
+    }
 }
 
 /// Empty where a crossing is missing because f is undefined on that edge.
@@ -223,21 +227,23 @@ std::array<PlanePoint, 2> beside(const Tracer& tracer, MeshIndex triangle) {
 
 /// Checks that the line passes between points on the two sides of its segments.
 void check_sides(Tracer& tracer, const std::vector<MeshIndex>& triangles) {
-    std::vector<std::size_t> calls(triangles.size());
-    tracer.threads.for_chunks(triangles.size(), 2, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-            if (tracer.checks[triangles[n]] != Check::passed || !has_direction(tracer, triangles[n])) continue;
-            const auto points = beside(tracer, triangles[n]);
-            for (const std::size_t side : {0u, 1u}) {
-                const PlanePoint& point = points[side];
-                if (std::min(point.x, point.y) < 0.0 || std::max(point.x, point.y) > 1.0) continue;
-                ++calls[n];
-                if (is_opposite(tracer.f(in_rectangle(tracer.where, point)), side == 0 ? 1.0 : -1.0))
-                    tracer.checks[triangles[n]] = Check::bent;
-            }
+    const auto check = [&](std::size_t n, std::span<double> bent_and_calls) {
+        bent_and_calls[0] = bent_and_calls[1] = 0.0;
+        if (tracer.checks[triangles[n]] != Check::passed || !has_direction(tracer, triangles[n])) return;
+        const auto points = beside(tracer, triangles[n]);
+        for (const std::size_t side : {0u, 1u}) {
+            const PlanePoint& point = points[side];
+            if (std::min(point.x, point.y) < 0.0 || std::max(point.x, point.y) > 1.0) continue;
+            bent_and_calls[1] += 1.0;
+            if (is_opposite(tracer.f(in_rectangle(tracer.where, point)), side == 0 ? 1.0 : -1.0))
+                bent_and_calls[0] = 1.0;
         }
-    });
-    for (const std::size_t count : calls) tracer.evaluations += count;
+    };
+    const std::vector<double> found = tracer.compute(triangles.size(), 2, check);
+    for (std::size_t n = 0; n < triangles.size(); ++n) {
+        if (found[2 * n] != 0.0) tracer.checks[triangles[n]] = Check::bent;
+        tracer.evaluations += static_cast<std::size_t>(found[2 * n + 1]);
+    }
 }
 
 /// Checks the turn to the next segment that has a direction; triangles at a sharp turn are marked bent.
@@ -394,12 +400,13 @@ void check_input(const Rectangle& where, const ContourOptions& options) {
 
 }  // namespace
 
-Contour trace_zero(const PlaneFunction& f, const Rectangle& where, const ContourOptions& options, Threads& threads) {
+Contour trace_zero(const PlaneFunction& f, const Rectangle& where, const ContourOptions& options,
+                   const ComputeAll& compute) {
     check_input(where, options);
     Tracer tracer{.f = f,
                   .where = where,
                   .options = options,
-                  .threads = threads,
+                  .compute = compute,
                   .mesh = bisection_mesh(options.cells, options.finest)};
     Contour result;
     for (;;) {

@@ -26,7 +26,7 @@ constexpr double oblong_side = 2.8;
 
 Contour trace(const PlaneFunction& f, const Rectangle& where = oblong, const ContourOptions& options = {}) {
     Threads threads(2);
-    return trace_zero(f, where, options, threads);
+    return trace_zero(f, where, options, on_threads(threads));
 }
 
 Curve straight_curve(const Frame& frame, double height) {
@@ -400,10 +400,10 @@ TEST(Contour, a_function_that_is_only_noise_stops_at_the_evaluation_limit) {
 TEST(Contour, the_lines_do_not_depend_on_the_number_of_threads) {
     const auto f = [](const PlanePoint& p) { return std::sin(9.0 * p.x) * p.y - std::cos(7.0 * p.y) * p.x; };
     Threads one(1), two(2), five(5);
-    const Contour alone = trace_zero(f, oblong, {}, one);
+    const Contour alone = trace_zero(f, oblong, {}, on_threads(one));
     ASSERT_GT(alone.lines.size(), 2u);
     for (Threads* threads : {&two, &five}) {
-        const Contour together = trace_zero(f, oblong, {}, *threads);
+        const Contour together = trace_zero(f, oblong, {}, on_threads(*threads));
         EXPECT_EQ(together.evaluations, alone.evaluations);
         ASSERT_EQ(together.lines.size(), alone.lines.size());
         for (std::size_t n = 0; n < alone.lines.size(); ++n) {

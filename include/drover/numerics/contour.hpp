@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "drover/base/threads.hpp"
+#include "drover/base/compute_all.hpp"
 
 namespace drover::numerics {
 
@@ -55,8 +55,9 @@ struct Contour {
 /// Traces the lines on which f changes sign.  Not found: lines on which it is zero without a change of sign, and small
 /// islands between the samples (beside a line also between the middles of the mesh edges).  Two lines closer to each
 /// other than a cell are separated where a sample falls between them, and from there on along both; where they are
-/// closer than ContourOptions::finest they may break.  The result does not depend on the number of threads.
+/// closer than ContourOptions::finest they may break.  The result does not depend on who computes.
 /// Throws an input Error for a rectangle that is empty or not finite and for options out of range.
-Contour trace_zero(const PlaneFunction& f, const Rectangle& where, const ContourOptions& options, Threads& threads);
+Contour trace_zero(const PlaneFunction& f, const Rectangle& where, const ContourOptions& options,
+                   const ComputeAll& compute);
 
 }  // namespace drover::numerics
