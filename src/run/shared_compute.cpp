@@ -58,10 +58,10 @@ struct SharedCompute::State {
         if (record.state == UnitState::done) {
             files::ByteReader reader{std::as_bytes(std::span(record.result.content))};
             known[record.key] = reader.take_list<std::vector<double>>();
-            failures.erase(record.key);
+            failed.erase(record.key);
             if (record.is_new) ++computed;
         } else if (!known.contains(record.key)) {
-            failures[record.key] = record.reason;
+            failed[record.key] = record.reason;
         }
     }
 
@@ -82,8 +82,8 @@ struct SharedCompute::State {
         for (std::size_t unit = 0; unit < loop.units(); ++unit) {
             const std::string key = key_of(loop.number, unit);
             const auto there = known.find(key);
-            if (const auto failed = failures.find(key); failed != failures.end())
-                throw Error(Fault::run, {}, failed->second);
+            if (const auto why = failed.find(key); why != failed.end())
+                throw Error(Fault::run, {}, why->second);
             if (there == known.end()) throw Interrupted{};
             found.insert(found.end(), there->second.begin(), there->second.end());
             known.erase(there);
@@ -94,7 +94,7 @@ struct SharedCompute::State {
     bool collects;
     Loop loop = {};
     std::map<std::string, std::vector<double>> known;  ///< of this and of later loops
-    std::map<std::string, std::string> failures;
+    std::map<std::string, std::string> failed;  ///< why, by key
     std::size_t computed = 0;
     std::unique_ptr<Campaign> campaign = {};
 };

@@ -1,0 +1,61 @@
+// run/boundary_shares.cpp: the loops of make_boundary as a campaign.
+#include "drover/run/boundary_shares.hpp"
+
+#include <algorithm>
+
+#include "drover/files/record_folder.hpp"
+#include "drover/io/scene_text.hpp"
+#include "drover/run/provenance.hpp"
+#include "run/shared_compute.hpp"
+
+namespace drover::run {
+
+namespace {
+constexpr const char* plane_manifest = "boundary.toml";
+
+/// The version too, which decides what the loops are.
+std::string manifest_of(io::Scene scene) {
+    scene.run.threads = 0;
+    scene.output.file.clear();
+    return text("# drover {}\n", this_program()) + io::resolved_text(scene);
+}
+
+files::RecordIdentity identity_of(const std::string& manifest) {
+    return {.hash = files::fingerprint("boundary\n" + manifest), .content = manifest};
+}
+}  // namespace
+
+std::optional<Result> make_boundary_in_shares(const io::Scene& scene, const BoundaryShares& shares, Threads& threads) {
+    check_boundary(scene);
+    if (shares.collect) require_folder(shares.folder, "boundary");
+    const std::string manifest = manifest_of(scene);
+    files::join_folder(shares.folder, plane_manifest, "", manifest);
+    SharedCompute shared({.folder = shares.folder,
+                          .identity = identity_of(manifest),
+                          .share = shares.share,
+                          .workers = shares.workers > 0 ? shares.workers : threads.count(),
+                          .quiet = shares.quiet},
+                         shares.collect);
+    const bool is_share = !shares.share.is_plain();
+    try {
+        Result result = make_boundary(scene, threads, shared.compute(), is_share ? Part::lines : Part::all);
+        if (is_share) return std::nullopt;
+        return result;
+    } catch (const Interrupted& interrupted) {
+        if (interrupted.by_signal) return std::nullopt;
+        throw Error(Fault::run, {shares.folder.string()},
+                    "points of the plane are missing: run the same command without --collect, or more shares");
+    }
+}
+
+std::string boundary_status(const io::Scene& scene, const std::filesystem::path& folder) {
+    require_folder(folder, "boundary");
+    const std::vector<UnitRecord> records = campaign_records(folder, identity_of(manifest_of(scene)));
+    const auto done = std::count_if(records.begin(), records.end(),
+                                    [](const UnitRecord& record) { return record.state == UnitState::done; });
+    const Working now = working_in(folder);
+    return text("{} groups of points done, {} failed, {} running in {} processes; how many follow depends on the lines",
+                done, static_cast<std::ptrdiff_t>(records.size()) - done, now.units, now.processes);
+}
+
+}  // namespace drover::run
