@@ -1,22 +1,26 @@
 // app/boundary.cpp: drover boundary SCENE, or drover boundary TABLE.
-#include "drover/run/boundary.hpp"
+#include "drover/run/boundary_shares.hpp"
 
 #include <cstdlib>
 #include <memory>
 #include <optional>
 
 #include "command.hpp"
+#include "drover/base/log.hpp"
 #include "drover/run/onset.hpp"
+#include "drover/run/signals.hpp"
+#include "drover/run/slurm_script.hpp"
 
 namespace drover::app {
 
 namespace {
-struct BoundaryOptions : SceneOptions {
+struct BoundaryOptions : SceneOptions, ShareOptions {
     std::string x, y;
     std::vector<std::string> conventions;
     std::optional<double> varied, cell;
     std::vector<std::string> points;
-    bool json = false, overwrite = false;
+    int workers = 0;
+    bool json = false, overwrite = false, quiet = false;
 };
 
 ResultOutput output_of(const BoundaryOptions& options, const char* what, const char* contents) {
@@ -25,6 +29,15 @@ ResultOutput output_of(const BoundaryOptions& options, const char* what, const c
             .contents = contents,
             .json = options.json,
             .overwrite = options.overwrite};
+}
+
+/// That of a script of jobs, which need one.
+std::string default_archive(const BoundaryOptions& options) {
+    return std::filesystem::path(options.scene).stem().concat(".boundary.h5").string();
+}
+
+std::filesystem::path folder_of_shares(const BoundaryOptions& options) {
+    return (options.output.empty() ? default_archive(options) : options.output) + ".shares";
 }
 
 int print_scene_boundary(const BoundaryOptions& options) {
@@ -41,8 +54,32 @@ int print_scene_boundary(const BoundaryOptions& options) {
     io::require_grid(scene, "boundary");
     Threads threads(options.threads > 0 ? options.threads : scene.run.threads > 0 ? scene.run.threads : usable_cores());
     const ResultOutput output = output_of(options, "boundary", "all vertices, and the map of regimes");
-    check_output(output, options.scene, scene);
-    return print_result(run::make_boundary(scene, threads), output, scene, threads.count());
+    const std::filesystem::path folder = folder_of_shares(options);
+    if (options.status) {
+        print(run::boundary_status(scene, folder) + "\n");
+        return run::exit_done;
+    }
+    if (options.slurm > 0) {
+        run::check_boundary(scene);
+        print(run::slurm_script({.command = "boundary",
+                                 .scene = options.scene,
+                                 .overrides = overrides,
+                                 .folder = options.output.empty() ? default_archive(options) : options.output,
+                                 .shares = options.slurm}));
+        return run::exit_done;
+    }
+    run::BoundaryShares shares{.folder = folder, .workers = options.workers, .quiet = options.quiet};
+    if (!options.share.empty()) shares.share = run::read_share(options.share);
+    if (shares.share.is_plain()) check_output(output, options.scene, scene);
+    if (options.collect)
+        return print_result(run::collect_boundary(scene, folder, threads), output, scene, threads.count());
+    if (options.share.empty() && !std::filesystem::exists(folder))
+        return print_result(run::make_boundary(scene, threads), output, scene, threads.count());
+    const auto result = run::make_boundary_in_shares(scene, shares, threads);
+    if (result) return print_result(*result, output, scene, threads.count());
+    if (run::stop_signal() == 0) return run::exit_done;
+    log_information("stopped by {}; re-run the same command to resume", run::stop_reason(run::stop_signal()));
+    return run::exit_stopped;
 }
 
 /// "0.35,0.14" as area fractions of beads and rods.
@@ -59,6 +96,9 @@ run::AreaFractions point_of(const std::string& written) {
 
 int print_table_boundary(const BoundaryOptions& options) {
     const SourceLocation file{.file = options.scene};
+    require(options.share.empty() && !options.collect && !options.status && options.slurm == 0, file,
+            "--share, --collect, --status and --slurm are for scenes, and this is a table of coefficients, whose "
+            "threshold takes seconds; expected the command without them");
     require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(), file,
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
             "that of its area fractions; expected the command without them");
@@ -103,6 +143,15 @@ void add_boundary(CLI::App& program, Action& action) {
     command->add_option("-o,--output", options->output, "Also write the result to this archive (HDF5)");
     command->add_option("--threads", options->threads, "Number of threads; overrides run.threads")
         ->check(CLI::Range(1, 1024));
+    command->add_option("--workers", options->workers, "Number of processes that compute points of a share")
+        ->check(CLI::Range(1, 1024));
+    add_share_options(*command, *options,
+                      {.work = "points of the lines",
+                       .collect = "Compute no lines: take those that all processes have computed",
+                       .status = "Print how far all processes have come",
+                       .slurm = "Print a script that runs N shares on Slurm and writes the archive"});
+    add_max_time(*command);
+    command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
     command->add_flag("--json", options->json, "Print the result as JSON, with all vertices");
     command->callback([options, &action] {

@@ -153,7 +153,7 @@ std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::Plan
 }
 
 Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncertain>& uncertain,
-                        const numerics::ContourOptions& options, Threads& threads) {
+                        const numerics::ContourOptions& options, const ComputeAll& compute) {
     const PlaneModels models(plane);
     const auto margins_of = [limit](const PlaneModels& of) {
         return [of, limit](const numerics::PlanePoint& point, const Margin* wave) {
@@ -168,7 +168,7 @@ Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncer
             return margins_of(PlaneModels(changed, models));
         });
     return model::trace_boundary({.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to},
-                                 margins_of(models), shifts, options, threads);
+                                 margins_of(models), shifts, options, compute);
 }
 
 }  // namespace drover::physics

@@ -16,7 +16,7 @@
 #include "drover/io/field_export.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/io/xyz.hpp"
-#include "drover/run/boundary.hpp"
+#include "drover/run/boundary_shares.hpp"
 #include "drover/run/calibration.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
@@ -178,14 +178,17 @@ void bind_theory(py::module_& module) {
         py::arg("scene"), py::arg("threads") = 0);
     module.def(
         "boundary",
-        [](const io::Scene& scene, int threads) {
+        [](const io::Scene& scene, int threads, const std::string& collected) {
             io::require_grid(scene, "boundary");
             return interruptibly([&] {
                 Threads team(theory_threads(threads, scene));
-                return Computed{run::make_boundary(scene, team), scene, "boundary", team.count()};
+                run::Result result =
+                    collected.empty() ? run::make_boundary(scene, team) : run::collect_boundary(scene, collected, team);
+                return Computed{std::move(result), scene, "boundary", team.count()};
             });
         },
-        py::arg("scene"), py::arg("threads") = 0);
+        py::arg("scene"), py::arg("threads") = 0, py::arg("collected") = "");
+    module.def("boundary_status", &run::boundary_status, py::arg("scene"), py::arg("folder"));
     module.def(
         "onset",
         [](const std::filesystem::path& table, const std::optional<double>& varied, const std::optional<double>& cell,
@@ -334,10 +337,6 @@ std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& wan
     return result.dump();
 }
 
-std::string tradeoff_status(const io::Scene& scene, const std::filesystem::path& folder) {
-    return nlohmann::json{{"text", run::tradeoff_status(scene, folder)}}.dump();
-}
-
 /// The recommended scene, as TOML.
 std::string with_accuracy(const io::Scene& scene, const std::vector<std::string>& want, bool quiet) {
     return nlohmann::json{{"scene", io::resolved_text(run::with_accuracy(scene, wishes_of(want), quiet))}}.dump();
@@ -355,16 +354,11 @@ std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, i
     return result.dump();
 }
 
-/// One line.
-std::string sweep_status(const io::Scene& scene, const std::filesystem::path& folder) {
-    return nlohmann::json{{"text", run::sweep_status(scene, folder)}}.dump();
-}
-
 std::string calibration_status(const io::Scene& scene, const std::filesystem::path& folder,
                                const std::vector<std::string>& want, const std::string& budget) {
     run::CalibrationOptions options{.folder = folder, .wishes = wishes_of(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
-    return nlohmann::json{{"text", run::calibration_status(scene, options)}}.dump();
+    return run::calibration_status(scene, options);
 }
 
 void bind_runs(py::module_& module) {
@@ -386,11 +380,11 @@ void bind_runs(py::module_& module) {
     // These start processes: drover/worker.py calls them in a process without threads.
     module.def("tradeoff", &tradeoff, py::arg("scene"), py::arg("want"), py::arg("budget"), py::arg("folder"),
                py::arg("workers"), py::arg("collect"), py::arg("quiet"));
-    module.def("tradeoff_status", &tradeoff_status, py::arg("scene"), py::arg("folder"));
+    module.def("tradeoff_status", &run::tradeoff_status, py::arg("scene"), py::arg("folder"));
     module.def("with_accuracy", &with_accuracy, py::arg("scene"), py::arg("want"), py::arg("quiet"));
     module.def("sweep", &sweep, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("quiet"));
-    module.def("sweep_status", &sweep_status, py::arg("scene"), py::arg("folder"));
+    module.def("sweep_status", &run::sweep_status, py::arg("scene"), py::arg("folder"));
     module.def("calibration_status", &calibration_status, py::arg("scene"), py::arg("folder"), py::arg("want"),
                py::arg("budget"));
     module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),

@@ -80,7 +80,11 @@ void check_boundary(const io::Scene& scene) {
 }
 
 Result make_boundary(const io::Scene& scene, Threads& threads) {
-    if (scene.kind == io::SceneKind::model) return make_model_boundary(scene, threads);
+    return make_boundary(scene, threads, on_threads(threads), false);
+}
+
+Result make_boundary(const io::Scene& scene, Threads& threads, const ComputeAll& compute, bool lines_alone) {
+    if (scene.kind == io::SceneKind::model) return make_model_boundary(scene, threads, compute, lines_alone);
     PlannedBoundary planned = plan_boundary(scene);
     physics::Plane& plane = planned.plane;
     warn_of_fixed_coefficients(scene, plane);
@@ -96,12 +100,12 @@ Result make_boundary(const io::Scene& scene, Threads& threads) {
         plane.model.weathercock.convention = convention;
         for (const physics::Limit limit : planned.limits) {
             const physics::Boundary boundary =
-                physics::trace_boundary(plane, limit, planned.uncertain, options, threads);
+                physics::trace_boundary(plane, limit, planned.uncertain, options, compute);
             complete = complete && boundary.complete;
             traced.rows.push_back(
                 traced_record(described_plane, lines_of(physics::limit_name(limit), convention), boundary));
         }
-        if (!planned.has_binodal) continue;
+        if (!planned.has_binodal || lines_alone) continue;
         const BinodalLines binodal = trace_binodal_lines(scene, plane, threads);
         Record record = traced_record(described_plane, lines_of(binodal_name, convention), binodal.boundary);
         record.footer = binodal.ends;
@@ -110,7 +114,7 @@ Result make_boundary(const io::Scene& scene, Threads& threads) {
     Result result{.root = plane_record(described_plane, complete, std::move(traced)),
                   .attributes = {{"boundary_x", plane.x.name}, {"boundary_y", plane.y.name}}};
     plane.model.weathercock.convention = planned.conventions.front();
-    if (scene.boundary.map > 0)
+    if (scene.boundary.map > 0 && !lines_alone)
         result.root.parts.push_back({"map",
                                      {.group = "/map",
                                       .maps = regime_map(plane, described_plane, scene.boundary.map, threads),

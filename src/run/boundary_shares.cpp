@@ -14,43 +14,51 @@ namespace {
 constexpr const char* plane_manifest = "boundary.toml";
 
 /// The version too, which decides what the loops are.
-std::string manifest_of(io::Scene scene) {
+std::string plane_manifest_of(io::Scene scene) {
     scene.run.threads = 0;
     scene.output.file.clear();
     return text("# drover {}\n", this_program()) + io::resolved_text(scene);
 }
 
-files::RecordIdentity identity_of(const std::string& manifest) {
+files::RecordIdentity plane_identity(const std::string& manifest) {
     return {.hash = files::fingerprint("boundary\n" + manifest), .content = manifest};
 }
 }  // namespace
 
 std::optional<Result> make_boundary_in_shares(const io::Scene& scene, const BoundaryShares& shares, Threads& threads) {
     check_boundary(scene);
-    if (shares.collect) require_folder(shares.folder, "boundary");
-    const std::string manifest = manifest_of(scene);
+    const std::string manifest = plane_manifest_of(scene);
     files::join_folder(shares.folder, plane_manifest, "", manifest);
     SharedCompute shared({.folder = shares.folder,
-                          .identity = identity_of(manifest),
+                          .identity = plane_identity(manifest),
                           .share = shares.share,
                           .workers = shares.workers > 0 ? shares.workers : threads.count(),
-                          .quiet = shares.quiet},
-                         shares.collect);
+                          .quiet = shares.quiet});
     const bool is_share = !shares.share.is_plain();
     try {
-        Result result = make_boundary(scene, threads, shared.compute(), is_share ? Part::lines : Part::all);
+        Result result = make_boundary(scene, threads, shared.compute(), is_share);
         if (is_share) return std::nullopt;
         return result;
-    } catch (const Interrupted& interrupted) {
-        if (interrupted.by_signal) return std::nullopt;
-        throw Error(Fault::run, {shares.folder.string()},
-                    "points of the plane are missing: run the same command without --collect, or more shares");
+    } catch (const Interrupted&) {
+        return std::nullopt;
     }
+}
+
+Result collect_boundary(const io::Scene& scene, const std::filesystem::path& folder, Threads& threads) try {
+    check_boundary(scene);
+    require_folder(folder, "boundary");
+    const std::string manifest = plane_manifest_of(scene);
+    files::join_folder(folder, plane_manifest, "", manifest);
+    SharedCompute known({.folder = folder, .identity = plane_identity(manifest)}, true);
+    return make_boundary(scene, threads, known.compute(), false);
+} catch (const Interrupted&) {
+    throw Error(Fault::run, {folder.string()},
+                "points of the plane are missing: run the same command without --collect, or more shares");
 }
 
 std::string boundary_status(const io::Scene& scene, const std::filesystem::path& folder) {
     require_folder(folder, "boundary");
-    const std::vector<UnitRecord> records = campaign_records(folder, identity_of(manifest_of(scene)));
+    const std::vector<UnitRecord> records = campaign_records(folder, plane_identity(plane_manifest_of(scene)));
     const auto done = std::count_if(records.begin(), records.end(),
                                     [](const UnitRecord& record) { return record.state == UnitState::done; });
     const Working now = working_in(folder);

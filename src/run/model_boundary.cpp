@@ -165,7 +165,7 @@ files::ResultTable state_map(const ModelPlane& plane, const PlannedModelBoundary
 
 void check_model_boundary(const io::Scene& scene) { plan_of(scene); }
 
-Result make_model_boundary(const io::Scene& scene, Threads& threads) {
+Result make_model_boundary(const io::Scene& scene, Threads& threads, const ComputeAll& compute, bool lines_alone) {
     const PlannedModelBoundary plan = plan_of(scene);
     const ModelPlane plane(scene, plan);
     const DescribedPlane described_plane{.x = described(plan.x),
@@ -178,14 +178,14 @@ Result make_model_boundary(const io::Scene& scene, Threads& threads) {
     for (const MarginState state : plan.states) {
         const model::Boundary boundary =
             model::trace_boundary(rectangle, plane.margin(state), plane.uncertain(state),
-                                  {.cells = scene.boundary.cells, .chord = scene.boundary.chord}, threads);
+                                  {.cells = scene.boundary.cells, .chord = scene.boundary.chord}, compute);
         complete = complete && boundary.complete;
         traced.rows.push_back(
             traced_record(described_plane, lines_of(state_names[static_cast<std::size_t>(state)]), boundary));
     }
     Result result{.root = plane_record(described_plane, complete, std::move(traced)),
                   .attributes = {{"boundary_x", described_plane.x.name}, {"boundary_y", described_plane.y.name}}};
-    if (scene.boundary.map > 0)
+    if (scene.boundary.map > 0 && !lines_alone)
         result.root.parts.push_back({"map",
                                      {.group = "/map",
                                       .maps = state_map(plane, plan, described_plane, scene.boundary.map, threads),

@@ -1,13 +1,13 @@
 // run/model_boundary.hpp: where the uniform states of a declared model become unstable, in a plane of its coefficients.
 #pragma once
-#include "drover/base/threads.hpp"
+#include "drover/base/compute_all.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/run/result.hpp"
 
 namespace drover::run {
 
 /// make_boundary() for a scene with a model of its own.
-Result make_model_boundary(const io::Scene& scene, Threads& threads);
+Result make_model_boundary(const io::Scene& scene, Threads& threads, const ComputeAll& compute, bool lines_alone);
 
 /// Throws the input Errors of make_model_boundary without tracing.
 void check_model_boundary(const io::Scene& scene);

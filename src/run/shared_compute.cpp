@@ -77,13 +77,12 @@ struct SharedCompute::State {
                 numbers(item, std::span(found).subspan(item * width, width));
             return found;
         }
-        if (campaign && campaign->run().stopped) throw Interrupted{.by_signal = true};
+        if (campaign && campaign->run().stopped) throw Interrupted{};
         std::vector<double> found;
         for (std::size_t unit = 0; unit < loop.units(); ++unit) {
             const std::string key = key_of(loop.number, unit);
             const auto there = known.find(key);
-            if (const auto why = failed.find(key); why != failed.end())
-                throw Error(Fault::run, {}, why->second);
+            if (const auto why = failed.find(key); why != failed.end()) throw Error(Fault::run, {}, why->second);
             if (there == known.end()) throw Interrupted{};
             found.insert(found.end(), there->second.begin(), there->second.end());
             known.erase(there);
@@ -94,7 +93,7 @@ struct SharedCompute::State {
     bool collects;
     Loop loop = {};
     std::map<std::string, std::vector<double>> known;  ///< of this and of later loops
-    std::map<std::string, std::string> failed;  ///< why, by key
+    std::map<std::string, std::string> failed;         ///< why, by key
     std::size_t computed = 0;
     std::unique_ptr<Campaign> campaign = {};
 };

@@ -7,10 +7,9 @@
 
 namespace drover::run {
 
-/// What compute() throws when a loop cannot end in this process.
-struct Interrupted {
-    bool by_signal = false;  ///< else numbers are missing, and this process only collects
-};
+/// What compute() throws when a loop does not end in this process: a signal came, or numbers are missing and it only
+/// collects.
+struct Interrupted {};
 
 /// The loops of a calculation whose course depends on their numbers alone: every process goes through the same loops,
 /// and computes of each what no other has.  Numbers of a loop that is over are not computed again, so that a process

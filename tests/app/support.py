@@ -130,6 +130,34 @@ def end_shares(shares, seconds=240):
     assert [process.returncode for process in shares] == [0] * len(shares)
 
 
+SBATCH = """#!/bin/sh
+# Replaces Slurm: runs the tasks of an array, or a job, sequentially and immediately.
+echo "$@" >> "$SBATCH_LOG"
+tasks=0
+for word in "$@"; do
+    case "$word" in --array=1-*) tasks=${word#--array=1-} ;; esac
+    last=$word
+done
+SLURM_CPUS_PER_TASK=1; export SLURM_CPUS_PER_TASK
+if [ "$tasks" = 0 ]; then sh -c "$last" >> "$SBATCH_LOG.out" 2>&1; fi
+while [ "$tasks" -gt 0 ]; do
+    SLURM_ARRAY_TASK_ID=$tasks sh -c "$last" >> "$SBATCH_LOG.out" 2>&1
+    tasks=$((tasks - 1))
+done
+echo "4711;cluster"
+"""
+
+
+def slurm_at_once(folder):
+    """The environment of a Slurm that runs all jobs as they are submitted."""
+    binaries = folder / "bin"
+    binaries.mkdir()
+    (binaries / "sbatch").write_text(SBATCH)
+    (binaries / "sbatch").chmod(0o755)
+    (binaries / "drover").symlink_to(DROVER)
+    return {"PATH": f"{binaries}:{os.environ['PATH']}", "SBATCH_LOG": str(folder / "log")}
+
+
 def drover_json(folder, *words):
     """What a command prints with --json."""
     return json.loads(drover(folder, *words, "--json").stdout)

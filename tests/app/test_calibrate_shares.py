@@ -6,10 +6,11 @@ import re
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import pytest
 from calibration import assert_same_tables, trials_in, undisturbed, write_tiny
-from support import DROVER, drover, end_group, end_shares, environment, start, start_shares, wait_until
+from support import drover, end_group, end_shares, environment, slurm_at_once, start, start_shares, wait_until
 
 ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]}  # one measurement
 
@@ -20,41 +21,17 @@ def calibration_made_once(tmp_path_factory):
     return undisturbed(tmp_path_factory.mktemp("whole"))
 
 
-SBATCH = """#!/bin/sh
-# Replaces Slurm: runs the tasks of an array, or a job, sequentially and immediately.
-echo "$@" >> "$SBATCH_LOG"
-tasks=0
-for word in "$@"; do
-    case "$word" in --array=1-*) tasks=${word#--array=1-} ;; esac
-    last=$word
-done
-SLURM_CPUS_PER_TASK=1; export SLURM_CPUS_PER_TASK
-if [ "$tasks" = 0 ]; then sh -c "$last" >> "$SBATCH_LOG.out" 2>&1; fi
-while [ "$tasks" -gt 0 ]; do
-    SLURM_ARRAY_TASK_ID=$tasks sh -c "$last" >> "$SBATCH_LOG.out" 2>&1
-    tasks=$((tasks - 1))
-done
-echo "4711;cluster"
-"""
-
-
 def test_the_script_for_slurm_gives_the_same_table_in_shares(whole, tmp_path):
-    binaries = tmp_path / "bin"
-    binaries.mkdir()
-    (binaries / "sbatch").write_text(SBATCH)
-    (binaries / "sbatch").chmod(0o755)
-    (binaries / "drover").symlink_to(DROVER)
+    slurm = slurm_at_once(tmp_path)
     folder = tmp_path / "it's here"  # a quote and a space
     folder.mkdir()
     scene = write_tiny(folder)
     script = drover(folder, "calibrate", scene, "--slurm", "3", "-o", "shares").stdout
     (folder / "calibrate.sh").write_text(script)
-    log = tmp_path / "log"
     ended = subprocess.run(["sh", "calibrate.sh", "--partition=short"], cwd=folder, capture_output=True, text=True,
-                           check=False,
-                           env=environment(PATH=f"{binaries}:{os.environ['PATH']}", SBATCH_LOG=str(log)), timeout=300)
+                           check=False, env=environment(**slurm), timeout=300)
     assert ended.returncode == 0, ended.stderr
-    array, table = log.read_text().split("--parsable ")[1:]
+    array, table = Path(slurm["SBATCH_LOG"]).read_text().split("--parsable ")[1:]
     assert "--array=1-3" in array and "--partition=short" in array
     assert "--dependency=afterany:4711 " in table and "--partition=short" in table and "--share" not in table
     assert_same_tables(folder / "shares", whole[0])

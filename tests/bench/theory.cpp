@@ -90,7 +90,8 @@ void boundary(benchmark::State& state, physics::Limit limit) {
                                        std::vector<double>(12, 0.5)}}}};
     const std::vector<physics::Uncertain> uncertain = physics::table_errors(plane.model);
     Threads threads(static_cast<int>(state.range(0)));
-    for (auto _ : state) benchmark::DoNotOptimize(physics::trace_boundary(plane, limit, uncertain, {}, threads));
+    for (auto _ : state)
+        benchmark::DoNotOptimize(physics::trace_boundary(plane, limit, uncertain, {}, on_threads(threads)));
     state.counters["transforms"] = 0;
 }
 void boundary_onset(benchmark::State& state) { boundary(state, physics::Limit::onset); }

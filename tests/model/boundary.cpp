@@ -44,7 +44,7 @@ TEST(ModelBoundaryLong, OfTheBrusselatorHasATuringPartAndAHopfPart) {
     Threads threads(1);
     const Boundary found = trace_boundary({.x0 = 0.5, .x1 = 4.0, .y0 = 1.0, .y1 = 12.0},
                                           plane_of(brusselator(), "a", "b", MarginState::isotropic), {},
-                                          {.cells = 8, .chord = 1e-2}, threads);
+                                          {.cells = 8, .chord = 1e-2}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1U);
     const double ratio = std::sqrt(5.0 / 12.0);
     const auto turing = [&](double a) { return std::pow(1.0 + a * ratio, 2.0); };
@@ -79,7 +79,7 @@ TEST(ModelBoundary, OfPhaseSeparationIsThatOfTheLongestWaves) {
                              {.min = 1e-2, .max = 10.0, .wavenumbers = 31}, wave);
     };
     const Boundary found = trace_boundary({.x0 = -1.0, .x1 = 1.0, .y0 = 0.05, .y1 = 1.0}, margin, {},
-                                          {.cells = 8, .chord = 1e-2}, threads);
+                                          {.cells = 8, .chord = 1e-2}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1U);
     EXPECT_LT(farthest(found, [](double r) { return std::sqrt(-r / 3.0); }), 1e-9);
     for (const BoundaryPoint& point : found.lines[0].points) {
@@ -98,7 +98,7 @@ TEST(ModelBoundaryLong, OfAnOrderedStateIsNoPlaceOfItsFreeDirection) {
                       .coefficients = {{"m", 1.0}, {"k", 0.5}}};
     const Boundary found =
         trace_boundary({.x0 = 0.2, .x1 = 1.0, .y0 = 0.1, .y1 = 1.5}, plane_of(model, "m", "k", MarginState::ordered),
-                       {}, {.cells = 1, .chord = 0.2}, threads);
+                       {}, {.cells = 1, .chord = 0.2}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1U);
     EXPECT_LT(farthest(found, [](double m) { return m; }), 1e-9);
     EXPECT_TRUE(std::isnan(plane_of(model, "m", "k", MarginState::ordered)({-0.2, 0.5}, nullptr).value));
@@ -113,7 +113,7 @@ TEST(ModelBoundary, MovesByTheErrorOfACoefficient) {
     };
     const Boundary found =
         trace_boundary({.x0 = 2.5, .x1 = 4.0, .y0 = 5.0, .y1 = 13.0}, plane_of(brusselator(), "a", "b", state),
-                       {uncertain}, {.cells = 4, .chord = 1e-2}, threads);
+                       {uncertain}, {.cells = 4, .chord = 1e-2}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1U);
     const double ratio = std::sqrt(5.0 / 12.0);
     for (const BoundaryPoint& point : found.lines[0].points) {

@@ -52,7 +52,7 @@ TEST(PhaseBoundary, of_a_closed_island_is_on_its_circle) {
     // abar = (rho - 1)^2 + (sigma - 1.1)^2 - 0.09.
     const Plane plane = density_plane(1.0 + 1.21 - 0.09, {"-2 rho", "1 rho^2", "-2.2 sigma", "1 sigma^2"});
     Threads threads(2);
-    const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, threads);
+    const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1u);
     EXPECT_TRUE(found.lines[0].closed);
     EXPECT_LT(farthest(found, [](const BoundaryPoint& p) { return std::abs(std::hypot(p.x - 1.0, p.y - 1.1) - 0.3); }),
@@ -68,7 +68,7 @@ TEST(PhaseBoundary, with_a_cusp_is_followed_into_it) {
     // abar = (sigma - 1)^2 - (rho - 1)^3: a cusp at (1, 1).
     const Plane plane = density_plane(1.0 + 1.0, {"-2 sigma", "1 sigma^2", "-1 rho^3", "3 rho^2", "-3 rho"});
     Threads threads(2);
-    const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, threads);
+    const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, on_threads(threads));
     // The nearest place of the curve (1 + t^2, 1 + t^3), by its stationary points in t from many starts.
     const auto distance = [](double x, double y) {
         double least = std::hypot(x - 1.0, y - 1.0);
@@ -99,7 +99,7 @@ TEST(PhaseBoundary, with_a_double_point_is_followed_through_it) {
     // abar = (sigma - 1)^2 - (rho - 0.9)^2: two lines that cross.
     const Plane plane = density_plane(1.0 - 0.81, {"-2 sigma", "1 sigma^2", "-1 rho^2", "1.8 rho"});
     Threads threads(2);
-    const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, threads);
+    const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, on_threads(threads));
     double nearest = 1.0;
     for (const BoundaryLine& line : found.lines)
         for (const BoundaryPoint& p : line.points) {
@@ -127,7 +127,7 @@ TEST(PhaseBoundary, of_rods_with_drag_lies_at_a_gain_of_two) {
     Threads threads(2);
     for (const std::string convention : {"single-rod", "mean"}) {
         plane.model.weathercock.convention = convention;
-        const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, threads);
+        const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, on_threads(threads));
         ASSERT_EQ(found.lines.size(), 1u);
         for (const BoundaryPoint& p : found.lines[0].points)
             EXPECT_NEAR(p.x * l.alpha / (l.gamma * p.y), convention == "mean" ? 1.0 : 2.0,
@@ -149,7 +149,7 @@ TEST(PhaseBoundaryLong, of_banding_is_the_closed_form) {
                                        }),
                       .y = rods(0.5, 4.0)};
     Threads threads(2);
-    const Boundary found = trace_boundary(plane, Limit::banding, {}, {.cells = 32}, threads);
+    const Boundary found = trace_boundary(plane, Limit::banding, {}, {.cells = 32}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1u);
     for (const BoundaryPoint& p : found.lines[0].points) {
         EXPECT_NEAR(p.x * p.y - a, p.x * p.x / (4.0 * b * pressure + 2.0 * w * p.x), 1e-8);
@@ -170,7 +170,7 @@ TEST(PhaseBoundary, of_oblique_waves_with_speeds_alone_is_where_two_meet) {
                       .y = coefficient("advection.strength", 0.1, 1.0,
                                        [](Model& m, double value) { m.advection.strength = value; })};
     Threads threads(2);
-    const Boundary found = trace_boundary(plane, Limit::oblique, {}, {.cells = 16}, threads);
+    const Boundary found = trace_boundary(plane, Limit::oblique, {}, {.cells = 16}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1u);
     // Angles are refined to 1e-6, speeds that differ by 3e-7 of the largest count as one.
     EXPECT_LT(farthest(found, [](const BoundaryPoint& p) { return std::abs(p.x); }), 1e-6);
@@ -185,7 +185,7 @@ TEST(PhaseBoundary, of_phase_separation_is_where_densities_attract) {
                       .y = coefficient("stiffness.rods", 0.0, 4.0,
                                        [](Model& m, double value) { m.stiffness.rods = value; })};
     Threads threads(2);
-    const Boundary found = trace_boundary(plane, Limit::phase_separation, {}, {.cells = 32}, threads);
+    const Boundary found = trace_boundary(plane, Limit::phase_separation, {}, {.cells = 32}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1u);
     for (const BoundaryPoint& p : found.lines[0].points) {
         const double bbar = l.pressure_b + l.lambda * p.y / l.gamma, abar = p.x + l.lambda * l.e / l.gamma;
@@ -200,7 +200,7 @@ TEST(PhaseBoundary, outside_a_table_is_not_traced) {
                          .columns = {{"relaxation.rate", {{0.5, 0.4, 0.0, -0.1, -0.5, -0.6}, {}}}}};
     plane.model.uniform = {.rod_density = 1.0, .bead_density = 1.0};
     Threads threads(1);
-    const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, threads);
+    const Boundary found = trace_boundary(plane, Limit::onset, {}, {}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1u);
     EXPECT_FALSE(found.lines[0].closed);
     EXPECT_EQ(farthest(found,
@@ -222,7 +222,7 @@ TEST(PhaseBoundary, outside_a_table_is_not_traced_against_another_parameter) {
     plane.y =
         coefficient("relaxation.saturation", 0.5, 2.0, [](Model& m, double value) { m.relaxation.saturation = value; });
     Threads threads(1);
-    const Boundary found = trace_boundary(plane, Limit::onset, {}, {.cells = 16}, threads);
+    const Boundary found = trace_boundary(plane, Limit::onset, {}, {.cells = 16}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1u);
     EXPECT_LT(farthest(found, [](const BoundaryPoint& p) { return std::abs(p.x - 1.0); }), 1e-8);
 }
@@ -231,7 +231,7 @@ TEST(PhaseBoundary, in_a_field_has_no_onset) {
     Plane plane = density_plane(1.0, {"-1 rho"});
     plane.model.orienting_field = {.x = 0.01};
     Threads threads(1);
-    EXPECT_TRUE(trace_boundary(plane, Limit::onset, {}, {.cells = 8}, threads).lines.empty());
+    EXPECT_TRUE(trace_boundary(plane, Limit::onset, {}, {.cells = 8}, on_threads(threads)).lines.empty());
 }
 
 TEST(PhaseBoundary, of_an_invalid_model_names_the_point) {
@@ -243,7 +243,7 @@ TEST(PhaseBoundary, of_an_invalid_model_names_the_point) {
     plane.model.fields.bead_velocity = "slaved";
     Threads threads(1);
     try {
-        trace_boundary(plane, Limit::onset, {}, {}, threads);
+        trace_boundary(plane, Limit::onset, {}, {}, on_threads(threads));
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(std::string(error.what()).rfind("at drag.coefficient = ", 0), 0u) << error.what();
@@ -280,7 +280,7 @@ TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
         Plane drawn = truth;
         for (std::size_t i = 0; i < uncertain.size(); ++i)
             uncertain[i].add(drawn.model, numbers[i] * uncertain[i].error);
-        const Boundary found = trace_boundary(drawn, Limit::onset, uncertain, coarse, threads);
+        const Boundary found = trace_boundary(drawn, Limit::onset, uncertain, coarse, on_threads(threads));
         ASSERT_EQ(found.lines.size(), 1u);
         // One point of each, so that trials are independent: half-way along.
         const BoundaryPoint& p = found.lines[0].points[found.lines[0].points.size() / 2];

@@ -66,12 +66,7 @@ TEST(SharedCompute, collecting_what_is_not_complete_says_so) {
         Campaign({.wanted = [](const Offer&) {}, .run = {}, .take = {}}, options(folder));
     }
     SharedCompute collecting(options(folder), true);
-    try {
-        circle(collecting.compute());
-        FAIL();
-    } catch (const Interrupted& interrupted) {
-        EXPECT_FALSE(interrupted.by_signal);
-    }
+    EXPECT_THROW(circle(collecting.compute()), Interrupted);
 }
 
 TEST(SharedCompute, three_processes_one_of_which_is_killed_divide_the_loops) {

@@ -46,11 +46,11 @@ struct Boundary {
     bool complete = true;
 };
 
-/// Finds every closed curve wider than a sampling cell, see numerics/contour.hpp.  Several threads call the margins at
-/// once.
+/// Finds every closed curve wider than a sampling cell, see numerics/contour.hpp.  Several threads or processes
+/// call the margins at once.
 Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin,
                         const std::vector<UncertainMargin>& uncertain, const numerics::ContourOptions& options,
-                        Threads& threads);
+                        const ComputeAll& compute);
 
 /// The state of a margin: the isotropic one nearest to the references, or the one of the largest order.
 enum class MarginState { isotropic, ordered };

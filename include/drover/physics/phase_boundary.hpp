@@ -61,6 +61,6 @@ std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::Plan
 
 /// Traces the lines of one limit.
 Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncertain>& uncertain,
-                        const numerics::ContourOptions& options, Threads& threads);
+                        const numerics::ContourOptions& options, const ComputeAll& compute);
 
 }  // namespace drover::physics

@@ -1,6 +1,6 @@
 // run/boundary.hpp: phase boundaries in a plane of two numbers of a scene's model.
 #pragma once
-#include "drover/base/threads.hpp"
+#include "drover/base/compute_all.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/run/result.hpp"
 
@@ -10,6 +10,9 @@ namespace drover::run {
 /// regimes.  Throws an input Error, at boundary.x, .y, .lines, .conventions or .errors, for a plane that cannot be
 /// traced.
 Result make_boundary(const io::Scene& scene, Threads& threads);
+
+/// The same with the lines and their errors by `compute`, and, with `lines_alone`, nothing else.
+Result make_boundary(const io::Scene& scene, Threads& threads, const ComputeAll& compute, bool lines_alone);
 
 /// Throws the same input Errors for the plane of a scene, if it has one, without tracing it.
 void check_boundary(const io::Scene& scene);

@@ -12,15 +12,17 @@ namespace drover::run {
 struct BoundaryShares {
     std::filesystem::path folder;
     Share share = {};
-    int workers = 0;       ///< processes; 0: the threads
-    bool collect = false;  ///< computes no lines
+    int workers = 0;  ///< processes; 0: the threads
     bool quiet = false;
 };
 
 /// The result of make_boundary, to the byte; nothing for a share, whose part is done, and after a signal.  Goes on with
-/// what is in the folder.  Throws as make_boundary, an input Error if the folder holds another plane or points of
-/// another version, and with `collect` a run Error where points are missing.
+/// what is in the folder.  Throws as make_boundary, and an input Error if the folder holds another plane, or points of
+/// another version.
 std::optional<Result> make_boundary_in_shares(const io::Scene& scene, const BoundaryShares& shares, Threads& threads);
+
+/// The same from points that have been computed; throws a run Error where some are missing.
+Result collect_boundary(const io::Scene& scene, const std::filesystem::path& folder, Threads& threads);
 
 /// One line on what all processes have done.
 std::string boundary_status(const io::Scene& scene, const std::filesystem::path& folder);

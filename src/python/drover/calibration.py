@@ -45,7 +45,7 @@ def calibrate(scene, folder=None, *, want=(), budget="", workers=0, share=(1, 1)
         folder = folder_for_jobs(folder)
         options = [word for wish in wishes for word in ("--want", wish)] + (["--budget", budget] if budget else [])
         submit("calibrate", scene, folder, slurm, options)
-        return Submitted(folder, lambda: _drover.calibration_status(scene, folder, wishes, budget),
+        return Submitted(folder, lambda: _drover.calibration_status(scene._native, folder, wishes, budget),
                          lambda: calibrate(scene, folder, want=want, budget=budget, collect=True))
     return Calibration(call("calibrate", scene, folder=folder_of(scene, folder), share=first, shares=shares,
                             collect=collect, want=wishes, budget=budget, quiet=quiet))

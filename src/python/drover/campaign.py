@@ -1,5 +1,4 @@
 """drover/campaign.py: work of many processes, as jobs of Slurm."""
-import json
 import os
 import subprocess
 
@@ -17,7 +16,7 @@ class Submitted:
 
     def status(self):
         """One line: how far all jobs have come."""
-        return json.loads(self._status())["text"] if os.path.isdir(self.folder) else "no share has started yet"
+        return self._status() if os.path.isdir(self.folder) else "no share has started yet"
 
     def collect(self):
         """The result of what has ended."""
@@ -27,7 +26,7 @@ class Submitted:
 def folder_for_jobs(folder):
     """An absolute path."""
     if folder is None:
-        raise Error("slurm without a folder; expected folder=, a place that all nodes see")
+        raise Error("slurm without a place for the results, which all nodes see; expected folder=, of a boundary output=")
     return os.path.abspath(folder)
 
 

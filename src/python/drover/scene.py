@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 
 from drover import _drover
+from drover.campaign import Submitted, folder_for_jobs, submit
 from drover.error import Error
 from drover.functions import function_of, function_table, held_functions
 from drover.locks import hdf5
@@ -255,10 +256,13 @@ class Scene:
         """
         return computed(_drover.stability, self, output, overwrite, threads=threads)
 
-    def boundary(self, x=None, y=None, *, conventions=(), output=None, threads=0, overwrite=False):
+    def boundary(self, x=None, y=None, *, conventions=(), output=None, threads=0, overwrite=False,
+                 slurm=0):
         """Phase boundaries in a plane of two numbers, as `drover boundary`: a Theory.
 
         x and y are axes: ("driving.strength", 5, 60), or "driving.strength = 5:60"; default: those of the scene.
+        `slurm=20` submits 20 jobs to Slurm, which write the archive `output`, and returns a campaign.Submitted with
+        status() and collect() at once.
 
         >>> scene = Scene.from_dict({"relaxation.saturation": 1.0, "boundary.map": 0})
         >>> line = scene.boundary(("relaxation.rate", -1, 1), ("elasticity.stiffness", 0.5, 1))
@@ -268,7 +272,14 @@ class Scene:
         changes = {f"boundary.{name}": range_text(axis) for name, axis in (("x", x), ("y", y)) if axis is not None}
         if conventions:
             changes["boundary.conventions"] = [conventions] if isinstance(conventions, str) else list(conventions)
-        return computed(_drover.boundary, self.set(changes) if changes else self, output, overwrite, threads=threads)
+        scene = self.set(changes) if changes else self
+        if not slurm:
+            return computed(_drover.boundary, scene, output, overwrite, threads=threads)
+        file = folder_for_jobs(output)
+        submit("boundary", scene, file, slurm)
+        shares = file + ".shares"
+        return Submitted(shares, lambda: _drover.boundary_status(scene._native, shares),
+                         lambda: computed(_drover.boundary, scene, None, False, threads=threads, collected=shares))
 
     def states(self, wave="x", *, speed=None, settle=None, follow="", points=60, output=None, threads=0,
                overwrite=False):

@@ -1,5 +1,4 @@
 """drover/sweeping.py: many runs of one scene, and their table."""
-import json
 import os
 import tempfile
 import warnings
@@ -102,7 +101,7 @@ class SlurmSweep(Sweep):
         from drover import _drover
         if not os.path.isdir(self.folder):
             return "no share has started yet"
-        return json.loads(_drover.sweep_status(self.scene, self.folder))["text"]
+        return _drover.sweep_status(self.scene._native, self.folder)
 
     def collect(self):
         """The Sweep of the runs that have ended."""

@@ -54,7 +54,7 @@ def tradeoff(scene, want, budget="20min", *, folder=None, workers=0, collect=Fal
         folder = folder_for_jobs(folder)
         submit("tradeoff", scene, folder, slurm, [*(word for wish in wishes for word in ("--want", wish)), "--budget",
                                                   budget])
-        return Submitted(folder, lambda: _drover.tradeoff_status(scene, folder),
+        return Submitted(folder, lambda: _drover.tradeoff_status(scene._native, folder),
                          lambda: tradeoff(scene, want, budget, folder=folder, collect=True))
     with tempfile.TemporaryDirectory(prefix="drover-tradeoff-") as scratch:
         kept = os.path.join(scratch, "trials") if folder is None else os.path.abspath(folder)
