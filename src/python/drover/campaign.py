@@ -26,7 +26,8 @@ class Submitted:
 def folder_for_jobs(folder):
     """An absolute path."""
     if folder is None:
-        raise Error("slurm without a place for the results, which all nodes see; expected folder=, of a boundary output=")
+        raise Error("slurm without a place for the results that all nodes see; expected folder=, or for a boundary "
+                    "output=")
     return os.path.abspath(folder)
 
 
