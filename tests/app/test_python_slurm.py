@@ -1,4 +1,4 @@
-"""tests/app/test_python_slurm.py: work submitted to Slurm from Python: its status, and its results, those of one call."""
+"""tests/app/test_python_slurm.py: work submitted to Slurm from Python: its status, and its results."""
 import drover
 import numpy as np
 import pytest
