@@ -9,6 +9,7 @@
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/model_simulation.hpp"
 #include "drover/run/warnings.hpp"
+#include "run/growing_waves.hpp"
 #include "run/model_stability.hpp"
 #include "run/sample_recording.hpp"
 
@@ -37,9 +38,8 @@ void warn_of_tails(const io::Scene& scene, const model::Equations& equations, co
         if (tail > max_spectral_tail)
             warnings.push_back(
                 text("the grid does not resolve {}: {:.2g} of its variance is in the shortest waves "
-                     "(spectral_tail_{}); expected less than {}: choose grid.nx = {}{}",
-                     field.name, tail, field.name, max_spectral_tail, 2 * scene.grid.nx,
-                     scene.grid.ny > 1 ? text(" and grid.ny = {}", 2 * scene.grid.ny) : ""));
+                     "(spectral_tail_{}); expected less than {}: choose {}",
+                     field.name, tail, field.name, max_spectral_tail, grid_keys(scene.grid, 2)));
     }
 }
 
@@ -97,6 +97,9 @@ std::vector<std::string> model_warnings(const io::Scene& scene) {
     const model::Equations equations(io::model_of(scene.declared));
     std::vector<std::string> warnings =
         model::start_warnings(io::start_of(scene), equations, scene.grid, io::kept_degree(scene, equations));
+    if (std::string cut = growing_waves_warning(equations.linear_system(scene.grid, io::kept_degree(scene, equations)));
+        !cut.empty())
+        warnings.push_back(std::move(cut));
     if (!equations.has_finite_degree())
         warnings.emplace_back(
             "some functions of the equations are no polynomials: their aliases are not removed exactly; compare with a "

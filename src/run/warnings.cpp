@@ -16,6 +16,7 @@
 #include "drover/physics/stability_rows.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "run/field_health.hpp"
+#include "run/growing_waves.hpp"
 #include "run/text_resolution.hpp"
 
 namespace drover::run {
@@ -192,18 +193,15 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
         const double linear = predicted_tail(*theory, field);
         worst = worst_tail(times, tails, variances, std::max(least, max_tail_over_linear * linear));
         if (worst.fraction <= max_spectral_tail) continue;
-        const auto grid_text = [&](int nx, int ny) {
-            return scene.grid.ny == 1 ? text("grid.nx = {}", nx) : text("grid.nx = {} and grid.ny = {}", nx, ny);
-        };
+        numerics::Grid finer = scene.grid;
+        finer.nx = points_that_resolve(finer.nx, worst.fraction);
+        if (finer.ny > 1) finer.ny = points_that_resolve(finer.ny, worst.fraction);
         warnings.push_back(text(
             "the grid does not resolve {} with {}: {:.2g} of its variance is in the shortest waves of the grid at "
             "t = {:.6g} s (spectral_tail_{}); expected less than {}: choose {}, or a larger {}; a step that is too "
             "long has the same effect: try time.dt = {}",
-            field.name, grid_text(scene.grid.nx, scene.grid.ny), worst.fraction, worst.time, field.name,
-            max_spectral_tail,
-            grid_text(points_that_resolve(scene.grid.nx, worst.fraction),
-                      points_that_resolve(scene.grid.ny, worst.fraction)),
-            field.smoothing, 0.5 * scene.time.dt));
+            field.name, grid_keys(scene.grid), worst.fraction, worst.time, field.name, max_spectral_tail,
+            grid_keys(finer), field.smoothing, 0.5 * scene.time.dt));
     }
 }
 
@@ -323,6 +321,15 @@ Excess samples_below(const files::ArchiveReader& archive, const std::string& obs
     return excess;
 }
 
+/// Whether the scene has some waves on a grid, and all that grow.
+bool has_waves(const io::Scene& scene, const numerics::Grid& grid) {
+    const numerics::System system = physics::linear_system(scene.model, grid, scene.dealiasing);
+    constexpr std::size_t fewest = 4;  // along an axis
+    return (grid.nx == scene.grid.nx || numerics::is_kept(grid, system.degree, fewest, 0)) &&
+           (grid.ny == scene.grid.ny || numerics::is_kept(grid, system.degree, 0, fewest)) &&
+           growing_waves_warning(system).empty();
+}
+
 /// Negative densities, except where the model is linear in the density and its noise allows them, and where the model
 /// stops at them.
 void add_negative_densities(const files::ArchiveReader& archive, const io::Scene& scene,
@@ -346,8 +353,16 @@ void add_negative_densities(const files::ArchiveReader& archive, const io::Scene
             const bool one_row = scene.grid.ny == 1;
             const double excess = std::max(min_in_cell / in_cell, 4.0), factor = one_row ? excess : std::sqrt(excess);
             const auto even = [&](int points) { return std::max(4, 2 * static_cast<int>(points / factor / 2.0)); };
-            remedy = text("a cell of the grid holds {:.2g} {}s: choose larger cells, grid.nx = {}{}", in_cell, what,
-                          even(scene.grid.nx), one_row ? "" : text(" and grid.ny = {}", even(scene.grid.ny)));
+            numerics::Grid coarser = scene.grid;
+            coarser.nx = even(coarser.nx);
+            if (!one_row) coarser.ny = even(coarser.ny);
+            remedy = text("a cell of the grid holds {:.2g} {}s", in_cell, what);
+            remedy += has_waves(scene, coarser)
+                          ? text(": choose larger cells, {}", grid_keys(coarser))
+                          : text(
+                                ", and no grid with waves has cells that hold enough: choose a larger "
+                                "uniform.{}_density",
+                                what);
             if (its_noise > 0.0) remedy += text(", or noise.{}s below {:.2g}", what, its_noise / 4.0);
         }
         if (what == "rod")
@@ -386,7 +401,8 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     const auto worst = std::max_element(errors.begin(), errors.end());
     // A step that was chosen for means need not follow the noise path more closely than this.
     constexpr double decoupled = 0.3;
-    if (*worst <= (scene.time.chosen == "means" ? decoupled : scene.time.max_error)) return;
+    const double allowed = std::max(scene.time.max_error, scene.time.chosen == "means" ? decoupled : 0.0);
+    if (*worst <= allowed) return;
     if (scene.time.tolerance > 0.0) {  // dt may be no more than an interval of outputs
         warnings.push_back(
             text("the steps of {} are too inaccurate: their estimated error is {:.2g} of a field's fluctuation at "

@@ -12,11 +12,18 @@ TABLE = MODELS / "matched.calibration" / "table.h5"
 START = MODELS / "bead-flock-start.h5"
 
 
-def test_the_warning_of_negative_densities_recommends_no_noise_below_zero(tmp_path):
-    base = {**SMALL, "current.kind": "density-order", "initial.kind": "uniform", "noise.rods": 0.0, "noise.order": 20.0,
+NEGATIVE = {**SMALL, "current.kind": "density-order", "initial.kind": "uniform", "noise.rods": 0.0, "noise.order": 20.0,
             "diffusion.rods": 0.05, "time.dt": 0.01, "time.end": 2.0}
-    found = drover(tmp_path, "run", write_scene(tmp_path, base=base), "--quiet").stdout
-    assert "the rod density is negative" in found and "grid.nx = " in found and "below 0" not in found
+
+
+@pytest.mark.parametrize("points, names_grid", [(64, True), (16, False)])
+def test_the_warning_of_negative_densities_recommends_no_noise_below_zero_and_no_grid_without_waves(
+        points, names_grid, tmp_path):
+    scene = write_scene(tmp_path, {"grid.nx": points, "grid.ny": points, "grid.lx": 16.0 * points / 16,
+                                   "grid.ly": 16.0 * points / 16}, base=NEGATIVE)
+    found = drover(tmp_path, "run", scene, "--quiet").stdout
+    assert "the rod density is negative" in found and "below 0" not in found
+    assert ("grid.nx = " in found) == names_grid and ("larger uniform.rod_density" in found) != names_grid, found
 
 
 def test_a_time_step_that_is_recommended_divides_the_durations(tmp_path):
@@ -81,6 +88,26 @@ def test_check_passes_the_planes_of_the_models(tmp_path):
     assert with_plane
     for path in with_plane:
         drover(tmp_path, "check", path)
+
+
+def test_a_grid_that_cuts_growing_waves_is_told_with_one_that_keeps_them(tmp_path):
+    (tmp_path / "own.toml").write_text("""
+field = [{symbol = "phi"}]
+grid = {nx = 8, ny = 8, lx = 40.0, ly = 40.0}
+time = {dt = 0.1, end = 1.0}
+initial = {kind = "random", amplitude = 0.1}
+output = {frame_every = 1.0, sample_every = 0.1}
+equations = {phi = "phi + lap phi - phi^3"}
+""")
+    # Waves grow for q < 1; three factors keep q < 2 pi/40 * 8/4.
+    said = drover(tmp_path, "check", "own.toml").stderr
+    found = re.search(r"waves down to a length of (\S+) mm grow .* no waves shorter than 20 mm: choose (grid.nx = \d+) "
+                      r"and (grid.ny = \d+)", said)
+    assert found and abs(float(found[1]) / (2 * numpy.pi) - 1) < 0.03, said  # the search has 32 places for a factor 2
+    remedy = [word for keys in found.groups()[1:] for word in ("--set", keys.replace(" ", ""))]
+    assert "waves" not in drover(tmp_path, "check", "own.toml", *remedy).stderr
+    said = drover(tmp_path, "check", "own.toml", "--set", "equations.phi=phi - lap phi - phi^3").stderr
+    assert "waves of any length grow" in said, said
 
 
 @pytest.mark.parametrize("values", [0.001, 3, None, numpy.float64(0.5)])
