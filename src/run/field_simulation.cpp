@@ -244,6 +244,24 @@ void check_chosen_step(const io::TimeControl& time, const numerics::StepError::R
         halvings);
 }
 
+void blame_chosen_step(const io::TimeControl& time, Simulation& simulation) {
+    if (time.tolerance > 0.0 || (time.chosen != "fields" && time.chosen != "means")) return;
+    for (std::function<void(std::int64_t)>* part : {&simulation.advance, &simulation.check_health})
+        *part = [whole = *part, dt = time.dt](std::int64_t step) {
+            try {
+                whole(step);
+            } catch (const StepTooLong&) {
+                throw;
+            } catch (const Error& error) {
+                if (error.fault() != Fault::run) throw;
+                throw StepTooLong(text("{}; the time.dt = {} was chosen: run the scene again from its start, with "
+                                       "time.dt = {}",
+                                       error.message(), dt, 0.5 * dt),
+                                  1);
+            }
+        };
+}
+
 namespace {
 /// Other fields start another run: without the history of the stepper and the error so far.
 void accept(World& world, std::int64_t step) {
@@ -309,6 +327,7 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
     simulation.describe = [world] { return describe(world->evolution, world->scene); };
     simulation.save = [world] { return save(*world); };
     simulation.restore = [world](std::span<const double> values) { restore(*world, values); };
+    blame_chosen_step(scene.time, simulation);
     if (!saved.empty()) simulation.restore(saved);
     return simulation;
 }

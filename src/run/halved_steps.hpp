@@ -18,8 +18,8 @@ auto with_halved_steps(io::Scene scene, bool quiet, Run run) {
             constexpr int max_halvings = 6;
             if (halvings >= max_halvings)
                 fail_run(
-                    "{}; {} halvings of the step did not suffice: the fields may be chaotic: give time.dt, and "
-                    "compare means with those of half of it",
+                    "{}; {} halvings of the step did not suffice: the fields may be chaotic, or the grid too coarse: "
+                    "give time.dt, and compare means with those of half of it, or more points",
                     error.what(), halvings);
             if (!quiet) log_information("{}; doing so now", error.what());
             halvings += error.halvings;

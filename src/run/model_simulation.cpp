@@ -11,8 +11,10 @@
 #include "drover/numerics/transform.hpp"
 #include "drover/numerics/watched_stepper.hpp"
 #include "drover/run/field_simulation.hpp"
+#include "drover/run/warnings.hpp"
 #include "numerics/coarse_error.hpp"
 #include "run/grid_run.hpp"
+#include "run/growing_waves.hpp"
 #include "run/sample_recording.hpp"
 #include "run/start_file.hpp"
 #include "run/step_bias.hpp"
@@ -30,16 +32,7 @@ double shortest_of_patterns(const model::Equations& equations, const numerics::G
         return points > 1 ? 2.0 * std::numbers::pi / length * points / (system.degree + 1) : 0.0;
     };
     const double most = std::hypot(cut(grid.nx, grid.lx), cut(grid.ny, grid.ly));
-    double shortest = 0.0;
-    constexpr int looks = 400;
-    for (int n = 1; n <= looks; ++n) {
-        const double here = most * n / looks;
-        const numerics::IsotropicBlocks rates = system.linear(here);
-        for (const numerics::Block* block : {&rates.even, &rates.odd})
-            for (const numerics::Complex s : numerics::eigenvalues(*block))
-                if (s.real() > 0.0) shortest = 1.25 * here;
-    }
-    return shortest;
+    return 1.25 * largest_growing(system, most);
 }
 
 /// Whether the steps make an error that the run estimates.
@@ -78,6 +71,7 @@ struct ModelWorld {
     numerics::Fields fields;
     double time = 0.0;
     std::vector<double> fresh;       // saved by the stepper before any step
+    std::vector<double> tails;       // of each component at the last check
     std::shared_ptr<StepBias> bias;  // nullptr: not measured
 
     ModelWorld(const io::Scene& the_scene, Threads& threads)
@@ -92,7 +86,8 @@ struct ModelWorld {
           transform(scene.grid, system().degree, threads),
           state(start(threads)),
           fields(scene.grid, state.count()),
-          fresh(stepper.save()) {
+          fresh(stepper.save()),
+          tails(static_cast<std::size_t>(state.count())) {
         if (why_no_step_bias(scene).empty() && equations.has_explicit_part())
             bias = std::make_shared<StepBias>(scene, biased(threads));
     }
@@ -173,15 +168,37 @@ ScheduledRecording samples_of(const std::shared_ptr<ModelWorld>& world) {
     });
 }
 
-void check_finite(const ModelWorld& world, std::int64_t step) {
-    for (int c = 0; c < world.state.count(); ++c)
-        for (const Complex value : world.state[c])
-            if (!is_finite(value, world.state.size))
-                fail_run(
-                    "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}, dt = {}; likely "
-                    "cause: the time step is too large for the products, or no term of the equations limits its "
-                    "growth; the last checkpoint is good to restart from",
-                    step, static_cast<double>(step) * world.scene.time.dt, world.name(c), world.scene.time.dt);
+/// The part of the variance of a component that is in the shortest waves of the grid.
+double tail_of(const ModelWorld& world, int component) {
+    const numerics::Grid& grid = world.scene.grid;
+    double tail = 0.0, all = 0.0;
+    for (std::size_t row = 0, m = 0; row < static_cast<std::size_t>(grid.ny); ++row)
+        for (std::size_t column = 0; column < numerics::columns(grid); ++column, ++m) {
+            if (m == 0) continue;
+            const double power = numerics::mode_weight(grid, column) * std::norm(world.state[component][m]);
+            all += power;
+            if (measure::is_in_tail(grid, world.setting.grid.degree, column, row)) tail += power;
+        }
+    return all > 0.0 ? tail / all : 0.0;
+}
+
+void check_finite(ModelWorld& world, std::int64_t step) {
+    for (int c = 0; c < world.state.count(); ++c) {
+        if (std::any_of(world.state[c].begin(), world.state[c].end(),
+                        [&](Complex value) { return !is_finite(value, world.state.size); })) {
+            const double dt = world.scene.time.dt, tail = world.tails[static_cast<std::size_t>(c)];
+            fail_run(
+                "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}, dt = {}, with {:.2g} of "
+                "its variance in the shortest waves of the grid before; likely cause: the time step is too long for "
+                "the products, {}no term of the equations limits its growth: choose time.dt = {}{}; the last "
+                "checkpoint "
+                "is good to restart from",
+                step, static_cast<double>(step) * dt, world.name(c), dt, tail,
+                tail > max_spectral_tail ? "the grid is too coarse, or " : "or ", 0.5 * dt,
+                tail > max_spectral_tail ? text(", or {}", grid_keys(world.scene.grid, 2)) : "");
+        }
+    }
+    for (int c = 0; c < world.state.count(); ++c) world.tails[static_cast<std::size_t>(c)] = tail_of(world, c);
 }
 
 /// Other fields start another run: without the history of the stepper.
@@ -245,6 +262,7 @@ Simulation make_model_simulation(const io::Scene& scene, Threads& threads, std::
     if (world->bias) simulation.recordings.push_back(StepBias::recording(world->bias, world->state));
     simulation.recordings.push_back(samples_of(world));
     simulation.threads = threads.count();
+    blame_chosen_step(scene.time, simulation);
     if (!saved.empty()) simulation.restore(saved);
     return simulation;
 }

@@ -16,6 +16,7 @@
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/warnings.hpp"
+#include "run/growing_waves.hpp"
 #include "run/pilot.hpp"
 
 namespace drover::run {
@@ -104,6 +105,16 @@ bool is_resolved(const Pilot& run) {
     return true;
 }
 
+/// The field with the largest part of its variance in the shortest waves at the end of a pilot, and that part.
+std::pair<std::string, double> roughest_field(const Pilot& run) {
+    std::pair<std::string, double> worst;
+    const std::string prefix = "spectral_tail_";
+    for (std::size_t k = 0; k < run.names.size(); ++k)
+        if (run.names[k].starts_with(prefix) && !run.series[k].empty() && run.series[k].back() > worst.second)
+            worst = {run.names[k].substr(prefix.size()), run.series[k].back()};
+    return worst;
+}
+
 /// The bias of a mean, relative to the mean or, where larger, to the spread of the observable.
 struct RelativeBias {
     std::string name;
@@ -156,18 +167,26 @@ public:
           target_(choice_margin * max_error_of(scene)),
           pilot_(pilot),
           bias_of_difference_(has_product_noise(scene) ? 2.0 : 4.0 / 3.0),
+          is_noisy_(io::has_noise(scene)),
           is_coarse_(numerics::points(pilot_.grid) < numerics::points(scene.grid)),
           threads_(choose_threads(pilot_)) {}
 
     /// dt, tolerance and the words of time.chosen; none: see failure().
     std::optional<io::TimeControl> choose() {
-        const bool noisy = io::has_noise(pilot_);
-        if (!noisy)
+        if (!is_noisy_)
             if (auto chosen = by_fields(); chosen || !is_chaotic()) return chosen;
         return by_means();
     }
 
-    const std::string& failure() const { return failure_; }
+    /// Of the shortest step tried.
+    std::string failure() const {
+        const auto& [field, tail] = roughest_;
+        std::string words = text("at the shortest step tried, {:.3g} s, {}", shortest_, failure_);
+        if (tail > max_spectral_tail)
+            words += text("; {:.2g} of the variance of {} is in the shortest waves of the grid: choose {}{}", tail,
+                          field, grid_keys(pilot_.grid, 2), is_noisy_ ? " where the noise does not explain that" : "");
+        return words;
+    }
 
 private:
     bool within_reach() const {
@@ -176,10 +195,18 @@ private:
         return steps < max_steps && steps * static_cast<double>(numerics::points(pilot_.grid)) < max_work;
     }
 
+    Pilot next_run(double max_step_error) {
+        Pilot run = run_pilot(pilot_, threads_, max_step_error);
+        ++runs_;
+        shortest_ = pilot_.time.dt;
+        // A run that diverges without a tolerance tells so itself.
+        roughest_ = run.failure.empty() || pilot_.time.tolerance > 0.0 ? roughest_field(run) : decltype(roughest_)();
+        return run;
+    }
+
     std::optional<io::TimeControl> by_fields() {
         for (int unresolved = 0; within_reach(); pilot_.time.dt *= 0.5) {
-            const Pilot run = run_pilot(pilot_, threads_, target_);
-            ++runs_;
+            const Pilot run = next_run(target_);
             const bool reached_end = std::isinf(run.stopped);
             if (!run.failure.empty()) failure_ = run.failure;
             else failure_ = text("its error is {:.2g} of a field at t = {:.4g} s", run.step_error, run.stopped);
@@ -211,8 +238,7 @@ private:
         if (!stopped_.empty()) pilot_.time.dt *= std::exp2(static_cast<double>(stopped_.size()) - 1.0);
         std::optional<Pilot> longer;
         for (; within_reach(); pilot_.time.dt *= 0.5) {
-            Pilot run = run_pilot(pilot_, threads_, INFINITY);
-            ++runs_;
+            Pilot run = next_run(INFINITY);
             if (!run.failure.empty()) {
                 failure_ = run.failure;
                 longer.reset();
@@ -248,10 +274,12 @@ private:
     double target_;
     io::Scene pilot_;
     double bias_of_difference_;  // of means: half of the step makes half or a quarter of it
-    bool is_coarse_;
+    bool is_noisy_, is_coarse_;
     Threads threads_;
     int runs_ = 0;
     std::vector<double> stopped_;  // by step, of by_fields()
+    double shortest_ = 0.0;
+    std::pair<std::string, double> roughest_;
     std::string failure_;
 };
 }  // namespace
@@ -284,8 +312,8 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
         failure = ladder.failure();
     }
     fail_run(
-        "no time step was found that keeps the error below time.max_error = {}: at the shortest step tried {}; give "
-        "time.dt, or a larger time.max_error",
+        "no time step was found that keeps the error below time.max_error = {}: {}; or give time.dt, or a larger "
+        "time.max_error",
         max_error_of(scene), failure);
 }
 

@@ -1,5 +1,6 @@
 """tests/app/test_chosen_step.py: scenes that leave time.dt out."""
 import json
+import re
 import tomllib
 
 import h5py
@@ -177,3 +178,38 @@ def test_a_run_that_no_chosen_step_brings_to_the_limit_ends_with_a_remedy(tmp_pa
     scene = write_scene(tmp_path, {**LATE, "time.max_error": 1e-5}, name="late.toml", base={})
     failed = drover(tmp_path, "run", scene, status=1)
     assert "6 halvings of the step did not suffice" in failed.stderr and "give time.dt" in failed.stderr
+
+
+DEMIX = """field = [{symbol = "phi", conserved = true}]
+grid = {nx = 32, ny = 1, lx = 48.0, ly = 1.0}
+time = {end = 1.0}
+initial = {kind = "random", amplitude = 1.5}
+equations = {phi = "div((1 - phi^2) grad mu)"}
+define = {mu = "phi^3 - phi - kappa lap phi"}
+coefficients = {kappa = 0.05}
+"""
+# The explicit decay is too fast for the chosen step only after the pilot has ended, at a quarter of the run.
+HARDER = """field = [{symbol = "h", noise = 0.01}]
+grid = {nx = 16, ny = 16, lx = 16.0, ly = 16.0}
+time = {end = 100.0, max_error = 1.0}
+initial = {kind = "random", amplitude = 0.05}
+output = {frame_every = 10.0, sample_every = 0.5}
+equations = {h = "lap h - (1 + 0.1 t) h"}
+"""
+
+
+def test_where_no_step_is_found_on_a_grid_that_is_too_coarse_the_message_names_the_grid(tmp_path):
+    (tmp_path / "demix.toml").write_text(DEMIX)
+    failed = drover(tmp_path, "run", "demix.toml", status=1)
+    assert re.search(r"no time step was found.*of the variance of phi is in the shortest waves of the grid: choose "
+                     r"grid.nx = 64[;,]", failed.stderr), failed.stderr
+
+
+def test_a_run_that_fails_with_its_chosen_step_starts_again_with_a_shorter_one(tmp_path):
+    (tmp_path / "harder.toml").write_text(HARDER)
+    said = drover(tmp_path, "run", "harder.toml", "-o", "harder.h5").stderr
+    dt = [float(one) for one in re.findall(r"steps of dt = (\S+) s", said)]
+    assert len(dt) >= 2 and "doing so now" in said, said
+    assert "is too long: its estimated error" not in said  # fields that may part are no reason to warn
+    with h5py.File(tmp_path / "harder.h5") as file:
+        assert file["time"][-1] == 100.0 and time_table(tmp_path / "harder.h5")["dt"] == dt[-1] <= dt[0] / 2

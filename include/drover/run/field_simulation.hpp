@@ -36,5 +36,8 @@ public:
 };
 /// Throws it where the step was chosen for the error of the fields, `error` after `step` steps.
 void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step);
+/// Where the step was chosen, and no tolerance divides it, a run Error of the simulation becomes one: a pilot has fewer
+/// points, or ends earlier.
+void blame_chosen_step(const io::TimeControl& time, Simulation& simulation);
 
 }  // namespace drover::run
