@@ -74,7 +74,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
     if (options.collect)
         return print_result(run::collect_boundary(scene, folder, threads), output, scene, threads.count());
     if (options.share.empty() && !std::filesystem::exists(folder))
-        return print_result(run::make_boundary(scene, threads), output, scene, threads.count());
+        return print_result(run::make_boundary(scene, threads, {.quiet = options.quiet}), output, scene, threads.count());
     const auto result = run::make_boundary_in_shares(scene, shares, threads);
     if (result) return print_result(*result, output, scene, threads.count());
     if (run::stop_signal() == 0) return run::exit_done;
@@ -151,9 +151,9 @@ void add_boundary(CLI::App& program, Action& action) {
                        .status = "Print how far all processes have come",
                        .slurm = "Print a script that runs N shares on Slurm and writes the archive"});
     add_max_time(*command);
-    command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
     command->add_flag("--json", options->json, "Print the result as JSON, with all vertices");
+    command->add_flag("-q,--quiet", options->quiet, "Print no progress");
     command->callback([options, &action] {
         action = [options] {
             return files::is_hdf5(options->scene) ? print_table_boundary(*options) : print_scene_boundary(*options);

@@ -79,12 +79,9 @@ void check_boundary(const io::Scene& scene) {
     if (planned.has_binodal) check_binodal_plane(scene, planned.plane);
 }
 
-Result make_boundary(const io::Scene& scene, Threads& threads) {
-    return make_boundary(scene, threads, on_threads(threads), false);
-}
-
-Result make_boundary(const io::Scene& scene, Threads& threads, const ComputeAll& compute, bool lines_alone) {
-    if (scene.kind == io::SceneKind::model) return make_model_boundary(scene, threads, compute, lines_alone);
+Result make_boundary(const io::Scene& scene, Threads& threads, const BoundaryWork& work) {
+    if (scene.kind == io::SceneKind::model) return make_model_boundary(scene, threads, work);
+    const ComputeAll compute = work.compute ? work.compute : on_threads(threads);
     PlannedBoundary planned = plan_boundary(scene);
     physics::Plane& plane = planned.plane;
     warn_of_fixed_coefficients(scene, plane);
@@ -105,7 +102,7 @@ Result make_boundary(const io::Scene& scene, Threads& threads, const ComputeAll&
             traced.rows.push_back(
                 traced_record(described_plane, lines_of(physics::limit_name(limit), convention), boundary));
         }
-        if (!planned.has_binodal || lines_alone) continue;
+        if (!planned.has_binodal || work.lines_alone) continue;
         const BinodalLines binodal = trace_binodal_lines(scene, plane, threads);
         Record record = traced_record(described_plane, lines_of(binodal_name, convention), binodal.boundary);
         record.footer = binodal.ends;
@@ -114,7 +111,7 @@ Result make_boundary(const io::Scene& scene, Threads& threads, const ComputeAll&
     Result result{.root = plane_record(described_plane, complete, std::move(traced)),
                   .attributes = {{"boundary_x", plane.x.name}, {"boundary_y", plane.y.name}}};
     plane.model.weathercock.convention = planned.conventions.front();
-    if (scene.boundary.map > 0 && !lines_alone)
+    if (scene.boundary.map > 0 && !work.lines_alone)
         result.root.parts.push_back({"map",
                                      {.group = "/map",
                                       .maps = regime_map(plane, described_plane, scene.boundary.map, threads),

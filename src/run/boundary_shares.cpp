@@ -36,7 +36,7 @@ std::optional<Result> make_boundary_in_shares(const io::Scene& scene, const Boun
                           .quiet = shares.quiet});
     const bool is_share = !shares.share.is_plain();
     try {
-        Result result = make_boundary(scene, threads, shared.compute(), is_share);
+        Result result = make_boundary(scene, threads, {.compute = shared.compute(), .lines_alone = is_share});
         if (is_share) return std::nullopt;
         return result;
     } catch (const Interrupted&) {
@@ -50,7 +50,7 @@ Result collect_boundary(const io::Scene& scene, const std::filesystem::path& fol
     const std::string manifest = plane_manifest_of(scene);
     files::join_folder(folder, plane_manifest, "", manifest);
     SharedCompute known({.folder = folder, .identity = plane_identity(manifest)}, true);
-    return make_boundary(scene, threads, known.compute(), false);
+    return make_boundary(scene, threads, {.compute = known.compute()});
 } catch (const Interrupted&) {
     throw Error(Fault::run, {folder.string()},
                 "points of the plane are missing: run the same command without --collect, or more shares");

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
+#include "drover/run/progress.hpp"
+#include "drover/run/signals.hpp"
 #include "run/boundary_plan.hpp"
 #include "run/boundary_records.hpp"
 #include "run/model_coefficients.hpp"
@@ -80,8 +83,11 @@ PlannedModelBoundary plan_of(const io::Scene& scene) {
 
 class ModelPlane {
 public:
-    ModelPlane(const io::Scene& scene, const PlannedModelBoundary& plan)
-        : declared_(scene.declared), plan_(plan), search_(growth_search(scene)) {
+    ModelPlane(const io::Scene& scene, const PlannedModelBoundary& plan, bool quiet)
+        : declared_(scene.declared),
+          plan_(plan),
+          search_(growth_search(scene)),
+          progress_(std::make_unique<PointProgress>(least_points(scene, plan), quiet)) {
         if (scene.stability.min_wavenumber == 0.0) search_.min *= 100.0;  // the limit of long waves covers the rest
         search_.wavenumbers = 41;  // the least stable wave is refined: these find it
         search_.angles = 18;
@@ -94,6 +100,8 @@ public:
     /// Margins of one state, where `changed` is larger by `by`.
     model::MarginOf margin(MarginState state, const std::string& changed = {}, double by = 0.0) const {
         return [=, this](const numerics::PlanePoint& point, const model::Margin* wave) {
+            check_stop_signal();
+            progress_->add();
             Changes changes = at(point);
             if (!changed.empty()) changes.emplace_back(changed, declared_.coefficients.at(changed) + by);
             return model::margin(equations_with(declared_, changes), state, guesses_, search_, wave);
@@ -107,6 +115,13 @@ public:
     }
 
 private:
+    /// The samples of each contour, at the corners and centres of its cells, and those of the map.
+    static std::int64_t least_points(const io::Scene& scene, const PlannedModelBoundary& plan) {
+        const std::int64_t cells = scene.boundary.cells, side = scene.boundary.map;
+        return static_cast<std::int64_t>(plan.states.size()) *
+               ((cells + 1) * (cells + 1) + cells * cells + side * side);
+    }
+
     using Changes = std::vector<std::pair<std::string, double>>;
     Changes at(const numerics::PlanePoint& point) const { return {{plan_.x.key, point.x}, {plan_.y.key, point.y}}; }
     /// States differ little over a plane: those of its corners and middles lead to the others.
@@ -119,6 +134,7 @@ private:
     PlannedModelBoundary plan_;
     model::GrowthSearch search_;
     std::vector<model::UniformState> guesses_;
+    std::unique_ptr<PointProgress> progress_;
 };
 
 DescribedAxis described(const KeyRange& axis) {
@@ -165,9 +181,10 @@ files::ResultTable state_map(const ModelPlane& plane, const PlannedModelBoundary
 
 void check_model_boundary(const io::Scene& scene) { plan_of(scene); }
 
-Result make_model_boundary(const io::Scene& scene, Threads& threads, const ComputeAll& compute, bool lines_alone) {
+Result make_model_boundary(const io::Scene& scene, Threads& threads, const BoundaryWork& work) {
     const PlannedModelBoundary plan = plan_of(scene);
-    const ModelPlane plane(scene, plan);
+    const ModelPlane plane(scene, plan, work.quiet);
+    const ComputeAll compute = work.compute ? work.compute : on_threads(threads);
     const DescribedPlane described_plane{.x = described(plan.x),
                                          .y = described(plan.y),
                                          .uncertain = plan.uncertain.size(),
@@ -185,7 +202,7 @@ Result make_model_boundary(const io::Scene& scene, Threads& threads, const Compu
     }
     Result result{.root = plane_record(described_plane, complete, std::move(traced)),
                   .attributes = {{"boundary_x", described_plane.x.name}, {"boundary_y", described_plane.y.name}}};
-    if (scene.boundary.map > 0 && !lines_alone)
+    if (scene.boundary.map > 0 && !work.lines_alone)
         result.root.parts.push_back({"map",
                                      {.group = "/map",
                                       .maps = state_map(plane, plan, described_plane, scene.boundary.map, threads),

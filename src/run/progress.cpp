@@ -3,8 +3,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
-#include <string>
 
 #include "drover/base/log.hpp"
 
@@ -14,31 +14,48 @@ namespace {
 using namespace std::chrono_literals;
 }
 
-Progress::Progress(std::int64_t first, std::int64_t last, double dt, bool quiet)
-    : first_(first), last_(last), dt_(dt), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()) {
+ProgressLine::ProgressLine(bool quiet)
+    : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()) {
     next_ = start_ + (terminal_ ? 500ms : 20s);
 }
 
-Progress::~Progress() {
+ProgressLine::~ProgressLine() {
     if (shown_ && terminal_) std::fputs("\r\x1b[K", stderr);
 }
 
-void Progress::report(std::int64_t step, const std::function<double()>& step_error) {
+void ProgressLine::show(const std::function<std::string(double elapsed)>& words) {
     const Clock::time_point now = Clock::now();
     if (quiet_ || now < next_) return;
     next_ = now + (terminal_ ? 250ms : 30s);
-    const double elapsed = std::chrono::duration<double>(now - start_).count();
-    const double rate = static_cast<double>(step - first_) / elapsed;
-    const double left = rate > 0.0 ? static_cast<double>(last_ - step) / rate : 0.0;
-    std::string line = text("t = {:.4g} of {:.4g} s ({:.0f} %), {:.3g} steps/s, {} left",
-                            static_cast<double>(step) * dt_, static_cast<double>(last_) * dt_,
-                            100.0 * static_cast<double>(step) / static_cast<double>(last_), rate, duration_text(left));
-    if (const double error = step_error ? step_error() : 0.0; error > 0.0)
-        line += text(", estimated error of the steps {:.2g}", error);
+    const std::string line = words(std::chrono::duration<double>(now - start_).count());
     if (terminal_) std::fprintf(stderr, "\r%s\x1b[K", line.c_str());
     else log_line(LogLevel::information, line);
     std::fflush(stderr);
     shown_ = true;
+}
+
+void Progress::report(std::int64_t step, const std::function<double()>& step_error) {
+    line_.show([&](double elapsed) {
+        const double rate = static_cast<double>(step - first_) / elapsed;
+        const double left = rate > 0.0 ? static_cast<double>(last_ - step) / rate : 0.0;
+        std::string line = text("t = {:.4g} of {:.4g} s ({:.0f} %), {:.3g} steps/s, {} left",
+                                static_cast<double>(step) * dt_, static_cast<double>(last_) * dt_,
+                                100.0 * static_cast<double>(step) / static_cast<double>(last_), rate,
+                                duration_text(left));
+        if (const double error = step_error ? step_error() : 0.0; error > 0.0)
+            line += text(", estimated error of the steps {:.2g}", error);
+        return line;
+    });
+}
+
+void PointProgress::add() {
+    const std::int64_t count = ++count_;
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock.owns_lock()) return;
+    line_.show([&](double elapsed) {
+        return text("{} points of at least {}, {:.3g} points/s, {}", count, std::max(count, at_least_),
+                    static_cast<double>(count) / elapsed, duration_text(elapsed));
+    });
 }
 
 }  // namespace drover::run

@@ -1,13 +1,19 @@
 """tests/app/test_model_scenes.py: a scene with its own fields in every command of the program, and its errors."""
 import csv
+import os
+import pty
 import re
+import select
 import signal
+import subprocess
+import time
 
 import h5py
 import numpy as np
 import pytest
 from rejection import rejected
-from support import MODELS, checkpoints, contents, drover, drover_json, settings, start, wait_until
+from support import (DROVER, MODELS, checkpoints, contents, drover, drover_json, environment, settings, start,
+                     wait_until)
 
 # A scalar, a pseudoscalar, a vector and a nematic.
 FOUR = """[model]
@@ -246,6 +252,32 @@ def test_boundary_of_a_model_traces_where_its_uniform_state_becomes_unstable(tmp
              ["boundary.x names aa", "coefficients.a"])
     rejected(tmp_path, ["boundary", MODELS / "brusselator.toml", "--x", "a = 1:4", "--y", "b = 2:12", "--set",
                         'boundary.lines=["onset"]'], ["boundary.lines", "isotropic, ordered"])
+
+
+def on_a_terminal(folder, *words, until, seconds=60):
+    """The process with standard error on a terminal, and what it has shown there when `until` appears or it ends."""
+    ours, its = pty.openpty()
+    process = subprocess.Popen([DROVER, *map(str, words)], cwd=folder, stdin=subprocess.DEVNULL, env=environment(),
+                               stdout=subprocess.DEVNULL, stderr=its)
+    os.close(its)
+    shown, end = b"", time.monotonic() + seconds
+    while until not in shown and process.poll() is None and time.monotonic() < end:
+        if select.select([ours], [], [], 0.1)[0]:
+            shown += os.read(ours, 4096)
+    os.close(ours)
+    return process, shown
+
+
+def test_boundary_of_a_model_shows_progress_on_a_terminal_and_an_interrupt_ends_it_without_a_file(tmp_path):
+    words = ["boundary", MODELS / "brusselator.toml", "--x", "a = 3:4", "--y", "coefficients.b = 6:13", "--output",
+             "plane.h5"]
+    process, shown = on_a_terminal(tmp_path, *words, until=b"points/s")
+    process.send_signal(signal.SIGINT)
+    assert process.wait(10) != 0 and list(tmp_path.iterdir()) == []
+    assert re.search(rb"\d+ points of at least \d+, \S+ points/s", shown), shown
+    process, shown = on_a_terminal(tmp_path, *words, "--quiet", until=b"points/s", seconds=2)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(10) != 0 and shown == b""
 
 
 # Two coupled scalars with noise: the waves of their frames determine coefficients of equations and noise.

@@ -6,13 +6,16 @@
 
 namespace drover::run {
 
+struct BoundaryWork {
+    ComputeAll compute = {};  ///< of the lines and their errors; empty: the threads
+    bool lines_alone = false;
+    bool quiet = true;  ///< else progress is shown where it takes minutes
+};
+
 /// The lines of each limit and convention of lambda; in an archive the plane, the vertices of all lines and the map of
 /// regimes.  Throws an input Error, at boundary.x, .y, .lines, .conventions or .errors, for a plane that cannot be
-/// traced.
-Result make_boundary(const io::Scene& scene, Threads& threads);
-
-/// The same with the lines and their errors by `compute`, and, with `lines_alone`, nothing else.
-Result make_boundary(const io::Scene& scene, Threads& threads, const ComputeAll& compute, bool lines_alone);
+/// traced, and an environment Error on a stop signal.
+Result make_boundary(const io::Scene& scene, Threads& threads, const BoundaryWork& work = {});
 
 /// Throws the same input Errors for the plane of a scene, if it has one, without tracing it.
 void check_boundary(const io::Scene& scene);
