@@ -12,7 +12,9 @@
 #include "drover/run/cost.hpp"
 #include "drover/run/run_scene.hpp"
 #include "drover/run/step_choice.hpp"
+#include "run/grid_run.hpp"
 #include "run/json.hpp"
+#include "run/memory_run.hpp"
 #include "run/trade_study.hpp"
 
 namespace drover::run {
@@ -345,12 +347,31 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
     return outcome;
 }
 
+/// Rejects wishes that no run of the scene answers, before there is a folder.  The first samples of fields have all
+/// observables of a run.
+void check_wishes(const io::Scene& scene, const std::vector<Wish>& wishes) {
+    if (!io::has_grid(scene.kind)) return;
+    io::Scene first = start_alone(scene);
+    first.time.end = std::min(first.time.end, 2.0 * first.output.sample_every);
+    first.output.powers = scene.output.powers;
+    first.output.frame_every = 0.0;
+    first.analysis.warm_up = -1.0;
+    std::optional<Report> report;
+    try {
+        report = run_in_memory(first);
+    } catch (const Error& error) {
+        if (error.fault() != Fault::run) throw;  // its step is any: that of the trials may do
+    }
+    if (!report) return;
+    for (const Wish& wish : wishes) require_plausible(wish, unit_of_wanted(wish, report->summary));
+}
 }  // namespace
 
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
     require(!options.wishes.empty(), {.file = "--want"},
             "no number is wanted; give at least one, such as polar_order=1%");
     if (options.collect) require_folder(options.folder, "tradeoff");
+    else check_wishes(scene, options.wishes);
     files::join_folder(options.folder, "scene.toml", "", io::resolved_text(scene));
     if (!options.collect) files::require_locks(options.folder / "scene.toml");
     const Findings found = find_tradeoff(scene, options);

@@ -94,6 +94,7 @@ void WantPlan::add_targets(const Wish& wish, const Table& whole) {
     const calibrate::TableRow* row = calibrate::find_row(whole, target.row);
     const bool is_onset = target.row.empty();
     require(is_onset || row != nullptr, where, "the table of this scene has no {}", target.row);
+    require_plausible(wish, is_onset ? "1" : row->unit);
     const Table& axes = layout_.axes;
     require(!is_onset || (axes.bead_fractions.size() > 1 && !axes.rod_fractions.empty()), where,
             "{} area fractions of beads and {} of rods; an onset needs at least two of beads and one of rods",

@@ -118,26 +118,52 @@ Wish parse_wish(const std::string& given) {
     return wish;
 }
 
-void require_unit(const Wish& wish, const std::string& unit, double value) {
+namespace {
+/// value: what the number is, or is at most.
+void require_small_error(const Wish& wish, const std::string& unit, double value, const char* is) {
     if (wish.is_relative) return;
     const SourceLocation where{.file = "--want " + wish.text};
     require(wish.unit.empty() || wish.unit == unit, where, "the error is in {}; expected {}, the unit of {}", wish.unit,
             unit, wish.text);
     require(!wish.unit.empty() || wish.error < 0.5 * std::abs(value), where,
-            "the error {:.6g} has no unit, and the value is {:.4g} {}; expected {}={:.6g}% (of the mean), or with the "
+            "the error {:.6g} has no unit, and the value {} {:.4g} {}; expected {}={:.6g}% (of the mean), or with the "
             "unit {}=\"{:.6g} {}\"",
-            wish.error, value, unit, wish.text, wish.error, wish.text, wish.error, unit);
+            wish.error, is, value, unit, wish.text, wish.error, wish.text, wish.error, unit);
+}
+
+const measure::SummaryRow& row_of(const Wish& wish, const measure::Summary& summary) {
+    if (const measure::SummaryRow* row = measure::find_row(summary, wish.observable)) return *row;
+    std::vector<std::string> names;
+    for (const measure::SummaryRow& one : summary.rows) names.push_back(one.name);
+    const std::string near = nearest_name(wish.observable, names);
+    fail_input({.file = "--want " + wish.text}, "the run has no observable \"{}\"; {}expected one of {}",
+               wish.observable, near.empty() ? "" : "did you mean " + near + "? ", joined(names));
+}
+
+/// What a number can be at most; infinity: not known.
+double largest_of(const std::string& observable) {
+    static const std::vector<std::string> fractions{"onset", "polar_order", "nematic_order"};
+    const bool is_fraction = std::find(fractions.begin(), fractions.end(), observable) != fractions.end();
+    return is_fraction || observable.ends_with("area_fraction") ? 1.0 : INFINITY;
+}
+}  // namespace
+
+void require_unit(const Wish& wish, const std::string& unit, double value) {
+    require_small_error(wish, unit, value, "is");
+}
+
+void require_plausible(const Wish& wish, const std::string& unit) {
+    require_small_error(wish, unit, largest_of(wish.observable), "is at most");
+}
+
+std::string unit_of_wanted(const Wish& wish, const measure::Summary& summary) {
+    const measure::SummaryRow& row = row_of(wish, summary);
+    selected(wish, row);
+    return row.unit;
 }
 
 WantedNumber wanted_number(const Wish& wish, const Report& report, const files::ArchiveReader& archive) {
-    const measure::SummaryRow* row = measure::find_row(report.summary, wish.observable);
-    if (row == nullptr) {
-        std::vector<std::string> names;
-        for (const measure::SummaryRow& one : report.summary.rows) names.push_back(one.name);
-        const std::string near = nearest_name(wish.observable, names);
-        fail_input({.file = "--want " + wish.text}, "the run has no observable \"{}\"; {}expected one of {}",
-                   wish.observable, near.empty() ? "" : "did you mean " + near + "? ", joined(names));
-    }
+    const measure::SummaryRow* row = &row_of(wish, report.summary);
     const std::vector<std::size_t> components = selected(wish, *row);
     const auto count = static_cast<double>(components.size());
     WantedNumber number{.unit = row->unit, .spacing = report.scene.output.sample_every};

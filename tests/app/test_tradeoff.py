@@ -268,7 +268,8 @@ def test_texts_that_are_no_wish_are_refused(tmp_path, want):
                                         ("polar_order(q<1)=1%", "is one number"),
                                         ("structure_factor_rods(k<1)=1%", "no axis"),
                                         ("structure_factor_rods(q<1e-9)=1%", "no component"),
-                                        ("bead_speed=1%", "no observable"), ("polar_order=0.2", None),
+                                        ("bead_speed=1%", "no observable"), ("variance_phi=2", "no observable"),
+                                        ("polar_order=5", "at most 1"), ("polar_order=0.2", None),
                                         ("polar_order=1", "polar_order=1% (of the mean)"),
                                         ("polar_order=1 mm", "the error is in mm")])
 def test_wishes_that_the_run_does_not_answer_are_refused(tmp_path, want, said):
@@ -277,6 +278,7 @@ def test_wishes_that_the_run_does_not_answer_are_refused(tmp_path, want, said):
                   "2s", "--quiet", status=status)
     if said is not None:
         assert said in done.stderr and "expected" in done.stderr
+        assert not list(tmp_path.glob("*.tradeoff"))  # before any trial
 
 
 def test_a_step_that_was_compared_with_no_other_is_not_taken_as_exact(tmp_path):

@@ -37,6 +37,10 @@ Wish parse_wish(const std::string& given);
 /// half of the value or more, and where its unit is not that of the number.
 void require_unit(const Wish& wish, const std::string& unit, double value);
 
+/// Before any run: throws an input Error where an absolute error without a unit is half or more of what the number can
+/// be at most (1 for an order or an area fraction), and where its unit is not `unit`.
+void require_plausible(const Wish& wish, const std::string& unit);
+
 /// The wanted number of one run.
 struct WantedNumber {
     double mean = 0.0;
@@ -48,8 +52,11 @@ struct WantedNumber {
     std::optional<double> linear_theory;
 };
 
-/// Throws an input Error, with the names there are, when the run has no such observable, no such axis, or no component
-/// in the range.
+/// The unit of a wanted number.  Throws an input Error, with the names there are, when a run with this summary has no such
+/// observable, no such axis, or no component in the range.
+std::string unit_of_wanted(const Wish& wish, const measure::Summary& summary);
+
+/// Throws as unit_of_wanted.
 WantedNumber wanted_number(const Wish& wish, const Report& report, const files::ArchiveReader& archive);
 
 }  // namespace drover::run
