@@ -94,7 +94,7 @@ private:
         for (const FunctionName& function : function_names) functions.emplace_back(function.name);
         std::vector<std::string> all = names;
         all.insert(all.end(), functions.begin(), functions.end());
-        const std::string near = name.size() < 3 ? "" : nearest_name(name, all);  // any letter is near another
+        const std::string near = nearest_name(name, all);
         return text("{}one of {}, or a function: {}", near.empty() ? "" : text("{} (did you mean that?), ", near),
                     joined(names), joined(functions));
     }

@@ -35,15 +35,22 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
         }
     return edits[a.size()][b.size()];
 }
+
+bool is_same_but_case(std::string_view a, std::string_view b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
+        return std::tolower(x) == std::tolower(y);
+    });
+}
 }  // namespace
 
 std::string nearest_name(std::string_view name, std::span<const std::string> known) {
     constexpr std::size_t max_length = 200;  // no name is longer; the distance takes time and memory
     std::string nearest;
     if (name.size() > max_length) return nearest;
-    std::size_t smallest = std::max<std::size_t>(1, name.size() / 3) + 1;
+    std::size_t smallest = name.size() / 3 + 1;
     for (const std::string& candidate : known) {
-        const std::size_t distance = edit_distance(name, candidate);
+        // Any letter is one edit from another: short names differ in case alone.
+        const std::size_t distance = is_same_but_case(name, candidate) ? 0 : edit_distance(name, candidate);
         if (distance < smallest) {
             smallest = distance;
             nearest = candidate;

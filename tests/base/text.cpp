@@ -22,6 +22,11 @@ TEST(Text, nearest_name_finds_a_similar_name_or_none) {
     EXPECT_EQ(nearest_name("nosie", names), "noise") << "two letters swapped";
     EXPECT_EQ(nearest_name("nxisz", names), "") << "two of five letters are other ones";
     EXPECT_EQ(nearest_name("gravity", names), "");
+    const std::vector<std::string> letters{"D", "kappa", "Du"};
+    EXPECT_EQ(nearest_name("q", letters), "") << "any letter is one edit from another";
+    EXPECT_EQ(nearest_name("Dv", letters), "");
+    EXPECT_EQ(nearest_name("d", letters), "D");
+    EXPECT_EQ(nearest_name("Kappa", letters), "kappa");
 }
 
 TEST(Text, sizes_and_durations_have_units) {

@@ -40,8 +40,8 @@ std::string text(std::string_view pattern, const Values&... values) {
     return format_text(pattern, std::span(arguments.data(), sizeof...(Values)));
 }
 
-/// The known name with the smallest edit distance to `name` (at most a third of its letters), or "": for "did you
-/// mean".
+/// The known name with the smallest edit distance to `name` (at most a third of its letters, case aside), or "":
+/// for "did you mean".
 std::string nearest_name(std::string_view name, std::span<const std::string> known);
 
 /// The items joined by a separator: "a, b, c".
