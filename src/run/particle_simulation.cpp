@@ -13,6 +13,7 @@
 #include "drover/io/scene_text.hpp"
 #include "drover/io/trajectory.hpp"
 #include "drover/measure/particles.hpp"
+#include "run/particle_warnings.hpp"
 #include "run/sample_recording.hpp"
 
 namespace drover::run {
@@ -245,9 +246,8 @@ std::vector<std::string> pairwise_warnings(const io::Scene& scene) {
                  "direction with longer ones",
                  scene.particles.plates.frequency, max_dt, max_rod_step, frequency)};
 }
-}  // namespace
 
-std::vector<std::string> particle_warnings(const io::Scene& scene) {
+std::vector<std::string> step_warnings(const io::Scene& scene) {
     if (scene.particles.contacts.model != "impulse") return {};  // check_contact_law() limits the step
     if (dem::PairwiseLaw::is_chosen(scene.particles.contacts)) return pairwise_warnings(scene);
     // The ranges of rod_step.csv, bed_step.csv and rod_laws.csv, at plates of 200 /s.
@@ -272,6 +272,13 @@ std::vector<std::string> particle_warnings(const io::Scene& scene) {
         text(": outside the range of the time-step study ({} to {} s, substep at most {} s, plates of {} /s): compare "
              "with a run of half the step",
              min_dt, max_dt, max_substep, frequency)};
+}
+}  // namespace
+
+std::vector<std::string> particle_warnings(const io::Scene& scene) {
+    std::vector<std::string> warnings = unit_warnings(scene.particles);
+    for (std::string& warning : step_warnings(scene)) warnings.push_back(std::move(warning));
+    return warnings;
 }
 
 TimedScene timed_particles(const io::Scene& scene) {

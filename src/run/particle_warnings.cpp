@@ -60,6 +60,29 @@ void add_temperatures(const BodyKind& kind, const std::vector<measure::RecordedS
 }
 }  // namespace
 
+std::vector<std::string> unit_warnings(const dem::Setup& setup) {
+    const dem::Plates& plates = setup.plates;
+    const double rate = 2.0 * std::numbers::pi * plates.frequency, acceleration = plates.amplitude * rate * rate,
+                 gravity = std::abs(setup.gravity.z);
+    if (plates.amplitude == 0.0) return {};  // at rest, by choice
+    if (acceleration < gravity)
+        return {text("plates.amplitude = {} mm at plates.frequency = {} /s accelerates by at most {:.3g} mm/s2, less "
+                     "than gravity, {:.4g} mm/s2: no body leaves the bottom plate; expected lengths in mm and times in "
+                     "s: choose plates.amplitude above {:.2g} mm, or a higher frequency",
+                     plates.amplitude, plates.frequency, acceleration, gravity, gravity / (rate * rate))};
+    double smallest = INFINITY;
+    const auto add = [&](bool is_there, const std::vector<double>& diameters) {
+        for (const double one : diameters)
+            if (is_there) smallest = std::min(smallest, one);
+    };
+    add(setup.beads.count > 0 || setup.beads.area_fraction > 0.0, setup.beads.diameters);
+    add(setup.rods.count > 0 || setup.rods.area_fraction > 0.0, setup.rods.diameters);
+    if (plates.amplitude <= smallest) return {};
+    return {text("plates.amplitude = {} mm exceeds the diameter of the smallest body, {} mm; expected a small part of it, "
+                 "as in experiments, with lengths in mm",
+                 plates.amplitude, smallest)};
+}
+
 std::vector<std::string> particle_state_warnings(const io::Scene& scene, const dem::Bodies& bodies,
                                                  const std::vector<measure::RecordedSeries>& series, double spacing) {
     std::vector<std::string> warnings;

@@ -4,10 +4,14 @@
 #include <vector>
 
 #include "drover/dem/bodies.hpp"
+#include "drover/dem/setup.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/measure/summary.hpp"
 
 namespace drover::run {
+
+/// Plates whose motion is far from what the sizes of the bodies and gravity allow, as numbers in other units have it.
+std::vector<std::string> unit_warnings(const dem::Setup& setup);
 
 /// Absorbing states (bodies at rest, or all in step with each other) and energy gained in impacts.  `spacing`: of the
 /// samples [s].

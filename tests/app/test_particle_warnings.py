@@ -1,6 +1,6 @@
 """tests/app/test_particle_warnings.py: runs of particles warn of absorbing states and of energy gained in impacts."""
 import pytest
-from support import drover_json, write_scene
+from support import drover, drover_json, write_scene
 
 BEADS = {
     "cell.lx": 8.0,
@@ -39,6 +39,17 @@ def test_beads_on_plates_at_rest_are_reported_with_the_time_since_when(tmp_path)
 
 def test_one_body_has_no_temperature_and_no_warning_of_it(tmp_path):
     assert warnings_of(tmp_path, {"beads.area_fraction": 0.0, "beads.count": 1}) == []
+
+
+@pytest.mark.parametrize("changes, said", [
+    ({"plates.amplitude": 4e-5}, "no body leaves the bottom plate"),  # metres
+    ({"plates.frequency": 0.2}, "no body leaves the bottom plate"),  # per millisecond
+    ({"plates.amplitude": 40.0, "plates.gap": 1200.0}, "exceeds the diameter of the smallest body, 0.8 mm"),  # micrometres
+    ({}, None)])
+def test_plates_in_other_units_are_reported_before_a_run(tmp_path, changes, said):
+    write_scene(tmp_path, changes, base=BEADS, name="beads.toml")
+    warned = drover(tmp_path, "check", "beads.toml").stderr
+    assert said in warned if said else "plates." not in warned
 
 
 @pytest.mark.parametrize("key, value", [("simultaneity_gap", 0.1), ("inelastic_threshold", 0.5), ("substep", 1e-4)])
