@@ -2,6 +2,8 @@
 import sys
 import time
 
+from .text import duration
+
 DELAY, PERIOD = 2.0, 0.5  # s before the first line and between lines
 WIDTH = 30
 
@@ -25,8 +27,8 @@ class Progress:
         part = min(1.0, (step - self.first) / (self.last - self.first))
         left = (now - self.start) * (1.0 / part - 1.0) if part > 0.0 else float("inf")
         bar = "#" * int(WIDTH * part)
-        print(f"\r[{bar:<{WIDTH}}] {100 * part:3.0f} %  {text}  {left:.0f} s left ", end="", file=sys.stderr,
-              flush=True)
+        print(f"\r[{bar:<{WIDTH}}] {100 * part:3.0f} %  {text}  {duration(left)} left ", end="",
+              file=sys.stderr, flush=True)
 
     def close(self):
         if self.is_open:

@@ -14,6 +14,20 @@ def printable(text):
     return CONTROL.sub(lambda match: f"\\x{ord(match[0]) & 0xff:02x}", str(text))
 
 
+def duration(seconds):
+    """A duration as the program prints it.
+
+    >>> duration(0.61234), duration(61), duration(7500), duration(float("inf"))
+    ('0.612 s', '1 min 01 s', '2 h 05 min', 'unknown time')
+    """
+    if seconds < 60.0:
+        return f"{seconds:.3g} s"
+    if seconds == float("inf"):
+        return "unknown time"
+    minutes, rest = divmod(int(seconds), 60)
+    return f"{minutes} min {rest:02d} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
 def drawable(text):
     r"""A text that a figure shows as it is, and does not take for formulas: for all that comes from a file.
 
