@@ -168,7 +168,8 @@ void predict(const model::Equations& equations, const measure::ModelSetting& set
                                     nearest->name, modes.why_none);
         return;
     }
-    report.about = text("the state \"{}\", {}", nearest->name, state_text(equations.model(), nearest->values));
+    report.about = text("the state \"{}\", {}", nearest->is_isotropic ? "isotropic" : "ordered",
+                        state_text(equations.model(), nearest->values));
     report.about_flock = !nearest->is_isotropic;
     if (report.about_flock) report.about += ", with its order along x";
     std::size_t part = 0;

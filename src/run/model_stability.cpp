@@ -103,9 +103,11 @@ files::ResultTable maps_of(const io::Scene& scene, const Searched& at, Threads& 
     const int per_half = at.linear.is_isotropic() ? 1 : 2 * scene.stability.angles - 1;
     std::vector<double> angles, wavenumbers, branches;
     for (int a = 0; a < per_half; ++a) angles.push_back(per_half == 1 ? 0.0 : pi * a / (per_half - 1));
-    for (int k = 0; k < scene.stability.wavenumbers; ++k)
-        wavenumbers.push_back(at.search.min *
-                              std::pow(at.search.max / at.search.min, k / (scene.stability.wavenumbers - 1.0)));
+    // A curve needs more than a map.
+    const bool is_given = scene.places.contains("stability.wavenumbers");
+    const int looks = (per_half == 1 && !is_given ? 4 : 1) * scene.stability.wavenumbers;
+    for (int k = 0; k < looks; ++k)
+        wavenumbers.push_back(at.search.min * std::pow(at.search.max / at.search.min, k / (looks - 1.0)));
     const std::size_t width = wavenumbers.size(), size = angles.size() * width,
                       count = at.linear.equations().state_components().size();
     const std::vector<std::string> parts = model::part_names(at.linear.equations());
@@ -155,7 +157,7 @@ Record state_record(const io::Scene& scene, const Searched& at, std::size_t numb
     std::string group = "/" + at.state.name;
     std::replace_if(
         group.begin() + 1, group.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
-    Record record{.heading = text("state: {}, {}", at.state.name, state_text(model, at.state.values)),
+    Record record{.heading = "state: " + state_words(model, at.state),
                   .group = text("{}_{}", group, number_of_state)};
     record.entries = {only_data({.name = "name", .unit = "", .meaning = "name of the state", .value = at.state.name}),
                       only_data({.name = "free_direction",
@@ -198,6 +200,10 @@ std::string state_text(const model::Model& model, const model::UniformState& val
         at += count;
     }
     return result.empty() ? "all fields 0" : result;
+}
+
+std::string state_words(const model::Model& model, const model::StationaryState& state) {
+    return text("{}, {}", state.is_isotropic ? "isotropic" : "ordered", state_text(model, state.values));
 }
 
 model::GrowthSearch growth_search(const io::Scene& scene) {

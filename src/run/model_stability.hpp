@@ -17,4 +17,7 @@ model::GrowthSearch growth_search(const io::Scene& scene);
 /// "phi = 0.3, |p| = 0.5": the values of a state for people, fields of value 0 left out.
 std::string state_text(const model::Model& model, const model::UniformState& values);
 
+/// "ordered, phi = 0.3, |p| = 0.5".
+std::string state_words(const model::Model& model, const model::StationaryState& state);
+
 }  // namespace drover::run

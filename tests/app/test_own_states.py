@@ -106,3 +106,9 @@ def test_a_band_of_the_same_equations_is_that_of_rods_and_beads(tmp_path):
 def test_what_has_no_travelling_state_is_rejected(tmp_path, changes, words, says):
     scene = write(tmp_path, GINZBURG_LANDAU.replace(*changes))
     rejected(tmp_path, ["states", scene, "--wave", "x", *words], says)
+
+
+def test_the_values_of_a_state_are_named_once(tmp_path):
+    heads = [line for line in drover(tmp_path, "stability", MODELS / "malthusian-flock.toml").stdout.splitlines()
+             if line.startswith("state: ")]
+    assert len(heads) == 3 and "state: isotropic, rho = 1.1" in heads

@@ -45,6 +45,20 @@ def archive(tmp_path_factory):
     return path
 
 
+def test_maps_of_fields_without_noise_are_smooth_and_colours_keep_to_the_signs_of_a_field():
+    demixing = Model([Field("c", "lap (c^3 - c - lap c)", name="composition", conserved=True, reference=0.3)])
+    scene = demixing.scene(64, 64.0, dt=0.1, end=60.0, initial={"kind": "random", "amplitude": 0.05}, seed=1)
+    run = scene.start()
+    run.advance()
+    image = drover.plot.map(run, field="composition").images[0]
+    assert image.get_array().shape >= (64, 64) and image.get_array().std() > 0.9 * run.frame.composition.std()
+    assert image.norm.vmin == -image.norm.vmax < 0.0  # both signs, about 0
+    positive = Role("u", "u", 0, ("u",), reference=1.0)
+    assert positive.centre(np.array([[0.2, 2.3], [0.5, 1.5]])) is None  # 1 - 1.3 < 0
+    assert positive.centre(np.array([[0.9, 1.1], [0.95, 1.2]])) == 1.0
+    assert Role("u", "u", 0, ("u",), reference=1.0).centre(np.array([[-0.2, 2.3], [-0.5, 1.5]])) == 0.0
+
+
 # --- models and scenes
 
 def test_a_scene_of_a_model_runs_as_the_model_does_and_gives_the_model_back():

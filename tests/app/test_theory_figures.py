@@ -313,3 +313,15 @@ def test_a_growing_sound_is_drawn_beside_the_speeds(bands, tmp_path):
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["Re $u$", "Im $u$ (growth if positive)"]
     low, high = stability_panels.range_without_spikes(numpy.append(numpy.linspace(1.0, 2.0, 100), 1e6))
     assert low < 0.0 and 2.0 < high < 100.0
+
+
+def test_curves_of_all_modes_have_no_jumps_and_no_kinks(tmp_path):
+    """Two modes of the Brusselator are conjugate below |q| = 0.38 /mm: of equal growth, in no order of their own."""
+    drover(tmp_path, "stability", MODELS / "brusselator.toml", "-o", "theory.h5")
+    growth, frequency = figure.draw_file(tmp_path / "theory.h5").axes[:2]
+    assert growth.get_yscale() == "asinh"  # smooth, where "symlog" has kinks
+    for axes in (growth, frequency):
+        curves = [axes.transData.transform(line.get_xydata())[:, 1] for line in axes.lines if len(line.get_xdata()) > 2]
+        assert len(curves) == 2
+        for curve in curves:  # an exchange of the modes would jump over the whole height
+            assert abs(numpy.diff(curve)).max() < 0.25 * axes.bbox.height

@@ -20,7 +20,7 @@ class Role:
     spin: int             # 0: scalar, 1: vector, 2: nematic
     components: tuple     # names of its arrays
     unit: str = "1"
-    is_density: bool = False
+    is_density: bool = False  # with noise, that of few bodies in a cell of the grid
     reference: float = 0.0
 
     @property
@@ -52,7 +52,9 @@ class Role:
         values = coarse(values) if self.is_density else values
         low, high = float(values.min()), float(values.max())
         for centre in (0.0,) if self.is_density else (0.0, self.reference):
-            if min(centre - low, high - centre) > SIGNED_FROM * (high - low):
+            # Colours about it would reach signs that the field has nowhere.
+            beyond = low >= 0.0 > 2.0 * centre - high or high <= 0.0 < 2.0 * centre - low
+            if not beyond and min(centre - low, high - centre) > SIGNED_FROM * (high - low):
                 return centre
         return None
 
@@ -74,8 +76,9 @@ def roles_of(run):
     from drover.model import model_of
     model = model_of(run.scene, str(run.path))
     reference = dict(zip(model.components, model.state()))
+    is_noisy = bool(model.noises) or any(model.noise_strengths)
     return [Role(field.name or field.symbol, symbol_text(field.symbol, field.spin), field.spin, field.components,
-                 simple_unit(field.unit), field.spin == 0 and field.conserved and reference_of(field, reference) > 0.0,
+                 simple_unit(field.unit), is_noisy and field.spin == 0 and field.conserved and reference_of(field, reference) > 0.0,
                  reference_of(field, reference)) for field in model.fields if not field.balance]
 
 

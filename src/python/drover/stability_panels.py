@@ -88,7 +88,7 @@ def angle_axis(axis, array):
 
 def symmetric_log(axis, values, linear):
     """Sets a symmetric logarithmic axis with few enough ticks to be legible."""
-    axis.axes.set_yscale("symlog", linthresh=linear, linscale=1.0)
+    axis.axes.set_yscale("asinh", linear_width=linear)  # without the kinks of "symlog"
     low, high = values
     axis.axes.set_ylim(low, high)
     axis.set_major_locator(FixedLocator(symmetric_ticks(low, high, linear)))
@@ -99,8 +99,12 @@ def symmetric_log(axis, values, linear):
 def symmetric_ticks(low, high, linear):
     first, last = numpy.log10(linear), numpy.log10(max(-low, high, 10.0 * linear))
     step = max(1, int(numpy.ceil((last - first) / 4.0)))
-    powers = 10.0 ** numpy.arange(numpy.floor(last), first - 0.5, -step)
-    return [value for value in sorted({*(-powers), 0.0, *powers}) if low <= value <= high]
+
+    def powers(most):
+        """Of ten up to `most`, which is on the axis; those near `linear` would touch the 0."""
+        top = numpy.floor(numpy.log10(most)) if most > linear else first
+        return 10.0 ** numpy.arange(top, first + 0.5, -step)
+    return [*(-powers(-low)), 0.0, *powers(high)[::-1]]
 
 
 def power_text(value):
@@ -176,8 +180,9 @@ def legend_below(axes, keys):
 
 def draw_frequencies(axes, state):
     """Draws angular frequencies of all modes over |q|, at the first angle."""
+    # Modes of equal growth have no order of their own: each curve keeps its place among the frequencies.
     array = state.array("frequency")[0]
-    axes.plot(array["wavenumber"], array.values, color=BLUE, linewidth=1.1)
+    axes.plot(array["wavenumber"], numpy.sort(array.values, axis=1), color=BLUE, linewidth=1.1)
     log_axes(axes, x_only=True)
     axes.set_xlim(float(array["wavenumber"][0]), float(array["wavenumber"][-1]))
     most = float(abs(array).max())
