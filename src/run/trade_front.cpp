@@ -183,6 +183,8 @@ io::Scene scene_of(const io::Scene& scene, const Findings& found, const Candidat
     for (const std::string& change : overrides_of(candidate)) overrides.push_back(change);
     overrides.push_back(set("time.end", candidate.end));
     if (found.warm_up > 0.0) overrides.push_back(set("analysis.warm_up", found.warm_up));
+    // The errors of what is wanted are measured: the run need not warn of those of its fields.
+    if (scene.time.max_error > 0.0 && io::has_grid(scene.kind)) overrides.push_back("time.max_error=1.0");
     // No more frames than were asked for, at whole steps.
     double frames = scene.output.frame_every;
     if (frames > 0.0 && io::has_grid(scene.kind)) {

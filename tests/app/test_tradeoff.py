@@ -351,3 +351,10 @@ analysis = {warm_up = 0}
                   status=1)
     assert "s with 4 seeds" in done.stdout and "it fluctuates more slowly than they show" in done.stdout
     assert "no setting meets the wishes" in done.stdout
+
+
+def test_the_recommended_run_does_not_warn_of_the_step_whose_error_was_measured(tmp_path):
+    strict = NOISY.replace("max_error = 0.5", "max_error = 1e-4")
+    tradeoff(tmp_path, scene(tmp_path, strict), "--want", "polar_order=5%", "--budget", "20s")
+    assert "is too long" in drover(tmp_path, "run", "s.toml", "-o", "s.h5").stderr
+    assert "is too long" not in drover(tmp_path, "run", tmp_path / "s.tradeoff" / "recommended.toml", "-o", "r.h5").stderr
