@@ -179,6 +179,35 @@ def test_a_sweep_of_two_keys_is_drawn_as_a_map_of_its_values():
     assert clear(axes)
 
 
+def test_an_observable_with_an_axis_of_its_own_is_drawn_as_a_line_for_each_value_of_the_key():
+    sweep = sweep_of({"relaxation.rate": [1.0, 2.0, 3.0]}, lambda rate: rate)
+    q = np.array([0.1, 1.0, 10.0])
+    spectra = sweep.data.polar_order / xarray.DataArray(q, {"wavenumber": q}, "wavenumber")
+    sweep.data = sweep.data.assign(structure_factor=spectra, structure_factor_error=0.1 * spectra)
+    axes = sweep.plot("structure_factor")
+    assert [line.get_ydata().tolist() for line in axes.lines] == [(rate / q).tolist() for rate in (1.0, 2.0, 3.0)]
+    assert len({line.get_color() for line in axes.lines}) == 3 and axes.get_xlabel() == "wavenumber"
+    assert axes.get_xscale() == axes.get_yscale() == "log" and clear(axes)
+    two = sweep_of({"relaxation.rate": [1.0, 2.0], "current.speed": [1.0, 2.0]}, lambda rate, speed: rate)
+    two.data = two.data.assign(spectrum=two.data.polar_order * xarray.DataArray(q, {"wavenumber": q}, "wavenumber"))
+    with pytest.raises(drover.Error, match="the axes wavenumber beside"):
+        two.data = two.data.assign(spectrum_error=two.data.spectrum)
+        two.plot("spectrum")
+
+
+@pytest.mark.parametrize("vary, panels", [({"relaxation.rate": [0.5, 1.0, 2.0]}, 2),
+                                          ({"relaxation.rate": [0.5, 1.0], "noise.order": [0.1, 0.2]}, 1)])
+def test_the_dataset_of_a_sweep_has_a_figure(vary, panels, tmp_path):
+    scene = drover.Scene.from_dict({"relaxation.saturation": 1.0, "elasticity.stiffness": 1.0, "noise.order": 0.1,
+                                    "grid.nx": 8, "grid.ny": 8, "time.dt": 0.5, "time.end": 20.0,
+                                    "output.sample_every": 0.5, "output.frame_every": 10.0})
+    drover.sweep(scene, vary, folder=tmp_path / "s.sweep")
+    figure = drover.plot.figure(tmp_path / "s.sweep" / "table.nc")
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert [title for title in titles if title][0] == "(a) polar order"
+    assert sum(bool(title) for title in titles) == panels and overlaps(figure) == []
+
+
 def test_both_branches_of_a_ramp_are_named_and_hide_no_point():
     axes = sweep_of({"relaxation.rate": [1.0, 2.0, 3.0]}, lambda rate, branch: rate + (branch == "down"),
                     ("up", "down")).plot("polar_order")

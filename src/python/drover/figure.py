@@ -13,7 +13,7 @@ import matplotlib
 import numpy
 
 from drover import (boundary_figure, live, model_figure, new_file, onset_figure, panels, particle_figure, results,
-                    smooth_panels, stability_figure, trade_panel)
+                    smooth_panels, stability_figure, sweep_figure, trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError, status_of
 from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
@@ -100,6 +100,8 @@ def draw_theory(theory, state=None):
     """Draws linear theory; `state` applies to a stability analysis."""
     if theory.kind == "stability":
         return stability_figure.draw(theory, state)
+    if theory.kind == "sweep":
+        return sweep_figure.draw(theory)
     if theory.kind not in THEORY:
         raise DroverError(f"{theory.path}: there is no figure of drover {theory.kind}; draw an array of it by .plot()")
     return THEORY[theory.kind](theory)
@@ -189,7 +191,7 @@ def main(arguments=None):
                                      "stability of a scene, its phase boundaries, or the flocking threshold predicted "
                                      "by a table.")
     parser.add_argument("archive", type=Path, help="file written by drover run, stability or boundary, such as "
-                                                   "isotropic.h5, or tradeoff.json of a study")
+                                                   "isotropic.h5, tradeoff.json of a study, or table.nc of a sweep")
     parser.add_argument("-o", "--output", type=Path,
                         help="figure file (.png, .pdf or .svg); default: the name of the archive with .png")
     parser.add_argument("--frame", type=int, help="for runs: number of the frame from 0; -1, the default, is the last")

@@ -9,18 +9,31 @@ COLOURS, MARKERS = (BLUE, VERMILLION, GREEN, PURPLE), "osD^"
 MAX_TICKS = 7  # of a map: ticks at the values of a key that has at most so many
 
 
-def draw_sweep(sweep, name, axes=None):
-    """Draws an observable over the varied key with its errors, a line for each branch; of two keys a map."""
+def own_axes(sweep, name):
+    """The axes of an observable beside the varied keys, the branch of a ramp and the seed."""
+    return [axis for axis in sweep.data[name].dims if axis not in (*sweep.keys, "branch", "seed")]
+
+
+def draw_sweep(sweep, name, axes=None, bar_axes=None):
+    """Draws an observable over the varied key with its errors, a line for each branch; of two keys a map; over an axis
+    of its own a line for each value of the key."""
     if name not in sweep.data or f"{name}_error" not in sweep.data:
         known = [key for key in sweep.data if f"{key}_error" in sweep.data]
         raise Error(f"the sweep has no observable {name}; expected one of {', '.join(known)}")
     if axes is None:
         from matplotlib import pyplot
         axes = pyplot.figure(layout="constrained").gca()
-    if len(sweep.keys) == 1:
+    own = own_axes(sweep, name)
+    if len(sweep.keys) == 1 and not own:
         draw_lines(axes, sweep, name)
-    elif len(sweep.keys) == 2:
-        draw_plane(axes, sweep, name)
+    elif len(sweep.keys) == 1 and len(own) == 1:
+        draw_family(axes, bar_axes, sweep, name, own[0])
+    elif len(sweep.keys) == 2 and not own:
+        draw_plane(axes, bar_axes, sweep, name)
+    elif own:
+        raise Error(f"{name} has the axes {', '.join(map(str, own))} beside {', '.join(sweep.keys)}; expected one axis "
+                    f"and one key: choose values of the others, as in "
+                    f'sweep.data.{name}.sel({{"{own[-1]}": ...}}).plot()')
     else:
         raise Error(f"the sweep varies {len(sweep.keys)} keys; expected one or two: choose values of the others, as in "
                     f'sweep.data.{name}.sel({{"{sweep.keys[-1]}": ...}}).plot()')
@@ -66,7 +79,34 @@ def draw_lines(axes, sweep, name):
     axes.set_ylabel(label(sweep, name))
 
 
-def draw_plane(axes, sweep, name):
+def draw_family(axes, bar_axes, sweep, name, own):
+    """A line for each value of the key, coloured by it."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm, Normalize
+    [key] = sweep.keys
+    mean = sweep.data[name]
+    if "branch" in mean.dims:
+        mean = mean.isel(branch=0)
+    values = numpy.asarray(mean[key].values, float)
+    spread = values.min() > 0.0 and values.max() > 30.0 * values.min()
+    colours = ScalarMappable((LogNorm if spread else Normalize)(values.min(), values.max()), "viridis")
+    for value in values:
+        line = mean.sel({key: value})
+        axes.plot(line[own].values, line.values, ".-", color=colours.to_rgba(value), linewidth=1, markersize=4)
+    for axis, drawn in ((axes.set_xscale, mean[own].values), (axes.set_yscale, mean.values)):
+        known = drawn[numpy.isfinite(drawn)]
+        if known.size and known.min() > 0.0 and known.max() > 30.0 * known.min():
+            axis("log")
+    bar = axes.figure.colorbar(colours, cax=bar_axes, ax=None if bar_axes is not None else axes,
+                               label=key_label(key, sweep.values))
+    if len(values) <= MAX_TICKS:
+        bar.set_ticks(values, labels=[f"{value:g}" for value in values])
+    unit = mean[own].attrs.get("units", "1")
+    axes.set_xlabel(own.replace("_", " ") + ("" if unit == "1" else f" [{unit_text(unit)}]"))
+    axes.set_ylabel(label(sweep, name))
+
+
+def draw_plane(axes, bar_axes, sweep, name):
     mean = sweep.data[name]
     if "branch" in mean.dims:
         mean = mean.isel(branch=0)
@@ -76,7 +116,7 @@ def draw_plane(axes, sweep, name):
         return
     image = axes.pcolormesh(mean[x].values, mean[y].values, mean.transpose(y, x).values, shading="nearest",
                             cmap="viridis")
-    axes.figure.colorbar(image, ax=axes, label=label(sweep, name))
+    axes.figure.colorbar(image, cax=bar_axes, ax=None if bar_axes is not None else axes, label=label(sweep, name))
     for axis, key in ((axes.xaxis, x), (axes.yaxis, y)):
         if mean.sizes[key] <= MAX_TICKS:
             axis.set_ticks(mean[key].values)

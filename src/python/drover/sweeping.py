@@ -44,7 +44,8 @@ class Sweep:
             raise AttributeError(f"the sweep has no {name}; expected one of {', '.join(map(str, self.data))}") from None
 
     def plot(self, name, axes=None):
-        """Draws an observable over the varied key, with errors; of two keys a map.  Returns the matplotlib axes."""
+        """Draws an observable over the varied key, with errors; of two keys a map; of a spectrum, or another observable
+        with an axis of its own, a line for each value of the key.  Returns the matplotlib axes."""
         from drover.sweep_panels import draw_sweep
         return draw_sweep(self, name, axes)
 
@@ -124,21 +125,21 @@ def finished(scene, folder, options):
     if not any(row["seeds"] for row in result["rows"]):
         reasons = "; ".join(result["failures"]) or result["log"].strip()[-2000:]
         raise Error(f"no run of the sweep ended: {reasons}", fault="run")
-    found = Sweep(result, scene.values, dataset_in(folder, result["keys"]))
+    found = Sweep(result, scene.values, dataset_of(Path(folder, "table.nc"), result["keys"]))
     if found.failed:
         warnings.warn(f"{found.failed} jobs of the sweep failed: {'; '.join(found.failures)}",
                       stacklevel=3)
     return found
 
 
-def dataset_in(folder, keys):
-    """The file of a sweep, in memory, with the keys of the scene as its axes."""
+def dataset_of(file, keys):
+    """A table.nc in memory, with the keys of the scene as its axes."""
     from drover.archive import open_once
     from drover.stored import group_dataset
-    store, data = open_once(Path(folder, "table.nc"),
-                            lambda store, _: (store, group_dataset(store, "/").load()))
+    store, data = open_once(Path(file), lambda store, _: (store, group_dataset(store, "/").load()))
     store.close()
     if "branch" in data.coords:
         data = data.assign_coords(branch=["down" if branch else "up" for branch in data.branch.values])
     data["seeds"] = data.seeds.astype(int)
-    return data.rename({key.replace(".", "_"): key for key in keys})
+    names = {key.replace(".", "_"): key for key in keys}
+    return data.rename({name: key for name, key in names.items() if name in data.dims})
