@@ -89,9 +89,9 @@ Result explain_model(const io::Scene& scene) {
         words("disk", "at most, and what is free",
               text("{} ({} free)", bytes_text(cost.needs.disk_bytes), bytes_text(cost.needs.disk_free)))};
     if (cost.time) {
-        root.entries.push_back(words("wall_time", "of the run, estimated",
-                                     text("{}, {:.3g} ms per step", duration_text(cost.time->total),
-                                          1e3 * cost.time->step)));
+        root.entries.push_back(
+            words("wall_time", "of the run, estimated",
+                  text("{}, {:.3g} ms per step", duration_text(cost.time->total), 1e3 * cost.time->step)));
         root.entries.push_back(number("seconds_a_step", "s", "wall time of a step, estimated", cost.time->step));
         root.entries.push_back(number("seconds", "s", "wall time of the run, estimated", cost.time->total));
         for (Entry* entry : {&root.entries.back(), &root.entries.end()[-2]}) entry->shown.text = false;

@@ -157,8 +157,7 @@ Record state_record(const io::Scene& scene, const Searched& at, std::size_t numb
     std::string group = "/" + at.state.name;
     std::replace_if(
         group.begin() + 1, group.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
-    Record record{.heading = "state: " + state_words(model, at.state),
-                  .group = text("{}_{}", group, number_of_state)};
+    Record record{.heading = "state: " + state_words(model, at.state), .group = text("{}_{}", group, number_of_state)};
     record.entries = {only_data({.name = "name", .unit = "", .meaning = "name of the state", .value = at.state.name}),
                       only_data({.name = "free_direction",
                                  .unit = "1",

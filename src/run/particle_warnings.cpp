@@ -66,10 +66,11 @@ std::vector<std::string> unit_warnings(const dem::Setup& setup) {
                  gravity = std::abs(setup.gravity.z);
     if (plates.amplitude == 0.0) return {};  // at rest, by choice
     if (acceleration < gravity)
-        return {text("plates.amplitude = {} mm at plates.frequency = {} /s accelerates by at most {:.3g} mm/s2, less "
-                     "than gravity, {:.4g} mm/s2: no body leaves the bottom plate; expected lengths in mm and times in "
-                     "s: choose plates.amplitude above {:.2g} mm, or a higher frequency",
-                     plates.amplitude, plates.frequency, acceleration, gravity, gravity / (rate * rate))};
+        return {
+            text("plates.amplitude = {} mm at plates.frequency = {} /s accelerates by at most {:.3g} mm/s2, less "
+                 "than gravity, {:.4g} mm/s2: no body leaves the bottom plate; expected lengths in mm and times in "
+                 "s: choose plates.amplitude above {:.2g} mm, or a higher frequency",
+                 plates.amplitude, plates.frequency, acceleration, gravity, gravity / (rate * rate))};
     double smallest = INFINITY;
     const auto add = [&](bool is_there, const std::vector<double>& diameters) {
         for (const double one : diameters)
@@ -78,9 +79,10 @@ std::vector<std::string> unit_warnings(const dem::Setup& setup) {
     add(setup.beads.count > 0 || setup.beads.area_fraction > 0.0, setup.beads.diameters);
     add(setup.rods.count > 0 || setup.rods.area_fraction > 0.0, setup.rods.diameters);
     if (plates.amplitude <= smallest) return {};
-    return {text("plates.amplitude = {} mm exceeds the diameter of the smallest body, {} mm; expected a small part of it, "
-                 "as in experiments, with lengths in mm",
-                 plates.amplitude, smallest)};
+    return {
+        text("plates.amplitude = {} mm exceeds the diameter of the smallest body, {} mm; expected a small part of "
+             "it, as in experiments, with lengths in mm",
+             plates.amplitude, smallest)};
 }
 
 std::vector<std::string> particle_state_warnings(const io::Scene& scene, const dem::Bodies& bodies,

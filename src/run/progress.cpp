@@ -14,8 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 }
 
-ProgressLine::ProgressLine(bool quiet)
-    : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()) {
+ProgressLine::ProgressLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()) {
     next_ = start_ + (terminal_ ? 500ms : 20s);
 }
 
@@ -38,10 +37,10 @@ void Progress::report(std::int64_t step, const std::function<double()>& step_err
     line_.show([&](double elapsed) {
         const double rate = static_cast<double>(step - first_) / elapsed;
         const double left = rate > 0.0 ? static_cast<double>(last_ - step) / rate : 0.0;
-        std::string line = text("t = {:.4g} of {:.4g} s ({:.0f} %), {:.3g} steps/s, {} left",
-                                static_cast<double>(step) * dt_, static_cast<double>(last_) * dt_,
-                                100.0 * static_cast<double>(step) / static_cast<double>(last_), rate,
-                                duration_text(left));
+        std::string line =
+            text("t = {:.4g} of {:.4g} s ({:.0f} %), {:.3g} steps/s, {} left", static_cast<double>(step) * dt_,
+                 static_cast<double>(last_) * dt_, 100.0 * static_cast<double>(step) / static_cast<double>(last_), rate,
+                 duration_text(left));
         if (const double error = step_error ? step_error() : 0.0; error > 0.0)
             line += text(", estimated error of the steps {:.2g}", error);
         return line;

@@ -44,7 +44,7 @@ def test_one_body_has_no_temperature_and_no_warning_of_it(tmp_path):
 @pytest.mark.parametrize("changes, said", [
     ({"plates.amplitude": 4e-5}, "no body leaves the bottom plate"),  # metres
     ({"plates.frequency": 0.2}, "no body leaves the bottom plate"),  # per millisecond
-    ({"plates.amplitude": 40.0, "plates.gap": 1200.0}, "exceeds the diameter of the smallest body, 0.8 mm"),  # micrometres
+    ({"plates.amplitude": 40.0, "plates.gap": 1200.0}, "exceeds the diameter of the smallest body"),  # micrometres
     ({}, None)])
 def test_plates_in_other_units_are_reported_before_a_run(tmp_path, changes, said):
     write_scene(tmp_path, changes, base=BEADS, name="beads.toml")

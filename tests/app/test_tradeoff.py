@@ -357,4 +357,5 @@ def test_the_recommended_run_does_not_warn_of_the_step_whose_error_was_measured(
     strict = NOISY.replace("max_error = 0.5", "max_error = 1e-4")
     tradeoff(tmp_path, scene(tmp_path, strict), "--want", "polar_order=5%", "--budget", "20s")
     assert "is too long" in drover(tmp_path, "run", "s.toml", "-o", "s.h5").stderr
-    assert "is too long" not in drover(tmp_path, "run", tmp_path / "s.tradeoff" / "recommended.toml", "-o", "r.h5").stderr
+    recommended = tmp_path / "s.tradeoff" / "recommended.toml"
+    assert "is too long" not in drover(tmp_path, "run", recommended, "-o", "r.h5").stderr

@@ -52,8 +52,8 @@ struct WantedNumber {
     std::optional<double> linear_theory;
 };
 
-/// The unit of a wanted number.  Throws an input Error, with the names there are, when a run with this summary has no such
-/// observable, no such axis, or no component in the range.
+/// The unit of a wanted number.  Throws an input Error, with the names there are, when a run with this summary has no
+/// such observable, no such axis, or no component in the range.
 std::string unit_of_wanted(const Wish& wish, const measure::Summary& summary);
 
 /// Throws as unit_of_wanted.

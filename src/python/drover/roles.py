@@ -78,7 +78,8 @@ def roles_of(run):
     reference = dict(zip(model.components, model.state()))
     is_noisy = bool(model.noises) or any(model.noise_strengths)
     return [Role(field.name or field.symbol, symbol_text(field.symbol, field.spin), field.spin, field.components,
-                 simple_unit(field.unit), is_noisy and field.spin == 0 and field.conserved and reference_of(field, reference) > 0.0,
+                 simple_unit(field.unit),
+                 is_noisy and field.spin == 0 and field.conserved and reference_of(field, reference) > 0.0,
                  reference_of(field, reference)) for field in model.fields if not field.balance]
 
 
