@@ -74,7 +74,8 @@ int print_scene_boundary(const BoundaryOptions& options) {
     if (options.collect)
         return print_result(run::collect_boundary(scene, folder, threads), output, scene, threads.count());
     if (options.share.empty() && !std::filesystem::exists(folder))
-        return print_result(run::make_boundary(scene, threads, {.quiet = options.quiet}), output, scene, threads.count());
+        return print_result(run::make_boundary(scene, threads, {.quiet = options.quiet}), output, scene,
+                            threads.count());
     const auto result = run::make_boundary_in_shares(scene, shares, threads);
     if (result) return print_result(*result, output, scene, threads.count());
     if (run::stop_signal() == 0) return run::exit_done;

@@ -195,13 +195,14 @@ def test_an_observable_with_an_axis_of_its_own_is_drawn_as_a_line_for_each_value
         two.plot("spectrum")
 
 
+@pytest.mark.parametrize("refine", [None, {"polar_order": 0.01}])
 @pytest.mark.parametrize("vary, panels", [({"relaxation.rate": [0.5, 1.0, 2.0]}, 2),
                                           ({"relaxation.rate": [0.5, 1.0], "noise.order": [0.1, 0.2]}, 1)])
-def test_the_dataset_of_a_sweep_has_a_figure(vary, panels, tmp_path):
+def test_the_dataset_of_a_sweep_has_a_figure(vary, panels, refine, tmp_path):
     scene = drover.Scene.from_dict({"relaxation.saturation": 1.0, "elasticity.stiffness": 1.0, "noise.order": 0.1,
                                     "grid.nx": 8, "grid.ny": 8, "time.dt": 0.5, "time.end": 20.0,
                                     "output.sample_every": 0.5, "output.frame_every": 10.0})
-    drover.sweep(scene, vary, folder=tmp_path / "s.sweep")
+    drover.sweep(scene, vary, refine=refine, refine_levels=1, folder=tmp_path / "s.sweep")
     figure = drover.plot.figure(tmp_path / "s.sweep" / "table.nc")
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert [title for title in titles if title][0] == "(a) polar order"

@@ -19,7 +19,8 @@ def chosen(sweep, count):
     names = [str(name) for name in sweep.data if f"{name}_error" in sweep.data and "seed" not in sweep.data[name].dims
              and len(own_axes(sweep, name)) == count]
     if count:
-        return next((name for name in names if name.startswith("structure_factor")), None)
+        spectra = [name for name in names if name.startswith("structure_factor")]
+        return min(spectra, key=lambda name: name.endswith("cross"), default=None)
     best = [name for start in PREFERRED for name in names if name.startswith(start)]
     return next(iter([*best, *names]), None)
 
@@ -39,7 +40,8 @@ def draw(table):
         draw_sweep(sweep, first, axes, add_axes(figure, bar_box(box)) if len(sweep.keys) == 2 else None)
         axes.set_title(f"(a) {first.replace('_', ' ')}", loc="left")
         words = "Points are means with standard errors; open: no error estimate." if len(sweep.keys) == 1 else \
-            "Colours are means over the seeds."
+            "Colours are means over the seeds" + (", linear between the points that were run."
+                                                  if "point" in sweep.data[first].dims else ".")
         if second is not None:
             axes = add_axes(figure, RIGHT)
             draw_sweep(sweep, second, axes, add_axes(figure, bar_box(RIGHT)))

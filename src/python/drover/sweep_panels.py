@@ -10,8 +10,8 @@ MAX_TICKS = 7  # of a map: ticks at the values of a key that has at most so many
 
 
 def own_axes(sweep, name):
-    """The axes of an observable beside the varied keys, the branch of a ramp and the seed."""
-    return [axis for axis in sweep.data[name].dims if axis not in (*sweep.keys, "branch", "seed")]
+    """The axes of an observable beside the varied keys or points, the branch of a ramp and the seed."""
+    return [axis for axis in sweep.data[name].dims if axis not in (*sweep.keys, "point", "branch", "seed")]
 
 
 def draw_sweep(sweep, name, axes=None, bar_axes=None):
@@ -84,7 +84,7 @@ def draw_family(axes, bar_axes, sweep, name, own):
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
     [key] = sweep.keys
-    mean = sweep.data[name]
+    mean = in_order(sweep, sweep.data[name])
     if "branch" in mean.dims:
         mean = mean.isel(branch=0)
     values = numpy.asarray(mean[key].values, float)
@@ -112,7 +112,7 @@ def draw_plane(axes, bar_axes, sweep, name):
         mean = mean.isel(branch=0)
     y, x = sweep.keys
     if "point" in mean.dims:
-        draw_points(axes, sweep, name, mean)
+        draw_points(axes, bar_axes, sweep, name, mean)
         return
     image = axes.pcolormesh(mean[x].values, mean[y].values, mean.transpose(y, x).values, shading="nearest",
                             cmap="viridis")
@@ -129,7 +129,7 @@ def label_plane(axes, sweep):
     axes.set_ylabel(key_label(y, sweep.values))
 
 
-def draw_points(axes, sweep, name, mean):
+def draw_points(axes, bar_axes, sweep, name, mean):
     """A refined plane: linear between its points, which are dots."""
     known = numpy.isfinite(mean.values)
     y, x = (sweep.data[key].values[known] for key in sweep.keys)
@@ -139,7 +139,7 @@ def draw_points(axes, sweep, name, mean):
     image = axes.tripcolor(Triangulation(x, y, cells.triangles), mean.values[known], shading="gouraud", cmap="viridis")
     axes.plot(x, y, ".", color="white", markeredgecolor="black", markeredgewidth=0.3, markersize=3.5, clip_on=False)
     axes.margins(0)
-    axes.figure.colorbar(image, ax=axes, label=label(sweep, name))
+    axes.figure.colorbar(image, cax=bar_axes, ax=None if bar_axes is not None else axes, label=label(sweep, name))
     label_plane(axes, sweep)
 
 

@@ -142,4 +142,4 @@ def dataset_of(file, keys):
         data = data.assign_coords(branch=["down" if branch else "up" for branch in data.branch.values])
     data["seeds"] = data.seeds.astype(int)
     names = {key.replace(".", "_"): key for key in keys}
-    return data.rename({name: key for name, key in names.items() if name in data.dims})
+    return data.rename({name: key for name, key in names.items() if name in data.variables})
