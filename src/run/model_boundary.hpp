@@ -1,6 +1,8 @@
 // run/model_boundary.hpp: where the uniform states of a declared model become unstable, in a plane of its coefficients.
 #pragma once
-#include "drover/run/boundary.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/run/boundary_work.hpp"
+#include "drover/run/result.hpp"
 
 namespace drover::run {
 
