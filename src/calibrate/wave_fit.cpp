@@ -332,10 +332,11 @@ void check_record(const WaveRecord& record, const std::vector<FittedNumber>& num
 
 WaveModel rod_bead_waves(const physics::Model& start, const physics::UniformPoint& about,
                          const std::vector<RodBeadNumber>& numbers) {
-    const std::vector<int> places = physics::places_of(physics::Equations(start).form);
+    const physics::Equations of_start(start);
     WaveModel waves;
-    for (const int place : places) {
-        const bool beads = place == physics::FieldIndex::bead_density, rods = place == physics::FieldIndex::rod_density;
+    for (const int component : of_start.linearised(about)->state_components()) {
+        const bool beads = component == of_start.component(physics::FieldIndex::bead_density),
+                   rods = component == of_start.component(physics::FieldIndex::rod_density);
         waves.fields.push_back({.is_conserved = beads || rods, .size = beads ? about.bead_density : about.rod_density});
     }
     physics::Model model = start;
@@ -344,13 +345,9 @@ WaveModel rod_bead_waves(const physics::Model& start, const physics::UniformPoin
     waves.at = [=](const std::vector<double>& values) {
         physics::Model changed = start;
         for (std::size_t i = 0; i < values.size(); ++i) numbers[i].in(changed) = values[i];
-        const auto equations = std::make_shared<const physics::Equations>(changed);
-        return LinearWaves{.symbol = [=](const numerics::Wavevector& q) -> Matrix {
-                               return physics::linear_symbol(*equations, about, q)(places, places);
-                           },
-                           .noise = [=](const numerics::Wavevector& q) -> Matrix {
-                               return physics::noise_symbol(*equations, std::hypot(q.x, q.y))(places, places);
-                           }};
+        const auto linear = physics::Equations(changed).linearised(about);
+        return LinearWaves{.symbol = [linear](const numerics::Wavevector& q) { return linear->symbol(q); },
+                           .noise = [linear](const numerics::Wavevector& q) { return linear->noise(q); }};
     };
     return waves;
 }

@@ -163,6 +163,8 @@ struct CompiledEquations {
     Symbol form_symbol(const std::vector<LinearForm>& rows, const numerics::Wavevector& q) const;
     /// Eliminates the fields in balance; returns also what they are of the others.
     Symbol eliminated(const Symbol& m, Symbol* balance = nullptr) const;
+    static Symbol eliminated(const Symbol& m, const std::vector<int>& held, const std::vector<int>& state,
+                             const std::vector<int>& free, Symbol* balance);
     /// A symbol at q = |q| (cosine, sine) in the frame of q; back: the inverse.
     Symbol in_frame(const Symbol& m, double cosine, double sine, bool back = false) const;
     /// The average over the directions of q, without what couples the even and the odd block, at q along x.

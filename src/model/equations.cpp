@@ -246,8 +246,15 @@ std::vector<double> CompiledEquations::sources(std::vector<double>* held) const 
 }
 
 Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
-    const std::vector<int> held = this->held();
-    if (held.empty()) return m;
+    return eliminated(m, held(), state, free, balance);
+}
+
+Symbol CompiledEquations::eliminated(const Symbol& m, const std::vector<int>& held, const std::vector<int>& state,
+                                     const std::vector<int>& free, Symbol* balance) {
+    if (held.empty()) {
+        if (balance != nullptr) *balance = Symbol::Zero(m.rows(), m.cols());
+        return m;
+    }
     Symbol held_by(held.size(), free.size());
     // Asked for at every wavenumber: without memory from the heap where the balance is that of one vector.
     if (held.size() == 2 && is_regular_pair(m(held, held))) {
@@ -259,7 +266,7 @@ Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
             held_by(1, static_cast<Eigen::Index>(j)) = (c * x - a * y) / determinant;
         }
     } else held_by = -solve_balance(Symbol(m(held, held)), Symbol(m(held, free)));
-    Symbol result = Symbol::Zero(components, components);
+    Symbol result = Symbol::Zero(m.rows(), m.cols());
     for (std::size_t j = 0; j < free.size(); ++j)
         for (const int i : state) {
             std::complex<double>& entry = result(i, free[j]);
@@ -268,7 +275,7 @@ Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
                 entry += m(i, held[k]) * held_by(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j));
         }
     if (balance != nullptr) {
-        *balance = Symbol::Zero(components, components);
+        *balance = Symbol::Zero(m.rows(), m.cols());
         (*balance)(held, free) = held_by;
     }
     return result;

@@ -52,46 +52,69 @@ std::vector<LinearisedAt::Power> powers_of_terms(const CompiledEquations& c, con
 }
 }  // namespace
 
-std::vector<LinearisedAt::Power> LinearisedAt::powers_of(const Equations& equations, const UniformState& about,
-                                                         const std::vector<double>& factors) {
-    return powers_of_terms(*equations.compiled_, equations.compiled_->terms, about, factors);
-}
-
-LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about) : equations_(equations) {
+LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about)
+    : equations_(equations), about_(equations.completed(about)), state_(equations.state_components()) {
     const CompiledEquations& c = *equations.compiled_;
-    about_ = c.completed(about);
     powers_ = powers_of_terms(c, c.terms, about_);
     substitutes_ = powers_of_terms(c, c.substitutes, about_);
+    held_ = c.held();
     for (int k = 0; k < c.components; ++k)
-        if (c.in_balance(k)) held_.push_back(k);
-    direction_ = direction_of(c.model, about_);
-    is_isotropic_ = commutes_with_turns();
+        if (c.array_of[static_cast<std::size_t>(k)] >= 0 || c.in_balance(k)) members_.push_back(k);
+    left_.moved = Eigen::VectorXd::Zero(c.components);
+    left_.moved(state_).setOnes();
+    left_.direction = direction_of(c.model, about_);
+}
+
+LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about, LeftSides left)
+    : equations_(equations), about_(about), left_(std::move(left)), has_left_(true) {
+    const CompiledEquations& c = *equations.compiled_;
+    powers_ = powers_of_terms(c, c.terms, about_, left_.factors);
+    for (int k = 0; k < c.components; ++k) {
+        if (c.is_given(k)) continue;
+        members_.push_back(k);
+        (left_.moved(k) != 0.0 ? state_ : held_).push_back(k);
+    }
+    if (left_.slopes.size() == 0) return;
+    const Eigen::VectorXd rates = equations.uniform_rates(about_, left_.factors);
+    carried_ = Eigen::MatrixXd::Zero(c.components, c.components);
+    for (const int k : state_) carried_.row(k) = -rates(k) / (left_.moved(k) * left_.moved(k)) * left_.slopes.row(k);
 }
 
 Symbol LinearisedAt::whole(const Wavevector& q) const { return sum_of(powers_, equations_.components(), q); }
 
-Symbol LinearisedAt::symbol(const Wavevector& q) const {
-    const std::vector<int>& state = equations_.state_components();
-    return equations_.compiled_->eliminated(whole(q))(state, state);
+Eigen::MatrixXd LinearisedAt::factors(int x, int y) const {
+    for (const Power& power : powers_)
+        if (power.x == x && power.y == y) return power.factors(members_, members_);
+    const auto count = static_cast<Eigen::Index>(members_.size());
+    return Eigen::MatrixXd::Zero(count, count);
 }
 
+Symbol LinearisedAt::eliminated(const Wavevector& q, Symbol* balance) const {
+    Symbol m = whole(q);
+    for (const int k : state_)
+        if (left_.moved(k) != 1.0) m.row(k) /= left_.moved(k);
+    if (carried_.size() > 0) m += carried_;
+    return CompiledEquations::eliminated(m, held_, state_, has_left_ ? state_ : equations_.compiled_->free, balance);
+}
+
+Symbol LinearisedAt::symbol(const Wavevector& q) const { return eliminated(q)(state_, state_); }
+
 Symbol LinearisedAt::all_components(const Wavevector& q) const {
-    const std::vector<int>& state = equations_.state_components();
-    const int components = equations_.components();
-    Symbol balance = Symbol::Zero(components, components);
-    equations_.compiled_->eliminated(whole(q), &balance);
-    for (const int k : state) balance(k, k) = 1.0;
-    const Symbol all = balance + sum_of(substitutes_, components, q) * balance;
-    return all(Eigen::all, state);
+    Symbol balance;
+    eliminated(q, &balance);
+    for (const int k : state_) balance(k, k) = 1.0;
+    const Symbol all = balance + sum_of(substitutes_, equations_.components(), q) * balance;
+    return all(Eigen::all, state_);
 }
 
 Symbol LinearisedAt::noise(const Wavevector& q) const {
-    const std::vector<int>& state = equations_.state_components();
-    return equations_.noise(about_, q)(state, state);
+    if (!has_left_) return equations_.noise(about_, q)(state_, state_);
+    const Eigen::VectorXd strengths = left_.noise + (q.x * q.x + q.y * q.y) * left_.flux_noise;
+    return Symbol(strengths.cast<std::complex<double>>().asDiagonal())(state_, state_);
 }
 
 Wavevector LinearisedAt::wavevector(double q, double angle) const {
-    return {.x = q * std::cos(direction_ + angle), .y = q * std::sin(direction_ + angle)};
+    return {.x = q * std::cos(left_.direction + angle), .y = q * std::sin(left_.direction + angle)};
 }
 
 Symbol LinearisedAt::along_and_across(const Symbol& of_components, const Wavevector& q) const {
@@ -101,7 +124,7 @@ Symbol LinearisedAt::along_and_across(const Symbol& of_components, const Wavevec
 }
 
 /// Turning mixes the components of a field alone: rounding is relative to the entries between two fields.
-bool LinearisedAt::commutes_with_turns() const {
+bool LinearisedAt::is_isotropic() const {
     const CompiledEquations& c = *equations_.compiled_;
     const auto count = static_cast<Eigen::Index>(c.model.fields.size());
     for (const double q : {0.31, 1.0, 2.7}) {

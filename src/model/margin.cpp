@@ -80,9 +80,8 @@ public:
         std::pair<double, double> place{std::log(best.q), best.angle};
         const auto rate = [&](double x, double angle) { return -wave(x, angle).value; };
         if (angles > 1) place = numerics::climbed(rate, place, {step, step_angle});
-        const double fine = numerics::golden_maximum(std::max(place.first - step, log_q.front()),
-                                                     std::min(place.first + step, log_q.back()),
-                                                     [&](double x) { return rate(x, place.second); });
+        const double fine =
+            numerics::refined_maximum(log_q, place.first, [&](double x) { return rate(x, place.second); });
         for (const Margin& refined : {wave(place.first, place.second), wave(fine, place.second)})
             if (refined.value < best.value) best = refined;
         return best.value < least.value ? best : least;

@@ -18,13 +18,11 @@ std::string mode_text(const Wavevector& q) { return text("a mode at q = ({:.4g},
 /// Modes that decay, added up one by one: those that neither grow nor decay must not be driven.
 Covariance by_modes(const Modes& all, const Symbol& noise, const Wavevector& q) {
     constexpr double epsilon = std::numeric_limits<double>::epsilon();
-    const double size = all.rates.cwiseAbs().maxCoeff();
     const Eigen::Index n = all.rates.size();
     const Symbol drive = all.duals * noise * all.duals.adjoint();
     std::vector<bool> decays;
     for (Eigen::Index k = 0; k < n; ++k) {
-        const double rate = all.rates(k).real(), dual = all.duals.row(k).norm(),
-                     rounding = 4.0 * epsilon * size * dual * all.shapes.col(k).norm();
+        const double rate = all.rates(k).real(), dual = all.duals.row(k).norm(), rounding = all.rounding(k);
         if (rate > rounding)
             return {.matrix = {},
                     .why_none = text("no stationary state: {} grows at the rate {:.3g}", mode_text(q), rate)};
@@ -42,14 +40,19 @@ Covariance by_modes(const Modes& all, const Symbol& noise, const Wavevector& q) 
 }
 }  // namespace
 
-Covariance covariance(const LinearisedAt& at, const Wavevector& q) {
+double solve_covariance(const LinearisedAt& at, const Wavevector& q, Symbol& matrix) {
     const Symbol m = at.symbol(q), noise = at.noise(q);
-    Covariance result{.matrix = Symbol::Zero(m.rows(), m.cols()), .why_none = {}};
+    matrix = Symbol::Zero(m.rows(), m.cols());
     const auto entries = static_cast<std::size_t>(m.size());
-    const double largest = numerics::solve_lyapunov(static_cast<int>(m.rows()), {m.data(), entries},
-                                                    {noise.data(), entries}, {result.matrix.data(), entries});
+    return numerics::solve_lyapunov(static_cast<int>(m.rows()), {m.data(), entries}, {noise.data(), entries},
+                                    {matrix.data(), entries});
+}
+
+Covariance covariance(const LinearisedAt& at, const Wavevector& q) {
+    Covariance result;
+    const double largest = solve_covariance(at, q, result.matrix);
     // Close to 0 the sign of the rate is not certain.
-    if (!(largest < -1e-10 * m.norm())) result = by_modes(modes(at, q), noise, q);
+    if (!(largest < -1e-10 * at.symbol(q).norm())) result = by_modes(modes(at, q), at.noise(q), q);
     if (!result.why_none.empty()) return result;
     const Symbol all = at.all_components(q);
     result.matrix = all * result.matrix * all.adjoint();
@@ -80,13 +83,14 @@ StructureFactors structure_factors(const LinearisedAt& at, const numerics::Grid&
     const std::size_t width = numerics::columns(grid), parts = result.names.size();
     const numerics::DistinctWavenumbers distinct = numerics::distinct_wavenumbers(grid, degree);
     // Where all directions are equivalent, the parts depend on |q| alone.
-    const std::size_t count = at.is_isotropic() ? distinct.q.size() : numerics::modes(grid);
+    const bool is_isotropic = at.is_isotropic();
+    const std::size_t count = is_isotropic ? distinct.q.size() : numerics::modes(grid);
     std::vector<Covariance> found(count);
     threads.for_chunks(count, 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
-            if (at.is_isotropic() ? n == 0 : distinct.of_mode[n] <= 0) continue;
-            const Wavevector q = at.is_isotropic() ? Wavevector{.x = distinct.q[n], .y = 0.0}
-                                                   : numerics::wavevector(grid, n % width, n / width);
+            if (is_isotropic ? n == 0 : distinct.of_mode[n] <= 0) continue;
+            const Wavevector q = is_isotropic ? Wavevector{.x = distinct.q[n], .y = 0.0}
+                                              : numerics::wavevector(grid, n % width, n / width);
             found[n] = covariance(at, q);
             if (found[n].why_none.empty()) found[n].matrix = at.along_and_across(found[n].matrix, q);
         }
@@ -99,7 +103,7 @@ StructureFactors structure_factors(const LinearisedAt& at, const numerics::Grid&
     result.values.assign(numerics::modes(grid) * parts * parts, 0.0);
     for (std::size_t mode = 0; mode < numerics::modes(grid); ++mode) {
         if (distinct.of_mode[mode] <= 0) continue;  // not kept, or q = 0
-        const Symbol& s = found[at.is_isotropic() ? static_cast<std::size_t>(distinct.of_mode[mode]) : mode].matrix;
+        const Symbol& s = found[is_isotropic ? static_cast<std::size_t>(distinct.of_mode[mode]) : mode].matrix;
         for (std::size_t i = 0; i < parts; ++i)
             for (std::size_t j = 0; j < parts; ++j)
                 result.values[(mode * parts + i) * parts + j] =

@@ -25,7 +25,7 @@ std::pair<double, double> climbed(const LinearisedAt& at, std::pair<double, doub
                                   std::pair<double, double> steps, const GrowthSearch& search) {
     const double low = std::log(search.min), high = std::log(search.max);
     const auto rate = [&](double log_q, double angle) {
-        return growth(at, std::exp(std::clamp(log_q, low, high)), angle).rate;
+        return growth_rate(at, std::exp(std::clamp(log_q, low, high)), angle);
     };
     std::pair<double, double> found = numerics::climbed(rate, from, steps);
     found.first = std::clamp(found.first, low, high);
@@ -34,7 +34,7 @@ std::pair<double, double> climbed(const LinearisedAt& at, std::pair<double, doub
 
 /// The grid of a search with its maxima refined: log |q| ascending.
 std::vector<double> with_maxima(const LinearisedAt& at, double angle, const std::vector<double>& log_q) {
-    const auto rate = [&](double x) { return growth(at, std::exp(x), angle).rate; };
+    const auto rate = [&](double x) { return growth_rate(at, std::exp(x), angle); };
     std::vector<double> rates;
     for (const double x : log_q) rates.push_back(rate(x));
     std::vector<double> places = log_q;
@@ -80,27 +80,20 @@ FastestWave fastest_wave(const LinearisedAt& at, const GrowthSearch& search, Thr
     const std::vector<double> log_q = log_wavenumbers(search);
     const int angles = at.is_isotropic() ? 1 : search.angles;
     const double step_angle = std::numbers::pi / angles;
-    struct Best {
-        double rate = -std::numeric_limits<double>::infinity(), log_q = 0.0;
+    const auto rate_at = [&](double angle) {
+        return [&at, angle](double x) { return growth_rate(at, std::exp(x), angle); };
     };
-    std::vector<Best> best(static_cast<std::size_t>(angles));
+    std::vector<numerics::Largest> best(static_cast<std::size_t>(angles));
     threads.for_chunks(best.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t a = begin; a < end; ++a)
-            for (const double x : log_q)
-                if (const double rate = growth(at, std::exp(x), static_cast<double>(a) * step_angle).rate;
-                    rate > best[a].rate)
-                    best[a] = {rate, x};
+            best[a] = numerics::largest_of(log_q, rate_at(static_cast<double>(a) * step_angle));
     });
     const auto top =
-        std::max_element(best.begin(), best.end(), [](const Best& a, const Best& b) { return a.rate < b.rate; });
-    std::pair<double, double> place{top->log_q, static_cast<double>(top - best.begin()) * step_angle};
+        std::max_element(best.begin(), best.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
+    std::pair<double, double> place{top->place, static_cast<double>(top - best.begin()) * step_angle};
     const double step = log_q[1] - log_q[0];
     if (angles > 1) place = climbed(at, place, {step, step_angle}, search);
-    const double fine = numerics::golden_maximum(std::max(place.first - step, log_q.front()),
-                                                 std::min(place.first + step, log_q.back()),
-                                                 [&](double x) { return growth(at, std::exp(x), place.second).rate; });
-    if (growth(at, std::exp(fine), place.second).rate >= growth(at, std::exp(place.first), place.second).rate)
-        place.first = fine;
+    place.first = numerics::refined_maximum(log_q, place.first, rate_at(place.second));
     FastestWave wave{.q = std::exp(place.first), .angle = place.second};
     wave.angle -= std::numbers::pi * std::floor(wave.angle / std::numbers::pi);  // waves of q and -q are conjugates
     wave.growth = growth(at, wave.q, wave.angle);

@@ -1,53 +1,25 @@
 // model/theory_long_waves.cpp: elimination of the fast modes about q = 0.
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "drover/model/theory.hpp"
 #include "numerics/dense.hpp"
-#include "sorted_modes.hpp"
 
 namespace drover::model {
 
 namespace {
 using Complex = std::complex<double>;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-/// rates = sum_n |q|^n m[n] deviations at one angle, where d/dt is multiplied by `moved`: 1 for components with a rate,
-/// 0 for those in balance.
-struct Expansion {
-    std::array<Symbol, 3> m;
-    Eigen::VectorXd moved;
-    std::vector<int> members;  ///< components
-};
-
-Expansion expansion(const LinearisedAt& at, double angle) {
-    Expansion result;
-    const std::vector<int>&state = at.equations().state_components(), &held = at.held_components();
-    result.members = state;
-    result.members.insert(result.members.end(), held.begin(), held.end());
-    const auto count = static_cast<Eigen::Index>(result.members.size());
-    for (Symbol& m : result.m) m = Symbol::Zero(count, count);
-    result.moved = Eigen::VectorXd::Zero(count);
-    result.moved.head(static_cast<Eigen::Index>(state.size())).setOnes();
-    const double c = std::cos(at.direction() + angle), s = std::sin(at.direction() + angle);
-    for (const LinearisedAt::Power& power : at.powers()) {
-        const int degree = power.x + power.y;
-        if (degree > 2) continue;
-        const Complex factor = std::array<Complex, 3>{1.0, Complex(0.0, 1.0), -1.0}[static_cast<std::size_t>(degree)] *
-                               std::pow(c, power.x) * std::pow(s, power.y);
-        result.m[static_cast<std::size_t>(degree)] += factor * power.factors(result.members, result.members);
-    }
-    return result;
-}
-
-/// Modes at q = 0 that neither grow nor decay, with left moved right = 1, and what the fast modes answer to a force.
-struct Slow {
-    Symbol right, left, fast;
-    std::string why_none;
-};
-
-Slow slow_at_zero(const Expansion& e) {
-    const Symbol& m = e.m[0];
+/// By the singular values of the equations at q = 0.
+SlowSpace slow_space(const LinearisedAt& at) {
+    const MatrixXd m = at.factors(0, 0);
+    const Eigen::VectorXd moved = at.moved()(at.members());
     const Eigen::Index n = m.rows();
     // Rows and columns of size 1, so that units do not decide what is singular.
     Eigen::VectorXd rows = Eigen::VectorXd::Ones(n), columns = rows;
@@ -56,40 +28,175 @@ Slow slow_at_zero(const Expansion& e) {
     for (Eigen::Index k = 0; k < n; ++k)
         if (const double size = (rows.asDiagonal() * m.col(k)).cwiseAbs().maxCoeff(); size > 0.0)
             columns(k) = 1.0 / size;
-    const numerics::DenseSvd<Symbol> svd = numerics::dense_svd(Symbol(rows.asDiagonal() * m * columns.asDiagonal()));
+    const numerics::DenseSvd<MatrixXd> svd =
+        numerics::dense_svd(MatrixXd(rows.asDiagonal() * m * columns.asDiagonal()));
     Eigen::Index rank = 0;
     while (rank < n && svd.values(rank) > 1e-10 * svd.values(0)) ++rank;
     const Eigen::Index slow = n - rank;
-    Slow result{.right = columns.asDiagonal() * svd.right.rightCols(slow),
-                .left = svd.left.rightCols(slow).adjoint() * rows.asDiagonal(),
-                .fast = {},
-                .why_none = {}};
+    SlowSpace result{.right = columns.asDiagonal() * svd.right.rightCols(slow),
+                     .left = svd.left.rightCols(slow).transpose() * rows.asDiagonal()};
     for (Eigen::Index k = 0; k < slow; ++k) result.right.col(k).normalize(), result.left.row(k).normalize();
-    const Symbol overlap = result.left * e.moved.asDiagonal() * result.right;
+    const MatrixXd overlap = result.left * moved.asDiagonal() * result.right;
     if (slow > 0 && numerics::dense_svd(overlap).values.minCoeff() < 1e-9)
-        return {.right = {},
-                .left = {},
-                .fast = {},
-                .why_none = "at q = 0 a slow mode drives another one without limit, and s is no power series in q"};
-    if (slow > 0) result.left = numerics::solution(overlap, result.left);
-    Symbol bordered = Symbol::Zero(n + slow, n + slow);
+        return {.why_none = "at q = 0 a slow mode drives another one without limit, and s is no power series in q"};
+    if (slow > 0) result.left = numerics::inverse(overlap) * result.left;
+    MatrixXd bordered = MatrixXd::Zero(n + slow, n + slow);
     bordered.topLeftCorner(n, n) = m;
-    bordered.topRightCorner(n, slow) = e.moved.asDiagonal() * result.right;
-    bordered.bottomLeftCorner(slow, n) = result.left * e.moved.asDiagonal();
-    result.fast = numerics::pivoted_inverse(bordered).topLeftCorner(n, n);
+    bordered.topRightCorner(n, slow) = moved.asDiagonal() * result.right;
+    bordered.bottomLeftCorner(slow, n) = result.left * moved.asDiagonal();
+    result.fast = numerics::pivoted_inverse(bordered).real().topLeftCorner(n, n);
+    return result;
+}
+}  // namespace
+
+LongWaves long_waves(const LinearisedAt& at) {
+    const SlowSpace space = slow_space(at);
+    LongWaves waves = long_waves(at, space);
+    for (auto [speed, order_x] : {std::pair{&waves.speed_x, 1}, std::pair{&waves.speed_y, 0}})
+        if (speed->norm() <= 1e-13 * space.left.norm() * at.factors(order_x, 1 - order_x).norm() * space.right.norm())
+            speed->setZero();  // rounding of the singular vectors
+    return waves;
+}
+
+LongWaves long_waves(const LinearisedAt& at, const SlowSpace& space) {
+    LongWaves result{.left = space.left, .right = space.right, .why_none = space.why_none};
+    if (!space.why_none.empty() || space.right.cols() == 0) return result;
+    const MatrixXd first_x = at.factors(1, 0), first_y = at.factors(0, 1);
+    const MatrixXd by_x = space.fast * (first_x * space.right), by_y = space.fast * (first_y * space.right);
+    const auto second = [&](int x, int y) -> MatrixXd { return space.left * at.factors(x, y) * space.right; };
+    result.speed_x = -(space.left * first_x * space.right);
+    result.speed_y = -(space.left * first_y * space.right);
+    result.damping_xx = second(2, 0) - space.left * first_x * by_x;
+    result.damping_yy = second(0, 2) - space.left * first_y * by_y;
+    result.damping_xy = second(1, 1) - space.left * first_x * by_y - space.left * first_y * by_x;
     return result;
 }
 
+namespace {
+/// Speeds that differ by less than this part of the largest are one: rounding splits a double root by its square root.
+constexpr double same = 3e-7;
+
+struct AtAngle {
+    MatrixXd speed, damping;
+};
+AtAngle at_angle(const LongWaves& w, double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {.speed = w.speed_x * c + w.speed_y * s,
+            .damping = w.damping_xx * (c * c) + w.damping_yy * (s * s) + w.damping_xy * (c * s)};
+}
+
+VectorXcd speeds_of(const MatrixXd& u) {
+    VectorXcd speeds;
+    if (u.rows() == 1) speeds = VectorXcd::Constant(1, u(0, 0));
+    else speeds = numerics::dense_eigenvalues(u);
+    // A size that no choice of units changes: of the speeds, and of the loops that could make one.
+    double size = speeds.cwiseAbs().maxCoeff();
+    for (int i = 0; i < u.rows(); ++i)
+        for (int k = 0; k < u.rows(); ++k) size = std::max(size, std::sqrt(std::abs(u(i, k) * u(k, i))));
+    for (Complex& speed : speeds) {
+        if (std::abs(speed.imag()) < same * size) speed = speed.real();
+        if (std::abs(speed) < 1e-13 * size) speed = 0.0;  // rounding
+    }
+    std::sort(speeds.begin(), speeds.end(),
+              [](Complex a, Complex b) { return a.real() != b.real() ? a.real() < b.real() : a.imag() < b.imag(); });
+    for (int i = 1; i < speeds.size(); ++i)  // one cluster, one speed
+        if (std::abs(speeds(i) - speeds(i - 1)) < same * size) speeds(i) = speeds(i - 1);
+    return speeds;
+}
+
+/// The matrix of cofactors, transposed, of at most 3 rows: right times left eigenvector where it is singular once.
+MatrixXcd adjugate(const MatrixXcd& m) {
+    MatrixXcd r(m.rows(), m.rows());
+    if (m.rows() == 1) r << 1.0;
+    else if (m.rows() == 2) r << m(1, 1), -m(0, 1), -m(1, 0), m(0, 0);
+    else
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) {
+                const int a = (k + 1) % 3, b = (k + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
+                r(i, k) = m(a, c) * m(b, d) - m(a, d) * m(b, c);
+            }
+    return r;
+}
+
+struct Group {
+    VectorXcd damping;
+    MatrixXcd shape;  ///< a column each
+};
+
+/// The `count` modes of one speed; their dampings are NaN if it has fewer eigenvectors.
+Group group_of(const AtAngle& at, Complex speed, int count) {
+    const auto k = at.speed.rows();
+    MatrixXcd rest = at.speed.cast<Complex>();
+    rest.diagonal().array() -= speed;
+    if (count == 1 && k <= 3) {
+        const MatrixXcd both = adjugate(rest);
+        Eigen::Index column = 0;
+        both.colwise().squaredNorm().maxCoeff(&column);
+        return {.damping = VectorXcd::Constant(1, (both * at.damping.cast<Complex>()).trace() / both.trace()),
+                .shape = both.col(column)};
+    }
+    const numerics::DenseSvd<MatrixXcd> svd = numerics::dense_svd(rest);
+    const MatrixXcd right = svd.right.rightCols(count), left = svd.left.rightCols(count).adjoint();
+    const MatrixXcd overlap = left * right;
+    const double most = std::max(svd.values(0), at.speed.cwiseAbs().maxCoeff());
+    const Eigen::FullPivLU<MatrixXcd> by_overlap(overlap);
+    const double least_pivot = by_overlap.matrixLU().diagonal().cwiseAbs().minCoeff();
+    if (!(least_pivot > 1e-6 * by_overlap.maxPivot()) || svd.values(k - count) > 1e-5 * most)
+        return {.damping = VectorXcd::Constant(count, not_a_number), .shape = right};
+    const MatrixXcd reduced = by_overlap.solve(left * at.damping.cast<Complex>() * right);
+    const numerics::DenseEigen solved = numerics::dense_eigen(reduced);
+    return {.damping = solved.values, .shape = right * solved.vectors};
+}
+
+/// see(speed, Group) for the modes of each speed.
+template <class See>
+void for_groups(const AtAngle& at, See see) {
+    const VectorXcd speeds = speeds_of(at.speed);
+    for (int first = 0, next = 0; first < speeds.size(); first = next) {
+        for (next = first + 1; next < speeds.size() && speeds(next) == speeds(first);) ++next;
+        see(speeds(first), group_of(at, speeds(first), next - first));
+    }
+}
+}  // namespace
+
+std::vector<SlowMode> slow_modes(const LongWaves& waves, double angle) {
+    std::vector<SlowMode> modes;
+    if (waves.right.cols() == 0) return modes;
+    for_groups(at_angle(waves, angle), [&](Complex speed, const Group& group) {
+        for (int i = 0; i < group.damping.size(); ++i) {
+            modes.push_back({.speed = speed, .damping = group.damping(i), .shape = waves.right * group.shape.col(i)});
+            modes.back().shape.normalize();
+        }
+    });
+    return modes;
+}
+
+SlowGrowth slow_growth(const LongWaves& waves, double angle) {
+    SlowGrowth growth{.first = 0.0, .second = -std::numeric_limits<double>::infinity()};
+    if (waves.right.cols() == 0) return growth;
+    for_groups(at_angle(waves, angle), [&](Complex speed, const Group& group) {
+        growth.first = std::max(growth.first, speed.imag());
+        // A defective speed splits as sqrt(q), one half of it growing.
+        for (const Complex damping : group.damping)
+            growth.second = std::max(growth.second, std::isnan(damping.real()) ? std::numeric_limits<double>::infinity()
+                                                                               : -damping.real());
+    });
+    if (growth.first > 0.0) growth.second = 0.0;
+    return growth;
+}
+
+namespace {
 /// The largest difference between s and its expansion over q^2, at the q where it is smallest: at large q the next term
 /// of the series limits it, at small q rounding.
 double error_of(const LinearisedAt& at, double angle, const std::vector<SlowMode>& slow) {
     double smallest = std::numeric_limits<double>::infinity();
     for (double q = 1.0; q > 1e-6; q *= 0.2) {
-        const Modes exact = modes(at, at.wavevector(q, angle));
+        const VectorXcd exact = mode_rates(at, at.wavevector(q, angle));
         double largest = 0.0;
         for (const SlowMode& mode : slow) {
+            if (std::isnan(mode.damping.real())) return not_a_number;
             const Complex series = Complex(0.0, -q) * mode.speed - q * q * mode.damping;
-            largest = std::max(largest, (exact.rates.array() - series).abs().minCoeff() / (q * q));
+            largest = std::max(largest, (exact.array() - series).abs().minCoeff() / (q * q));
         }
         smallest = std::min(smallest, largest);
     }
@@ -98,47 +205,21 @@ double error_of(const LinearisedAt& at, double angle, const std::vector<SlowMode
 }  // namespace
 
 SlowModes slow_modes(const LinearisedAt& at, double angle) {
-    SlowModes result;
-    const Expansion e = expansion(at, angle);
-    const Slow slow = slow_at_zero(e);
-    result.why_none = slow.why_none;
-    if (!result.why_none.empty() || slow.right.cols() == 0) return result;
-    Symbol first = slow.left * e.m[1] * slow.right;
-    const double rounding = 1e-13 * slow.left.norm() * e.m[1].norm() * slow.right.norm();
-    if (first.norm() <= rounding) first.setZero();
-    const Symbol second = slow.left * (e.m[2] - e.m[1] * slow.fast * e.m[1]) * slow.right;
-    const Modes waves = sorted_modes(first);
-    const double size = std::max({first.norm(), rounding, std::numeric_limits<double>::min()});
-    const Eigen::Index n = waves.rates.size();
-    const bool defective = !(waves.duals.norm() < 1e6);
-    std::vector<bool> done(static_cast<std::size_t>(n), false);
-    const Symbol all = at.all_components({});
-    for (Eigen::Index k = 0; k < n; ++k) {
-        if (done[static_cast<std::size_t>(k)]) continue;
-        std::vector<int> equal;  // modes of the same speed
-        for (Eigen::Index j = k; j < n; ++j)
-            if (!done[static_cast<std::size_t>(j)] && std::abs(waves.rates(j) - waves.rates(k)) <= 1e-9 * size) {
-                equal.push_back(static_cast<int>(j));
-                done[static_cast<std::size_t>(j)] = true;
-            }
-        const Symbol right = waves.shapes(Eigen::all, equal), left = waves.duals(equal, Eigen::all);
-        const Modes damped = sorted_modes(defective ? Symbol(0.0 * left * right) : Symbol(left * second * right));
-        for (Eigen::Index j = 0; j < damped.rates.size(); ++j) {
-            const Symbol amplitudes = slow.right * right * damped.shapes.col(j);
-            SlowMode mode{.speed = Complex(0.0, 1.0) * waves.rates(equal[static_cast<std::size_t>(j)]),
-                          .damping = -damped.rates(j),
-                          .shape = all * amplitudes.topRows(all.cols())};
-            if (std::abs(mode.speed) <= 1e-13 * size) mode.speed = 0.0;
-            if (defective) mode.damping = std::numeric_limits<double>::quiet_NaN();
-            mode.shape.normalize();
-            result.modes.push_back(std::move(mode));
-        }
+    const LongWaves waves = long_waves(at);
+    SlowModes result{.modes = slow_modes(waves, at.direction() + angle), .why_none = waves.why_none};
+    if (result.modes.empty()) return result;
+    double fastest = 0.0;
+    for (SlowMode& mode : result.modes) {
+        Eigen::VectorXcd whole = Eigen::VectorXcd::Zero(at.equations().components());
+        whole(at.members()) = mode.shape;
+        mode.shape = (at.all_components({}) * whole(at.state_components())).normalized();
+        fastest = std::max(fastest, std::abs(mode.speed));
     }
-    std::sort(result.modes.begin(), result.modes.end(), [size](const SlowMode& a, const SlowMode& b) {
-        if (std::abs(a.speed.real() - b.speed.real()) > 1e-9 * size) return a.speed.real() < b.speed.real();
+    std::sort(result.modes.begin(), result.modes.end(), [fastest](const SlowMode& a, const SlowMode& b) {
+        if (std::abs(a.speed.real() - b.speed.real()) > 1e-9 * fastest) return a.speed.real() < b.speed.real();
         return a.damping.real() < b.damping.real();
     });
-    result.error = defective ? std::numeric_limits<double>::quiet_NaN() : error_of(at, angle, result.modes);
+    result.error = error_of(at, angle, result.modes);
     return result;
 }
 

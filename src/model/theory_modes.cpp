@@ -5,6 +5,7 @@
 
 #include "drover/model/theory.hpp"
 #include "numerics/dense.hpp"
+#include "numerics/precise_eigenvalues.hpp"
 #include "sorted_modes.hpp"
 
 namespace drover::model {
@@ -28,15 +29,32 @@ Modes modes(const LinearisedAt& at, const Wavevector& q) {
     return q.x == 0.0 && q.y == 0.0 ? uniform_modes(at) : sorted_modes(at.symbol(q));
 }
 
+Eigen::VectorXcd mode_rates(const LinearisedAt& at, const Wavevector& q) {
+    const Symbol m = at.symbol(q);
+    if (m.rows() <= numerics::max_small_rows) return numerics::reliable_eigenvalues(m);
+    return numerics::dense_eigenvalues(m);
+}
+
+double growth_rate(const LinearisedAt& at, double q, double angle) {
+    return mode_rates(at, at.wavevector(q, angle)).real().maxCoeff();
+}
+
+double Modes::rounding(Eigen::Index mode) const {
+    return 4.0 * std::numeric_limits<double>::epsilon() * rates.cwiseAbs().maxCoeff() * duals.row(mode).norm() *
+           shapes.col(mode).norm();
+}
+
+bool Modes::grows() const {
+    for (Eigen::Index k = 0; k < rates.size(); ++k)
+        if (rates(k).real() > rounding(k)) return true;
+    return false;
+}
+
 Growth growth(const LinearisedAt& at, double q, double angle) {
     const Modes all = modes(at, at.wavevector(q, angle));
     if (all.rates.size() == 0) return {.rate = -std::numeric_limits<double>::infinity()};
     const std::complex<double> fastest = all.rates(0);
-    const double size = all.rates.cwiseAbs().maxCoeff();
-    constexpr double epsilon = std::numeric_limits<double>::epsilon();
-    // The rounding error of a rate is that of the matrix times the condition of the mode, which is large where modes
-    // nearly coincide.
-    const double rounding = 4.0 * epsilon * size * all.duals.row(0).norm() * all.shapes.col(0).norm();
+    const double rounding = all.rounding(0);
     const bool oscillates = std::abs(fastest.imag()) > std::max(rounding, 1e-12 * std::abs(fastest));
     return {.rate = fastest.real(), .frequency = oscillates ? -fastest.imag() : 0.0, .rounding = rounding};
 }
@@ -46,7 +64,7 @@ std::vector<std::complex<double>> term_shares(const LinearisedAt& at, const Wave
     require(mode < static_cast<std::size_t>(all.rates.size()), {}, "mode {}; expected one of the {} modes of the wave",
             mode, all.rates.size());
     const auto k = static_cast<Eigen::Index>(mode);
-    const std::vector<int>&state = at.equations().state_components(), &held = at.held_components();
+    const std::vector<int>&state = at.state_components(), &held = at.held_components();
     const int components = at.equations().components();
     const Eigen::VectorXcd right = at.all_components(q) * all.shapes.col(k);
     Eigen::RowVectorXcd left = Eigen::RowVectorXcd::Zero(components);

@@ -1,7 +1,9 @@
 // numerics/extremum.hpp: searches for maxima of functions, and for edges of sets.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -26,6 +28,27 @@ double golden_maximum(double low, double high, Function function) {
         }
     }
     return 0.5 * (low + high);
+}
+
+/// The largest of the values of a function at some places.
+struct Largest {
+    double value = -std::numeric_limits<double>::infinity(), place = 0.0;
+};
+template <class Function>
+Largest largest_of(const std::vector<double>& places, Function function) {
+    Largest largest{.place = places.front()};
+    for (const double place : places)
+        if (const double value = function(place); value > largest.value) largest = {value, place};
+    return largest;
+}
+
+/// The maximum about a place, no further away than the next of these evenly spaced places.
+template <class Function>
+double refined_maximum(const std::vector<double>& places, double from, Function function) {
+    const double step = places[1] - places[0];
+    const double fine =
+        golden_maximum(std::max(from - step, places.front()), std::min(from + step, places.back()), function);
+    return function(fine) > function(from) ? fine : from;
 }
 
 /// Where a sign changes between two places, by bisection to a part `precision` of them.

@@ -1,13 +1,11 @@
 // physics/equations.cpp: the equations of a model by the model layer, and their linearisations.
 #include "drover/physics/equations.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <optional>
 
-#include "drover/model/linearised_at.hpp"
 #include "program_functions.hpp"
 #include "rod_bead.hpp"
 #include "text_terms.hpp"
@@ -17,7 +15,7 @@ namespace drover::physics {
 namespace {
 using numerics::Wavevector;
 constexpr int rho = FieldIndex::bead_density, sigma = FieldIndex::rod_density, v_x = FieldIndex::bead_velocity_x,
-              v_y = FieldIndex::bead_velocity_y, p_x = FieldIndex::polar_order_x;
+              p_x = FieldIndex::polar_order_x;
 
 bool is_same(const UniformPoint& a, const UniformPoint& b) {
     return a.bead_density == b.bead_density && a.rod_density == b.rod_density && a.velocity == b.velocity &&
@@ -29,7 +27,7 @@ bool is_same(const UniformPoint& a, const UniformPoint& b) {
 struct Equations::Cache {
     std::mutex mutex;
     std::optional<UniformPoint> about;
-    std::shared_ptr<const std::vector<SymbolPower>> powers;
+    std::shared_ptr<const model::LinearisedAt> linearised;
     std::optional<model::Equations> solver;  // about the uniform state of the model
 };
 
@@ -108,7 +106,43 @@ bool Equations::is_force(std::size_t term) const {
     return component(v_x) >= 0 && forces_->model().fields[forces_->terms()[term].field].symbol == "v";
 }
 
-std::shared_ptr<const std::vector<SymbolPower>> Equations::powers(const UniformPoint& about) const {
+namespace {
+/// Of all components of forces().
+model::UniformState state_of(const Equations& e, const UniformPoint& at) {
+    const std::array<double, FieldIndex::count> values{at.bead_density, at.rod_density, at.velocity.x(),
+                                                       at.velocity.y(), at.order.x(),   at.order.y()};
+    model::UniformState state(static_cast<std::size_t>(e.forces().components()), 0.0);
+    for (int k = 0; k < FieldIndex::count; ++k)
+        if (const int place = e.component(k); place >= 0)
+            state[static_cast<std::size_t>(place)] = values[static_cast<std::size_t>(k)];
+    return state;
+}
+
+/// m rho d_t v is the force on the beads, or that is 0.
+model::LeftSides left_sides(const Equations& e, const UniformPoint& about) {
+    const int components = e.forces().components(), beads = e.component(rho);
+    const Noise& noise = e.model.noise;
+    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(components);
+    model::LeftSides left{.moved = Eigen::VectorXd::Ones(components),
+                          .noise = zero,
+                          .flux_noise = zero,
+                          .direction = direction_of(about)};
+    if (beads >= 0) left.flux_noise(beads) = noise.beads;
+    if (e.component(sigma) >= 0) left.flux_noise(e.component(sigma)) = noise.rods;
+    left.noise.segment<2>(e.component(p_x)).setConstant(noise.order);
+    const int v = e.component(v_x);
+    if (v < 0) return left;
+    const double mass = e.form.velocity == Velocity::dynamic ? e.model.inertia.bead_mass : 0.0;
+    left.noise.segment<2>(v).setConstant(noise.velocity);
+    left.moved.segment<2>(v).setConstant(mass * about.bead_density);
+    if (beads < 0 || mass == 0.0) return left;
+    left.slopes = Eigen::MatrixXd::Zero(components, components);
+    left.slopes.block<2, 1>(v, beads).setConstant(mass);
+    return left;
+}
+}  // namespace
+
+std::shared_ptr<const model::LinearisedAt> Equations::linearised(const UniformPoint& about) const {
     require_functions(model);
     for (std::size_t n = 0; n < terms_.size(); ++n)
         require(!forces_->terms()[n].is_placed, {},
@@ -116,29 +150,25 @@ std::shared_ptr<const std::vector<SymbolPower>> Equations::powers(const UniformP
                 terms_[n]);
     {
         const std::lock_guard lock(cache_->mutex);
-        if (cache_->about && is_same(*cache_->about, about)) return cache_->powers;
+        if (cache_->about && is_same(*cache_->about, about)) return cache_->linearised;
     }
-    const std::array<double, FieldIndex::count> values{about.bead_density, about.rod_density, about.velocity.x(),
-                                                       about.velocity.y(), about.order.x(),   about.order.y()};
-    model::UniformState state(static_cast<std::size_t>(forces_->components()), 0.0);
-    for (int k = 0; k < FieldIndex::count; ++k)
-        if (component(k) >= 0) state[static_cast<std::size_t>(component(k))] = values[static_cast<std::size_t>(k)];
-    for (std::size_t n = 0; n < terms_.size(); ++n)
-        require(forces_->has_derivative(n, state), {},
-                "{} has no finite derivative in the uniform state of |p| = {:.4g}; expected one: linear theory about "
-                "this state does not exist",
-                terms_[n], about.order.norm());
-    auto found = std::make_shared<std::vector<SymbolPower>>();
-    for (const model::LinearisedAt::Power& power : model::LinearisedAt::powers_of(*forces_, state, factors_)) {
-        SymbolPower& to = found->emplace_back(SymbolPower{power.x, power.y, Matrix6::Zero()});
-        for (int row = 0; row < FieldIndex::count; ++row)
-            for (int column = 0; column < FieldIndex::count; ++column)
-                if (component(row) >= 0 && component(column) >= 0)
-                    to.factors(row, column) = power.factors(component(row), component(column));
+    const model::UniformState state = state_of(*this, about);
+    model::LeftSides left = left_sides(*this, about);
+    left.factors = factors_;
+    std::shared_ptr<const model::LinearisedAt> found;
+    try {
+        found = std::make_shared<const model::LinearisedAt>(*forces_, state, std::move(left));
+    } catch (const Error&) {
+        for (std::size_t n = 0; n < terms_.size(); ++n)
+            require(forces_->has_derivative(n, state), {},
+                    "{} has no finite derivative in the uniform state of |p| = {:.4g}; expected one: linear theory "
+                    "about this state does not exist",
+                    terms_[n], about.order.norm());
+        throw;
     }
     const std::lock_guard lock(cache_->mutex);
     cache_->about = about;
-    cache_->powers = found;
+    cache_->linearised = found;
     return found;
 }
 
@@ -191,77 +221,28 @@ bool has_pointwise_velocity(const Equations& equations) {
     return false;
 }
 
-Symbol force_symbol(const Equations& equations, const UniformPoint& about, const Wavevector& q) {
-    Symbol m = Symbol::Zero();
-    const auto powers = equations.powers(about);  // held: another thread may replace what the cache has
-    for (const SymbolPower& power : *powers) {
-        std::complex<double> factor = 1.0;
-        for (int i = 0; i < power.x; ++i) factor *= std::complex<double>(0.0, q.x);
-        for (int i = 0; i < power.y; ++i) factor *= std::complex<double>(0.0, q.y);
-        m += factor * power.factors;
-    }
-    return m;
+Symbol of_all_fields(const Equations& equations, const model::Symbol& m, const std::vector<int>& components) {
+    Symbol result = Symbol::Zero();
+    std::vector<int> places;
+    for (int k = 0; k < FieldIndex::count; ++k)
+        if (std::count(components.begin(), components.end(), equations.component(k)) > 0) places.push_back(k);
+    result(places, places) = m;
+    return result;
 }
 
-namespace {
-/// Divides the forces by what they move, or eliminates a slaved velocity, and drops the fields that the form leaves
-/// out.
-Symbol reduced(const Equations& equations, Symbol m, const UniformPoint& about, const Eigen::Vector2d& force) {
-    const Form& form = equations.form;
-    if (form.velocity == Velocity::dynamic) {
-        const double moved = equations.model.inertia.bead_mass * about.bead_density;
-        m.middleRows<2>(v_x) /= moved;
-        m.block<2, 1>(v_x, rho) -= force / (moved * about.bead_density);
-    }
-    if (form.velocity == Velocity::slaved && m.middleRows<2>(v_x).cwiseAbs().maxCoeff() > 0.0) {
-        // 0 = F_v v + F_others: v = -F_v^-1 F_others.
-        const Eigen::Matrix2cd inverse = m.block<2, 2>(v_x, v_x).inverse();
-        const Eigen::Matrix<std::complex<double>, 2, FieldIndex::count> slave = -inverse * m.middleRows<2>(v_x);
-        m += m.middleCols<2>(v_x).eval() * slave;
-    }
-    const auto drop = [&](int field) {
-        m.row(field).setZero();
-        m.col(field).setZero();
-    };
-    if (form.bead_density < 0) drop(rho);
-    if (form.rod_density < 0) drop(sigma);
-    if (form.velocity != Velocity::dynamic) {
-        drop(v_x);
-        drop(v_y);
-    }
-    return m;
+Symbol force_symbol(const Equations& equations, const UniformPoint& about, const Wavevector& q) {
+    const auto at = equations.linearised(about);
+    return of_all_fields(equations, at->whole(q)(at->members(), at->members()), at->members());
 }
-}  // namespace
 
 Symbol linear_symbol(const Equations& equations, const UniformPoint& about, const Wavevector& q) {
-    Eigen::Vector2d force = Eigen::Vector2d::Zero();
-    if (equations.form.velocity == Velocity::dynamic && equations.form.bead_density >= 0)
-        force = uniform_rates(equations, about).segment<2>(v_x);
-    return reduced(equations, force_symbol(equations, about, q), about, force);
-}
-
-Symbol noise_symbol(const Equations& equations, double q) {
-    const Noise& noise = equations.model.noise;
-    Symbol result = Symbol::Zero();
-    if (equations.form.bead_density >= 0)
-        result(FieldIndex::bead_density, FieldIndex::bead_density) = noise.beads * q * q;
-    if (equations.form.rod_density >= 0) result(FieldIndex::rod_density, FieldIndex::rod_density) = noise.rods * q * q;
-    result(FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_x) =
-        result(FieldIndex::bead_velocity_y, FieldIndex::bead_velocity_y) = noise.velocity;
-    result(FieldIndex::polar_order_x, FieldIndex::polar_order_x) =
-        result(FieldIndex::polar_order_y, FieldIndex::polar_order_y) = noise.order;
-    return result;
+    const auto at = equations.linearised(about);
+    return of_all_fields(equations, at->symbol(q), at->state_components());
 }
 
 UniformRates uniform_rates(const Equations& equations, const UniformPoint& at) {
     require_functions(equations.model);
-    const std::array<double, FieldIndex::count> values{at.bead_density, at.rod_density, at.velocity.x(),
-                                                       at.velocity.y(), at.order.x(),   at.order.y()};
-    model::UniformState state(static_cast<std::size_t>(equations.forces().components()), 0.0);
-    for (int k = 0; k < FieldIndex::count; ++k)
-        if (const int place = equations.component(k); place >= 0)
-            state[static_cast<std::size_t>(place)] = values[static_cast<std::size_t>(k)];
-    const Eigen::VectorXd rates = equations.uniform_forces(state);
+    const Eigen::VectorXd rates = equations.uniform_forces(state_of(equations, at));
     UniformRates result = UniformRates::Zero();
     for (int k = 0; k < FieldIndex::count; ++k)
         if (const int place = equations.component(k); place >= 0) result(k) = rates(place);

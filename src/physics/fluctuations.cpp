@@ -1,19 +1,15 @@
 // physics/fluctuations.cpp: structure factors from Lyapunov equations.
 #include "drover/physics/fluctuations.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
-#include "drover/numerics/lyapunov.hpp"
+#include "drover/model/theory.hpp"
 #include "drover/physics/long_waves.hpp"
-#include "drover/physics/stability.hpp"
 
 namespace drover::physics {
 
 namespace {
-using Complex = std::complex<double>;
-
 /// Parts along and across q: with the components (x, y) of a vector that starts at a place.
 void parts(const Symbol& s, int place, double c, double sn, double& along, double& across) {
     const double xx = s(place, place).real(), yy = s(place + 1, place + 1).real(), xy = s(place, place + 1).real();
@@ -33,30 +29,19 @@ StructureFactor structure_factor_of(const Symbol& s, const numerics::Wavevector&
 }  // namespace
 
 Symbol structure_matrix(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
-    const std::vector<int> present = places_of(equations.form);
-    const ModeShapes m = linear_symbol(equations, about, q)(present, present);
-    const ModeShapes noise = noise_symbol(equations, std::hypot(q.x, q.y))(present, present);
-    ModeShapes covariance(m.rows(), m.cols());
-    const auto entries = static_cast<std::size_t>(m.size());
-    const double growth = numerics::solve_lyapunov(static_cast<int>(m.rows()), {m.data(), entries},
-                                                   {noise.data(), entries}, {covariance.data(), entries});
+    const auto at = equations.linearised(about);
+    model::Symbol covariance;
+    const double growth = model::solve_covariance(*at, q, covariance);
     if (!(growth < 0.0))
         fail_run("no stationary state: a mode at q = ({:.4g}, {:.4g}) /mm grows at {:.3g} /s", q.x, q.y, growth);
-    Symbol result = Symbol::Zero();
-    result(present, present) = covariance;
-    return result;
+    return of_all_fields(equations, covariance, at->state_components());
 }
 
 Symbol dynamic_structure_matrix(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q,
                                 double omega) {
-    const std::vector<int> present = places_of(equations.form);
-    const auto n = static_cast<Eigen::Index>(present.size());
-    const ModeShapes m = linear_symbol(equations, about, q)(present, present);
-    const ModeShapes noise = noise_symbol(equations, std::hypot(q.x, q.y))(present, present);
-    const ModeShapes response = (Complex(0.0, -omega) * ModeShapes::Identity(n, n) - m).partialPivLu().inverse();
-    Symbol result = Symbol::Zero();
-    result(present, present) = response * noise * response.adjoint();
-    return result;
+    const auto at = equations.linearised(about);
+    const std::vector<int>& state = at->state_components();
+    return of_all_fields(equations, model::dynamic_structure(*at, q, omega)(state, state), state);
 }
 
 std::vector<StructureFactor> structure_factors(const Equations& equations, const UniformPoint& about,
@@ -79,13 +64,13 @@ double direction_diffusion(const Equations& equations, const StationaryState& ab
     // The slow mode behind those of the densities is a turn of p and v together; noise turns it by its dual, which is
     // normal to p.
     const LongWaves waves = long_waves(equations, about);
-    if (!waves.undefined.empty()) return std::numeric_limits<double>::quiet_NaN();
-    const auto turn = (equations.form.bead_density >= 0 ? 1 : 0) + (equations.form.rod_density >= 0 ? 1 : 0);
-    const auto square = [&](int place) { return waves.left.row(turn).segment<2>(place).squaredNorm(); };
-    const Noise& noise = equations.model.noise;
-    const double mass = equations.model.inertia.bead_mass * about.point.bead_density;  // the dual is that of a force
-    return 0.5 * (noise.order * square(FieldIndex::polar_order_x) +
-                  noise.velocity * mass * mass * square(FieldIndex::bead_velocity_x));
+    if (!waves.why_none.empty()) return std::numeric_limits<double>::quiet_NaN();
+    const auto at = equations.linearised(about.point);
+    const Eigen::Index turn = (equations.form.bead_density >= 0 ? 1 : 0) + (equations.form.rod_density >= 0 ? 1 : 0);
+    const std::vector<int>& state = at->state_components();
+    const Eigen::VectorXd force = waves.left.row(turn).transpose();
+    const Eigen::VectorXd rate = force(state).cwiseProduct(at->moved()(state));
+    return 0.5 * rate.dot(at->noise({}).real() * rate);
 }
 
 }  // namespace drover::physics

@@ -72,7 +72,7 @@ Margin margin_at(const Equations& e, double bead_density, double rod_density, Li
     if (!state) return {.value = none};
     if (limit == Limit::onset) return {.value = abar};
     const LongWaves waves = long_waves(e, *state);
-    if (!waves.undefined.empty() || waves.right.cols() == 0) return {.value = none};
+    if (!waves.why_none.empty() || waves.right.cols() == 0) return {.value = none};
     const double direction = direction_of(state->point);
     if (one_angle) return {.value = slow_growth(waves, direction + *one_angle).margin(), .angle = *one_angle};
     if (limit == Limit::oblique) return least_over_angles(waves, direction, is_mirrored(state->point));

@@ -4,65 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "base/constants.hpp"
 #include "drover/physics/long_waves.hpp"
 #include "numerics/extremum.hpp"
-#include "numerics/precise_eigenvalues.hpp"
-#include "numerics/small_matrices.hpp"
 
 namespace drover::physics {
-
-namespace {
-using Complex = std::complex<double>;
-
-ModeShapes compact_symbol(const Equations& e, const UniformPoint& about, const numerics::Wavevector& q) {
-    const std::vector<int> present = places_of(e.form);
-    return linear_symbol(e, about, q)(present, present);
-}
-}  // namespace
-
-std::vector<int> places_of(const Form& form) {
-    std::vector<int> result;
-    if (form.bead_density >= 0) result.push_back(FieldIndex::bead_density);
-    if (form.rod_density >= 0) result.push_back(FieldIndex::rod_density);
-    if (form.velocity == Velocity::dynamic)
-        result.insert(result.end(), {FieldIndex::bead_velocity_x, FieldIndex::bead_velocity_y});
-    result.insert(result.end(), {FieldIndex::polar_order_x, FieldIndex::polar_order_y});
-    return result;
-}
-
-Modes modes(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
-    const numerics::EigenDecomposition solved =
-        numerics::reliable_eigen_decomposition(compact_symbol(equations, about, q));
-    std::vector<int> order(static_cast<std::size_t>(solved.values.size()));
-    std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](int a, int b) {
-        const Complex first = solved.values(a), second = solved.values(b);
-        return first.real() != second.real() ? first.real() > second.real() : first.imag() > second.imag();
-    });
-    Modes result{.rates = solved.values(order), .shapes = solved.vectors(Eigen::all, order), .duals = {}};
-    result.duals = numerics::inverse(result.shapes);
-    return result;
-}
-
-ModeRates mode_rates(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
-    return numerics::reliable_eigenvalues(compact_symbol(equations, about, q));
-}
-
-numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, double angle) {
-    const double direction = direction_of(about);
-    return {.x = q * std::cos(direction + angle), .y = q * std::sin(direction + angle)};
-}
-
-Growth growth(const Equations& equations, const UniformPoint& about, double q, double angle) {
-    Growth fastest{.rate = -infinite};
-    for (const Complex s : mode_rates(equations, about, wavevector_from_order(about, q, angle)))
-        if (s.real() > fastest.rate)
-            fastest = {.rate = s.real(), .frequency = std::abs(s.imag()) > 1e-13 * std::abs(s) ? -s.imag() : 0.0};
-    return fastest;
-}
 
 namespace {
 /// Which mode of `next` each mode of `last` has become.
@@ -102,12 +49,13 @@ ModeMap mode_map(const Equations& equations, const StationaryState& about, const
     ModeMap map{.wavenumbers = wavenumbers,
                 .angles = angles,
                 .modes = std::vector<Modes>(wavenumbers.size() * angles.size())};
+    const auto at = equations.linearised(about.point);
     const std::size_t width = wavenumbers.size();
     threads.for_chunks(angles.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t a = begin; a < end; ++a)
             for (std::size_t k = 0; k < width; ++k) {
                 Modes& here = map.modes[a * width + k];
-                here = modes(equations, about.point, wavevector_from_order(about.point, wavenumbers[k], angles[a]));
+                here = model::modes(*at, at->wavevector(wavenumbers[k], angles[a]));
                 if (k > 0) here = reordered(here, continuation(map.modes[a * width + k - 1], here));
             }
     });
@@ -123,18 +71,15 @@ constexpr int angle_steps = 45;  // 2 degrees where a quarter turn is enough
 
 /// Growth as a function of ln q and angle.
 struct Landscape {
-    const Equations& equations;
-    const UniformPoint& about;
-    double at(double log_q, double angle) const { return growth(equations, about, std::exp(log_q), angle).rate; }
-    /// Rounding makes no growth: that of a mode is the matrix's times the mode's condition, large where modes nearly
-    /// fall together.
-    bool grows(double log_q, double angle) const {
-        const Modes all = modes(equations, about, wavevector_from_order(about, std::exp(log_q), angle));
-        const double size = std::numeric_limits<double>::epsilon() * all.rates.cwiseAbs().maxCoeff();
-        for (Eigen::Index k = 0; k < all.rates.size(); ++k)
-            if (all.rates(k).real() > 4.0 * size * all.duals.row(k).norm() * all.shapes.col(k).norm()) return true;
-        return false;
+    const model::LinearisedAt& state;
+    double at(double log_q, double angle) const { return model::growth_rate(state, std::exp(log_q), angle); }
+    auto along(double angle) const {
+        return [this, angle](double log_q) { return at(log_q, angle); };
     }
+    Modes modes(double log_q, double angle) const {
+        return model::modes(state, state.wavevector(std::exp(log_q), angle));
+    }
+    bool grows(double log_q, double angle) const { return modes(log_q, angle).grows(); }
 };
 
 std::vector<double> log_wavenumbers(const Search& search) {
@@ -147,7 +92,7 @@ std::string name_of(const Equations& equations, const StationaryState& about, co
     if (along < 1e-6) return "banding";
     if (across < 1e-6 && std::abs(found.frequency) < 1e-9 * std::abs(found.rate)) {
         const LongWaves slow = long_waves(equations, about);
-        if (!slow.undefined.empty() || slow_growth(slow, direction_of(about.point) + angle).first == 0.0)
+        if (!slow.why_none.empty() || slow_growth(slow, direction_of(about.point) + angle).first == 0.0)
             return "phase separation";
     }
     return "oblique";
@@ -171,16 +116,17 @@ void set_range(const Landscape& land, const std::vector<double>& log_q, Instabil
             break;
         }
 }
+
 /// Growth rate of the uniform instability, at q = 0; 0 if there is none.
-double uniform_growth(const Equations& equations, const UniformPoint& about) {
-    const ModeRates rates = mode_rates(equations, about, {});
+double uniform_growth(const Landscape& land) {
+    const Eigen::VectorXcd rates = model::mode_rates(land.state, {});
     const double most = rates.real().maxCoeff();
     return most > 1e-13 * rates.cwiseAbs().maxCoeff() ? most : 0.0;
 }
 
 Instability found_at(const Landscape& land, const std::vector<double>& log_q, const std::string& name, double x,
                      double angle) {
-    const Growth here = growth(land.equations, land.about, std::exp(x), angle);
+    const Growth here = model::growth(land.state, std::exp(x), angle);
     const double step = log_q[1] - log_q[0];
     Instability one{.name = name,
                     .rate = here.rate,
@@ -193,35 +139,21 @@ Instability found_at(const Landscape& land, const std::vector<double>& log_q, co
     return one;
 }
 
-double refined(const Landscape& land, const std::vector<double>& log_q, double x, double angle) {
-    const double step = log_q[1] - log_q[0];
-    const double fine = numerics::golden_maximum(std::max(x - step, log_q.front()), std::min(x + step, log_q.back()),
-                                                 [&](double y) { return land.at(y, angle); });
-    return land.at(fine, angle) > land.at(x, angle) ? fine : x;
+/// Whether the fastest mode of a wave moves a density: the first components.
+bool moves_density(const Landscape& land, const Form& form, double x) {
+    const Eigen::Index densities = (form.bead_density >= 0 ? 1 : 0) + (form.rod_density >= 0 ? 1 : 0);
+    return land.modes(x, 0.0).shapes.col(0).head(densities).cwiseAbs().sum() > 1e-9;
 }
 
-/// The fastest place of the search at an angle.
-std::pair<double, double> fastest_at(const Landscape& land, const std::vector<double>& log_q, double angle) {
-    double most = -infinite, where = log_q.front();
-    for (const double x : log_q)
-        if (const double rate = land.at(x, angle); rate > most) most = rate, where = x;
-    return {most, where};
-}
-
-/// Whether the fastest mode of a wave moves a density.
-bool moves_density(const Landscape& land, double x) {
-    const Modes all = modes(land.equations, land.about, wavevector_from_order(land.about, std::exp(x), 0.0));
-    const auto densities = all.shapes.rows() - (land.equations.form.velocity == Velocity::dynamic ? 4 : 2);
-    return all.shapes.col(0).head(densities).cwiseAbs().sum() > 1e-9;
-}
-
-std::vector<Instability> isotropic_instabilities(const Landscape& land, const std::vector<double>& log_q) {
+std::vector<Instability> isotropic_instabilities(const Landscape& land, const Form& form,
+                                                 const std::vector<double>& log_q) {
     std::vector<Instability> found;
-    const double uniform = uniform_growth(land.equations, land.about),
-                 x = refined(land, log_q, fastest_at(land, log_q, 0.0).second, 0.0);
+    const auto rate = land.along(0.0);
+    const double uniform = uniform_growth(land),
+                 x = numerics::refined_maximum(log_q, numerics::largest_of(log_q, rate).place, rate);
     if (!land.grows(x, 0.0)) return found;
     // Order grows without a wave, or in waves that move no density; densities that attract make waves of their own.
-    const bool waves = land.at(x, 0.0) > uniform * (1.0 + 1e-6) && moves_density(land, x);
+    const bool waves = land.at(x, 0.0) > uniform * (1.0 + 1e-6) && moves_density(land, form, x);
     if (waves) found.push_back(found_at(land, log_q, "phase separation", x, 0.0));
     if (!waves || uniform > 0.0) found.push_back(found_at(land, log_q, "order", waves ? log_q.front() : x, 0.0));
     return found;
@@ -229,34 +161,35 @@ std::vector<Instability> isotropic_instabilities(const Landscape& land, const st
 }  // namespace
 
 std::vector<Instability> instabilities(const Equations& equations, const StationaryState& about, const Search& search) {
-    const Landscape land{equations, about.point};
+    const auto state = equations.linearised(about.point);
+    const Landscape land{*state};
     const std::vector<double> log_q = log_wavenumbers(search);
-    if (is_isotropic(about.point)) return isotropic_instabilities(land, log_q);
+    if (is_isotropic(about.point)) return isotropic_instabilities(land, equations.form, log_q);
     // Rates at q and -q are conjugate: half a turn holds all, a quarter where the state is its own mirror image.
     const bool quarter = is_mirrored(about.point);
     const int steps = quarter ? angle_steps : 2 * angle_steps;
-    const double step_angle = right_angle / angle_steps, uniform = uniform_growth(equations, about.point);
-    std::vector<std::pair<double, double>> best;  // rate, place
-    for (int a = 0; a <= steps; ++a) best.push_back(fastest_at(land, log_q, a * step_angle));
+    const double step_angle = right_angle / angle_steps, uniform = uniform_growth(land);
+    std::vector<numerics::Largest> best;
+    for (int a = 0; a <= steps; ++a) best.push_back(numerics::largest_of(log_q, land.along(a * step_angle)));
     std::vector<Instability> found;
     const bool ordered = about.point.order.norm() > 0.0;
     if (uniform > 0.0) found.push_back({.name = ordered ? "uniform" : "order", .rate = uniform});
     const auto add = [&](double x, double angle) {
         if (!land.grows(x, angle) || land.at(x, angle) <= uniform * (1.0 + 1e-6)) return;
-        const Growth here = growth(equations, about.point, std::exp(x), angle);
+        const Growth here = model::growth(land.state, std::exp(x), angle);
         const std::string name = ordered ? name_of(equations, about, here, angle) : "phase separation";
         found.push_back(found_at(land, log_q, name, x, angle));
     };
     for (int a = 0; a <= (quarter ? steps : steps - 1); ++a) {
-        const auto rate = [&](int n) { return best[static_cast<std::size_t>((n + steps) % steps)].first; };
-        const double angle = a * step_angle, x = best[static_cast<std::size_t>(a)].second;
+        const auto rate = [&](int n) { return best[static_cast<std::size_t>((n + steps) % steps)].value; };
+        const double angle = a * step_angle, x = best[static_cast<std::size_t>(a)].place;
         if (quarter && (a == 0 || a == steps)) {
-            add(refined(land, log_q, x, angle), angle);  // symmetry keeps a wave at its angle
-        } else if (rate(a) > rate(a - 1) && rate(a) >= (quarter && a + 1 == steps ? best.back().first : rate(a + 1))) {
+            add(numerics::refined_maximum(log_q, x, land.along(angle)), angle);  // symmetry keeps a wave at its angle
+        } else if (rate(a) > rate(a - 1) && rate(a) >= (quarter && a + 1 == steps ? best.back().value : rate(a + 1))) {
             auto [fine, turned] = numerics::climbed([&](double one, double other) { return land.at(one, other); },
                                                     {x, angle}, {0.3 * (log_q[1] - log_q[0]), 0.3 * step_angle});
             fine = std::clamp(fine, log_q.front(), log_q.back());
-            if (land.at(fine, turned) <= best[static_cast<std::size_t>(a)].first) fine = x, turned = angle;
+            if (land.at(fine, turned) <= best[static_cast<std::size_t>(a)].value) fine = x, turned = angle;
             // A maximum that moves to an end is already listed as that of the end.
             if (!quarter || (turned > 1e-6 && turned < right_angle - 1e-6)) add(fine, turned);
         }
@@ -268,7 +201,8 @@ std::vector<Instability> instabilities(const Equations& equations, const Station
 
 std::vector<double> neutral_wavenumbers(const Equations& equations, const StationaryState& about, double angle,
                                         const Search& search) {
-    const Landscape land{equations, about.point};
+    const auto state = equations.linearised(about.point);
+    const Landscape land{*state};
     const std::vector<double> log_q = log_wavenumbers(search);
     const auto grows = [&](double x) { return land.grows(x, angle); };
     std::vector<double> result;

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <optional>
 
-#include "expansion.hpp"
+#include "drover/model/linearised_at.hpp"
 
 namespace drover::physics {
 
@@ -129,11 +129,6 @@ StationaryStates without_drag(const Equations& e, const Values& c, const Uniform
     return result;
 }
 }  // namespace
-
-double direction_of(const UniformPoint& point) {
-    const Eigen::Vector2d& v = point.order.norm() > 0.0 ? point.order : point.velocity;
-    return v.norm() > 0.0 ? std::atan2(v.y(), v.x()) : 0.0;
-}
 
 bool is_mirrored(const UniformPoint& point) {
     const Eigen::Vector2d &p = point.order, &v = point.velocity;
@@ -275,9 +270,27 @@ StationaryStates stationary_states(const Equations& e, double bead_density, doub
 }
 
 namespace {
+/// The linearisation about a uniform state, by fields.
+struct Linear {
+    Linear(const Equations& e, const UniformPoint& about) : equations(e), at(e.linearised(about)) {}
+    /// The coefficient of (i q_x)^x (i q_y)^y of one field in the equation of another; 0 where one is absent.
+    double factor(int x, int y, int row, int column) const {
+        const int i = equations.component(row), k = equations.component(column);
+        for (const model::LinearisedAt::Power& power : at->powers())
+            if (power.x == x && power.y == y && i >= 0 && k >= 0) return power.factors(i, k);
+        return 0.0;
+    }
+    double constant(int row, int column) const { return factor(0, 0, row, column); }
+    double by_gradient(int row, int column) const { return factor(1, 0, row, column); }  ///< along x
+    double by_curvature(int row, int column) const { return factor(2, 0, row, column); }
+
+    const Equations& equations;
+    std::shared_ptr<const model::LinearisedAt> at;
+};
+
 /// Coefficients of small v and p about a state at rest, with their slopes in the densities, whatever terms they come
 /// from.
-Values effective_values(const Equations& e, const Expansion& at, const UniformPoint& rest) {
+Values effective_values(const Equations& e, const Linear& at, const UniformPoint& rest) {
     constexpr int rho = FieldIndex::bead_density, sigma = FieldIndex::rod_density, v = FieldIndex::bead_velocity_x,
                   p = FieldIndex::polar_order_x;
     // In the columns of the densities the linearisation about a small v or p is a slope times it: a power of two, whose
@@ -285,12 +298,11 @@ Values effective_values(const Equations& e, const Expansion& at, const UniformPo
     constexpr double small = 0x1p-30;
     UniformPoint moving = rest, ordered = rest;
     moving.velocity.x() = ordered.order.x() = small;
-    const Matrix6 by_velocity = force_symbol(e, moving, {}).real() / small,
-                  by_order = force_symbol(e, ordered, {}).real() / small;
-    const auto values = [&](int row, int column, const Matrix6& slopes, double sign) {
+    const Linear by_velocity(e, moving), by_order(e, ordered);
+    const auto values = [&](int row, int column, const Linear& slopes, double sign) {
         return Dependence{.value = sign * at.constant(row, column),
-                          .by_beads = sign * slopes(row, rho),
-                          .by_rods = sign * slopes(row, sigma)};
+                          .by_beads = sign * slopes.constant(row, rho) / small,
+                          .by_rods = sign * slopes.constant(row, sigma) / small};
     };
     return {.a = values(p, p, by_order, -1.0),
             .b = {},
@@ -304,34 +316,32 @@ double effective_relaxation(const Equations& e, double bead_density, double rod_
     require_values(e, bead_density, rod_density);
     const UniformPoint rest = at_rest({.bead_density = bead_density, .rod_density = rod_density});
     constexpr int v = FieldIndex::bead_velocity_x, p = FieldIndex::polar_order_x;
-    const Symbol m = force_symbol(e, rest, {});
-    const double a = -m(p, p).real();
-    if (e.form.velocity == Velocity::absent) return a;
-    const double product = m(p, v).real() * m(v, p).real();
-    return product == 0.0 ? a : a - product / -m(v, v).real();
+    const Linear at(e, rest);
+    const double a = -at.constant(p, p), product = at.constant(p, v) * at.constant(v, p);
+    return product == 0.0 ? a : a - product / -at.constant(v, v);
 }
 
 EffectiveCoefficients effective_coefficients(const Equations& e, double bead_density, double rod_density) {
     require_values(e, bead_density, rod_density);
     const UniformPoint rest = at_rest({.bead_density = bead_density, .rod_density = rod_density});
-    const Expansion at = expansion(e, rest);
+    const Linear at(e, rest);
     const Values c = effective_values(e, at, rest);
     constexpr int rho = FieldIndex::bead_density, sigma = FieldIndex::rod_density, v_x = FieldIndex::bead_velocity_x,
                   v_y = FieldIndex::bead_velocity_y, p_x = FieldIndex::polar_order_x, p_y = FieldIndex::polar_order_y;
-    const double stiffness = 0.0 - at.second_xx(p_y, p_y);  // K3
+    const double stiffness = at.by_curvature(p_y, p_y);  // K3
     EffectiveCoefficients r{.relaxation = c.a.value,
                             .relaxation_by_beads = c.a.by_beads,
                             .relaxation_by_rods = c.a.by_rods,
-                            .pressure_beads = 0.0 - at.first_x(p_x, rho),
-                            .pressure_rods = 0.0 - at.first_x(p_x, sigma),
+                            .pressure_beads = 0.0 - at.by_gradient(p_x, rho),
+                            .pressure_rods = 0.0 - at.by_gradient(p_x, sigma),
                             .stiffness_across = stiffness,
-                            .stiffness_along = 0.0 - at.second_xx(p_x, p_x)};
+                            .stiffness_along = at.by_curvature(p_x, p_x)};
     // eta and Gamma of the order across q: (Gamma + eta q^2)(a + K3 q^2) = lambda alpha where it neither grows nor
     // decays.
     double drag = 1.0, shear = 0.0, product = 0.0, beads_carried = 0.0;
     if (e.form.velocity != Velocity::absent) {
         drag = c.drag.value;
-        shear = 0.0 - at.second_xx(v_y, v_y);
+        shear = at.by_curvature(v_y, v_y);
         product = c.weathercock.value * c.driving.value;
         const auto over_drag = [&](double value) {
             return value == 0.0 ? 0.0 : value / drag;  // no coupling to the flow: no drag is needed
@@ -346,12 +356,12 @@ EffectiveCoefficients effective_coefficients(const Equations& e, double bead_den
         r.relaxation_by_beads -= slope(c.weathercock.by_beads, c.driving.by_beads, c.drag.by_beads);
         r.relaxation_by_rods -= slope(c.weathercock.by_rods, c.driving.by_rods, c.drag.by_rods);
         if (e.form.bead_density >= 0) beads_carried = over_drag(bead_density * c.driving.value);
-        r.pressure_beads += over_drag(c.weathercock.value * (0.0 - at.first_x(v_x, rho)));
-        r.pressure_rods += over_drag(c.weathercock.value * (0.0 - at.first_x(v_x, sigma)));
+        r.pressure_beads += over_drag(c.weathercock.value * (0.0 - at.by_gradient(v_x, rho)));
+        r.pressure_rods += over_drag(c.weathercock.value * (0.0 - at.by_gradient(v_x, sigma)));
         r.stiffness_across += over_drag(gain * shear);
-        r.stiffness_along += over_drag(gain * (0.0 - at.second_xx(v_x, v_x)));
+        r.stiffness_along += over_drag(gain * at.by_curvature(v_x, v_x));
     }
-    const double rods_carried = e.form.rod_density < 0 ? 0.0 : 0.0 - at.first_x(sigma, p_x);
+    const double rods_carried = e.form.rod_density < 0 ? 0.0 : 0.0 - at.by_gradient(sigma, p_x);
     r.sound_stiffness = rods_carried * r.pressure_rods + beads_carried * r.pressure_beads;
     // eta K3 Q^2 + (Gamma K3 + eta a) Q + Gamma abar = 0 for Q = q^2: the form of the root that survives eta = 0.
     // Order that beads do not turn is independent of their flow.

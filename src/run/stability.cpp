@@ -112,7 +112,7 @@ List slow_mode_list(const physics::LongWaves& waves, const physics::UniformPoint
     List list{.name = "slow_modes",
               .heading = "long waves, s = -i u q - gamma q^2: u = speed + i growth, gamma = damping, angles from p0",
               .shown = {.archive = false}};
-    if (!waves.undefined.empty()) return list;
+    if (!waves.why_none.empty()) return list;
     const double direction = physics::direction_of(point);
     for (const double angle : {0.0, 30.0, 60.0, 90.0})
         for (const physics::SlowMode& mode : physics::slow_modes(waves, direction + angle * radians_per_degree))
@@ -169,7 +169,7 @@ Record state_record(const io::Scene& scene, const physics::Equations& equations,
                      .meaning = "1: no wave of the search grows",
                      .value = found.empty(),
                      .shown = {false}},
-                    {.name = "slow_modes_undefined", .unit = "", .meaning = "", .value = waves.undefined},
+                    {.name = "slow_modes_undefined", .unit = "", .meaning = "", .value = waves.why_none},
                     {.name = "direction_diffusion_times_area",
                      .unit = "rad2 mm2 s-1",
                      .meaning = "D times the area of the cell; <theta^2> = 2 D t for the direction of the mean order",

@@ -75,7 +75,7 @@ void add_slow_modes(const Mapped& mapped, files::ResultTable& table) {
     const Eigen::Index count = mapped.waves.right.cols();
     table.axes.push_back(
         {"slow_mode", "1", "slow modes at each angle, by speed", indices(std::max<Eigen::Index>(1, count))});
-    if (count == 0 || !mapped.waves.undefined.empty()) return;
+    if (count == 0 || !mapped.waves.why_none.empty()) return;
     std::vector<double> speed, growth, damping;
     for (const double angle : mapped.angles)
         for (const physics::SlowMode& mode :

@@ -39,6 +39,11 @@ Symbol by_kronecker(const Symbol& m, const Symbol& q) {
     return result;
 }
 
+Symbol noise_of(const Equations& e, const UniformPoint& about, const numerics::Wavevector& q) {
+    const auto at = e.linearised(about);
+    return of_all_fields(e, at->noise(q), at->state_components());
+}
+
 TEST(StructureMatrix, of_a_flock_solves_its_lyapunov_equation) {
     const Equations e(noisy({}));
     const UniformPoint flock = flock_of(e).point;
@@ -46,7 +51,7 @@ TEST(StructureMatrix, of_a_flock_solves_its_lyapunov_equation) {
         for (const double angle : {0.0, 0.9, pi / 2.0, 4.0}) {
             const numerics::Wavevector at = wavevector_from_order(flock, q, angle);
             const Symbol found = structure_matrix(e, flock, at),
-                         expected = by_kronecker(linear_symbol(e, flock, at), noise_symbol(e, q));
+                         expected = by_kronecker(linear_symbol(e, flock, at), noise_of(e, flock, at));
             // Rounding times the condition: the fastest rate over the slowest, some 1e3 at q = 0.03.
             EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 1e-12 * expected.cwiseAbs().maxCoeff())
                 << q << ", " << angle;

@@ -101,7 +101,7 @@ TEST(SlowModes, of_the_isotropic_state_diffuse_by_the_matrix_of_the_closed_form)
 /// Largest |s - (-i u q - gamma q^2)| of all slow modes at a wavevector.
 double remainder(const Equations& equations, const StationaryState& about, const LongWaves& waves, double q,
                  double angle) {
-    const ModeRates rates = mode_rates(equations, about.point, wavevector_from_order(about.point, q, angle));
+    const Eigen::VectorXcd rates = mode_rates(equations, about.point, wavevector_from_order(about.point, q, angle));
     double largest = 0.0;
     for (const SlowMode& mode : slow_modes(waves, angle)) {
         const Complex s = Complex(0.0, -1.0) * mode.speed * q - mode.damping * q * q;
@@ -154,7 +154,7 @@ TEST(SlowModes, miss_the_eigenvalues_by_the_next_order_in_q) {
         const Equations equations(one.model);
         const StationaryState about = stationary_states(equations).states.at(static_cast<std::size_t>(one.state));
         const LongWaves waves = long_waves(equations, about);
-        ASSERT_EQ(waves.undefined, "") << one.name;
+        ASSERT_EQ(waves.why_none, "") << one.name;
         for (const double angle : {0.0, 0.4, 1.1, pi / 2.0, 2.3}) {
             double last = 0.0;
             for (const double q : {0.01, 0.005, 0.0025}) {
@@ -205,7 +205,7 @@ TEST(SlowModes, of_beads_without_drag_are_sound) {
     model.weathercock.strength = 0.0;
     const Equations equations(model);
     const LongWaves waves = long_waves(equations, isotropic_of(equations));
-    ASSERT_EQ(waves.undefined, "");
+    ASSERT_EQ(waves.why_none, "");
     const double sound = std::sqrt(l.e);
     const SlowMode mode = mode_of_speed(waves, 0.6, sound);
     EXPECT_NEAR(mode.speed.real(), sound, 1e-12);
@@ -225,7 +225,7 @@ TEST(SlowModes, at_the_threshold_are_undefined_with_a_reason) {
     l.a = l.lambda * l.alpha / l.gamma;
     const Equations equations(flock_model(l));
     const LongWaves waves = long_waves(equations, isotropic_of(equations));
-    EXPECT_NE(waves.undefined.find("threshold"), std::string::npos);
+    EXPECT_NE(waves.why_none.find("threshold"), std::string::npos);
     EXPECT_TRUE(slow_modes(waves, 0.3).empty());
 }
 

@@ -74,7 +74,7 @@ TEST(ModeRates, of_the_isotropic_state_across_q_solve_the_quadratic) {
         const Letters l{.a = a};
         const Equations e(flock_model(l));
         for (const double q : {0.0, 0.3, 2.0}) {
-            const ModeRates rates = mode_rates(e, isotropic_of(e).point, {.x = q, .y = 0.0});
+            const Eigen::VectorXcd rates = mode_rates(e, isotropic_of(e).point, {.x = q, .y = 0.0});
             // (rho s + Gamma + eta q^2)(s + a + K3 q^2) = lambda alpha
             const double g = (l.gamma + l.eta * q * q) / l.rho, h = l.a + l.k3 * q * q, k = l.lambda * l.alpha / l.rho;
             for (const double sign : {-1.0, 1.0}) {
@@ -133,11 +133,9 @@ TEST(ModeMap, holds_eigenvectors_with_their_duals) {
     for (std::size_t a = 0; a < map.angles.size(); ++a)
         for (std::size_t k = 0; k < map.wavenumbers.size(); ++k) {
             const Modes& here = map.at(a, k);
-            const std::vector<int> present = places_of(e.form);
-            const ModeShapes m = linear_symbol(e, flock_of(e).point,
-                                               wavevector_from_order(flock_of(e).point, map.wavenumbers[k],
-                                                                     map.angles[a]))(present, present);
-            const ModeShapes left = here.shapes * here.rates.asDiagonal() * here.duals;
+            const auto at = e.linearised(flock_of(e).point);
+            const model::Symbol m = at->symbol(at->wavevector(map.wavenumbers[k], map.angles[a]));
+            const model::Symbol left = here.shapes * here.rates.asDiagonal() * here.duals;
             EXPECT_LT((left - m).cwiseAbs().maxCoeff(), 1e-11) << a << ", " << k;  // condition of the shapes: some 100
         }
 }
@@ -174,7 +172,7 @@ TEST(ModeMap, of_a_defective_matrix_keeps_every_rate) {
     Threads threads(1);
     const ModeMap map = mode_map(e, isotropic_of(e), {0.5 * q, q, 1.5 * q}, {0.0}, threads);
     for (std::size_t k = 0; k < 3; ++k) {
-        ModeRates expected = mode_rates(e, isotropic_of(e).point, {.x = map.wavenumbers[k], .y = 0.0});
+        Eigen::VectorXcd expected = mode_rates(e, isotropic_of(e).point, {.x = map.wavenumbers[k], .y = 0.0});
         for (const Complex rate : map.at(0, k).rates)
             EXPECT_LT((expected.array() - rate).abs().minCoeff(), 1e-7);  // root of rounding
         const Complex sum = map.at(0, k).rates.sum();

@@ -11,22 +11,36 @@ namespace drover::model {
 /// (-pi/m, pi/m]; 0 without one.
 double direction_of(const Model& model, const UniformState& state);
 
+/// Left sides that equations do not have themselves, moved d_t F = right side, with noise on d_t F.
+struct LeftSides {
+    std::vector<double> factors = {};   ///< of each term; empty: 1
+    Eigen::VectorXd moved;              ///< of each component; 0: in balance
+    Eigen::MatrixXd slopes = {};        ///< of `moved` in the components; empty: 0
+    Eigen::VectorXd noise, flux_noise;  ///< strengths of white noise, and of conserved noise
+    double direction = 0.0;             ///< from which the angles of waves are measured [rad]
+};
+
 /// Prepared once, a symbol costs one sum of small matrices.
 class LinearisedAt {
 public:
     /// Fields in balance take the values that follow from the others.  Throws an input Error as Equations::symbol: for
     /// a term that depends on position or time, for a state of another size, where a derivative is not finite.
     LinearisedAt(const Equations& equations, const UniformState& about);
+    /// Of equations that have rates alone, with other left sides.
+    LinearisedAt(const Equations& equations, const UniformState& about, LeftSides left);
 
     const Equations& equations() const { return equations_; }
     const UniformState& about() const { return about_; }
+    /// The components with a rate, in the order of the fields.
+    const std::vector<int>& state_components() const { return state_; }
+    /// What multiplies d/dt of each component; 0: in balance.
+    const Eigen::VectorXd& moved() const { return left_.moved; }
 
-    /// The symbol of the components with a rate, in the order of Equations::state_components(); fields in balance are
-    /// eliminated.
+    /// The symbol of state_components(); fields in balance are eliminated.
     Symbol symbol(const numerics::Wavevector& q) const;
     /// The deviations of all components, fields in balance included, from those with a rate: one row each.
     Symbol all_components(const numerics::Wavevector& q) const;
-    /// The linearisation of all equations without elimination; rows of balances that are solved at every point are 0.
+    /// The linearisation of all right sides without elimination; rows of balances that are solved at every point are 0.
     Symbol whole(const numerics::Wavevector& q) const;
     /// Strengths of the noise of the components with a rate: <f f^H> = noise delta(t - t') per area.
     Symbol noise(const numerics::Wavevector& q) const;
@@ -34,10 +48,10 @@ public:
     /// The components that follow from linear balances.
     const std::vector<int>& held_components() const { return held_; }
 
-    /// The direction from which the angles of waves are measured [rad]: direction_of(about()).
-    double direction() const { return direction_; }
-    /// Whether all directions of waves are equivalent.
-    bool is_isotropic() const { return is_isotropic_; }
+    /// The direction from which the angles of waves are measured [rad]: direction_of(about()), or as given.
+    double direction() const { return left_.direction; }
+    /// Whether all directions of waves are equivalent: tried at some.
+    bool is_isotropic() const;
     /// The wavevector at an angle from the direction of the state.
     numerics::Wavevector wavevector(double q, double angle) const;
     /// A matrix between all components at q with its fields resolved along and across q: of a field of spin m the first
@@ -51,20 +65,21 @@ public:
         Eigen::MatrixXd factors;
     };
     const std::vector<Power>& powers() const { return powers_; }
-    /// The same of a state in which the fields in balance are completed, without the rest of a linearisation, and with
-    /// a factor for each term.
-    static std::vector<Power> powers_of(const Equations& equations, const UniformState& about,
-                                        const std::vector<double>& factors);
+    /// Components with a rate or in a linear balance, in the order of the fields: those of factors().
+    const std::vector<int>& members() const { return members_; }
+    /// The factors of (i q_x)^x (i q_y)^y in whole(), between members().
+    Eigen::MatrixXd factors(int x, int y) const;
 
 private:
-    bool commutes_with_turns() const;
+    Symbol eliminated(const numerics::Wavevector& q, Symbol* balance = nullptr) const;
 
     Equations equations_;
     UniformState about_;
-    std::vector<int> held_;
+    LeftSides left_;
+    bool has_left_ = false;    ///< other left sides than those of the equations
+    Eigen::MatrixXd carried_;  ///< what changes of `moved` add to the rates
+    std::vector<int> state_, held_, members_;
     std::vector<Power> powers_, substitutes_;
-    double direction_ = 0.0;
-    bool is_isotropic_ = false;
 };
 
 }  // namespace drover::model

@@ -52,18 +52,27 @@ StationaryStates stationary_states_near(const Equations& equations, const std::v
 
 // ---- Modes of one wave
 
-/// Sorted by growth rate, fastest first.  `shapes` has one row for each component with a rate, in the order of
-/// Equations::state_components(), and one column of norm 1 for each mode; `duals` times `shapes` is the identity.  Near
-/// a defective matrix, columns of `shapes` are nearly equal and `duals` is large.  LinearisedAt::all_components(q)
-/// times `shapes` has all fields.
+/// Sorted by growth rate, fastest first.  `shapes` has one row for each of LinearisedAt::state_components(), and one
+/// column of norm 1 for each mode; `duals` times `shapes` is the identity.  Near a defective matrix, columns of
+/// `shapes` are nearly equal and `duals` is large.  LinearisedAt::all_components(q) times `shapes` has all fields.
 struct Modes {
     Eigen::VectorXcd rates;  ///< s
     Symbol shapes, duals;
+    /// The rounding error of a rate: that of the matrix times the condition of the mode, large where modes nearly
+    /// coincide.
+    double rounding(Eigen::Index mode) const;
+    bool grows() const;  ///< whether a rate is above its rounding error
 };
 
 /// At q = 0 without the conserved means.  For at most 6 components every growth rate has six digits, however slow the
 /// mode is; beyond, the rounding errors are those of double precision relative to the fastest rate.
 Modes modes(const LinearisedAt& at, const numerics::Wavevector& q);
+
+/// Only the rates, unsorted, with those of the conserved means.
+Eigen::VectorXcd mode_rates(const LinearisedAt& at, const numerics::Wavevector& q);
+
+/// The largest of them; angle: from the direction of the state [rad].
+double growth_rate(const LinearisedAt& at, double q, double angle = 0.0);
 
 /// The largest growth rate of one wave, and its frequency -Im s; `rounding`: the size of its rounding error.
 struct Growth {
@@ -124,6 +133,10 @@ struct Covariance {
 /// Throws an input Error for more than numerics::max_lyapunov components with a rate.
 Covariance covariance(const LinearisedAt& at, const numerics::Wavevector& q);
 
+/// Only that of the components with a rate, by the complex Schur form of m, which also handles defective m.  Returns
+/// the largest growth rate: there is no stationary state unless it is below 0.
+double solve_covariance(const LinearisedAt& at, const numerics::Wavevector& q, Symbol& matrix);
+
 /// S(q, omega) = (-i omega - m)^-1 noise (-i omega - m)^-H of all components; its integral over omega/(2 pi) is S(q).
 /// Throws a run Error where a mode has the rate -i omega.
 Symbol dynamic_structure(const LinearisedAt& at, const numerics::Wavevector& q, double omega);
@@ -147,19 +160,55 @@ StructureFactors structure_factors(const Equations& equations, const StationaryS
 
 // ---- Long waves
 
-/// A slow mode, whose rate vanishes at q = 0: s = -i speed q - damping q^2.  A mode that diffuses has the speed 0 and
-/// its diffusion constant as damping; Im speed > 0: it grows at a rate proportional to q.
+/// A slow mode, whose rate vanishes at q = 0: s = -i speed q - damping q^2 as q -> 0.  A mode that diffuses has the
+/// speed 0 and its diffusion constant as damping.
 struct SlowMode {
-    std::complex<double> speed, damping;  ///< the damping is NaN if the speed is a defective eigenvalue
-    Eigen::VectorXcd shape;               ///< of all components at q = 0, norm 1
+    std::complex<double> speed;    ///< its imaginary part above 0: the mode grows, at a rate proportional to q
+    std::complex<double> damping;  ///< its real part below 0: it grows, at a rate proportional to q^2; NaN: defective
+    Eigen::VectorXcd shape;        ///< norm 1
 };
-struct SlowModes {
-    std::vector<SlowMode> modes;  ///< by speed, then by damping
-    double error = 0.0;  ///< largest error of a damping: from the eigenvalues at a small q; NaN with a defective speed
-    std::string why_none;  ///< why s is no power series in q; empty if it is
+
+/// Modes at q = 0 that neither grow nor decay, of LinearisedAt::members(): left moved right is the identity.
+struct SlowSpace {
+    Eigen::MatrixXd right, left;  ///< columns, rows
+    Eigen::MatrixXd fast;         ///< the answer of the fast modes to a force on them, 0 for one on the slow modes
+    std::string why_none = {};    ///< why s is no power series in q; empty if it is
+};
+
+/// Reduced equations of the slow modes after elimination of the fast ones: rates = (-i q U - q^2 D) slow, with
+/// U = U_x c + U_y s and D = D_xx c^2 + D_yy s^2 + D_xy c s, c and s the cosine and sine of the angle of q from the x
+/// axis.
+struct LongWaves {
+    Eigen::MatrixXd speed_x, speed_y;                    ///< U
+    Eigen::MatrixXd damping_xx, damping_yy, damping_xy;  ///< D
+    Eigen::MatrixXd left;                                ///< projects a force on the slow modes: one per row
+    Eigen::MatrixXd right;                               ///< slow modes, one per column
+    std::string why_none;                                ///< as SlowSpace
 };
 /// Source: second-order perturbation of a semi-simple eigenvalue (Kato, Perturbation Theory for Linear Operators,
-/// II.2).
+/// II.2), for M d/dt = F(q), where F is of second degree in q.
+LongWaves long_waves(const LinearisedAt& at, const SlowSpace& space);
+/// With what is slow found by the singular values of F(0).
+LongWaves long_waves(const LinearisedAt& at);
+
+/// By speed; shapes are those of LinearisedAt::members().  angle: from the x axis [rad].
+std::vector<SlowMode> slow_modes(const LongWaves& waves, double angle);
+
+/// Growth of the fastest slow mode: proportional to q (first = Im speed > 0), else to q^2 (first = 0, second =
+/// -damping).
+struct SlowGrowth {
+    double first = 0.0, second = 0.0;
+    /// Positive if every slow mode decays.  Only its sign is meaningful.
+    double margin() const { return first > 0.0 ? -first : -second; }
+};
+SlowGrowth slow_growth(const LongWaves& waves, double angle);
+
+struct SlowModes {
+    std::vector<SlowMode> modes;  ///< by speed, then by damping; shapes of all components
+    double error = 0.0;  ///< largest error of a damping: from the eigenvalues at a small q; NaN with a defective speed
+    std::string why_none;  ///< as SlowSpace
+};
+/// angle: from the direction of the state [rad].
 SlowModes slow_modes(const LinearisedAt& at, double angle = 0.0);
 
 }  // namespace drover::model

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/model/equations.hpp"
+#include "drover/model/linearised_at.hpp"
 #include "drover/numerics/grid.hpp"
 #include "drover/physics/compiled_model.hpp"
 #include "drover/physics/symbol.hpp"
@@ -28,7 +28,7 @@ struct Equations : CompiledModel {
     Equations only(const std::vector<std::string>& names) const;
 
     /// d_t of all fields but the velocity, whose rate is the force on the beads: slaved or not, not divided by m rho.
-    /// The constants in it may be those of the model with which it is shared: use powers() and uniform_forces().
+    /// The constants in it may be those of the model with which it is shared: use linearised() and uniform_forces().
     const model::Equations& forces() const { return *forces_; }
     /// The rates of forces() in a uniform state.
     Eigen::VectorXd uniform_forces(const model::UniformState& at) const { return forces_->uniform_rates(at, factors_); }
@@ -41,9 +41,9 @@ struct Equations : CompiledModel {
     int component(int field) const { return components_[static_cast<std::size_t>(field)]; }
     bool is_force(std::size_t term) const;
 
-    /// The linearisation of forces() about a uniform state.  Throws an input Error for a term that depends on position
-    /// or time, because no uniform state satisfies it.
-    std::shared_ptr<const std::vector<SymbolPower>> powers(const UniformPoint& about) const;
+    /// The linearised equations about a uniform state, stationary or not; its components are those of forces().  Throws
+    /// an input Error for a term that depends on position or time, because no uniform state satisfies it.
+    std::shared_ptr<const model::LinearisedAt> linearised(const UniformPoint& about) const;
 
 private:
     struct Cache;
@@ -69,15 +69,15 @@ std::vector<std::string> terms_without_degree(const Equations& equations);
 /// Whether a slaved velocity is a nonlinear function of the fields: some force on the beads is evaluated on the grid.
 bool has_pointwise_velocity(const Equations& equations);
 
-/// Sum of the linearisations of the active terms; forces on the beads are not divided by m rho.  Throws as powers().
+/// The matrix of some components of forces() as that of all fields; rows and columns of the others are zero.
+Symbol of_all_fields(const Equations& equations, const model::Symbol& m, const std::vector<int>& components);
+
+/// Sum of the linearisations of the active terms; forces on the beads are not divided by m rho.  Throws as
+/// linearised().
 Symbol force_symbol(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
 
-/// The linearised equations about any uniform state, stationary or not: rows and columns of absent fields are zero; a
-/// slaved velocity is eliminated.
+/// The linearised equations about any uniform state, stationary or not; a slaved velocity is eliminated.
 Symbol linear_symbol(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
-
-/// Strengths of the noise at |q|: <f f^H> = noise_symbol delta(t - t') per area.
-Symbol noise_symbol(const Equations& equations, double q);
 
 UniformRates uniform_rates(const Equations& equations, const UniformPoint& at);
 

@@ -1,43 +1,30 @@
 // physics/stability.hpp: linear modes of a uniform state: rates, frequencies, shapes, branches and instabilities.
 #pragma once
-#include <Eigen/Core>
-#include <complex>
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "drover/base/threads.hpp"
+#include "drover/model/theory.hpp"
 #include "drover/physics/equations.hpp"
 #include "drover/physics/uniform_states.hpp"
 
 namespace drover::physics {
 
-/// Vectors and matrices of at most FieldIndex::count rows, without heap allocation.
-using ModeRates = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, 1, 0, FieldIndex::count, 1>;
-using ModeShapes =
-    Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, FieldIndex::count, FieldIndex::count>;
+using model::Growth;
+using model::Modes;
 
-/// The indices of a form's fields in a Symbol, in order.  Their number is the number of modes.
-std::vector<int> places_of(const Form& form);
-
-/// The modes of one wavevector: fields ~ exp(i q.r + s t).  `shapes` has one row per field, in the order of places_of,
-/// and one column of norm 1 per mode; `duals` times `shapes` is the identity.  Near a defective matrix, columns of
-/// `shapes` are nearly equal and `duals` is large.
-struct Modes {
-    ModeRates rates;  ///< s [1/s]: growth Re s, frequency -Im s
-    ModeShapes shapes, duals;
-};
-
-/// Sorted by growth rate, fastest growing first.
-Modes modes(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
-
-/// Only the rates, unsorted.
-ModeRates mode_rates(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
-
-/// The largest growth rate of one wavevector, with its frequency -Im s [1/s].
-struct Growth {
-    double rate = 0.0, frequency = 0.0;
-};
-Growth growth(const Equations& equations, const UniformPoint& about, double q, double angle);
+/// Those of model/theory.hpp; angles are those from the direction of the state.
+inline Modes modes(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
+    return model::modes(*equations.linearised(about), q);
+}
+inline Eigen::VectorXcd mode_rates(const Equations& equations, const UniformPoint& about,
+                                   const numerics::Wavevector& q) {
+    return model::mode_rates(*equations.linearised(about), q);
+}
+inline Growth growth(const Equations& equations, const UniformPoint& about, double q, double angle) {
+    return model::growth(*equations.linearised(about), q, angle);
+}
 
 /// All branches over wavenumbers and angles.  Each branch is followed along q from the smallest q, where it is followed
 /// from angle to angle.  Modes of successive points are matched by shape or, near defective matrices, by nearest rate.
@@ -52,8 +39,11 @@ struct ModeMap {
 ModeMap mode_map(const Equations& equations, const StationaryState& about, const std::vector<double>& wavenumbers,
                  const std::vector<double>& angles, Threads& threads);
 
-/// The wavevector at an angle from the direction of the state's order.
-numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, double angle);
+/// The wavevector at an angle from the direction of the state.
+inline numerics::Wavevector wavevector_from_order(const UniformPoint& about, double q, double angle) {
+    const double direction = direction_of(about);
+    return {.x = q * std::cos(direction + angle), .y = q * std::sin(direction + angle)};
+}
 
 /// A kind of instability: its fastest wave.
 struct Instability {

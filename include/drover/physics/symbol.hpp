@@ -1,6 +1,7 @@
 // physics/symbol.hpp: uniform states of rods and beads, and linearisations about them.
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <complex>
 
 #include "drover/physics/model.hpp"
@@ -37,6 +38,12 @@ struct UniformPoint {
     double bead_density = 1.0, rod_density = 1.0;
     Eigen::Vector2d velocity = Eigen::Vector2d::Zero(), order = Eigen::Vector2d::Zero();
 };
+/// The direction from which wave angles are measured [rad]: that of the order; without order that of the bead velocity;
+/// for an isotropic state the x axis.
+inline double direction_of(const UniformPoint& point) {
+    const Eigen::Vector2d& v = point.order.norm() > 0.0 ? point.order : point.velocity;
+    return v.norm() > 0.0 ? std::atan2(v.y(), v.x()) : 0.0;
+}
 inline UniformPoint at_rest(const Reference& densities) {
     return {.bead_density = densities.bead_density, .rod_density = densities.rod_density};
 }
@@ -45,11 +52,5 @@ inline UniformPoint at_rest(const Reference& densities) {
 using UniformRates = Eigen::Matrix<double, FieldIndex::count, 1>;
 
 using Matrix6 = Eigen::Matrix<double, FieldIndex::count, FieldIndex::count>;
-
-/// factors (i q_x)^x (i q_y)^y: a summand of a symbol.
-struct SymbolPower {
-    int x = 0, y = 0;
-    Matrix6 factors;
-};
 
 }  // namespace drover::physics

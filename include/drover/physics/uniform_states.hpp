@@ -20,10 +20,6 @@ inline bool is_isotropic(const UniformPoint& point) {
     return point.order.norm() == 0.0 && point.velocity.norm() == 0.0;
 }
 
-/// The direction from which wave angles are measured [rad]: that of the order; without order that of the bead velocity;
-/// for an isotropic state the x axis.
-double direction_of(const UniformPoint& point);
-
 /// Whether the state is invariant under reflection in the line of its direction: order and velocity are collinear.
 bool is_mirrored(const UniformPoint& point);
 
