@@ -22,7 +22,11 @@ std::vector<LinearisedAt::Power> listed(const Powers& powers) {
 
 Symbol sum_of(const std::vector<LinearisedAt::Power>& powers, int components, const Wavevector& q) {
     Symbol m = Symbol::Zero(components, components);
-    for (const LinearisedAt::Power& power : powers) m += factor_of({power.x, power.y}, q) * power.factors;
+    for (const LinearisedAt::Power& power : powers) {
+        const std::complex<double> factor = factor_of({power.x, power.y}, q);
+        if ((power.x + power.y) % 2 == 0) m.real() += factor.real() * power.factors;
+        else m.imag() += factor.imag() * power.factors;
+    }
     return m;
 }
 }  // namespace
@@ -57,7 +61,9 @@ LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about
     const CompiledEquations& c = *equations.compiled_;
     powers_ = powers_of_terms(c, c.terms, about_);
     substitutes_ = powers_of_terms(c, c.substitutes, about_);
+    rates_ = powers_;
     held_ = c.held();
+    free_ = c.free;
     for (int k = 0; k < c.components; ++k)
         if (c.array_of[static_cast<std::size_t>(k)] >= 0 || c.in_balance(k)) members_.push_back(k);
     left_.moved = Eigen::VectorXd::Zero(c.components);
@@ -66,7 +72,7 @@ LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about
 }
 
 LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about, LeftSides left)
-    : equations_(equations), about_(about), left_(std::move(left)), has_left_(true) {
+    : equations_(equations), about_(about), left_(std::move(left)) {
     const CompiledEquations& c = *equations.compiled_;
     powers_ = powers_of_terms(c, c.terms, about_, left_.factors);
     for (int k = 0; k < c.components; ++k) {
@@ -74,10 +80,15 @@ LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about
         members_.push_back(k);
         (left_.moved(k) != 0.0 ? state_ : held_).push_back(k);
     }
+    free_ = state_;
+    rates_ = powers_;
+    for (Power& power : rates_)
+        for (const int k : state_) power.factors.row(k) /= left_.moved(k);
     if (left_.slopes.size() == 0) return;
     const Eigen::VectorXd rates = equations.uniform_rates(about_, left_.factors);
-    carried_ = Eigen::MatrixXd::Zero(c.components, c.components);
-    for (const int k : state_) carried_.row(k) = -rates(k) / (left_.moved(k) * left_.moved(k)) * left_.slopes.row(k);
+    rates_.push_back({0, 0, Eigen::MatrixXd::Zero(c.components, c.components)});
+    for (const int k : state_)
+        rates_.back().factors.row(k) = -rates(k) / (left_.moved(k) * left_.moved(k)) * left_.slopes.row(k);
 }
 
 Symbol LinearisedAt::whole(const Wavevector& q) const { return sum_of(powers_, equations_.components(), q); }
@@ -90,14 +101,16 @@ Eigen::MatrixXd LinearisedAt::factors(int x, int y) const {
 }
 
 Symbol LinearisedAt::eliminated(const Wavevector& q, Symbol* balance) const {
-    Symbol m = whole(q);
-    for (const int k : state_)
-        if (left_.moved(k) != 1.0) m.row(k) /= left_.moved(k);
-    if (carried_.size() > 0) m += carried_;
-    return CompiledEquations::eliminated(m, held_, state_, has_left_ ? state_ : equations_.compiled_->free, balance);
+    const Symbol m = sum_of(rates_, equations_.components(), q);
+    return CompiledEquations::eliminated(m, held_, state_, free_, balance);
 }
 
-Symbol LinearisedAt::symbol(const Wavevector& q) const { return eliminated(q)(state_, state_); }
+Symbol LinearisedAt::symbol(const Wavevector& q) const {
+    if (!held_.empty()) return eliminated(q)(state_, state_);
+    Symbol m = sum_of(rates_, equations_.components(), q);
+    if (state_.size() < static_cast<std::size_t>(m.rows())) m = Symbol(m(state_, state_));
+    return m;
+}
 
 Symbol LinearisedAt::all_components(const Wavevector& q) const {
     Symbol balance;
@@ -108,7 +121,7 @@ Symbol LinearisedAt::all_components(const Wavevector& q) const {
 }
 
 Symbol LinearisedAt::noise(const Wavevector& q) const {
-    if (!has_left_) return equations_.noise(about_, q)(state_, state_);
+    if (left_.noise.size() == 0) return equations_.noise(about_, q)(state_, state_);
     const Eigen::VectorXd strengths = left_.noise + (q.x * q.x + q.y * q.y) * left_.flux_noise;
     return Symbol(strengths.cast<std::complex<double>>().asDiagonal())(state_, state_);
 }

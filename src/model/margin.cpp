@@ -96,8 +96,9 @@ private:
 
 Margin margin(const Equations& equations, MarginState which, const std::vector<UniformState>& guesses,
               const GrowthSearch& search, const Margin* wave) {
-    const StationaryStates found =
-        which == MarginState::isotropic ? stationary_states_near(equations, guesses) : stationary_states(equations);
+    const StationaryStates found = which == MarginState::isotropic
+                                       ? stationary_states_near(equations, equations.reference(), guesses)
+                                       : stationary_states(equations);
     const StationaryState* state = state_of(equations, found, which);
     if (state == nullptr) return {.value = none};
     const LinearisedAt at(equations, state->values);

@@ -213,6 +213,7 @@ SlowModes slow_modes(const LinearisedAt& at, double angle) {
         Eigen::VectorXcd whole = Eigen::VectorXcd::Zero(at.equations().components());
         whole(at.members()) = mode.shape;
         mode.shape = (at.all_components({}) * whole(at.state_components())).normalized();
+        if (std::abs(mode.speed) <= 1e-13 * (waves.speed_x.norm() + waves.speed_y.norm())) mode.speed = 0.0;
         fastest = std::max(fastest, std::abs(mode.speed));
     }
     std::sort(result.modes.begin(), result.modes.end(), [fastest](const SlowMode& a, const SlowMode& b) {

@@ -348,8 +348,13 @@ StationaryStates stationary_states(const Equations& equations, const UniformStat
     return found_states(equations, means, nullptr);
 }
 
-StationaryStates stationary_states_near(const Equations& equations, const std::vector<UniformState>& guesses) {
-    return found_states(equations, equations.reference(), &guesses);
+StationaryStates stationary_states_near(const Equations& equations, const UniformState& means,
+                                        const std::vector<UniformState>& guesses) {
+    return found_states(equations, means, &guesses);
+}
+
+bool turns_freely(const Equations& equations) {
+    return UniformEquations(equations, equations.reference()).turns_freely();
 }
 
 }  // namespace drover::model

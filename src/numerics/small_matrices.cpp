@@ -11,17 +11,6 @@ EigenDecomposition eigen_decomposition(const SmallMatrix& m) {
 }
 
 SmallVector eigenvalues(const SmallMatrix& m) { return dense_eigenvalues(Eigen::MatrixXcd(m)); }
-SmallVector eigenvalues(const SmallRealMatrix& m) { return dense_eigenvalues(Eigen::MatrixXd(m)); }
-
-SchurDecomposition schur_decomposition(const SmallMatrix& m) {
-    const DenseSchur found = dense_schur(m);
-    return {.triangular = found.triangular, .unitary = found.unitary};
-}
-
-SingularValueDecomposition singular_value_decomposition(const SmallMatrix& m) {
-    const DenseSvd<Eigen::MatrixXcd> found = dense_svd(Eigen::MatrixXcd(m));
-    return {.left = found.left, .values = found.values, .right = found.right};
-}
 
 SmallMatrix inverse(const SmallMatrix& m) { return inverse(Eigen::MatrixXcd(m)); }
 SmallRealMatrix real_inverse(const SmallRealMatrix& m) { return inverse(Eigen::MatrixXd(m)); }

@@ -20,21 +20,6 @@ struct EigenDecomposition {
 };
 EigenDecomposition eigen_decomposition(const SmallMatrix& m);
 SmallVector eigenvalues(const SmallMatrix& m);
-SmallVector eigenvalues(const SmallRealMatrix& m);
-
-/// m = unitary triangular unitary^H.
-struct SchurDecomposition {
-    SmallMatrix triangular, unitary;
-};
-SchurDecomposition schur_decomposition(const SmallMatrix& m);
-
-/// m = left diag(values) right^H, values descending; left and right unitary.
-struct SingularValueDecomposition {
-    SmallMatrix left;
-    SmallRealVector values;
-    SmallMatrix right;
-};
-SingularValueDecomposition singular_value_decomposition(const SmallMatrix& m);
 
 /// By LU with partial pivoting; m must be regular.
 SmallMatrix inverse(const SmallMatrix& m);

@@ -142,6 +142,11 @@ model::LeftSides left_sides(const Equations& e, const UniformPoint& about) {
 }
 }  // namespace
 
+Eigen::VectorXd Equations::uniform_forces(const UniformPoint& at) const {
+    require_functions(model);
+    return forces_->uniform_rates(state_of(*this, at), factors_);
+}
+
 std::shared_ptr<const model::LinearisedAt> Equations::linearised(const UniformPoint& about) const {
     require_functions(model);
     for (std::size_t n = 0; n < terms_.size(); ++n)
@@ -227,25 +232,6 @@ Symbol of_all_fields(const Equations& equations, const model::Symbol& m, const s
     for (int k = 0; k < FieldIndex::count; ++k)
         if (std::count(components.begin(), components.end(), equations.component(k)) > 0) places.push_back(k);
     result(places, places) = m;
-    return result;
-}
-
-Symbol force_symbol(const Equations& equations, const UniformPoint& about, const Wavevector& q) {
-    const auto at = equations.linearised(about);
-    return of_all_fields(equations, at->whole(q)(at->members(), at->members()), at->members());
-}
-
-Symbol linear_symbol(const Equations& equations, const UniformPoint& about, const Wavevector& q) {
-    const auto at = equations.linearised(about);
-    return of_all_fields(equations, at->symbol(q), at->state_components());
-}
-
-UniformRates uniform_rates(const Equations& equations, const UniformPoint& at) {
-    require_functions(equations.model);
-    const Eigen::VectorXd rates = equations.uniform_forces(state_of(equations, at));
-    UniformRates result = UniformRates::Zero();
-    for (int k = 0; k < FieldIndex::count; ++k)
-        if (const int place = equations.component(k); place >= 0) result(k) = rates(place);
     return result;
 }
 

@@ -82,7 +82,7 @@ void check_stationary(const Model& model, const numerics::Grid& grid, const Deal
         "or time, or have no derivative; expected none: choose another initial.kind",
         joined(beyond));
     require(
-        uniform_rates(equations, at_rest(reference(model.uniform))).isZero(0.0), place("initial.kind"),
+        equations.uniform_forces(at_rest(reference(model.uniform))).isZero(0.0), place("initial.kind"),
         "initial.kind = \"stationary\" draws about the state without order at rest, which a force or a field of this "
         "model does not leave at rest; choose another initial.kind");
     const FastestGrowth growth = fastest_growth(linear_system(model, grid, dealiasing));

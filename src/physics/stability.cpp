@@ -82,10 +82,6 @@ struct Landscape {
     bool grows(double log_q, double angle) const { return modes(log_q, angle).grows(); }
 };
 
-std::vector<double> log_wavenumbers(const Search& search) {
-    return numerics::even_logarithms(search.min, search.max, search.wavenumbers);
-}
-
 /// Of a wave on a flock.
 std::string name_of(const Equations& equations, const StationaryState& about, const Growth& found, double angle) {
     const double along = std::abs(std::sin(angle)), across = std::abs(std::cos(angle));
@@ -163,7 +159,7 @@ std::vector<Instability> isotropic_instabilities(const Landscape& land, const Fo
 std::vector<Instability> instabilities(const Equations& equations, const StationaryState& about, const Search& search) {
     const auto state = equations.linearised(about.point);
     const Landscape land{*state};
-    const std::vector<double> log_q = log_wavenumbers(search);
+    const std::vector<double> log_q = numerics::even_logarithms(search.min, search.max, search.wavenumbers);
     if (is_isotropic(about.point)) return isotropic_instabilities(land, equations.form, log_q);
     // Rates at q and -q are conjugate: half a turn holds all, a quarter where the state is its own mirror image.
     const bool quarter = is_mirrored(about.point);
@@ -197,19 +193,6 @@ std::vector<Instability> instabilities(const Equations& equations, const Station
     std::stable_sort(found.begin(), found.end(),
                      [](const Instability& a, const Instability& b) { return a.rate > b.rate; });
     return found;
-}
-
-std::vector<double> neutral_wavenumbers(const Equations& equations, const StationaryState& about, double angle,
-                                        const Search& search) {
-    const auto state = equations.linearised(about.point);
-    const Landscape land{*state};
-    const std::vector<double> log_q = log_wavenumbers(search);
-    const auto grows = [&](double x) { return land.grows(x, angle); };
-    std::vector<double> result;
-    for (std::size_t k = 1; k < log_q.size(); ++k)
-        if (grows(log_q[k - 1]) != grows(log_q[k]))
-            result.push_back(std::exp(numerics::boundary_between(log_q[k - 1], log_q[k], 1e-14, grows)));
-    return result;
 }
 
 }  // namespace drover::physics

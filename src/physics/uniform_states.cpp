@@ -3,15 +3,12 @@
 
 #include <gsl/gsl_poly.h>
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
-#include "drover/model/linearised_at.hpp"
+#include "drover/model/theory.hpp"
 
 namespace drover::physics {
 
@@ -136,108 +133,49 @@ bool is_mirrored(const UniformPoint& point) {
 }
 
 namespace {
-/// Velocity and order of a uniform state: as many as the form has.
-using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 4, 1>;
-using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4, 4>;
-
-/// The uniform equations of any terms, at given densities.
-class UniformEquations {
-public:
-    UniformEquations(const Equations& e, const UniformPoint& rest)
-        : e_(e),
-          rest_(rest),
-          first_(e.form.velocity == Velocity::absent ? FieldIndex::polar_order_x : FieldIndex::bead_velocity_x) {}
-    Eigen::Index count() const { return FieldIndex::count - first_; }
-    UniformPoint point(const Unknowns& z) const {
-        UniformPoint at = rest_;
-        if (count() == 4) at.velocity = z.head<2>();
-        at.order = z.tail<2>();
-        return at;
-    }
-    Unknowns rates(const Unknowns& z) const { return uniform_rates(e_, point(z)).tail(count()); }
-    Jacobian jacobian(const Unknowns& z) const {
-        return force_symbol(e_, point(z), {}).real().bottomRightCorner(count(), count());
-    }
-    /// The sizes that the rates have by their parts: what their rounding is relative to.
-    Unknowns sizes(const Unknowns& z) const {
-        return jacobian(z).cwiseAbs() * z.cwiseAbs() + rates(0.0 * z).cwiseAbs();
-    }
-
-private:
-    const Equations& e_;
-    UniformPoint rest_;
-    int first_;
-};
-
-/// Newton's method with halved steps; empty where it does not converge to rounding.
-std::optional<Unknowns> root_from(const UniformEquations& equations, Unknowns z) {
-    Unknowns rates = equations.rates(z);
-    for (int step = 0; step < 60 && z.allFinite(); ++step) {
-        // A flock may turn: its Jacobian is singular along the turn, and the shortest step is taken.
-        Unknowns change = -equations.jacobian(z).completeOrthogonalDecomposition().solve(rates);
-        for (int half = 0; half < 12 && !(equations.rates(z + change).norm() <= rates.norm()); ++half) change *= 0.5;
-        z += change;
-        rates = equations.rates(z);
-        if (change.norm() <= 1e-15 * z.norm() || rates.norm() == 0.0) break;
-    }
-    const Unknowns sizes = equations.sizes(z);
-    const bool solved = z.allFinite() && (rates.cwiseAbs() - 1e-12 * sizes).maxCoeff() <= 0.0;
-    return solved ? std::optional(z) : std::nullopt;
-}
-
-/// Whether the uniform equations are isotropic: the rates of a rotated state are the rotated rates.
-bool turns_freely(const UniformEquations& equations, double scale) {
-    const double c = 0.6, s = 0.8;
-    Unknowns z(equations.count());
-    for (Eigen::Index i = 0; i < z.size(); ++i) z(i) = scale * (0.3 + 0.17 * static_cast<double>(i * i));
-    Jacobian turn = Jacobian::Zero(z.size(), z.size());
-    for (Eigen::Index i = 0; i < z.size(); i += 2) turn.block<2, 2>(i, i) << c, -s, s, c;
-    const Unknowns expected = turn * equations.rates(z), found = equations.rates(turn * z);
-    return (expected - found).norm() <= 1e-12 * equations.sizes(z).norm();
-}
-
 /// Uniform states of arbitrary terms, by Newton's method from many starting points; it may miss a state.
 StationaryStates searched_states(const Equations& e, const UniformPoint& rest, double scale) {
-    const UniformEquations equations(e, rest);
-    const bool free = turns_freely(equations, scale);
+    static_cast<void>(e.linearised(rest));  // throws where linear theory does not exist
+    const model::Equations equations = e.solver(reference(e.model.uniform));
+    const auto place = [&](int field) { return static_cast<std::size_t>(e.component(field)); };
+    const std::size_t p = place(FieldIndex::polar_order_x);
+    model::UniformState means = equations.reference();
+    if (e.form.bead_density >= 0) means[place(FieldIndex::bead_density)] = rest.bead_density;
+    if (e.form.rod_density >= 0) means[place(FieldIndex::rod_density)] = rest.rod_density;
+    const bool free = model::turns_freely(equations);
     const int directions = free ? 1 : 16;
-    std::vector<Unknowns> roots;
-    const auto add = [&](const Unknowns& start) {
-        const std::optional<Unknowns> root = root_from(equations, start);
-        if (!root) return;
-        const Unknowns z = root->norm() < 1e-9 * scale ? Unknowns(0.0 * *root) : *root;
-        const auto is_same = [&](const Unknowns& other) { return (other - z).norm() <= 1e-7 * (scale + z.norm()); };
-        if (z.tail<2>().norm() < 1e4 * scale && std::none_of(roots.begin(), roots.end(), is_same)) roots.push_back(z);
-    };
-    add(Unknowns::Zero(equations.count()));
+    std::vector<model::UniformState> guesses;
     for (const double size : {0.05, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0})
         for (int n = 0; n < directions; ++n) {
             const double angle = 2.0 * std::numbers::pi * n / directions + (free ? 0.0 : 0.03);
-            const Eigen::Vector2d order = size * scale * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-            Unknowns start = Unknowns::Zero(equations.count());
-            start.tail<2>() = order;
-            if (start.size() == 4) {
-                // Force balance with the order, by the linear part.
-                const Jacobian j = equations.jacobian(start);
-                if (std::abs(j.topLeftCorner<2, 2>().determinant()) > 0.0)
-                    start.head<2>() = -j.topLeftCorner<2, 2>().inverse() * equations.rates(start).head<2>();
-            }
-            add(start);
+            guesses.push_back(means);
+            guesses.back()[p] = size * scale * std::cos(angle);
+            guesses.back()[p + 1] = size * scale * std::sin(angle);
         }
-    std::sort(roots.begin(), roots.end(),
-              [](const Unknowns& a, const Unknowns& b) { return a.tail<2>().norm() < b.tail<2>().norm(); });
-    StationaryStates result;
-    bool ordered = false;
-    for (const Unknowns& z : roots) {
-        if (free && z(z.size() - 2) < 0.0) continue;  // the same flock, turned
-        const bool at_zero = z.norm() == 0.0;
-        ordered = ordered || !at_zero;
-        std::string name = at_zero ? "isotropic" : "ordered";
-        if (!at_zero && !free)
-            name += text(" at {:.4g} degrees", 180.0 / std::numbers::pi * std::atan2(z(z.size() - 1), z(z.size() - 2)));
-        result.states.push_back({.name = name, .point = equations.point(z), .free_direction = free && !at_zero});
+    StationaryStates result{.states = {},
+                            .no_order = "no ordered state was found by Newton's method from 7 sizes of the order"};
+    for (const model::StationaryState& found : model::stationary_states_near(equations, means, guesses).states) {
+        StationaryState state{.name = "isotropic", .point = rest, .free_direction = found.has_free_direction};
+        Eigen::Vector2d &order = state.point.order, &velocity = state.point.velocity;
+        order = {found.values[p], found.values[p + 1]};
+        if (e.form.velocity != Velocity::absent) {
+            const std::size_t v = place(FieldIndex::bead_velocity_x);
+            velocity = {found.values[v], found.values[v + 1]};
+        }
+        if (!(order.norm() < 1e4 * scale)) continue;
+        if (free && order.x() < 0.0) order *= -1.0, velocity *= -1.0;  // the flow is along x
+        if (!found.is_isotropic) {
+            result.no_order.clear();
+            state.name =
+                free ? "ordered"
+                     : text("ordered at {:.4g} degrees", 180.0 / std::numbers::pi * std::atan2(order.y(), order.x()));
+        }
+        result.states.push_back(state);
     }
-    if (!ordered) result.no_order = "no ordered state was found by Newton's method from 7 sizes of the order";
+    std::stable_sort(result.states.begin(), result.states.end(),
+                     [](const StationaryState& a, const StationaryState& b) {
+                         return a.point.order.norm() < b.point.order.norm();
+                     });
     return result;
 }
 

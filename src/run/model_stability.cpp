@@ -85,13 +85,7 @@ List slow_mode_list(const Searched& at, std::string& undefined) {
             continue;
         }
         for (const model::SlowMode& mode : slow.modes)
-            list.rows.push_back(
-                {.entries = {number("angle", "degree", "angle of q from the order", angle),
-                             number("speed", "mm s-1", "Re u", mode.speed.real()),
-                             number("growth", "mm s-1", "Im u", mode.speed.imag()),
-                             number("damping", "mm2 s-1", "Re gamma; not defined where u is a defective eigenvalue",
-                                    mode.damping.real())},
-                 .shown = {.text = angle == 0.0 || !at.linear.is_isotropic()}});
+            list.rows.push_back(slow_mode_record(mode, angle, "the order", angle == 0.0 || !at.linear.is_isotropic()));
     }
     return list;
 }
@@ -186,6 +180,15 @@ Record state_record(const io::Scene& scene, const Searched& at, std::size_t numb
     return record;
 }
 }  // namespace
+
+Record slow_mode_record(const model::SlowMode& mode, double angle, const std::string& direction, bool is_in_text) {
+    return {.entries = {number("angle", "degree", "angle of q from " + direction, angle),
+                        number("speed", "mm s-1", "Re u", mode.speed.real()),
+                        number("growth", "mm s-1", "Im u", mode.speed.imag()),
+                        number("damping", "mm2 s-1", "Re gamma; not defined where u is a defective eigenvalue",
+                               mode.damping.real())},
+            .shown = {.text = is_in_text}};
+}
 
 std::string state_text(const model::Model& model, const model::UniformState& values) {
     std::string result;

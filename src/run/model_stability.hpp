@@ -14,6 +14,9 @@ Result make_model_stability(const io::Scene& scene, Threads* threads);
 /// grid.  Throws an input Error for an empty range.
 model::GrowthSearch growth_search(const io::Scene& scene);
 
+/// A row of a list of slow modes; direction: from which angles [degrees] are measured.
+Record slow_mode_record(const model::SlowMode& mode, double angle, const std::string& direction, bool is_in_text);
+
 /// "phi = 0.3, |p| = 0.5": the values of a state for people, fields of value 0 left out.
 std::string state_text(const model::Model& model, const model::UniformState& values);
 

@@ -18,11 +18,6 @@ namespace drover::run {
 namespace {
 using std::numbers::pi;
 
-physics::Search search_of(const io::Scene& scene) {
-    const model::GrowthSearch range = growth_search(scene);
-    return {.min = range.min, .max = range.max, .wavenumbers = range.wavenumbers};
-}
-
 Record coefficient_record(const physics::Equations& equations) {
     const physics::UniformState& uniform = equations.model.uniform;
     const physics::EffectiveCoefficients values =
@@ -84,7 +79,7 @@ Record instability_record(const physics::Instability& found) {
             }};
 }
 
-List instability_list(const std::vector<physics::Instability>& found, const physics::Search& search) {
+List instability_list(const std::vector<physics::Instability>& found, const model::GrowthSearch& search) {
     List list{.name = "instabilities",
               .heading = "unstable (fastest first; angles from p0; -: growth extends beyond the search)",
               .row = "instability",
@@ -108,23 +103,15 @@ std::vector<std::string> instability_notes(const std::vector<physics::Instabilit
 }
 
 /// Four angles; text has one where all directions are equivalent.
-List slow_mode_list(const physics::LongWaves& waves, const physics::UniformPoint& point) {
+List slow_mode_list(const model::LongWaves& waves, const physics::UniformPoint& point) {
     List list{.name = "slow_modes",
               .heading = "long waves, s = -i u q - gamma q^2: u = speed + i growth, gamma = damping, angles from p0",
               .shown = {.archive = false}};
     if (!waves.why_none.empty()) return list;
     const double direction = physics::direction_of(point);
     for (const double angle : {0.0, 30.0, 60.0, 90.0})
-        for (const physics::SlowMode& mode : physics::slow_modes(waves, direction + angle * radians_per_degree))
-            list.rows.push_back(
-                {.entries = {{.name = "angle", .unit = "degree", .meaning = "angle of q from p0", .value = angle},
-                             {.name = "speed", .unit = "mm s-1", .meaning = "Re u", .value = mode.speed.real()},
-                             {.name = "growth", .unit = "mm s-1", .meaning = "Im u", .value = mode.speed.imag()},
-                             {.name = "damping",
-                              .unit = "mm2 s-1",
-                              .meaning = "Re gamma; not defined where u is a defective eigenvalue",
-                              .value = mode.damping.real()}},
-                 .shown = {.text = angle == 0.0 || !physics::is_isotropic(point)}});
+        for (const model::SlowMode& mode : model::slow_modes(waves, direction + angle * radians_per_degree))
+            list.rows.push_back(slow_mode_record(mode, angle, "p0", angle == 0.0 || !physics::is_isotropic(point)));
     return list;
 }
 
@@ -144,9 +131,9 @@ std::string state_heading(const physics::StationaryState& state, const physics::
 std::vector<double> components_of(const Eigen::Vector2d& vector) { return {vector.x(), vector.y()}; }
 
 Record state_record(const io::Scene& scene, const physics::Equations& equations, const physics::StationaryState& state,
-                    const physics::Search& search, Threads* threads) {
+                    const model::GrowthSearch& search, Threads* threads) {
     const std::vector<physics::Instability> found = physics::instabilities(equations, state, search);
-    const physics::LongWaves waves = physics::long_waves(equations, state);
+    const model::LongWaves waves = physics::long_waves(equations, state);
     const double diffusion = physics::direction_diffusion(equations, state);
     std::string group = "/" + state.name;
     std::replace(group.begin(), group.end(), ' ', '_');
@@ -191,7 +178,7 @@ Entry density_entry(const char* name, double value, const char* meaning, bool ap
 
 Result make_stability(const io::Scene& scene, Threads* threads) {
     if (scene.kind == io::SceneKind::model) return make_model_stability(scene, threads);
-    const physics::Search search = search_of(scene);
+    const model::GrowthSearch search = growth_search(scene);
     const physics::Equations equations(scene.model);
     const physics::UniformState& uniform = scene.model.uniform;
     const physics::StationaryStates found = physics::stationary_states(equations);

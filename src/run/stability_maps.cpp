@@ -18,7 +18,7 @@ using std::numbers::pi;
 struct Mapped {
     const physics::Equations& equations;
     const physics::StationaryState& state;
-    const physics::LongWaves& waves;
+    const model::LongWaves& waves;
     std::vector<double> angles, wavenumbers;  // [rad], [1/mm]
     Threads& threads;
 };
@@ -78,8 +78,8 @@ void add_slow_modes(const Mapped& mapped, files::ResultTable& table) {
     if (count == 0 || !mapped.waves.why_none.empty()) return;
     std::vector<double> speed, growth, damping;
     for (const double angle : mapped.angles)
-        for (const physics::SlowMode& mode :
-             physics::slow_modes(mapped.waves, physics::direction_of(mapped.state.point) + angle)) {
+        for (const model::SlowMode& mode :
+             model::slow_modes(mapped.waves, physics::direction_of(mapped.state.point) + angle)) {
             speed.push_back(mode.speed.real());
             growth.push_back(mode.speed.imag());
             damping.push_back(mode.damping.real());
@@ -152,8 +152,8 @@ void add_map(const std::string& name, const std::string& unit, const std::string
 double smallest_wavenumber(const numerics::Grid& grid) { return 2.0 * pi / std::max(grid.lx, grid.ly); }
 
 files::ResultTable stability_maps(const io::Scene& scene, const physics::Equations& equations,
-                                  const physics::StationaryState& state, const physics::LongWaves& waves,
-                                  const physics::Search& search, Threads& threads) {
+                                  const physics::StationaryState& state, const model::LongWaves& waves,
+                                  const model::GrowthSearch& search, Threads& threads) {
     const io::StabilityPlan& plan = scene.stability;
     const Mapped mapped{.equations = equations,
                         .state = state,

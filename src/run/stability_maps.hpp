@@ -14,7 +14,7 @@ void add_map(const std::string& name, const std::string& unit, const std::string
              std::vector<std::string> axes, std::vector<double> values, files::ResultTable& table);
 
 files::ResultTable stability_maps(const io::Scene& scene, const physics::Equations& equations,
-                                  const physics::StationaryState& state, const physics::LongWaves& waves,
-                                  const physics::Search& search, Threads& threads);
+                                  const physics::StationaryState& state, const model::LongWaves& waves,
+                                  const model::GrowthSearch& search, Threads& threads);
 
 }  // namespace drover::run

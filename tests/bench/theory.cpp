@@ -49,8 +49,8 @@ void mode_map(benchmark::State& state) {
 void eigenvectors(benchmark::State& state) {
     const physics::Equations equations(flock);
     const physics::StationaryState about = physics::stationary_states(equations).states.at(1);
-    const physics::Symbol m = physics::linear_symbol(equations, about.point, {.x = 0.3, .y = 0.4});
-    Eigen::ComplexEigenSolver<physics::Symbol> solver;
+    const Eigen::MatrixXcd m = equations.linearised(about.point)->symbol({.x = 0.3, .y = 0.4});
+    Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver;
     for (auto _ : state)
         for (int n = 0; n < side * side; ++n) benchmark::DoNotOptimize(solver.compute(m));
     state.counters["transforms"] = 0;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "numerics/dense.hpp"
 #include "numerics/precise_eigenvalues.hpp"
 
 namespace drover::numerics::small_matrices_tests {
@@ -90,24 +91,24 @@ TEST(PreciseEigenvalues, of_defective_and_zero_matrices_are_found) {
         EXPECT_EQ(value, 0.0);
 }
 
-TEST(SmallMatrices, real_matrices_have_conjugate_pairs_of_eigenvalues) {
-    SmallRealMatrix rotation(2, 2);
+TEST(DenseMatrices, real_matrices_have_conjugate_pairs_of_eigenvalues) {
+    Eigen::MatrixXd rotation(2, 2);
     rotation << 0.6, -0.8, 0.8, 0.6;
-    const SmallVector values = eigenvalues(rotation);
+    const Eigen::VectorXcd values = dense_eigenvalues(rotation);
     EXPECT_NEAR(values(0).real(), 0.6, rounding);
     EXPECT_NEAR(std::abs(values(0).imag()), 0.8, rounding);
     EXPECT_EQ(values(0), std::conj(values(1)));
 }
 
-TEST(SmallMatrices, schur_and_singular_value_decompositions_multiply_to_the_matrix) {
+TEST(DenseMatrices, schur_and_singular_value_decompositions_multiply_to_the_matrix) {
     for (int rows = 1; rows <= max_small_rows; ++rows) {
-        const SmallMatrix m = sample(rows), one = SmallMatrix::Identity(rows, rows);
-        const SchurDecomposition schur = schur_decomposition(m);
+        const Eigen::MatrixXcd m = sample(rows), one = Eigen::MatrixXcd::Identity(rows, rows);
+        const DenseSchur schur = dense_schur(m);
         EXPECT_LT((schur.unitary * schur.triangular * schur.unitary.adjoint() - m).norm(), rounding);
         EXPECT_LT((schur.unitary * schur.unitary.adjoint() - one).norm(), rounding);
         for (int i = 0; i < rows; ++i)
             for (int k = 0; k < i; ++k) EXPECT_EQ(schur.triangular(i, k), 0.0);
-        const SingularValueDecomposition svd = singular_value_decomposition(m);
+        const DenseSvd<Eigen::MatrixXcd> svd = dense_svd(m);
         EXPECT_LT((svd.left * svd.values.cast<std::complex<double>>().asDiagonal() * svd.right.adjoint() - m).norm(),
                   rounding);
         EXPECT_LT((svd.left * svd.left.adjoint() - one).norm(), rounding);

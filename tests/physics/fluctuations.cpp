@@ -8,6 +8,7 @@
 
 #include "drover/physics/stability.hpp"
 #include "flock_model.hpp"
+#include "symbols.hpp"
 
 namespace drover::physics::fluctuations_tests {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "drover/physics/long_waves.hpp"
 #include "drover/physics/stability.hpp"
+#include "symbols.hpp"
 #include "text_terms.hpp"
 
 namespace drover::physics::function_terms_tests {

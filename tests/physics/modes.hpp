@@ -10,6 +10,7 @@
 #include "drover/numerics/field.hpp"
 #include "drover/physics/equations.hpp"
 #include "numerics/small_matrices.hpp"
+#include "symbols.hpp"
 
 namespace drover::physics {
 

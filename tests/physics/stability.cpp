@@ -7,6 +7,7 @@
 
 #include "drover/base/random.hpp"
 #include "flock_model.hpp"
+#include "symbols.hpp"
 
 namespace drover::physics::stability_tests {
 namespace {

@@ -195,7 +195,7 @@ TEST(Terms, that_share_what_was_compiled_have_their_own_constants) {
             const Symbol expected = force_symbol(compiled, point, q);
             EXPECT_LT((force_symbol(shared, point, q) - expected).norm(), 1e-14 * expected.norm())
                 << form.name << ": " << row.key();
-            const UniformRates rates = uniform_rates(compiled, point);
+            const auto rates = uniform_rates(compiled, point);
             EXPECT_LT((uniform_rates(shared, point) - rates).norm(), 1e-14 * rates.norm() + 1e-300)
                 << form.name << ": " << row.key();
             const auto was = active_terms(compiled), is = active_terms(shared);

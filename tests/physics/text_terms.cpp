@@ -12,6 +12,7 @@
 #include "drover/physics/phase_boundary.hpp"
 #include "drover/physics/stability.hpp"
 #include "evolution.hpp"
+#include "symbols.hpp"
 
 namespace drover::physics::text_terms_tests {
 namespace {

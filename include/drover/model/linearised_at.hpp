@@ -76,10 +76,10 @@ private:
     Equations equations_;
     UniformState about_;
     LeftSides left_;
-    bool has_left_ = false;    ///< other left sides than those of the equations
-    Eigen::MatrixXd carried_;  ///< what changes of `moved` add to the rates
     std::vector<int> state_, held_, members_;
+    std::vector<int> free_;  ///< components that determine all others
     std::vector<Power> powers_, substitutes_;
+    std::vector<Power> rates_;  ///< powers_ divided by `moved`, and what its changes add
 };
 
 }  // namespace drover::model

@@ -46,9 +46,13 @@ StationaryStates stationary_states(const Equations& equations);
 /// of another size or with values that are not finite.
 StationaryStates stationary_states(const Equations& equations, const UniformState& means);
 
-/// Only what Newton's method finds from the references and from these states of all components, which take the
-/// conserved means of the references: for models that differ little from one whose states are known.
-StationaryStates stationary_states_near(const Equations& equations, const std::vector<UniformState>& guesses);
+/// Only what Newton's method finds from these means and from these guesses of all components, which take the conserved
+/// means of the first: for models that differ little from one whose states are known.
+StationaryStates stationary_states_near(const Equations& equations, const UniformState& means,
+                                        const std::vector<UniformState>& guesses);
+
+/// Whether turned copies of every state are equivalent, for uniform states and waves: tried at random states.
+bool turns_freely(const Equations& equations);
 
 // ---- Modes of one wave
 

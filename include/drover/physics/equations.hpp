@@ -30,8 +30,8 @@ struct Equations : CompiledModel {
     /// d_t of all fields but the velocity, whose rate is the force on the beads: slaved or not, not divided by m rho.
     /// The constants in it may be those of the model with which it is shared: use linearised() and uniform_forces().
     const model::Equations& forces() const { return *forces_; }
-    /// The rates of forces() in a uniform state.
-    Eigen::VectorXd uniform_forces(const model::UniformState& at) const { return forces_->uniform_rates(at, factors_); }
+    /// The rates of forces() in a uniform state: of all its components.
+    Eigen::VectorXd uniform_forces(const UniformPoint& at) const;
     /// One for each of forces().terms(): the key of its coefficient, or terms[n] for a text of the scene.
     const std::vector<std::string>& terms() const { return terms_; }
     /// What is integrated: a velocity has inertia or is in balance.  The linear part is taken about this state.
@@ -69,16 +69,7 @@ std::vector<std::string> terms_without_degree(const Equations& equations);
 /// Whether a slaved velocity is a nonlinear function of the fields: some force on the beads is evaluated on the grid.
 bool has_pointwise_velocity(const Equations& equations);
 
-/// The matrix of some components of forces() as that of all fields; rows and columns of the others are zero.
+/// The matrix of some components of forces() by FieldIndex; rows and columns of the others are zero.
 Symbol of_all_fields(const Equations& equations, const model::Symbol& m, const std::vector<int>& components);
-
-/// Sum of the linearisations of the active terms; forces on the beads are not divided by m rho.  Throws as
-/// linearised().
-Symbol force_symbol(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
-
-/// The linearised equations about any uniform state, stationary or not; a slaved velocity is eliminated.
-Symbol linear_symbol(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q);
-
-UniformRates uniform_rates(const Equations& equations, const UniformPoint& at);
 
 }  // namespace drover::physics

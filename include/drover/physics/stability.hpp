@@ -57,17 +57,9 @@ struct Instability {
     bool at_shortest = false;            ///< growth increases up to the largest |q| searched: no short-wave cutoff
 };
 
-/// Range of an instability search: `wavenumbers` values of |q|, evenly spaced in log |q|, at 46 angles; every maximum
-/// is then refined.
-struct Search {
-    double min = 1e-4, max = 1e2;  ///< |q| [1/mm]
-    int wavenumbers = 96;
-};
+/// Of |q|, at 46 angles of a quarter turn; every maximum is then refined.
+using Search = model::GrowthSearch;
 /// The instabilities of a state, fastest first; empty if it is stable against waves from search.min to search.max.
 std::vector<Instability> instabilities(const Equations& equations, const StationaryState& about, const Search& search);
-
-/// Where the growth at an angle changes sign, ascending [1/mm].
-std::vector<double> neutral_wavenumbers(const Equations& equations, const StationaryState& about, double angle,
-                                        const Search& search);
 
 }  // namespace drover::physics

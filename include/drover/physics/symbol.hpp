@@ -21,8 +21,7 @@ struct FieldIndex {
     };
 };
 
-/// d/dt of small deviations ~ exp(i q.r) from a uniform state: rates = symbol * deviations.  The rows of the velocity
-/// hold forces on the beads per area [mg/(mm s^2)], not divided by m rho.
+/// A matrix between small deviations ~ exp(i q.r) of all fields from a uniform state.
 using Symbol = Eigen::Matrix<std::complex<double>, FieldIndex::count, FieldIndex::count>;
 
 /// The uniform state about which the exact linear part is taken: its densities, the beads at rest, no order.
@@ -47,10 +46,5 @@ inline double direction_of(const UniformPoint& point) {
 inline UniformPoint at_rest(const Reference& densities) {
     return {.bead_density = densities.bead_density, .rod_density = densities.rod_density};
 }
-
-/// Right-hand sides of a uniform state, indexed as the rows of a Symbol; forces on the beads are not divided by m rho.
-using UniformRates = Eigen::Matrix<double, FieldIndex::count, 1>;
-
-using Matrix6 = Eigen::Matrix<double, FieldIndex::count, FieldIndex::count>;
 
 }  // namespace drover::physics
