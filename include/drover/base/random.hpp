@@ -17,6 +17,7 @@ enum class Stream : std::uint64_t {
     step_error = 8,     ///< signs of local errors under noise
     contact_order = 9,  ///< of the contacts of a rod
     product_noise = 10,
+    uncertainty = 11,  ///< draws of numbers within their errors
     test = 1000
 };
 

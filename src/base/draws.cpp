@@ -1,0 +1,64 @@
+// base/draws.cpp: draws of uncertain numbers, and quantiles of what follows from them.
+#include "drover/base/draws.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "drover/base/random.hpp"
+
+namespace drover {
+
+namespace {
+/// The standard normal number below which this part lies.
+double normal_quantile(double part) {
+    double low = -40.0, high = 40.0;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = 0.5 * (low + high);
+        (0.5 * std::erfc(-middle / std::numbers::sqrt2) < part ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+}  // namespace
+
+std::vector<double> normal_draws(std::uint64_t number, std::uint64_t part, std::size_t count) {
+    std::vector<double> keys(count), draws(count);
+    fill_uniform({.stream = Stream::uncertainty, .step = number, .substep = part}, 0, 1, keys);
+    std::vector<std::size_t> order(count);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
+    for (std::size_t k = 0; k < count; ++k)
+        draws[order[k]] = normal_quantile((static_cast<double>(k) + 0.5) / static_cast<double>(count));
+    return draws;
+}
+
+double quantile(const std::vector<double>& values, double part) {
+    const double last = static_cast<double>(values.size() - 1),
+                 place = std::clamp(part * static_cast<double>(values.size()) - 0.5, 0.0, last);
+    const auto below = static_cast<std::size_t>(place);
+    const double low = values[below], high = values[std::min(below + 1, values.size() - 1)],
+                 above = place - static_cast<double>(below);
+    if (std::isfinite(low) && std::isfinite(high)) return low + above * (high - low);
+    return above < 0.5 ? low : high;
+}
+
+double half_width(std::vector<double> values) {
+    std::erase_if(values, [](double value) { return std::isnan(value); });
+    if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+    std::sort(values.begin(), values.end());
+    return 0.5 * (quantile(values, 1.0 - below_one_sigma) - quantile(values, below_one_sigma));
+}
+
+double over_error(const std::vector<double>& values) {
+    const auto count = static_cast<double>(values.size());
+    const auto below = static_cast<double>(std::lower_bound(values.begin(), values.end(), 0.0) - values.begin());
+    if (below > 0.0 && below < count) return -normal_quantile(below / count);
+    constexpr double far = 1e9;  // where no number with an error matters
+    const double low = quantile(values, below_one_sigma), high = quantile(values, 1.0 - below_one_sigma),
+                 nearest = -normal_quantile(0.5 / count), ratio = std::abs(low + high) / (high - low);
+    return std::copysign(std::isnan(ratio) ? nearest : std::clamp(ratio, nearest, far), below > 0.0 ? -1.0 : 1.0);
+}
+
+}  // namespace drover
