@@ -18,6 +18,7 @@ struct BoundaryOptions : SceneOptions, ShareOptions {
     std::string x, y;
     std::vector<std::string> conventions;
     std::optional<double> varied, cell;
+    std::optional<int> draws;
     std::vector<std::string> points;
     int workers = 0;
     bool json = false, overwrite = false, quiet = false;
@@ -49,6 +50,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
     std::vector<std::string> overrides = options.overrides;
     if (!options.x.empty()) overrides.push_back("boundary.x=" + toml_text(options.x));
     if (!options.y.empty()) overrides.push_back("boundary.y=" + toml_text(options.y));
+    if (options.draws) overrides.push_back(text("boundary.draws={}", *options.draws));
     if (!options.conventions.empty()) overrides.push_back("boundary.conventions=" + toml_text(options.conventions));
     const io::Scene scene = io::read_scene(options.scene, overrides);
     io::require_grid(scene, "boundary");
@@ -106,7 +108,8 @@ int print_table_boundary(const BoundaryOptions& options) {
     require(options.cell || options.points.empty(), {}, "--point is for --cell; expected the side of a cell too");
     std::vector<run::AreaFractions> points;
     for (const std::string& written : options.points) points.push_back(point_of(written));
-    run::TableOnset onset = run::make_onset(options.scene, options.varied);
+    run::TableOnset onset =
+        run::make_onset(options.scene, options.varied, options.draws.value_or(calibrate::onset_draws));
     const ResultOutput output = output_of(options, "onset", "curves and thresholds, with standard errors");
     check_output(output, options.scene, onset.scene);
     if (options.cell) run::add_cells(onset, *options.cell, points);
@@ -129,6 +132,11 @@ void add_boundary(CLI::App& program, Action& action) {
         ->add_option("--convention", options->conventions,
                      "Meaning of weathercock.strength: mean (lambda) or single-rod (lambda_s = 2 lambda); repeatable")
         ->type_name("NAME");
+    command
+        ->add_option("--draws", options->draws,
+                     "Number of draws of all numbers with errors, for the error bands; overrides boundary.draws")
+        ->type_name("N")
+        ->check(CLI::Range(0, 100000));
     command
         ->add_option("--varied", options->varied, "For a table that varies a further key: the value of that key to use")
         ->type_name("VALUE");

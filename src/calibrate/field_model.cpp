@@ -6,6 +6,7 @@
 
 #include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
+#include "drover/base/draws.hpp"
 #include "drover/calibrate/alignment.hpp"
 
 namespace drover::calibrate {
@@ -18,26 +19,35 @@ const Closure& closure_of(const std::string& key) {
     return *found;
 }
 
-/// For messages: the wanted number, and the scene key that can replace it.
-struct Wanted {
-    std::string what, give;
+/// The rows of a table that closures need, interpolated.
+class Interpolated {
+public:
+    Interpolated(const Table& table, const std::vector<Input>& of, const StatePoint& point) {
+        for (const Input input : of)
+            if (!may_be_absent(input) || find_row(table, row_name(input)) != nullptr)
+                rows_.emplace_back(input, SmoothCoefficient(table, row_name(input), point.varied, point.outside));
+    }
+    Measured at(double bead_fraction, double rod_fraction) const {
+        Measured measured{.bead_fraction = bead_fraction, .rod_fraction = rod_fraction};
+        for (const auto& [input, row] : rows_) {
+            const Uncertain found = row.at(bead_fraction, rod_fraction);
+            put(measured, input, found.value, found.error);
+        }
+        return measured;
+    }
+
+private:
+    std::vector<std::pair<Input, SmoothCoefficient>> rows_;
 };
 
-/// The interpolated rows of the table at a point; those `under` the wanted number are its divisors.
-Measured measured_at(const Table& table, const std::vector<Input>& of, const std::vector<Input>& under,
-                     const StatePoint& point, const Wanted& wanted) {
-    Measured measured{.bead_fraction = point.bead_fraction, .rod_fraction = point.rod_fraction};
-    for (const Input input : of) {
-        if (may_be_absent(input) && find_row(table, row_name(input)) == nullptr) continue;
-        const Uncertain found = SmoothCoefficient(table, row_name(input), point.varied, point.outside)
-                                    .at(point.bead_fraction, point.rod_fraction);
-        const bool divides = std::find(under.begin(), under.end(), input) != under.end();
-        const std::string why = divides ? divisor_refusal(input, found.value, found.error) : "";
-        require(why.empty(), {}, "{}: {}; expected a smaller error: run more trials, or set {} in the scene",
-                wanted.what, why, wanted.give);
-        put(measured, input, found.value, found.error);
+/// A wanted number needs its divisors to be significantly different from 0; `give`: the scene key that can replace it.
+void check_divisors(const Measured& measured, const std::vector<Input>& under, const std::string& what,
+                    const std::string& give) {
+    for (const Input input : under) {
+        const std::string why = divisor_refusal(input, measured[input], measured.errors[input]);
+        require(why.empty(), {}, "{}: {}; expected a smaller error: run more trials, or set {} in the scene", what, why,
+                give);
     }
-    return measured;
 }
 
 /// The one or two nodes of an axis around a position: the first, and one past the last.
@@ -75,34 +85,24 @@ Origin origin_of(const Closure& closure, const Table& table, const Measured& mea
     return any_short && closure.origin == Origin::measured ? Origin::measured_short : closure.origin;
 }
 
-/// Half of the distance from 16 to 84 % of a formula over redrawn tables, in which c follows from the other rows.
-class RedrawnInputs {
+/// Half of the distance from 16 to 84 % of formulas over redrawn tables, in which c follows from the other rows.
+class DrawnInputs {
 public:
-    RedrawnInputs(const Table& table, const std::vector<Input>& of, const StatePoint& point, const Wanted& wanted) {
-        constexpr int draws = 200;
+    DrawnInputs(const Table& table, const std::vector<Input>& of, const StatePoint& point) {
         std::vector<std::string> rows;
         for (const Input input : of) rows.emplace_back(row_name(input));
-        for (const Table& redrawn : redrawn_tables(table, rows, draws))
-            drawn_.push_back(measured_at(redrawn, of, {}, point, wanted));
+        for (const Table& redrawn : redrawn_tables(table, rows, point_draws))
+            drawn_.push_back(Interpolated(redrawn, of, point).at(point.bead_fraction, point.rod_fraction));
     }
     double error_of(const Formula& formula) const {
         std::vector<double> values;
         for (const Measured& one : drawn_) values.push_back(formula(one));
-        const auto [low, middle, high] = quantiles_of(std::move(values));
-        return 0.5 * (high - low);
+        return half_width(std::move(values));
     }
 
 private:
     std::vector<Measured> drawn_;
 };
-
-/// Whether c follows from other rows anywhere.
-bool derives_contact(const Table& table, std::size_t varied) {
-    bool derives = false;
-    for (std::size_t bead = 0; bead < table.bead_fractions.size(); ++bead)
-        derives = derives || contact_slopes(table, varied, bead);
-    return derives;
-}
 
 /// The closure of a key for p of this kind.
 Closure closure_for(const std::string& key, OrderKind kind) {
@@ -111,11 +111,19 @@ Closure closure_for(const std::string& key, OrderKind kind) {
     return scaled(closure, {rod_area}, [](const Measured& at) { return at.rod_density(); });
 }
 
-/// A number with the error of independent inputs.
-Uncertain number_at(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind) {
-    const Closure closure = closure_for(key, kind);
-    const Measured measured = measured_at(table, closure.of, closure.under, point, {.what = key, .give = key});
-    return evaluated(measured, closure.of, closure.value);
+/// The inputs of all these closures.
+std::vector<Input> inputs_of(const std::vector<Closure>& closures) {
+    std::vector<Input> inputs;
+    for (const Closure& closure : closures)
+        for (const Input input : closure.of)
+            if (std::find(inputs.begin(), inputs.end(), input) == inputs.end()) inputs.push_back(input);
+    return inputs;
+}
+
+std::vector<Closure> closures_for(const std::vector<std::string>& keys, OrderKind kind) {
+    std::vector<Closure> found;
+    for (const std::string& key : keys) found.push_back(closure_for(key, kind));
+    return found;
 }
 }  // namespace
 
@@ -131,51 +139,65 @@ const std::vector<std::string>& calibrated_keys() {
     return keys;
 }
 
-FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind) {
-    const Closure closure = closure_for(key, kind);
-    const Wanted wanted{.what = key, .give = key};
-    const Measured measured = measured_at(table, closure.of, closure.under, point, wanted);
-    FieldNumber result{.number = evaluated(measured, closure.of, closure.value),
-                       .origin = origin_of(closure, table, measured, point)};
-    const auto takes = [&](Input input) {
-        return std::find(closure.of.begin(), closure.of.end(), input) != closure.of.end();
-    };
-    if (takes(contact) && takes(relaxation) && derives_contact(table, point.varied))
-        result.number.error = RedrawnInputs(table, closure.of, point, wanted).error_of(closure.value);
-    return result;
+std::vector<double> field_values(const Table& table, const std::vector<std::string>& keys, const StatePoint& point,
+                                 OrderKind kind) {
+    const std::vector<Closure> wanted = closures_for(keys, kind);
+    const Measured measured = Interpolated(table, inputs_of(wanted), point).at(point.bead_fraction, point.rod_fraction);
+    std::vector<double> values;
+    for (const Closure& closure : wanted) values.push_back(closure.value(measured));
+    return values;
+}
+
+std::vector<FieldNumber> field_numbers(const Table& table, const std::vector<std::string>& keys,
+                                       const StatePoint& point, OrderKind kind) {
+    const std::vector<Closure> wanted = closures_for(keys, kind);
+    const std::vector<Input> inputs = inputs_of(wanted);
+    const Measured measured = Interpolated(table, inputs, point).at(point.bead_fraction, point.rod_fraction);
+    for (std::size_t i = 0; i < keys.size(); ++i) check_divisors(measured, wanted[i].under, keys[i], keys[i]);
+    const DrawnInputs drawn(table, inputs, point);
+    std::vector<FieldNumber> numbers;
+    for (const Closure& closure : wanted)
+        numbers.push_back({.number = {.value = closure.value(measured), .error = drawn.error_of(closure.value)},
+                           .origin = origin_of(closure, table, measured, point)});
+    return numbers;
+}
+
+namespace {
+const std::vector<std::string> node_keys{"uniform.bead_density",  "uniform.rod_density",  "relaxation.rate",
+                                         "relaxation.contact",    "weathercock.strength", "driving.strength",
+                                         "relaxation.saturation", "drag.coefficient"};
+}  // namespace
+
+void check_nodes(const Table& table, const StatePoint& point, OrderKind kind) {
+    const std::vector<Closure> wanted = closures_for(node_keys, kind);
+    const Interpolated rows(table, inputs_of(wanted), point);
+    for (const double bead : table.bead_fractions)
+        for (const double rod : table.rod_fractions)
+            for (std::size_t i = 0; i < wanted.size(); ++i)
+                check_divisors(rows.at(bead, rod), wanted[i].under, node_keys[i], node_keys[i]);
 }
 
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind) {
     require(!table.rod_fractions.empty(), {}, "the table has no area fractions of rods; expected a table that has");
+    const std::vector<Closure> wanted = closures_for(node_keys, kind);
+    const Interpolated rows(table, inputs_of(wanted), point);
+    const auto values_at = [&](double bead, double rod) {
+        const Measured measured = rows.at(bead, rod);
+        std::vector<double> values;
+        for (const Closure& closure : wanted) values.push_back(closure.value(measured));
+        return values;
+    };
     physics::TableData data;
-    const auto number = [&](const char* key, double beads, double rods) {
-        StatePoint node = point;
-        node.bead_fraction = beads;
-        node.rod_fraction = rods;
-        return number_at(table, key, node, kind);
-    };
-    const double beads = table.bead_fractions.front(), rods = table.rod_fractions.front();
-    for (const double fraction : table.bead_fractions)
-        data.bead_density.push_back(number("uniform.bead_density", fraction, rods).value);
-    for (const double fraction : table.rod_fractions)
-        data.rod_density.push_back(number("uniform.rod_density", beads, fraction).value);
-    const auto add = [&](const std::string& key, const Uncertain& found) {
-        data.columns[key].values.push_back(found.value);
-        data.columns[key].errors.push_back(found.error);
-    };
+    for (const double bead : table.bead_fractions)
+        data.bead_density.push_back(values_at(bead, table.rod_fractions.front())[0]);
+    for (const double rod : table.rod_fractions)
+        data.rod_density.push_back(values_at(table.bead_fractions.front(), rod)[1]);
     for (const double bead : table.bead_fractions)
         for (const double rod : table.rod_fractions) {
-            // A column replaces a and c: it is a - c sigma.
-            const Uncertain a = number("relaxation.rate", bead, rod), c = number("relaxation.contact", bead, rod);
-            const double sigma = number("uniform.rod_density", bead, rod).value;
-            add("relaxation.rate", {.value = a.value - c.value * sigma, .error = std::hypot(a.error, c.error * sigma)});
-            add("weathercock.strength", number("weathercock.strength", bead, rod));
-            for (const char* key : {"relaxation.saturation", "drag.coefficient"})
-                data.columns[key].values.push_back(number(key, bead, rod).value);
-            // alpha/Gamma is measured as one: its error is with alpha.
-            const Uncertain ratio = SmoothCoefficient(table, row_name(drag), point.varied).at(bead, rod);
-            const double driving = number("driving.strength", bead, rod).value;
-            add("driving.strength", {.value = driving, .error = std::abs(driving / ratio.value) * ratio.error});
+            std::vector<double> values = values_at(bead, rod);
+            values[2] -= values[3] * values[1];  // a column replaces a and c: it is a - c sigma
+            for (std::size_t i = 2; i < values.size(); ++i)
+                if (node_keys[i] != "relaxation.contact") data.columns[node_keys[i]].values.push_back(values[i]);
         }
     data.outside = point.outside == physics::Outside::hold ? "hold" : "refuse";
     return data;
@@ -183,10 +205,9 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
 
 MeanField mean_field(const Table& table, const StatePoint& point) {
     const std::vector<Input> all{relaxation, weathercock, drag, cubic, response, contact, rod_area};
-    const Wanted wanted{.what = "the order of the mean field", .give = "relaxation.rate"};
-    const Measured measured = measured_at(table, all, {relaxation, rod_area}, point, wanted);
-    // c follows from the others, and P has zero slope below g = 2 and an infinite one just above it.
-    const RedrawnInputs redrawn(table, all, point, wanted);
+    const Measured measured = Interpolated(table, all, point).at(point.bead_fraction, point.rod_fraction);
+    check_divisors(measured, {relaxation, rod_area}, "the order of the mean field", "relaxation.rate");
+    const DrawnInputs redrawn(table, all, point);
     const auto of = [&](const Formula& formula) {
         return Uncertain{.value = formula(measured), .error = redrawn.error_of(formula)};
     };

@@ -2,7 +2,10 @@
 #include "drover/calibrate/fill_model.hpp"
 
 #include <algorithm>
+#include <cmath>
 
+#include "calibrate/closures.hpp"
+#include "calibrate/redraw.hpp"
 #include "drover/physics/coefficient_registry.hpp"
 
 namespace drover::calibrate {
@@ -36,10 +39,6 @@ void check_range(const Range& range, const std::string& key, const Uncertain& fo
             range.min_open ? ">" : ">=", range.min);
 }
 
-void scale(double factor, physics::TableColumn& column) {
-    for (std::vector<double>* numbers : {&column.values, &column.errors})
-        for (double& number : *numbers) number *= factor;
-}
 }  // namespace
 
 std::vector<std::string> missing_keys(const physics::Model& model, bool local,
@@ -53,32 +52,101 @@ std::vector<std::string> missing_keys(const physics::Model& model, bool local,
     return missing;
 }
 
+namespace {
+OrderKind order_kind(const physics::Model& model) {
+    return physics::form(model).order_is_density ? OrderKind::density : OrderKind::orientation;
+}
+
+/// The table has lambda; a scene may want lambda_s.
+double lambda_factor(const physics::Model& model, const std::string& key) {
+    const bool single = key == "weathercock.strength" && model.weathercock.convention == "single-rod";
+    return single ? physics::single_rod_factor : 1.0;
+}
+
+std::vector<std::string> without_nodes(std::vector<std::string> keys) {
+    std::erase(keys, all_nodes);
+    return keys;
+}
+
+void fill_nodes(const Table& table, const StatePoint& point, physics::Model& model) {
+    model.table = density_table(table, point, order_kind(model));
+    const std::string key = "weathercock.strength";
+    for (double& number : model.table.columns[key].values) number *= lambda_factor(model, key);
+}
+
+/// But for the rounding of a scene in text.
+bool is_close(double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(b); }
+
+bool has_nodes_of(const Table& table, const StatePoint& point, const physics::Model& model) {
+    physics::Model filled = model;
+    fill_nodes(table, point, filled);
+    for (const auto& [key, column] : filled.table.columns) {
+        const std::vector<double>& values = model.table.column(key).values;
+        if (!std::equal(values.begin(), values.end(), column.values.begin(), column.values.end(), is_close))
+            return false;
+    }
+    return true;
+}
+
+void set_number(const std::vector<physics::ModelSection>& sections, const std::string& key, const Uncertain& number,
+                physics::Model& model) {
+    const physics::ModelKey* place = find_key(sections, key);
+    require(place != nullptr, {}, "{} is not a number of the model", key);
+    check_range(place->description.range, key, number);
+    place->set(model, number.value);
+}
+}  // namespace
+
 FilledModel fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
                        physics::Model& model) {
-    const OrderKind kind = physics::form(model).order_is_density ? OrderKind::density : OrderKind::orientation;
-    // The table has lambda; a scene may want lambda_s.
-    const double lambda_factor = model.weathercock.convention == "single-rod" ? physics::single_rod_factor : 1.0;
     const std::vector<physics::ModelSection> sections = physics::model_sections();
+    const std::vector<std::string> numbers = without_nodes(keys);
+    const std::vector<FieldNumber> found = field_numbers(table, numbers, point, order_kind(model));
     FilledModel result;
-    for (const std::string& key : keys) {
-        if (key == all_nodes) {
-            model.table = density_table(table, point, kind);
-            scale(lambda_factor, model.table.columns["weathercock.strength"]);
-            result.filled.push_back(std::string(all_nodes) + ": at the nodes of the table");
-            continue;
-        }
-        FieldNumber found = field_number(table, key, point, kind);
-        if (key == "weathercock.strength") {
-            found.number.value *= lambda_factor;
-            found.number.error *= lambda_factor;
-        }
-        const physics::ModelKey* place = find_key(sections, key);
-        require(place != nullptr, {}, "{} is not a number of the model", key);
-        check_range(place->description.range, key, found.number);
-        place->set(model, found.number.value);
-        result.filled.push_back(key + ": " + origin_name(found.origin) + ", " + number_text(found.number));
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const double factor = lambda_factor(model, numbers[i]);
+        const Uncertain number{.value = factor * found[i].number.value, .error = factor * found[i].number.error};
+        set_number(sections, numbers[i], number, model);
+        result.filled.push_back(numbers[i] + ": " + origin_name(found[i].origin) + ", " + number_text(number));
+    }
+    if (numbers.size() < keys.size()) {
+        check_nodes(table, point, order_kind(model));
+        fill_nodes(table, point, model);
+        result.filled.push_back(std::string(all_nodes) + ": at the nodes of the table");
     }
     return result;
+}
+
+std::vector<physics::Model> redrawn_models(const Table& table, const StatePoint& point,
+                                           const std::vector<std::string>& keys, const physics::Model& model,
+                                           int count) {
+    const std::vector<physics::ModelSection> sections = physics::model_sections();
+    std::vector<std::string> numbers = without_nodes(keys), rows;
+    // A resolved scene may have been changed since: numbers that are not those of the table have no error from it.
+    const auto is_of_table = [&](const std::string& key) {
+        const double value = field_values(table, {key}, point, order_kind(model)).front() * lambda_factor(model, key);
+        const physics::ModelKey* place = find_key(sections, key);
+        if (place == nullptr) return false;
+        const Value held = place->get(model);
+        const auto* number = std::get_if<double>(&held);
+        return number != nullptr && is_close(*number, value);
+    };
+    std::erase_if(numbers, [&](const std::string& key) { return !is_of_table(key); });
+    const bool has_nodes =
+        std::find(keys.begin(), keys.end(), all_nodes) != keys.end() && has_nodes_of(table, point, model);
+    for (std::size_t input = 0; input < input_count; ++input) rows.emplace_back(row_name(static_cast<Input>(input)));
+    std::vector<physics::Model> models;
+    for (const Table& redrawn : redrawn_tables(table, rows, count)) try {
+            physics::Model one = model;
+            const std::vector<double> values = field_values(redrawn, numbers, point, order_kind(model));
+            for (std::size_t i = 0; i < numbers.size(); ++i)
+                set_number(sections, numbers[i], {.value = lambda_factor(model, numbers[i]) * values[i]}, one);
+            if (has_nodes) fill_nodes(redrawn, point, one);
+            models.push_back(std::move(one));
+        } catch (const Error&) {
+            continue;
+        }
+    return models;
 }
 
 std::vector<std::string> expected_texts(const Table& table, const StatePoint& point) {

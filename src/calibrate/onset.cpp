@@ -1,4 +1,4 @@
-// calibrate/onset.cpp: crossings of two interpolated rows of a table, with errors from redrawn tables.
+// calibrate/onset.cpp: crossings of two interpolated rows of a table, with errors from draws.
 #include "drover/calibrate/onset.hpp"
 
 #include <algorithm>
@@ -8,7 +8,9 @@
 #include <optional>
 
 #include "calibrate/redraw.hpp"
+#include "drover/base/draws.hpp"
 #include "drover/physics/coefficients.hpp"
+#include "numerics/band_end.hpp"
 #include "numerics/bracket.hpp"
 
 namespace drover::calibrate {
@@ -34,7 +36,7 @@ std::vector<double> refined(const std::vector<double>& nodes, int subdivisions) 
     return points;
 }
 
-/// The coefficients of one table, measured or redrawn.
+/// The coefficients of one table, measured or drawn.
 struct Coefficients {
     SmoothCoefficient drag, relaxation, weathercock;
     std::optional<SmoothCoefficient> contact, area;
@@ -46,73 +48,116 @@ struct Coefficients {
           area(if_present(table, rows[4], varied)) {}
 
     /// c sigma; 0 in a table without c.
-    Uncertain by_contacts(double bead, double rod) const {
-        if (!contact || !area) return {};
-        const double sigma = rod / area->at(bead, rod).value;
-        const Uncertain c = contact->at(bead, rod);
-        return {.value = c.value * sigma, .error = c.error * sigma};
+    double by_contacts(double bead, double rod) const {
+        if (!contact || !area) return 0.0;
+        return contact->table().at(bead, rod).value * rod / area->table().at(bead, rod).value;
     }
     /// lambda alpha/Gamma + c sigma - a: positive where flocks are expected, and valid for lambda <= 0.
     double excess(double bead, double rod, Convention convention) const {
         const double lambda = (convention == Convention::mean ? 1.0 : physics::single_rod_factor) *
                               weathercock.table().at(bead, rod).value;
-        return lambda * drag.table().at(bead, rod).value + by_contacts(bead, rod).value -
+        return lambda * drag.table().at(bead, rod).value + by_contacts(bead, rod) -
                relaxation.table().at(bead, rod).value;
     }
     double alignment(double bead, double rod) const {
-        const double a = relaxation.at(bead, rod).value;
+        const double a = relaxation.table().at(bead, rod).value;
         return 2.0 * (excess(bead, rod, Convention::mean) + a) / a;
     }
-    Uncertain threshold(double bead, double rod) const {
-        const Uncertain a = relaxation.at(bead, rod), lambda = weathercock.at(bead, rod), c = by_contacts(bead, rod);
-        const double left = a.value - c.value, value = left / lambda.value;
-        return {.value = value,
-                .error = std::hypot(std::hypot(a.error, c.error), value * lambda.error) / std::abs(lambda.value)};
+    double threshold(double bead, double rod) const {
+        const double a = relaxation.table().at(bead, rod).value;
+        return (a - by_contacts(bead, rod)) / weathercock.table().at(bead, rod).value;
     }
 };
 
-/// The smallest area fraction of beads at which the excess becomes positive; NaN if there is none.
-double first_crossing(const Coefficients& coefficients, const std::vector<double>& beads, double rod,
-                      Convention convention) {
+/// Changes of the sign of the excess along the area fraction of beads.
+std::vector<Crossing> crossings_of(const Coefficients& coefficients, const std::vector<double>& beads, double rod,
+                                   Convention convention) {
     constexpr double tolerance = 1e-10;
+    std::vector<Crossing> found;
     double before = coefficients.excess(beads.front(), rod, convention);
     for (std::size_t i = 1; i < beads.size(); ++i) {
         const double here = coefficients.excess(beads[i], rod, convention);
-        if (before < 0.0 && here >= 0.0) {
+        if ((before < 0.0) != (here < 0.0)) {
             const auto at = [&](double t) {
                 return coefficients.excess(beads[i - 1] + t * (beads[i] - beads[i - 1]), rod, convention);
             };
             std::size_t calls = 0;
-            return beads[i - 1] +
-                   numerics::sign_change(at, before, at(0.5), here, tolerance, calls) * (beads[i] - beads[i - 1]);
+            const double part = numerics::sign_change(at, before, at(0.5), here, tolerance, calls);
+            found.push_back({.bead_fraction = beads[i - 1] + part * (beads[i] - beads[i - 1]),
+                             .begins = before < 0.0,
+                             .low = none,
+                             .high = none});
         }
         before = here;
     }
-    return none;
+    return found;
 }
 
-Crossing crossing_of(const Coefficients& measured, const std::vector<Coefficients>& redrawn,
-                     const std::vector<double>& beads, double rod, Convention convention) {
-    Crossing crossing{.bead_fraction = first_crossing(measured, beads, rod, convention),
-                      .error = none,
-                      .above_all = measured.excess(beads.front(), rod, convention) >= 0.0};
-    double count = 0.0, sum = 0.0, squares = 0.0;
-    std::vector<double> places;
-    for (const Coefficients& one : redrawn) {
-        const double crossed = first_crossing(one, beads, rod, convention);
-        const bool above = std::isnan(crossed) && one.excess(beads.front(), rod, convention) >= 0.0;
-        constexpr double beyond = std::numeric_limits<double>::infinity();
-        places.push_back(!std::isnan(crossed) ? crossed : above ? -beyond : beyond);
-        if (std::isnan(crossed)) continue;
-        // Relative to the measured crossing, if any, to avoid cancellation.
-        const double from = std::isnan(crossing.bead_fraction) ? beads.front() : crossing.bead_fraction;
-        count += 1.0, sum += crossed - from, squares += (crossed - from) * (crossed - from);
+/// The excess in all draws.
+std::vector<double> excesses(const std::vector<Coefficients>& drawn, double bead, double rod, Convention convention) {
+    std::vector<double> values;
+    for (const Coefficients& one : drawn) values.push_back(one.excess(bead, rod, convention));
+    return values;
+}
+
+/// The ends of the error band around each crossing.
+void add_intervals(const std::vector<Coefficients>& drawn, const std::vector<double>& beads, double rod,
+                   Convention convention, Crossings& crossings) {
+    const int count = static_cast<int>(beads.size());
+    const auto place = [&](int i) { return beads[static_cast<std::size_t>(i)]; };
+    const auto deviation = [&](int i) { return crossings.deviation[static_cast<std::size_t>(i)]; };
+    for (Crossing& one : crossings.all) {
+        const int above =
+            static_cast<int>(std::upper_bound(beads.begin(), beads.end(), one.bead_fraction) - beads.begin());
+        std::vector<double> values = excesses(drawn, one.bead_fraction, rod, convention);
+        std::sort(values.begin(), values.end());
+        const double here = over_error(values);
+        one.low = numerics::band_end(one.bead_fraction, here, above - 1, -1, count, place, deviation);
+        one.high = numerics::band_end(one.bead_fraction, here, above, 1, count, place, deviation);
+        one.is_alone = std::none_of(crossings.all.begin(), crossings.all.end(), [&](const Crossing& other) {
+            const bool below = std::isfinite(one.low) && other.bead_fraction < one.low;
+            const bool beyond = std::isfinite(one.high) && other.bead_fraction > one.high;
+            return other.bead_fraction != one.bead_fraction && !below && !beyond;
+        });
     }
-    if (!redrawn.empty()) crossing.share = count / static_cast<double>(redrawn.size());
-    crossing.quantiles = quantiles_of(std::move(places));
-    if (count > 1.0 && !std::isnan(crossing.bead_fraction))
-        crossing.error = std::sqrt((squares - sum * sum / count) / (count - 1.0));
-    return crossing;
+}
+
+Crossings find_all(const Coefficients& measured, const std::vector<Coefficients>& drawn,
+                   const std::vector<double>& beads, double rod, Convention convention) {
+    Crossings found{.all = crossings_of(measured, beads, rod, convention),
+                    .above_all = measured.excess(beads.front(), rod, convention) >= 0.0,
+                    .excess = {},
+                    .share = {},
+                    .deviation = {}};
+    for (const double bead : beads) found.excess.push_back(measured.excess(bead, rod, convention));
+    if (drawn.empty()) {
+        found.share = found.deviation = std::vector<double>(beads.size(), none);
+        return found;
+    }
+    const auto count = static_cast<double>(drawn.size());
+    std::vector<std::size_t> changes(drawn.size(), 0);
+    std::vector<bool> is_flock(drawn.size());
+    for (std::size_t i = 0; i < beads.size(); ++i) {
+        std::vector<double> values = excesses(drawn, beads[i], rod, convention);
+        double flocks = 0.0;
+        for (std::size_t k = 0; k < values.size(); ++k) {
+            const bool here = values[k] >= 0.0;
+            if (i > 0 && here != is_flock[k]) ++changes[k];
+            is_flock[k] = here;
+            flocks += here ? 1.0 : 0.0;
+        }
+        found.share.push_back(flocks / count);
+        std::sort(values.begin(), values.end());
+        found.deviation.push_back(over_error(values));
+    }
+    for (const std::size_t crossings : changes) {
+        if (crossings > 0) found.any += 1.0;
+        if (crossings == found.all.size()) found.as_many += 1.0;
+        if (crossings > found.all.size()) found.more += 1.0;
+    }
+    for (double* share : {&found.any, &found.as_many, &found.more}) *share /= count;
+    add_intervals(drawn, beads, rod, convention, found);
+    return found;
 }
 
 void check_axes(const Table& table) {
@@ -130,7 +175,9 @@ std::vector<OnsetPlace> find_crossings(const Table& table, std::size_t varied, c
     const std::vector<double> beads = refined(table.bead_fractions, subdivisions);
     std::vector<OnsetPlace> places;
     for (const double rod : rod_fractions) {
-        OnsetPlace place{.bead_fraction = first_crossing(measured, beads, rod, Convention::mean),
+        const std::vector<Crossing> all = crossings_of(measured, beads, rod, Convention::mean);
+        const auto first = std::find_if(all.begin(), all.end(), [](const Crossing& one) { return one.begins; });
+        OnsetPlace place{.bead_fraction = first == all.end() ? none : first->bead_fraction,
                          .excess = measured.excess(beads.front(), rod, Convention::mean)};
         place.above_all = place.excess >= 0.0;
         constexpr double step = 1e-4;
@@ -149,36 +196,40 @@ std::vector<OnsetPlace> find_crossings(const Table& table, std::size_t varied, c
     return places;
 }
 
-Onset find_onset(const Table& table, std::size_t varied, int subdivisions, int redrawn) {
-    require(subdivisions >= 1 && redrawn >= 0, {},
-            "{} subdivisions of an interval, {} redrawn tables; expected at least 1 and at least 0", subdivisions,
-            redrawn);
+Onset find_onset(const Table& table, std::size_t varied, int subdivisions, int draws) {
+    require(subdivisions >= 1 && draws >= 0, {},
+            "{} subdivisions of an interval, {} draws; expected at least 1 and at least 0", subdivisions, draws);
     check_axes(table);
     const Coefficients measured(table, varied);
-    std::vector<Coefficients> others;
-    for (const Table& one : redrawn_tables(table, {rows.begin(), rows.end()}, redrawn))
-        others.emplace_back(one, varied);
-    Onset onset{.bead_fractions = refined(table.bead_fractions, subdivisions), .curves = {}, .line = {}};
-    const auto crossings = [&](OnsetCurve& curve) {
+    std::vector<Coefficients> drawn;
+    for (const Table& one : redrawn_tables(table, {rows.begin(), rows.end()}, draws)) drawn.emplace_back(one, varied);
+    Onset onset{.draws = draws,
+                .bead_fractions = refined(table.bead_fractions, subdivisions),
+                .curves = {},
+                .plane = {}};
+    const auto point_of = [&](double rod) {
+        OnsetCurve point{.rod_fraction = rod, .drag = {}, .threshold = {}, .alignment = {}};
         for (const Convention convention : {Convention::mean, Convention::single_rod})
-            curve.crossings[static_cast<int>(convention)] =
-                crossing_of(measured, others, onset.bead_fractions, curve.rod_fraction, convention);
+            point.crossings[static_cast<int>(convention)] =
+                find_all(measured, drawn, onset.bead_fractions, rod, convention);
+        return point;
     };
     for (const double rod : table.rod_fractions) {
-        OnsetCurve curve{.rod_fraction = rod, .drag = {}, .threshold = {}, .alignment = {}};
+        OnsetCurve curve = point_of(rod);
         for (const double bead : onset.bead_fractions) {
-            curve.drag.push_back(measured.drag.at(bead, rod));
-            curve.threshold.push_back(measured.threshold(bead, rod));
+            const auto with_error = [&](auto value_in) {
+                std::vector<double> values;
+                for (const Coefficients& one : drawn) values.push_back(value_in(one));
+                return Uncertain{.value = value_in(measured), .error = half_width(std::move(values))};
+            };
+            curve.drag.push_back(
+                with_error([&](const Coefficients& in) { return in.drag.table().at(bead, rod).value; }));
+            curve.threshold.push_back(with_error([&](const Coefficients& in) { return in.threshold(bead, rod); }));
             curve.alignment.push_back(measured.alignment(bead, rod));
         }
-        crossings(curve);
         onset.curves.push_back(std::move(curve));
     }
-    for (const double rod : refined(table.rod_fractions, subdivisions)) {
-        OnsetCurve point{.rod_fraction = rod, .drag = {}, .threshold = {}, .alignment = {}};
-        crossings(point);
-        onset.line.push_back(point);
-    }
+    for (const double rod : refined(table.rod_fractions, subdivisions)) onset.plane.push_back(point_of(rod));
     return onset;
 }
 

@@ -2,15 +2,22 @@
 #include "calibrate/redraw.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "calibrate/closures.hpp"
-#include "drover/base/random.hpp"
+#include "drover/base/draws.hpp"
 
 namespace drover::calibrate {
 
+namespace {
+/// Draws of one entry for all tables.
+std::vector<double> draws_of(const std::string& row, std::size_t entry, std::size_t count) {
+    std::uint64_t named = 14695981039346656037u;  // FNV-1a
+    for (const char letter : row) named = (named ^ static_cast<unsigned char>(letter)) * 1099511628211u;
+    return normal_draws(named, entry, count);
+}
+}  // namespace
+
 std::vector<Table> redrawn_tables(const Table& table, const std::vector<std::string>& rows, int count) {
-    const std::vector<Uncertain> contacts = contact_alone(table);
     const auto is_wanted = [&](const std::string& name) {
         return std::find(rows.begin(), rows.end(), name) != rows.end();
     };
@@ -19,37 +26,31 @@ std::vector<Table> redrawn_tables(const Table& table, const std::vector<std::str
         return !is_wanted(row.name) && !row.name.starts_with("alignment_") && !row.name.starts_with("contact_") &&
                row.name != straight_drag;
     });
-    std::vector<Table> tables;
-    for (int number = 0; number < count; ++number) {
-        Table& redrawn = tables.emplace_back(few);
-        std::vector<double> normal;
-        const auto draw = [&](std::size_t row, std::size_t size) {
-            normal.resize(size);
-            RandomKey key{.seed = static_cast<std::uint64_t>(number), .stream = Stream::bootstrap};
-            key.substep = static_cast<std::uint32_t>(row);
-            fill_normal(key, 0, 1, normal);
-        };
-        for (std::size_t r = 0; r < redrawn.rows.size(); ++r) {
-            TableRow& row = redrawn.rows[r];
-            if (row.name == row_name(contact) || !is_wanted(row.name)) continue;
-            draw(r, row.entries.size());
-            for (std::size_t i = 0; i < normal.size(); ++i) row.entries[i].value += normal[i] * row.entries[i].error;
+    for (TableRow& row : few.rows)
+        for (TableEntry& entry : row.entries)
+            if (entry.origin != Origin::missing) entry.remark.clear();
+    const auto draws = static_cast<std::size_t>(count);
+    std::vector<Table> tables(draws, few);
+    for (std::size_t r = 0; r < few.rows.size(); ++r) {
+        const TableRow& row = few.rows[r];
+        for (std::size_t i = 0; i < row.entries.size(); ++i) {
+            const double error = row.entries[i].error;
+            if (row.name == row_name(contact) || !is_wanted(row.name) || !(error > 0.0)) continue;
+            const std::vector<double> normal = draws_of(row.name, i, draws);
+            for (std::size_t k = 0; k < draws; ++k) tables[k].rows[r].entries[i].value += normal[k] * error;
         }
-        const std::vector<Uncertain> derived = contact_alone(redrawn);
-        draw(redrawn.rows.size(), derived.size());
-        for (TableRow& row : redrawn.rows)
+    }
+    if (find_row(few, row_name(contact)) == nullptr) return tables;
+    const std::vector<Uncertain> alone = contact_alone(table);
+    std::vector<std::vector<double>> normal;
+    for (std::size_t i = 0; i < alone.size(); ++i) normal.push_back(draws_of(row_name(contact), i, draws));
+    for (std::size_t k = 0; k < draws; ++k) {
+        const std::vector<Uncertain> derived = contact_alone(tables[k]);
+        for (TableRow& row : tables[k].rows)
             for (std::size_t i = 0; row.name == row_name(contact) && i < derived.size(); ++i)
-                row.entries[i].value = derived[i].value + normal[i] * contacts[i].error;
+                row.entries[i].value = derived[i].value + normal[i][k] * alone[i].error;
     }
     return tables;
-}
-
-std::array<double, 3> quantiles_of(std::vector<double> values) {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    if (values.empty()) return {none, none, none};
-    std::sort(values.begin(), values.end());
-    const auto at = [&](double part) { return values[static_cast<std::size_t>(part * double(values.size() - 1))]; };
-    return {at(0.16), at(0.5), at(0.84)};
 }
 
 }  // namespace drover::calibrate

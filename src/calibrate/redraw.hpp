@@ -1,6 +1,5 @@
 // calibrate/redraw.hpp: tables whose numbers are drawn anew within their errors.
 #pragma once
-#include <array>
 #include <string>
 #include <vector>
 
@@ -8,12 +7,13 @@
 
 namespace drover::calibrate {
 
+/// Of errors of numbers at one point: half widths are then known to a few per cent also where they are skewed.
+inline constexpr int point_draws = 400;
+
 /// Tables with normal errors added to the entries of these rows, as far as the table has them.  Errors are independent
 /// but for that of c, which is always drawn anew: it is derived from the redrawn rows and gets its own error.  A table
-/// with more alignment by the flow has less by contacts, since their sum was measured.
+/// with more alignment by the flow has less by contacts, since their sum was measured.  An entry has the same draws
+/// whatever the other rows are.
 std::vector<Table> redrawn_tables(const Table& table, const std::vector<std::string>& rows, int count);
-
-/// 16, 50 and 84 % of values; NaN for none.
-std::array<double, 3> quantiles_of(std::vector<double> values);
 
 }  // namespace drover::calibrate

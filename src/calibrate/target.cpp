@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "calibrate/closures.hpp"
+#include "drover/base/draws.hpp"
 #include "drover/calibrate/onset.hpp"
 
 namespace drover::calibrate {
@@ -166,12 +167,6 @@ std::vector<std::vector<Value>> redrawn_values(const std::vector<Target>& target
     return values;
 }
 
-/// 16, 50 and 84 %.
-std::array<double, 3> quantiles_of(const std::vector<double>& sorted) {
-    const auto at = [&](double part) { return sorted[static_cast<std::size_t>(part * double(sorted.size() - 1))]; };
-    return {at(0.16), at(0.5), at(0.84)};
-}
-
 void set_error(const Target& target, const std::vector<Value>& redrawn, TargetResult& result) {
     std::vector<double> values{result.value}, slopes;
     for (const Value& one : redrawn) {
@@ -180,7 +175,8 @@ void set_error(const Target& target, const std::vector<Value>& redrawn, TargetRe
     }
     std::sort(values.begin(), values.end());
     std::sort(slopes.begin(), slopes.end());
-    result.quantiles = quantiles_of(values);
+    result.quantiles = {quantile(values, below_one_sigma), quantile(values, 0.5),
+                        quantile(values, 1.0 - below_one_sigma)};
     const auto [low, median, high] = result.quantiles;
     const auto same = static_cast<double>(std::count(values.begin(), values.end(), median));
     constexpr double nearly_all = 0.975;
@@ -188,8 +184,7 @@ void set_error(const Target& target, const std::vector<Value>& redrawn, TargetRe
     result.error = std::isfinite(low) && std::isfinite(high) ? 0.5 * (high - low) : beyond;
     result.allowed = target.error * (target.is_relative ? std::abs(median) : 1.0);
     if (slopes.empty()) return;
-    const auto [shallow, middle, steep] = quantiles_of(slopes);
-    result.slope_error = 0.5 * (steep - shallow) / middle;
+    result.slope_error = half_width(slopes) / quantile(slopes, 0.5);
 }
 }  // namespace
 

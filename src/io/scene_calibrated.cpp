@@ -33,14 +33,18 @@ bool has_mean_field_of_table(const Scene& scene, const std::vector<std::string>&
     return !scene.calibrated.table.empty() && !is_given(scene, "relaxation.contact");
 }
 
+calibrate::StatePoint point_of(const Scene& scene, const calibrate::Table& table) {
+    const CalibratedPlan& plan = scene.calibrated;
+    return {.bead_fraction = plan.bead_area_fraction,
+            .rod_fraction = plan.rod_area_fraction,
+            .varied = varied_of(scene, table),
+            .outside = plan.outside == "hold" ? physics::Outside::hold : physics::Outside::refuse};
+}
+
 void fill(Scene& scene, const std::vector<std::string>& missing) {
     CalibratedPlan& plan = scene.calibrated;
     const calibrate::Table table = read_calibration(table_file(scene));
-    const calibrate::StatePoint point{.bead_fraction = plan.bead_area_fraction,
-                                      .rod_fraction = plan.rod_area_fraction,
-                                      .varied = varied_of(scene, table),
-                                      .outside =
-                                          plan.outside == "hold" ? physics::Outside::hold : physics::Outside::refuse};
+    const calibrate::StatePoint point = point_of(scene, table);
     const calibrate::FilledModel found = calibrate::fill_model(table, point, missing, scene.model);
     plan.filled.insert(plan.filled.end(), found.filled.begin(), found.filled.end());
     if (has_mean_field_of_table(scene, missing)) plan.expected = calibrate::expected_texts(table, point);
@@ -52,6 +56,25 @@ std::string filled_name(const std::string& line) { return line.substr(0, line.fi
 bool is_from_table(const Scene& scene, const std::string& key) {
     const auto& filled = scene.calibrated.filled;
     return std::any_of(filled.begin(), filled.end(), [&](const std::string& line) { return filled_name(line) == key; });
+}
+
+std::vector<physics::Model> drawn_models(const Scene& scene, int count) {
+    const CalibratedPlan& plan = scene.calibrated;
+    if (plan.filled.empty()) return std::vector<physics::Model>(static_cast<std::size_t>(count), scene.model);
+    std::vector<std::string> keys;
+    for (const std::string& line : plan.filled) keys.push_back(filled_name(line));
+    const SourceLocation where = location_of(scene, "calibrated.table");
+    require(
+        std::filesystem::exists(table_file(scene)), where,
+        "no file {}; expected the table of the calibrated numbers, from which their errors are drawn: put it there, "
+        "or leave the errors out by boundary.draws = 0",
+        plan.table);
+    try {
+        const calibrate::Table table = read_calibration(table_file(scene));
+        return calibrate::redrawn_models(table, point_of(scene, table), keys, scene.model, count);
+    } catch (const Error& error) {
+        throw Error(error.fault(), where, error.what());
+    }
 }
 
 void fill_from_table(Scene& scene) {

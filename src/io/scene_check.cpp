@@ -390,6 +390,10 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
          .member = &BoundaryPlan::errors,
          .doc = "standard errors of numbers of the model, \"relaxation.rate = 0.02\", mutually independent; a "
                 "table provides its own"},
+        {.name = "draws",
+         .member = &BoundaryPlan::draws,
+         .range = {.min = 0, .max = 100000},
+         .doc = "draws of all numbers with errors, from which the error bands follow; 0: no bands"},
         {.name = "cells",
          .member = &BoundaryPlan::cells,
          .range = {.min = 1, .max = 2048},

@@ -1,102 +1,81 @@
-// model/boundary.cpp: lines on which a margin vanishes, and their errors.
+// model/boundary.cpp: lines on which a margin vanishes.
 #include "drover/model/boundary.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 
 namespace drover::model {
 
 namespace {
-using Points = std::vector<BoundaryPoint>;
+using Points = std::vector<numerics::PlanePoint>;
 
-/// Margins at points of a line, each of the wave that decides there: by how much it differs elsewhere does not matter
-/// to first order.
-std::vector<double> margins_along(const MarginOf& margin, const Points& line, const ComputeAll& compute) {
-    return compute(line.size(), 1, [&](std::size_t i, std::span<double> value) {
-        value[0] = margin({line[i].x, line[i].y}, &line[i].at).value;
-    });
-}
-
-/// d(margin)/d(axis scaled to 1) at each point, by central differences; one-sided at the edge of the plane.
-std::vector<double> slopes(const MarginOf& margin, double from, double to, double BoundaryPoint::*place,
-                           const Points& line, const ComputeAll& compute) {
-    constexpr double part = 1e-6;  // small beside the way to where another mode takes over; rounding 1e-12/part
-    const double step = part * (to - from);
-    const auto moved = [&](double sign) {
-        Points result = line;
-        for (BoundaryPoint& point : result)
-            point.*place = std::clamp(point.*place + sign * step, std::min(from, to), std::max(from, to));
-        return result;
-    };
-    const Points low = moved(-1.0), high = moved(1.0);
-    const std::vector<double> at_low = margins_along(margin, low, compute),
-                              at_high = margins_along(margin, high, compute);
-    std::vector<double> result;
-    for (std::size_t i = 0; i < line.size(); ++i)
-        result.push_back((at_high[i] - at_low[i]) / ((high[i].*place - low[i].*place) / (to - from)));
-    return result;
-}
-
-/// Variance of the margin at each point, the uncertain numbers being independent.
-std::vector<double> margin_variances(const Points& line, const std::vector<UncertainMargin>& uncertain,
-                                     const ComputeAll& compute) {
-    constexpr double part =
-        1e-3;  // of a standard error: the slope, on one side of a kink where another mode takes over
-    std::vector<double> variances(line.size());
-    for (const UncertainMargin& one : uncertain) {
-        const std::vector<double> low = margins_along(one(-part), line, compute),
-                                  high = margins_along(one(part), line, compute);
-        for (std::size_t i = 0; i < line.size(); ++i) {
-            const double slope = (high[i] - low[i]) / (2.0 * part);
-            variances[i] += slope * slope;
+/// Vertices of a line so that the others lie within `chord` of the polyline through them, which has no longer edge than
+/// 1/64 of the plane: near a corner the contour has thousands.
+Points thinned(const Points& line, const numerics::Rectangle& plane, double chord) {
+    constexpr double longest = 1.0 / 64.0;
+    constexpr std::size_t ahead = 256;
+    const double width = plane.x1 - plane.x0, height = plane.y1 - plane.y0;
+    const auto lies_on = [&](std::size_t first, std::size_t last) {
+        const double along_x = (line[last].x - line[first].x) / width,
+                     along_y = (line[last].y - line[first].y) / height, length = std::hypot(along_x, along_y);
+        if (length > longest) return false;
+        for (std::size_t i = first + 1; i < last; ++i) {
+            const double x = (line[i].x - line[first].x) / width, y = (line[i].y - line[first].y) / height;
+            const double part =
+                length > 0.0 ? std::clamp((x * along_x + y * along_y) / (length * length), 0.0, 1.0) : 0.0;
+            if (std::hypot(x - part * along_x, y - part * along_y) > chord) return false;
         }
+        return true;
+    };
+    Points kept{line.front()};
+    for (std::size_t first = 0; first + 1 < line.size();) {
+        std::size_t last = first + 1;
+        while (last + 1 < line.size() && last - first < ahead && lies_on(first, last + 1)) ++last;
+        kept.push_back(line[last]);
+        first = last;
     }
-    return variances;
+    return kept;
 }
 
-/// Fills in where the line would run if the uncertain numbers were off by their errors: margin + slope . shift = 0.
-void add_errors(const numerics::Rectangle& plane, const MarginOf& margin, const std::vector<UncertainMargin>& uncertain,
-                const ComputeAll& compute, Points& line) {
-    const std::vector<double> variance = margin_variances(line, uncertain, compute),
-                              by_x = slopes(margin, plane.x0, plane.x1, &BoundaryPoint::x, line, compute),
-                              by_y = slopes(margin, plane.y0, plane.y1, &BoundaryPoint::y, line, compute);
-    for (std::size_t i = 0; i < line.size(); ++i) {
-        const double square = by_x[i] * by_x[i] + by_y[i] * by_y[i];
-        const double shift = square > 0.0 ? std::sqrt(variance[i]) / square : std::numeric_limits<double>::quiet_NaN();
-        line[i].error_x = shift * by_x[i] * (plane.x1 - plane.x0);
-        line[i].error_y = shift * by_y[i] * (plane.y1 - plane.y0);
+/// Fills in the least stable waves.
+void add_margins(const MarginOf& margin, const ComputeAll& compute, BoundaryLine& line) {
+    constexpr std::size_t width = 5;
+    const std::vector<double> found =
+        compute(line.points.size(), width, [&](std::size_t i, std::span<double> numbers) {
+            const Margin at = margin({line.points[i].x, line.points[i].y});
+            const std::array all{at.value, at.angle, at.q, at.frequency, at.is_uniform ? 1.0 : 0.0};
+            std::copy(all.begin(), all.end(), numbers.begin());
+        });
+    for (std::size_t i = 0; i < line.points.size(); ++i) {
+        const double* at = &found[i * width];
+        line.points[i].at = {
+            .value = at[0], .angle = at[1], .q = at[2], .frequency = at[3], .is_uniform = at[4] != 0.0};
     }
 }
 }  // namespace
 
-Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin,
-                        const std::vector<UncertainMargin>& uncertain, const numerics::ContourOptions& options,
-                        const ComputeAll& compute) {
+Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin, const std::vector<MarginOf>& draws,
+                        const numerics::ContourOptions& options, const ComputeAll& compute) {
+    numerics::ContourOptions fine = options;
+    fine.chord = 0.5 * options.chord;
     const numerics::Contour contour =
-        numerics::trace_zero([&](const numerics::PlanePoint& point) { return margin(point, nullptr).value; }, plane,
-                             options, compute);
+        numerics::trace_zero([&](const numerics::PlanePoint& point) { return margin(point).value; }, plane, fine,
+                             compute);
     Boundary result{.lines = {},
                     .singular_points = contour.singular_points,
                     .evaluations = contour.evaluations,
                     .complete = contour.complete};
+    if (!draws.empty()) result.field = draw_field(plane, margin, draws, options.cells, compute);
     for (const numerics::ContourLine& traced : contour.lines) {
-        BoundaryLine line{.closed = traced.closed, .points = Points(traced.points.size())};
-        constexpr std::size_t width = 5;
-        const std::vector<double> found =
-            compute(line.points.size(), width, [&](std::size_t i, std::span<double> numbers) {
-                const Margin at = margin(traced.points[i], nullptr);
-                numbers[0] = at.value, numbers[1] = at.angle, numbers[2] = at.q, numbers[3] = at.frequency;
-                numbers[4] = at.is_uniform ? 1.0 : 0.0;
-            });
-        for (std::size_t i = 0; i < line.points.size(); ++i) {
-            const double* at = &found[i * width];
-            line.points[i] = {
-                .x = traced.points[i].x,
-                .y = traced.points[i].y,
-                .at = {.value = at[0], .angle = at[1], .q = at[2], .frequency = at[3], .is_uniform = at[4] != 0.0}};
+        BoundaryLine line{.closed = traced.closed, .points = {}};
+        const Points places = thinned(traced.points, plane, fine.chord);
+        for (const numerics::PlanePoint& point : places) line.points.push_back({.x = point.x, .y = point.y});
+        add_margins(margin, compute, line);
+        if (result.field) {
+            const std::vector<BandEnds> ends = band_ends(plane, *result.field, draws, places, compute);
+            for (std::size_t i = 0; i < ends.size(); ++i) line.points[i].band = ends[i];
         }
-        if (!uncertain.empty()) add_errors(plane, margin, uncertain, compute, line.points);
         result.lines.push_back(std::move(line));
     }
     return result;

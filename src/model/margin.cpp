@@ -95,17 +95,14 @@ private:
 }  // namespace
 
 Margin margin(const Equations& equations, MarginState which, const std::vector<UniformState>& guesses,
-              const GrowthSearch& search, const Margin* wave) {
+              const GrowthSearch& search) {
     const StationaryStates found = which == MarginState::isotropic
                                        ? stationary_states_near(equations, equations.reference(), guesses)
                                        : stationary_states(equations);
     const StationaryState* state = state_of(equations, found, which);
     if (state == nullptr) return {.value = none};
     const LinearisedAt at(equations, state->values);
-    const Waves waves(at, search);
-    if (wave == nullptr) return waves.least();
-    if (wave->is_uniform) return waves.uniform();
-    return wave->q > 0.0 ? waves.wave(std::log(wave->q), wave->angle) : waves.slow(wave->angle);
+    return Waves(at, search).least();
 }
 
 }  // namespace drover::model

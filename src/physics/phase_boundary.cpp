@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/constants.hpp"
+#include "drover/base/draws.hpp"
 
 namespace drover::physics {
 
@@ -56,9 +57,7 @@ Limit limit_of(const std::string& name) {
     fail_input({}, "unknown stability boundary \"{}\"; expected one of {}", name, joined(names));
 }
 
-namespace {
-/// The margin, at all angles of the limit or at a single angle.
-Margin margin_at(const Equations& e, double bead_density, double rod_density, Limit limit, const double* one_angle) {
+Margin margin(const Equations& e, double bead_density, double rod_density, Limit limit) {
     if (!has_values(e, bead_density, rod_density)) return {.value = none};
     const bool flock = limit == Limit::banding || limit == Limit::oblique;
     const double abar = flock ? none : effective_relaxation(e, bead_density, rod_density);
@@ -74,14 +73,8 @@ Margin margin_at(const Equations& e, double bead_density, double rod_density, Li
     const LongWaves waves = long_waves(e, *state);
     if (!waves.why_none.empty() || waves.right.cols() == 0) return {.value = none};
     const double direction = direction_of(state->point);
-    if (one_angle) return {.value = slow_growth(waves, direction + *one_angle).margin(), .angle = *one_angle};
     if (limit == Limit::oblique) return least_over_angles(waves, direction, is_mirrored(state->point));
     return {.value = slow_growth(waves, direction).margin()};
-}
-}  // namespace
-
-Margin margin(const Equations& equations, double bead_density, double rod_density, Limit limit) {
-    return margin_at(equations, bead_density, rod_density, limit, nullptr);
 }
 
 std::vector<Uncertain> table_errors(const Model& model) {
@@ -94,6 +87,13 @@ std::vector<Uncertain> table_errors(const Model& model) {
                      .error = error,
                      .add = [key = key, i](Model& m, double change) { m.table.columns.at(key).values[i] += change; }});
     return result;
+}
+
+void draw_errors(const std::vector<Uncertain>& uncertain, std::vector<Model>& models) {
+    for (std::size_t n = 0; n < uncertain.size(); ++n) {
+        const std::vector<double> draws = normal_draws(n, 0, models.size());
+        for (std::size_t k = 0; k < models.size(); ++k) uncertain[n].add(models[k], draws[k] * uncertain[n].error);
+    }
 }
 
 namespace {
@@ -118,18 +118,18 @@ public:
     explicit PlaneModels(const Plane& plane) : plane_(plane), base_(middle_model(plane)) {}
     PlaneModels(const Plane& plane, const PlaneModels& like) : plane_(plane), base_(middle_model(plane), like.base_) {}
 
-    Margin margin(const numerics::PlanePoint& point, Limit limit, const double* one_angle = nullptr) const {
+    Margin margin(const numerics::PlanePoint& point, Limit limit) const {
         if (plane_.x.is_density && plane_.y.is_density) {
             Model densities{.uniform = plane_.model.uniform};
             plane_.x.set(densities, point.x);
             plane_.y.set(densities, point.y);
-            return margin_at(base_, densities.uniform.bead_density, densities.uniform.rod_density, limit, one_angle);
+            return physics::margin(base_, densities.uniform.bead_density, densities.uniform.rod_density, limit);
         }
         const Model model = model_at(plane_, point);
         if (!has_values(base_, model.uniform.bead_density, model.uniform.rod_density)) return {.value = none};
         try {
-            return margin_at(Equations(model, base_), model.uniform.bead_density, model.uniform.rod_density, limit,
-                             one_angle);
+            return physics::margin(Equations(model, base_), model.uniform.bead_density, model.uniform.rod_density,
+                                   limit);
         } catch (const Error& error) {
             fail_input({}, "at {} = {}, {} = {}: {}", plane_.x.name, point.x, plane_.y.name, point.y, error.what());
         }
@@ -152,23 +152,26 @@ std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::Plan
     return result;
 }
 
-Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncertain>& uncertain,
+Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Model>& draws,
                         const numerics::ContourOptions& options, const ComputeAll& compute) {
     const PlaneModels models(plane);
-    const auto margins_of = [limit](const PlaneModels& of) {
-        return [of, limit](const numerics::PlanePoint& point, const Margin* wave) {
-            return of.margin(point, limit, wave != nullptr ? &wave->angle : nullptr);
-        };
-    };
-    std::vector<model::UncertainMargin> shifts;
-    for (const Uncertain& one : uncertain)
-        shifts.emplace_back([&, one](double part) -> model::MarginOf {
+    std::vector<model::MarginOf> drawn;
+    for (const Model& one : draws) try {
             Plane changed = plane;
-            one.add(changed.model, part * one.error);
-            return margins_of(PlaneModels(changed, models));
-        });
-    return model::trace_boundary({.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to},
-                                 margins_of(models), shifts, options, compute);
+            changed.model = one;
+            drawn.emplace_back([of = PlaneModels(changed, models), limit](const numerics::PlanePoint& point) -> Margin {
+                try {
+                    return of.margin(point, limit);
+                } catch (const Error&) {
+                    return {.value = none};
+                }
+            });
+        } catch (const Error&) {
+            continue;
+        }
+    return model::trace_boundary(
+        {.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to},
+        [&](const numerics::PlanePoint& point) { return models.margin(point, limit); }, drawn, options, compute);
 }
 
 }  // namespace drover::physics

@@ -192,13 +192,13 @@ void bind_theory(py::module_& module) {
     module.def(
         "onset",
         [](const std::filesystem::path& table, const std::optional<double>& varied, const std::optional<double>& cell,
-           const std::vector<run::AreaFractions>& points) {
-            run::TableOnset onset = run::make_onset(table, varied);
+           const std::vector<run::AreaFractions>& points, int draws) {
+            run::TableOnset onset = run::make_onset(table, varied, draws);
             if (cell) run::add_cells(onset, *cell, points);
             return Computed{std::move(onset.result), std::move(onset.scene), "onset", 1};
         },
         py::arg("table"), py::arg("varied") = py::none(), py::arg("cell") = py::none(),
-        py::arg("points") = std::vector<run::AreaFractions>{});
+        py::arg("points") = std::vector<run::AreaFractions>{}, py::arg("draws") = calibrate::onset_draws);
     module.def(
         "states",
         [](const io::Scene& scene, std::optional<double> speed, std::optional<double> settle, const std::string& follow,

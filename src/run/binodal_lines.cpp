@@ -59,15 +59,13 @@ Branches branches_of(const physics::Binodal& binodal, const physics::PlaneAxis& 
 /// The part of a line within the plane.
 physics::BoundaryLine line_in(const physics::Plane& plane, const std::vector<numerics::PlanePoint>& points,
                               bool swapped) {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
     physics::BoundaryLine line;
     const auto inside = [](const physics::PlaneAxis& axis, double value) {
         return value >= axis.from && value <= axis.to;
     };
     for (const numerics::PlanePoint& point : points) {
         const double x = swapped ? point.y : point.x, y = swapped ? point.x : point.y;
-        if (inside(plane.x, x) && inside(plane.y, y))
-            line.points.push_back({.x = x, .y = y, .error_x = none, .error_y = none, .at = {}});
+        if (inside(plane.x, x) && inside(plane.y, y)) line.points.push_back({.x = x, .y = y});
     }
     return line;
 }

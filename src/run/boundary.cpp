@@ -53,6 +53,15 @@ void warn_of_fixed_coefficients(const io::Scene& scene, const physics::Plane& pl
         calibrated.table, calibrated.bead_area_fraction, calibrated.rod_area_fraction);
 }
 
+/// The model with all its uncertain numbers drawn within their errors; none if there are no such numbers.
+std::vector<physics::Model> draws_of(const io::Scene& scene, const PlannedBoundary& planned) {
+    const bool has_errors = !planned.uncertain.empty() || !scene.calibrated.filled.empty();
+    if (!has_errors || scene.boundary.draws == 0) return {};
+    std::vector<physics::Model> models = io::drawn_models(scene, scene.boundary.draws);
+    physics::draw_errors(planned.uncertain, models);
+    return models;
+}
+
 DescribedLines lines_of(const std::string& name, const std::string& convention) {
     return {.heading = text("{} ({} convention of lambda)", name, convention),
             .names = {{.name = "limit",
@@ -86,21 +95,24 @@ Result make_boundary(const io::Scene& scene, Threads& threads, const BoundaryWor
     physics::Plane& plane = planned.plane;
     warn_of_fixed_coefficients(scene, plane);
     const physics::Form form = physics::form(scene.model);
+    std::vector<physics::Model> draws = draws_of(scene, planned);
     const DescribedPlane described_plane{.x = described(plane.x, form),
                                          .y = described(plane.y, form),
-                                         .uncertain = planned.uncertain.size(),
+                                         .draws = static_cast<std::size_t>(draws.empty() ? 0 : scene.boundary.draws),
                                          .cells = scene.boundary.cells};
     const numerics::ContourOptions options{.cells = scene.boundary.cells, .chord = scene.boundary.chord};
     List traced{.name = "traced"};
+    BandMaps bands(described_plane);
     bool complete = true;
     for (const std::string& convention : planned.conventions) {
         plane.model.weathercock.convention = convention;
+        for (physics::Model& one : draws) one.weathercock.convention = convention;
         for (const physics::Limit limit : planned.limits) {
-            const physics::Boundary boundary =
-                physics::trace_boundary(plane, limit, planned.uncertain, options, compute);
+            const physics::Boundary boundary = physics::trace_boundary(plane, limit, draws, options, compute);
             complete = complete && boundary.complete;
-            traced.rows.push_back(
-                traced_record(described_plane, lines_of(physics::limit_name(limit), convention), boundary));
+            const DescribedLines described_lines = lines_of(physics::limit_name(limit), convention);
+            traced.rows.push_back(traced_record(described_plane, described_lines, boundary));
+            bands.add(described_lines, boundary);
         }
         if (!planned.has_binodal || work.lines_alone) continue;
         const BinodalLines binodal = trace_binodal_lines(scene, plane, threads);
@@ -110,6 +122,7 @@ Result make_boundary(const io::Scene& scene, Threads& threads, const BoundaryWor
     }
     Result result{.root = plane_record(described_plane, complete, std::move(traced)),
                   .attributes = {{"boundary_x", plane.x.name}, {"boundary_y", plane.y.name}}};
+    bands.add_to(result.root);
     plane.model.weathercock.convention = planned.conventions.front();
     if (scene.boundary.map > 0 && !work.lines_alone)
         result.root.parts.push_back({"map",

@@ -10,8 +10,8 @@ namespace drover::run {
 
 struct PlannedBoundary {
     physics::Plane plane;
-    std::vector<physics::Uncertain> uncertain;
-    std::vector<std::string> conventions;  ///< of lambda: at least one
+    std::vector<physics::Uncertain> uncertain;  ///< beside those from a table of calibrated.table
+    std::vector<std::string> conventions;       ///< of lambda: at least one
     std::vector<physics::Limit> limits;
     bool has_binodal = false;  ///< with it or a limit
 };

@@ -1,25 +1,13 @@
 // run/boundary_records.cpp: vertices, lines and planes as records.
 #include "run/boundary_records.hpp"
 
-#include <cmath>
+#include <algorithm>
 
 #include "base/constants.hpp"
 
 namespace drover::run {
 
 namespace {
-
-struct Shift {
-    double along_x = 0.0, along_y = 0.0;
-};
-
-/// How far the line moves along each axis while the other is fixed, from its shift along the gradient in the plane
-/// scaled to a square.
-Shift shift_of(const DescribedPlane& plane, const model::BoundaryPoint& point) {
-    const double width = plane.x.to - plane.x.from, height = plane.y.to - plane.y.from;
-    const double by_x = point.error_x / width, by_y = point.error_y / height, squared = by_x * by_x + by_y * by_y;
-    return {.along_x = squared / std::abs(by_x) * width, .along_y = squared / std::abs(by_y) * height};
-}
 
 std::vector<Entry> wave_entries(const model::Margin& at) {
     return {{.name = "wavenumber",
@@ -33,34 +21,22 @@ std::vector<Entry> wave_entries(const model::Margin& at) {
 }
 
 Record point_record(const DescribedPlane& plane, const DescribedLines& described, const model::BoundaryPoint& point) {
-    const Shift shift = shift_of(plane, point);
-    const Display errors{.text = plane.uncertain > 0};
+    const auto end = [&](const char* name, const DescribedAxis& axis, const char* words, double value) {
+        return Entry{.name = name,
+                     .unit = axis.udunits,
+                     .meaning = words,
+                     .value = value,
+                     .digits = 4,
+                     .shown = {.text = plane.draws > 0}};
+    };
     Record record{
         .entries = {{.name = "x", .unit = plane.x.udunits, .meaning = plane.x.name, .value = point.x, .digits = 8},
                     {.name = "y", .unit = plane.y.udunits, .meaning = plane.y.name, .value = point.y, .digits = 8},
-                    {.name = "error_x",
-                     .unit = plane.x.udunits,
-                     .meaning = "x component of the standard error of the line, which is a shift along the "
-                                "gradient in the plane scaled to a square",
-                     .value = point.error_x,
-                     .shown = {.text = false}},
-                    {.name = "error_y",
-                     .unit = plane.y.udunits,
-                     .meaning = "y component of the standard error of the line",
-                     .value = point.error_y,
-                     .shown = {.text = false}},
-                    {.name = "shift_x",
-                     .unit = plane.x.udunits,
-                     .meaning = "standard error of x on the line at fixed y",
-                     .value = shift.along_x,
-                     .digits = 3,
-                     .shown = errors},
-                    {.name = "shift_y",
-                     .unit = plane.y.udunits,
-                     .meaning = "standard error of y on the line at fixed x",
-                     .value = shift.along_y,
-                     .digits = 3,
-                     .shown = errors},
+                    end("x_low", plane.x, "smallest x of the error band (16 to 84 % of the draws unstable) at this y",
+                        point.band.x_low),
+                    end("x_high", plane.x, "largest x of the error band at this y", point.band.x_high),
+                    end("y_low", plane.y, "smallest y of the error band at this x", point.band.y_low),
+                    end("y_high", plane.y, "largest y of the error band at this x", point.band.y_high),
                     {.name = "angle",
                      .unit = "degree",
                      .meaning = "angle from the order of the wave that becomes unstable",
@@ -108,6 +84,29 @@ List singular_point_list(const DescribedPlane& plane, const model::Boundary& bou
     return list;
 }
 
+/// What the draws say about the lines of one kind.
+void add_draws(const DescribedPlane& plane, const model::Boundary& boundary, Record& record) {
+    const auto add = [&](const char* name, const char* meaning, double value) {
+        record.entries.push_back({.name = name,
+                                  .unit = "1",
+                                  .meaning = meaning,
+                                  .value = value,
+                                  .shown = {.text = false, .archive = false}});
+    };
+    if (!boundary.field) return;
+    const model::DrawField& field = *boundary.field;
+    add("valid_draws", "draws of the uncertain numbers whose model is valid", static_cast<double>(field.draws));
+    add("share_with_line", "fraction of these draws that have a line in the plane", field.with_line);
+    add("share_with_more", "fraction of these draws that have more lines than the plane without errors",
+        field.with_more);
+    const auto percent = [](double share) { return text("{:.3g} %", 100.0 * share); };
+    std::string words = text("{} of {} draws have a line", percent(field.with_line), field.draws);
+    if (field.with_more > 0.0) words += text("; {} have more lines than this", percent(field.with_more));
+    if (field.draws < plane.draws)
+        words += text("; {} more are no valid models and are left out", plane.draws - field.draws);
+    record.footer.push_back(words);
+}
+
 Record axis_record(const DescribedAxis& axis) {
     const auto end = [&](const char* name, const char* which, double value) {
         return Entry{.name = name, .unit = axis.udunits, .meaning = which + axis.name, .value = value};
@@ -135,6 +134,7 @@ Record traced_record(const DescribedPlane& plane, const DescribedLines& describe
                               .value = static_cast<std::int64_t>(boundary.evaluations),
                               .shown = {.text = false, .archive = false}});
     record.lists = {line_list(plane, described, boundary), singular_point_list(plane, boundary)};
+    add_draws(plane, boundary, record);
     if (!boundary.complete)
         record.footer.push_back(
             "incomplete: the limit of evaluations was reached; the lines may be coarser than boundary.chord");
@@ -150,11 +150,11 @@ Record plane_record(const DescribedPlane& plane, bool complete, List traced) {
                             "rounding",
                             plane.cells)},
             .group = "/plane",
-            .entries = {{.name = "uncertain_numbers",
+            .entries = {{.name = "draws",
                          .unit = "1",
-                         .meaning = "numbers with a standard error, from which the shifts of the lines follow",
-                         .value = static_cast<std::int64_t>(plane.uncertain),
-                         .shown = {.text = plane.uncertain > 0}},
+                         .meaning = "draws of all numbers with errors, from which the error bands follow",
+                         .value = static_cast<std::int64_t>(plane.draws),
+                         .shown = {.text = plane.draws > 0}},
                         {.name = "complete",
                          .unit = "1",
                          .meaning = "1: every line is refined to boundary.chord",
@@ -162,6 +162,55 @@ Record plane_record(const DescribedPlane& plane, bool complete, List traced) {
                          .shown = {.text = false}}},
             .parts = {{"x", axis_record(plane.x)}, {"y", axis_record(plane.y)}},
             .lists = {std::move(traced)}};
+}
+
+void BandMaps::add(const DescribedLines& described, const model::Boundary& boundary) {
+    if (!boundary.field) return;
+    names_.push_back(described.names);
+    fields_.push_back(*boundary.field);
+}
+
+void BandMaps::add_to(Record& root) const {
+    if (fields_.empty()) return;
+    const int side = fields_.front().side;
+    const auto places = [&](const char* name, const DescribedAxis& axis) {
+        files::Axis found{name, axis.udunits, axis.name, {}};
+        for (int i = 0; i < side; ++i) found.values.push_back(axis.from + (axis.to - axis.from) * i / (side - 1));
+        return found;
+    };
+    files::ResultTable table{.group = {},
+                             .axes = {{"band_line", "1", "kind of line", {}},
+                                      places("band_y", plane_.y),
+                                      places("band_x", plane_.x)},
+                             .quantities = {},
+                             .values = {}};
+    for (std::size_t n = 0; n < fields_.size(); ++n) table.axes.front().values.push_back(static_cast<double>(n));
+    const std::vector<std::string> axes{"band_line", "band_y", "band_x"};
+    table.quantities = {{"share", "1", "fraction of the draws with this state in which it is unstable", axes},
+                        {"deviation", "1",
+                         "margin of stability over its error: 1 where 16 % of the draws are unstable, -1 where 84 % "
+                         "are; the error band lies between",
+                         axes}};
+    table.values.resize(2);
+    for (const model::DrawField& field : fields_) {
+        table.values[0].insert(table.values[0].end(), field.share.begin(), field.share.end());
+        table.values[1].insert(table.values[1].end(), field.deviation.begin(), field.deviation.end());
+    }
+    for (std::size_t i = 0; i < names_.front().size(); ++i) {
+        std::vector<double> codes;
+        for (const std::vector<Entry>& names : names_) {
+            const auto& word = std::get<std::string>(names[i].value);
+            const std::vector<std::string>& all = names[i].choices;
+            codes.push_back(static_cast<double>(std::find(all.begin(), all.end(), word) - all.begin()));
+        }
+        std::string known;
+        for (std::size_t c = 0; c < names_.front()[i].choices.size(); ++c)
+            known += text("{}{} {}", c > 0 ? ", " : "", c, names_.front()[i].choices[c]);
+        table.quantities.push_back(
+            {names_.front()[i].name, "1", names_.front()[i].meaning + ": " + known, {"band_line"}});
+        table.values.push_back(std::move(codes));
+    }
+    root.parts.push_back({"band", {.group = "/band", .maps = std::move(table), .shown = {.text = false}}});
 }
 
 MapPoints map_points(const DescribedPlane& plane, int side) {

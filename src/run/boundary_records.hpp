@@ -18,8 +18,8 @@ struct DescribedAxis {
 
 struct DescribedPlane {
     DescribedAxis x, y;
-    std::size_t uncertain = 0;  ///< numbers with a standard error
-    int cells = 64;             ///< as boundary.cells
+    std::size_t draws = 0;  ///< of uncertain numbers
+    int cells = 64;         ///< as boundary.cells
 };
 
 /// What is traced, and what its points show.
@@ -33,6 +33,20 @@ Record traced_record(const DescribedPlane& plane, const DescribedLines& describe
 
 /// The plane with the lists of its lines.
 Record plane_record(const DescribedPlane& plane, bool complete, List traced);
+
+/// Fields of draws over the plane, one for each kind of line.
+class BandMaps {
+public:
+    explicit BandMaps(const DescribedPlane& plane) : plane_(plane) {}
+    void add(const DescribedLines& described, const model::Boundary& boundary);
+    /// Adds the group /band to a record, if there is any field.
+    void add_to(Record& root) const;
+
+private:
+    DescribedPlane plane_;
+    std::vector<std::vector<Entry>> names_;
+    std::vector<model::DrawField> fields_;
+};
 
 /// The middles of side by side cells of a plane, rows of y first, and the axes of a map on them.
 struct MapPoints {

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
+#include "drover/base/draws.hpp"
 #include "drover/run/progress.hpp"
 #include "drover/run/signals.hpp"
 #include "run/boundary_plan.hpp"
@@ -97,20 +99,37 @@ public:
                     at({plan.x.from + x * (plan.x.to - plan.x.from), plan.y.from + y * (plan.y.to - plan.y.from)}));
     }
 
-    /// Margins of one state, where `changed` is larger by `by`.
-    model::MarginOf margin(MarginState state, const std::string& changed = {}, double by = 0.0) const {
-        return [=, this](const numerics::PlanePoint& point, const model::Margin* wave) {
+    using Changes = std::vector<std::pair<std::string, double>>;
+
+    /// Margins of one state, with other values of these coefficients.
+    model::MarginOf margin(MarginState state, const Changes& others = {}) const {
+        return [=, this](const numerics::PlanePoint& point) {
             check_stop_signal();
             progress_->add();
             Changes changes = at(point);
-            if (!changed.empty()) changes.emplace_back(changed, declared_.coefficients.at(changed) + by);
-            return model::margin(equations_with(declared_, changes), state, guesses_, search_, wave);
+            changes.insert(changes.end(), others.begin(), others.end());
+            return model::margin(equations_with(declared_, changes), state, guesses_, search_);
         };
     }
-    std::vector<model::UncertainMargin> uncertain(MarginState state) const {
-        std::vector<model::UncertainMargin> result;
-        for (const UncertainCoefficient& one : plan_.uncertain)
-            result.emplace_back([=, this](double part) { return margin(state, one.name, part * one.error); });
+    /// The same with the uncertain coefficients drawn within their errors; NaN where a draw has no such state.
+    std::vector<model::MarginOf> draws(MarginState state, std::size_t count) const {
+        std::vector<Changes> drawn(plan_.uncertain.empty() ? 0 : count);
+        for (std::size_t n = 0; n < plan_.uncertain.size(); ++n) {
+            const auto& [name, error] = plan_.uncertain[n];
+            const std::vector<double> normal = normal_draws(n, 0, count);
+            for (std::size_t k = 0; k < drawn.size(); ++k)
+                drawn[k].emplace_back(name, declared_.coefficients.at(name) + normal[k] * error);
+        }
+        std::vector<model::MarginOf> result;
+        for (const Changes& one : drawn)
+            result.emplace_back([of = margin(state, one)](const numerics::PlanePoint& point) -> model::Margin {
+                try {
+                    return of(point);
+                } catch (const Error& error) {
+                    if (!is_of_scene(error.fault())) throw;  // such as a signal
+                    return {.value = std::numeric_limits<double>::quiet_NaN()};
+                }
+            });
         return result;
     }
 
@@ -122,7 +141,6 @@ private:
                ((cells + 1) * (cells + 1) + cells * cells + side * side);
     }
 
-    using Changes = std::vector<std::pair<std::string, double>>;
     Changes at(const numerics::PlanePoint& point) const { return {{plan_.x.key, point.x}, {plan_.y.key, point.y}}; }
     /// States differ little over a plane: those of its corners and middles lead to the others.
     void add_guesses(const Changes& changes) {
@@ -162,7 +180,7 @@ files::ResultTable state_map(const ModelPlane& plane, const PlannedModelBoundary
         for (std::size_t n = begin; n < end; ++n) {
             int stable = 0, found = 0;
             for (const MarginState state : plan.states) {
-                const double margin = plane.margin(state)(map.points[n], nullptr).value;
+                const double margin = plane.margin(state)(map.points[n]).value;
                 if (!std::isnan(margin)) found = 1;
                 if (margin > 0.0) stable += state == MarginState::isotropic ? 1 : 2;
             }
@@ -187,21 +205,26 @@ Result make_model_boundary(const io::Scene& scene, Threads& threads, const Bound
     const ComputeAll compute = work.compute ? work.compute : on_threads(threads);
     const DescribedPlane described_plane{.x = described(plan.x),
                                          .y = described(plan.y),
-                                         .uncertain = plan.uncertain.size(),
+                                         .draws = plan.uncertain.empty()
+                                                      ? 0
+                                                      : static_cast<std::size_t>(scene.boundary.draws),
                                          .cells = scene.boundary.cells};
     const numerics::Rectangle rectangle{.x0 = plan.x.from, .x1 = plan.x.to, .y0 = plan.y.from, .y1 = plan.y.to};
     List traced{.name = "traced"};
+    BandMaps bands(described_plane);
     bool complete = true;
     for (const MarginState state : plan.states) {
         const model::Boundary boundary =
-            model::trace_boundary(rectangle, plane.margin(state), plane.uncertain(state),
+            model::trace_boundary(rectangle, plane.margin(state), plane.draws(state, described_plane.draws),
                                   {.cells = scene.boundary.cells, .chord = scene.boundary.chord}, compute);
         complete = complete && boundary.complete;
-        traced.rows.push_back(
-            traced_record(described_plane, lines_of(state_names[static_cast<std::size_t>(state)]), boundary));
+        const DescribedLines described_lines = lines_of(state_names[static_cast<std::size_t>(state)]);
+        traced.rows.push_back(traced_record(described_plane, described_lines, boundary));
+        bands.add(described_lines, boundary);
     }
     Result result{.root = plane_record(described_plane, complete, std::move(traced)),
                   .attributes = {{"boundary_x", described_plane.x.name}, {"boundary_y", described_plane.y.name}}};
+    bands.add_to(result.root);
     if (scene.boundary.map > 0 && !work.lines_alone)
         result.root.parts.push_back({"map",
                                      {.group = "/map",

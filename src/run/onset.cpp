@@ -6,14 +6,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace drover::run {
 
 namespace {
 using calibrate::Convention;
+constexpr int subdivisions = 10;  // of an interval between nodes: a crossing and a fall back between them are seen
 constexpr Convention conventions[] = {Convention::mean, Convention::single_rod};
 
-const calibrate::Crossing& crossing_of(const calibrate::OnsetCurve& curve, Convention convention) {
+const calibrate::Crossings& crossings_of(const calibrate::OnsetCurve& curve, Convention convention) {
     return curve.crossings[static_cast<int>(convention)];
 }
 
@@ -21,59 +23,66 @@ std::string convention_text(Convention convention) {
     return convention == Convention::mean ? "lambda = lambda_s/2, g = 2" : "lambda_s in place of lambda, g = 1";
 }
 
-/// Beyond the table: NaN, as a threshold that does not exist.
-Entry quantile(const char* name, const char* percent, double value) {
-    return {.name = name,
-            .unit = "1",
-            .meaning =
-                text("{} % of the resampled tables have a threshold at or below; none in the table: not a number",
-                     percent),
-            .value = std::isfinite(value) ? value : std::nan(""),
-            .digits = 3,
-            .shown = {.text = false}};
-}
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-Record crossing_record(const calibrate::Crossing& crossing, Convention convention) {
+/// The first crossing from few beads to many at which flocks begin, and how many there are.
+Record crossing_record(const calibrate::Crossings& crossings, Convention convention) {
     const std::string words = ", " + convention_text(convention);
-    return {.entries = {{.name = "bead_area_fraction",
-                         .unit = "1",
-                         .meaning = "flocking threshold Phi_b" + words,
-                         .value = crossing.bead_fraction,
-                         .dataset = "",
-                         .digits = 4},
-                        {.name = "error",
-                         .unit = "1",
-                         .meaning = "standard error of the flocking threshold" + words,
-                         .value = crossing.error,
-                         .digits = 2},
-                        quantile("quantile_16", "16", crossing.quantiles[0]),
-                        quantile("quantile_50", "50", crossing.quantiles[1]),
-                        quantile("quantile_84", "84", crossing.quantiles[2]),
-                        {.name = "share",
-                         .unit = "1",
-                         .meaning = "fraction of the resampled tables that have a threshold" + words,
-                         .value = crossing.share,
-                         .digits = 3},
-                        {.name = "above_all",
-                         .unit = "1",
-                         .meaning = "1: flocks are predicted at the smallest Phi_b of the table already" + words,
-                         .value = crossing.above_all,
-                         .dataset = "above"}}};
+    const auto& all = crossings.all;
+    const auto found = std::find_if(all.begin(), all.end(), [](const calibrate::Crossing& one) { return one.begins; });
+    const calibrate::Crossing first =
+        found != all.end() ? *found : calibrate::Crossing{.bead_fraction = none, .low = none, .high = none};
+    const auto entry = [&](const char* name, const std::string& meaning, double value, int digits) {
+        return Entry{.name = name, .unit = "1", .meaning = meaning, .value = value, .digits = digits};
+    };
+    Record record{
+        .entries = {
+            entry("bead_area_fraction", "flocking threshold Phi_b, the first from few beads on" + words,
+                  first.bead_fraction, 4),
+            entry("low", "lower end of its error band (16 to 84 % of the draws predict flocks)" + words, first.low, 3),
+            entry("high", "upper end of its error band" + words, first.high, 3),
+            entry("error", "half of the width of its error band" + words, 0.5 * (first.high - first.low), 2),
+            entry("crossings", "number of thresholds, at which flocks begin or end" + words,
+                  static_cast<double>(all.size()), 3),
+            entry("share", "fraction of the draws that have a threshold" + words, crossings.any, 3),
+            entry("share_as_many", "fraction of the draws that have as many thresholds" + words, crossings.as_many, 3),
+            entry("share_more", "fraction of the draws that have more thresholds" + words, crossings.more, 3),
+            {.name = "above_all",
+             .unit = "1",
+             .meaning = "1: flocks are predicted at the smallest Phi_b of the table already" + words,
+             .value = crossings.above_all,
+             .dataset = "above"}}};
+    record.entries.front().dataset = "";
+    for (const char* hidden : {"error", "share_as_many", "share_more"})
+        for (Entry& one : record.entries)
+            if (one.name == hidden) one.shown.text = false;
+    return record;
 }
 
-std::string quantile_text(double value) {
-    return std::isfinite(value) ? text("{:.3g}", value) : value > 0.0 ? "above the table" : "below the table";
+std::string percent(double share) { return text("{:.3g} %", 100.0 * share); }
+
+std::string crossing_text(const calibrate::Crossing& crossing) {
+    const auto end = [](double value, const char* beyond) {
+        return std::isfinite(value) ? text("{:.3g}", value) : std::string(beyond);
+    };
+    return text("{} at Phi_b = {:.3g} ({} to {})", crossing.begins ? "begin" : "end", crossing.bead_fraction,
+                end(crossing.low, "below the table"), end(crossing.high, "above the table"));
 }
 
-std::string threshold_text(const calibrate::Crossing& crossing) {
-    const std::string share =
-        text("{:.0f} % of the tables resampled within their errors have one (16, 50, 84 %: {}, {}, {})",
-             100.0 * crossing.share, quantile_text(crossing.quantiles[0]), quantile_text(crossing.quantiles[1]),
-             quantile_text(crossing.quantiles[2]));
-    const char* below = "below the smallest bead area fraction of the table";
-    if (std::isnan(crossing.bead_fraction)) return (crossing.above_all ? below : "none in the table") + ("; " + share);
-    return text("{}Phi_b = {}; {}", crossing.above_all ? text("{}, and again from ", below) : "",
-                measured_text_with_error(crossing.bead_fraction, crossing.error), share);
+/// All thresholds at one area fraction of rods, and how sure they are.
+std::string threshold_text(const calibrate::Crossings& crossings) {
+    std::vector<std::string> parts;
+    if (crossings.above_all) parts.emplace_back("are predicted at the smallest Phi_b of the table");
+    for (const calibrate::Crossing& one : crossings.all) parts.push_back(crossing_text(one));
+    std::string words = "flocks " + (parts.empty() ? "are not predicted in the table" : joined(parts));
+    const bool is_sure = std::all_of(crossings.all.begin(), crossings.all.end(),
+                                     [](const calibrate::Crossing& one) { return one.is_alone; });
+    if (!is_sure) words += "; thresholds with a common band are within errors of none";
+    const std::size_t count = crossings.all.size();
+    words += count == 0 ? text("; {} of the draws have a threshold", percent(crossings.any))
+                        : text("; {} of the draws have {} threshold{}, {} more", percent(crossings.as_many), count,
+                               count == 1 ? "" : "s", percent(crossings.more));
+    return words;
 }
 
 Entry rod_entry(double fraction, const char* dataset) {
@@ -82,7 +91,7 @@ Entry rod_entry(double fraction, const char* dataset) {
 
 void add_crossings(const calibrate::OnsetCurve& curve, bool in_text, Record& record) {
     for (const Convention convention : conventions) {
-        Record part = crossing_record(crossing_of(curve, convention), convention);
+        Record part = crossing_record(crossings_of(curve, convention), convention);
         part.shown.text = in_text;
         record.parts.emplace_back(calibrate::convention_name(convention), std::move(part));
     }
@@ -124,9 +133,70 @@ Record curve_record(const calibrate::Onset& onset, const calibrate::Table& table
     record.entries.front().shown.text = false;
     add_crossings(curve, false, record);
     for (const Convention convention : conventions)
-        record.footer.push_back(text("flocking threshold ({}): {}", convention_text(convention),
-                                     threshold_text(crossing_of(curve, convention))));
+        record.footer.push_back(
+            text("{}: {}", convention_text(convention), threshold_text(crossings_of(curve, convention))));
     return record;
+}
+}  // namespace
+
+namespace {
+/// Every threshold of every area fraction of rods.
+List crossing_list(const calibrate::Onset& onset) {
+    List list{.name = "crossings",
+              .row = "crossing",
+              .meaning = "thresholds, at which flocks begin or end",
+              .group = "/crossings",
+              .shown = {.text = false}};
+    for (const calibrate::OnsetCurve& point : onset.plane)
+        for (const Convention convention : conventions)
+            for (const calibrate::Crossing& one : crossings_of(point, convention).all)
+                list.rows.push_back(
+                    {.entries = {rod_entry(point.rod_fraction, "crossing_rod_fraction"),
+                                 {.name = "convention",
+                                  .unit = "",
+                                  .meaning = "convention of lambda",
+                                  .value = std::string(calibrate::convention_name(convention)),
+                                  .choices = {"mean", "single-rod"}},
+                                 number("bead_area_fraction", "1", "Phi_b", one.bead_fraction),
+                                 number("low", "1", "lower end of its error band; NaN below the table", one.low),
+                                 number("high", "1", "upper end of its error band; NaN above the table", one.high),
+                                 {.name = "begins",
+                                  .unit = "1",
+                                  .meaning = "1: flocks are predicted above it; 0: below it",
+                                  .value = one.begins},
+                                 {.name = "alone",
+                                  .unit = "1",
+                                  .meaning = "1: no other threshold is in its error band; 0: within errors of none",
+                                  .value = one.is_alone}}});
+    return list;
+}
+
+/// The excess and its error over the plane of both area fractions.
+List field_list(const calibrate::Onset& onset) {
+    List list{.name = "field", .coordinate = "rod_area_fraction", .shown = {.text = false}};
+    for (const calibrate::OnsetCurve& row : onset.plane) {
+        List points{.name = "points", .group = "/field", .coordinate = "bead_area_fraction"};
+        for (std::size_t i = 0; i < onset.bead_fractions.size(); ++i) {
+            Record point{.entries = {number("bead_area_fraction", "1", "Phi_b", onset.bead_fractions[i])}};
+            point.entries.front().dataset = "bead_fraction";
+            for (const Convention convention : conventions) {
+                const calibrate::Crossings& at = crossings_of(row, convention);
+                const std::string words = ", " + convention_text(convention);
+                point.parts.emplace_back(
+                    calibrate::convention_name(convention),
+                    Record{.entries = {
+                               number("excess", "s-1",
+                                      "lambda alpha/Gamma + c sigma - a, positive where flocks form" + words,
+                                      at.excess[i]),
+                               number("flocks", "1", "fraction of the draws that predict flocks" + words, at.share[i]),
+                               number("deviation", "1", "excess over its error: -1 to 1 in the error band" + words,
+                                      at.deviation[i])}});
+            }
+            points.rows.push_back(std::move(point));
+        }
+        list.rows.push_back({.entries = {rod_entry(row.rod_fraction, "rod_fraction")}, .lists = {std::move(points)}});
+    }
+    return list;
 }
 }  // namespace
 
@@ -134,18 +204,25 @@ Result onset_result(const calibrate::Onset& onset, const calibrate::Table& table
     List curves{.name = "curves", .coordinate = "rod_area_fraction"};
     for (const calibrate::OnsetCurve& curve : onset.curves) curves.rows.push_back(curve_record(onset, table, curve));
     List line{.name = "line",
-              .heading = "\nflocking threshold by rod area fraction, in both conventions of lambda",
+              .heading = "\nfirst flocking threshold by rod area fraction, in both conventions of lambda",
               .group = "/line",
               .coordinate = "rod_area_fraction"};
-    for (const calibrate::OnsetCurve& point : onset.line) {
+    for (const calibrate::OnsetCurve& point : onset.plane) {
         Record record{.entries = {rod_entry(point.rod_fraction, "line_rod_fraction")}};
         add_crossings(point, true, record);
         line.rows.push_back(std::move(record));
     }
-    return {
-        .root = {.header = {"flocks form where the gain g = 2 (lambda alpha/Gamma + c sigma)/a exceeds 2: where drag "
-                            "= alpha/Gamma, the bead speed at P = 1, exceeds threshold = (a - c sigma)/lambda"},
-                 .lists = {std::move(curves), std::move(line)}}};
+    return {.root = {.header = {"flocks form where the gain g = 2 (lambda alpha/Gamma + c sigma)/a exceeds 2: where "
+                                "drag = alpha/Gamma, the bead speed at P = 1, exceeds threshold = (a - c "
+                                "sigma)/lambda",
+                                text("errors and bands: 16 to 84 % of {} draws of the table within its errors",
+                                     onset.draws)},
+                     .entries = {{.name = "draws",
+                                  .unit = "1",
+                                  .meaning = "draws of the table within its errors",
+                                  .value = static_cast<std::int64_t>(onset.draws),
+                                  .shown = {.text = false}}},
+                     .lists = {std::move(curves), std::move(line), crossing_list(onset), field_list(onset)}}};
 }
 
 namespace {
@@ -195,11 +272,11 @@ void add_cells(TableOnset& onset, double side, const std::vector<AreaFractions>&
     onset.result.root.lists.push_back(cell_list(cells));
 }
 
-TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied) {
+TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied, int draws) {
     const files::ArchiveReader archive(file);
     calibrate::Table table = io::read_calibration(archive, file.string());
     const std::size_t index = calibrate::varied_index(table, varied, "--varied", {.file = file.string()});
-    Result result = onset_result(calibrate::find_onset(table, index), table);
+    Result result = onset_result(calibrate::find_onset(table, index, subdivisions, draws), table);
     TableOnset made{.scene = io::parse_scene(archive.text_attribute("scene"), file.string() + " (its scene)"),
                     .table = std::move(table),
                     .varied = index,

@@ -7,9 +7,10 @@ import tomllib
 import h5py
 import numpy as np
 import pytest
+import xarray
 from calibration import write_plausible
 from rejection import make_archive, rejected
-from support import SMALL, drover, drover_json, scene_text, settings
+from support import MODELS, SMALL, drover, drover_json, scene_text, settings
 
 SCENE = {
     "fields.bead_density": True,
@@ -185,9 +186,11 @@ def test_the_boundary_of_a_linear_table_is_its_exact_crossing(folder):
     for point in [*output["curves"], *output["line"]]:
         assert point["mean"]["bead_area_fraction"] == pytest.approx(0.5 - 2.5 * point["rod_area_fraction"], abs=1e-9)
         assert 0.002 < point["mean"]["error"] < 0.03 and point["mean"]["share"] > 0.9
+        assert point["mean"]["low"] < point["mean"]["bead_area_fraction"] < point["mean"]["high"]
+        assert point["mean"]["crossings"] == 1
         assert point["single-rod"]["bead_area_fraction"] is None and point["single-rod"]["above_all"]
     text = drover(folder, "boundary", "table.h5", "-o", "onset.h5").stdout
-    assert "Phi_b = 0.375 +- " in text and "below the smallest bead area fraction of the table" in text
+    assert "flocks begin at Phi_b = 0.375 (0.3" in text and "are predicted at the smallest Phi_b of the table" in text
     with h5py.File(folder / "onset.h5") as file:
         assert np.allclose(file["line/mean"][()], 0.5 - 2.5 * file["line/line_rod_fraction"][()])
         assert file["curves/drag"].shape == (3, 31) and np.allclose(file["curves/threshold"][()], 3.0)
@@ -210,13 +213,76 @@ def test_the_boundary_of_a_scene_with_local_coefficients_is_that_of_its_table(fo
     report = drover_json(folder, "boundary", "flock.toml", "--x", "bead_area_fraction = 0.2:0.7", "--y",
                          "rod_area_fraction = 0.05:0.11",
                          *settings(["calibrated.coefficients=local", "boundary.lines=[\"onset\"]", "boundary.map=0"]))
-    assert report["uncertain_numbers"] > 0
+    assert report["draws"] == 100
     (line,) = report["traced"][0]["lines"]
     # alpha and Gamma are interpolated separately: Gamma is linear here, alpha contains rho^2, and a natural spline
     # through four points of a parabola has an error of one to two percent of the curvature term.
     for point in line["points"]:
         assert point["x"] == pytest.approx(0.5 - 2.5 * point["y"], abs=6e-3)
-        assert math.hypot(point["error_x"], point["error_y"]) > 0.0
+        for axis in "xy":
+            low, high = point[f"{axis}_low"], point[f"{axis}_high"]
+            assert low is None or low < point[axis]
+            assert high is None or point[axis] < high
+
+
+def test_the_error_band_of_the_shipped_table_is_that_of_brute_force_draws(tmp_path):
+    """At the nodes of the table, where nothing is interpolated: the share of draws with a - c sigma < lambda
+    alpha/Gamma, c being the weighted mean over area fractions of rods of (a S + D - 2 lambda alpha/Gamma)/(2 sigma)
+    from the alignment S + D/a of many rods; see the manual."""
+    with xarray.open_dataset(MODELS / "matched.calibration" / "table.h5") as opened:
+        table = opened.load()
+    generator, draws = np.random.default_rng(5), 20000
+    beads, rods = table.bead_area_fraction.values, table.rod_area_fraction.values
+
+    def drawn(name):
+        values, errors = table[name].values, table[f"{name}_error"].values
+        return values + errors * generator.standard_normal((draws, *values.shape))
+
+    sigma = rods / table.rod_area.values[0]
+    a, turning, flow = (drawn(name) for name in ("relaxation_rate", "weathercock", "drag"))
+    steady, drift = table.alignment_steady.values, table.alignment_drift.values
+
+    def contact(a, turning, flow):
+        return (a[..., None] * steady + drift - 2.0 * turning[..., None] * flow) / (2.0 * sigma)
+
+    measured = [table[name].values for name in ("relaxation_rate", "weathercock", "drag")]
+    # The errors of S and D are correlated: that of S + reference D is measured, reference = 10 s.
+    own, slope, reference = (table[f"alignment_{name}_error"].values for name in ("steady", "drift", "reference"))
+    covariance = (reference**2 - own**2 - (10.0 * slope)**2) / 10.0
+    rate = measured[0][:, None]
+    error = np.hypot(rate * np.sqrt(own**2 + slope**2 / rate**2 + covariance / rate),
+                     2.0 * measured[1][:, None] * table.drag_error.values) / (2.0 * sigma)
+    weight = error**-2
+    mean = (weight * contact(*measured)).sum(1) / weight.sum(1)
+    squares = (weight * (contact(*measured) - mean[:, None])**2).sum(1) / (len(rods) - 1)
+    # The part of its error that the flow makes is drawn with the flow.
+    by_flow = weight / weight.sum(1)[:, None] * measured[1][:, None] / sigma * table.drag_error.values
+    alone = np.sqrt(np.maximum(np.maximum(squares, 1.0) / weight.sum(1) - (by_flow**2).sum(1), 0.0))
+    assert mean == pytest.approx(table.contact_alignment.values, rel=1e-6)
+    c = (weight * contact(a, turning, flow)).sum(2) / weight.sum(1) + alone * generator.standard_normal(a.shape)
+    unstable = a[..., None] - c[..., None] * sigma < turning[..., None] * flow
+    scene = {**SCENE, "calibrated.table": str(MODELS / "matched.calibration" / "table.h5"),
+             "calibrated.coefficients": "local", "calibrated.outside": "hold", "boundary.lines": ["onset"],
+             "boundary.map": 0, "boundary.cells": 20,
+             "boundary.chord": 0.01, "boundary.x": "bead_area_fraction = 0.2:0.7",
+             "boundary.y": "rod_area_fraction = 0.05:0.11"}
+    (tmp_path / "local.toml").write_text(scene_text(scene))
+    drover(tmp_path, "boundary", "local.toml", "--draws", "400", "-o", "plane.h5")
+    with h5py.File(tmp_path / "plane.h5") as file:
+        share = file["band/share"][0]
+        x, y = file["band/band_x"][()], file["band/band_y"][()]
+    columns, rows = (np.abs(axis[:, None] - nodes).argmin(0) for axis, nodes in ((x, beads), (y, rods)))
+    # Deviations of a share of 400 draws and of 20000: at most 2.5 %; three of them at 18 points.
+    assert share[np.ix_(rows, columns)].T == pytest.approx(unstable.mean(0), abs=0.075)
+
+
+def test_a_resolved_scene_without_its_table_has_a_boundary_but_no_errors(folder):
+    (folder / "resolved.toml").write_text(drover(folder, "check", "--resolved", "flock.toml").stdout)
+    (folder / "table.h5").rename(folder / "moved.h5")
+    plane = ["resolved.toml", "--x", "weathercock.strength = 0.05:0.2", "--y", "relaxation.rate = 0.2:0.4",
+             *settings(["boundary.map=0", "boundary.lines=[\"onset\"]"])]
+    rejected(folder, ["boundary", *plane], ["no file table.h5", "put it there", "boundary.draws = 0"])
+    assert drover_json(folder, "boundary", *plane, "--draws", "0")["draws"] == 0
 
 
 # --- errors

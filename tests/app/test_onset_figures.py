@@ -23,15 +23,25 @@ def numbers(rods=RODS, line=LINE):
     place = 1.0 / (2.0 + 5.0 * line)
     single = numpy.where(0.5 * place >= BEADS[0], 0.5 * place, numpy.nan)
     ones = numpy.ones_like(line)
+    excess = {name: factor * BEADS - place[:, None] for name, factor in (("mean", 1.0), ("single_rod", 2.0))}
+    crossing = [(rods, number, bead, error) for number, (beads, error) in enumerate(((place, 0.02), (single, 0.01)))
+                for rods, bead in zip(line, beads) if bead == bead]
+    of_crossings = numpy.array(crossing).T
     return {"curves": {"rod_fraction": rods, "bead_fraction": BEADS, "drag": drag, "drag_error": 0.05 * drag,
                        "threshold": threshold, "threshold_error": 0.1 * threshold},
             "line": {"line_rod_fraction": line, "mean": place, "mean_error": 0.02 * ones, "mean_share": ones,
-                     "single_rod": single,
-                     "single_rod_error": 0.01 * ones, "single_rod_share": ones, "mean_above": 0.0 * ones,
-                     "single_rod_above": 0.0 * ones}}
+                     "single_rod": single, "single_rod_error": 0.01 * ones, "single_rod_share": ones},
+            "field": {"rod_fraction": line, "bead_fraction": BEADS,
+                      **{f"{name}_excess": values for name, values in excess.items()},
+                      **{f"{name}_deviation": values / 0.02 for name, values in excess.items()}},
+            "crossings": {"crossing": numpy.arange(len(crossing), dtype=float),
+                          "crossing_rod_fraction": of_crossings[0], "convention": of_crossings[1],
+                          "bead_area_fraction": of_crossings[2], "low": of_crossings[2] - of_crossings[3],
+                          "high": of_crossings[2] + of_crossings[3], "alone": numpy.ones(len(crossing))}}
 
 
-AXES = {"curves": ("rod_fraction", "bead_fraction"), "line": ("line_rod_fraction",)}
+AXES = {"curves": ("rod_fraction", "bead_fraction"), "line": ("line_rod_fraction",),
+        "field": ("rod_fraction", "bead_fraction"), "crossings": ("crossing",)}
 
 
 def write(folder, groups):
@@ -65,6 +75,10 @@ def lines_of(axes, style, least=2):
     return [line for line in axes.lines if line.get_linestyle() == style and len(line.get_xdata()) >= least]
 
 
+def vertices_of(collection):
+    return numpy.concatenate([path.vertices for path in collection.get_paths()]).T
+
+
 def test_curves_lines_crossings_and_regions_are_drawn(tmp_path):
     picture = picture_of(write(tmp_path, numbers()))
     left, right = picture.axes
@@ -78,46 +92,48 @@ def test_curves_lines_crossings_and_regions_are_drawn(tmp_path):
     places = [(part / (2.0 + 5.0 * rods), 2.0 + 5.0 * rods) for rods in RODS for part in (0.5, 1.0)
               if part / (2.0 + 5.0 * rods) >= 0.2]
     assert numpy.allclose(marks, sorted(places))
-    assert numpy.allclose(lines_of(right, "-", len(LINE))[0].get_xdata(), 1.0 / (2.0 + 5.0 * LINE))
+    band, mean, single = right.collections[-3:]
+    for contour, factor in ((mean, 1.0), (single, 2.0)):
+        places, rods = vertices_of(contour)
+        # Straight lines between area fractions of rods 0.003 apart.
+        assert len(places) > 10 and numpy.abs(places * factor - 1.0 / (2.0 + 5.0 * rods)).max() < 1e-4
+    places, rods = vertices_of(band)
+    assert numpy.abs(places - 1.0 / (2.0 + 5.0 * rods)).max() < 0.02 + 1e-4
+    assert places.min() >= BEADS[0] and places.max() <= BEADS[-1]
     experiment = next(line for line in right.lines if line.get_linewidth() == 0.7)
     assert numpy.allclose(experiment.get_xdata() + 2.0 * numpy.asarray(experiment.get_ydata()), 0.65)
     assert {text.get_text() for text in right.texts} == {"flocks", "no flocks"}
 
 
-def test_a_band_shows_the_error_on_both_sides_and_has_the_gaps_of_its_line(tmp_path):
+def test_a_line_that_turns_back_is_drawn_whole_and_marked_where_it_is_within_errors(tmp_path):
+    """Flocks begin, end and begin again along the beads at few rods: one smooth line, without a jump."""
     groups = numbers()
-    groups["line"]["mean"][5:8] = groups["line"]["mean_error"][5:8] = numpy.nan
-    right = picture_of(write(tmp_path, groups)).axes[1]
-    bands = [band for band in right.collections if band.get_alpha() == 0.18]
-    pieces = [path.vertices for path in bands[0].get_paths()]
-    assert len(pieces) == 2
-    for piece in pieces:
-        middle = 1.0 / (2.0 + 5.0 * piece[:, 1])
-        assert numpy.allclose(abs(piece[:, 0] - middle), 0.02)
-    assert not any((piece[:, 1] > LINE[4] + 1e-9).any() and (piece[:, 1] < LINE[8] - 1e-9).any() for piece in pieces)
-
-
-def test_the_caption_reports_gaps(tmp_path):
-    groups = numbers()
-    groups["line"]["mean"][:] = numpy.nan
-    groups["line"]["mean"][10] = 0.42  # isolated between gaps
-    groups["line"]["mean_share"][:] = 0.0  # the caption omits lines that are not drawn
-    groups["line"]["mean_share"][10] = 0.4
+    excess = LINE[:, None] - 0.08 - 0.02 * numpy.cos(4.0 * numpy.pi * (BEADS - 0.2))
+    groups["field"]["mean_excess"], groups["field"]["mean_deviation"] = excess, excess / 0.004
+    groups["crossings"]["alone"][:3] = 0.0
     picture = picture_of(write(tmp_path, groups))
-    assert "λ\u00a0=\u00a0λs/2: no crossing in the table at 20 of 21 area fractions of rods." in words_of(picture)
-    assert "that have a crossing, at least 40 % of them" in words_of(picture)
-    lone = [line for line in picture.axes[1].lines if line.get_marker() == "o" and len(line.get_xdata()) == 1]
-    assert [float(line.get_xdata()[0]) for line in lone] == [0.42]
+    right = picture.axes[1]
+    (path,) = right.collections[-2].get_paths()
+    steps = numpy.hypot(*numpy.diff(path.vertices, axis=0).T)
+    assert steps.max() < 0.02 and len(path.vertices) > 50
+    assert "within one band are within errors of none" in words_of(picture)
     assert overlaps(picture) == []
+
+
+def test_marks_at_the_ends_of_the_table_are_whole(tmp_path):
+    groups = numbers()
+    groups["crossings"]["bead_area_fraction"][0], groups["crossings"]["low"][0] = BEADS[0], numpy.nan
+    left = picture_of(write(tmp_path, groups)).axes[0]
+    assert left.get_xlim()[0] < BEADS[0] - 0.01 and left.get_xlim()[1] > BEADS[-1] + 0.01
 
 
 @pytest.mark.parametrize("drag, sentence", [(0.1, "no flocks are predicted"), (9.0, "flocks at all"), (None, "table")])
 def test_a_table_without_a_crossing_is_drawn_with_the_reason(tmp_path, drag, sentence):
     groups = numbers()
     groups["curves"]["drag"][:] = [[0.1], [9.0], [9.0]] if drag is None else drag
+    groups["crossings"] = {name: values[:0] for name, values in groups["crossings"].items()}
     for name in ("mean", "single_rod"):
-        groups["line"][name][:] = groups["line"][f"{name}_error"][:] = numpy.nan
-        groups["line"][f"{name}_share"][:] = 0.0
+        groups["field"][f"{name}_excess"][:] = groups["field"][f"{name}_deviation"][:] = -5.0
     picture = picture_of(write(tmp_path, groups))
     said = [text.get_text() for text in picture.axes[1].texts]
     assert len(said) == 1 and said[0].startswith("no crossing in this table")
@@ -127,21 +143,14 @@ def test_a_table_without_a_crossing_is_drawn_with_the_reason(tmp_path, drag, sen
 
 def test_the_onset_of_the_demo_is_where_the_drag_equals_its_threshold(tmp_path):
     with package.open_theory(write(tmp_path, numbers())) as theory:
-        curves, line = theory.groups["curves"].load(), theory.groups["line"].load()
         axes = new_figure((6, 5)).add_subplot()
         runs = {"bead_area_fraction": numpy.array([0.4]), "rod_area_fraction": numpy.array([0.06]),
                 "polar_order": numpy.array([0.7])}
-        keys, points = onset_figure.draw_onset(axes, curves, line, runs)
-        excess, error = onset_figure.margins(curves, line["line_rod_fraction"].values)
-        known = curves["rod_fraction"].values
-        for number, rods in enumerate(known):  # the interpolation goes through the table
-            at = int(numpy.abs(line["line_rod_fraction"].values - rods).argmin())
-            if abs(line["line_rod_fraction"].values[at] - rods) < 1e-12:
-                assert numpy.allclose(excess[at], (curves["drag"] - curves["threshold"]).values[number])
-        places, rods = numpy.concatenate([path.vertices for path in axes.collections[1].get_paths()]).T
-        # The threshold is 1/Phi_b; the contour is linear between beads 0.01 apart.
-        assert len(places) > 10 and numpy.abs(places - 1.0 / (2.0 + 5.0 * rods)).max() < 2e-4
-        assert (error > 0.0).any() and list(points.get_array()) == [0.7] and len(keys) == 4
+        keys, points = onset_figure.draw_onset(axes, theory.groups["field"].load(), runs)
+        places, rods = vertices_of(axes.collections[1])
+        # Straight lines between area fractions of rods 0.003 apart.
+        assert len(places) > 10 and numpy.abs(places - 1.0 / (2.0 + 5.0 * rods)).max() < 1e-4
+        assert list(points.get_array()) == [0.7] and len(keys) == 4
         labels = " ".join(key.get_label() for key in keys)
         assert "lambda" not in labels and "onset" in labels
 
@@ -189,8 +198,10 @@ def test_damaged_archives_and_wrong_requests_are_rejected_with_a_message(tmp_pat
                        match="is not a run: drover boundary wrote it; open it with drover.open_theory"):
         package.open_run(path)
     for name, sentence in (("line/mean_error", "the group line has no mean_error over line_rod_fraction"),
-                           ("line", "has no group line, which drover boundary TABLE writes")):
+                           ("field/mean_excess", "the group field has no mean_excess over rod_fraction, bead_fraction"),
+                           ("field", "has no group field, which drover boundary TABLE writes")):
         with h5py.File(path, "r+") as file:
             del file[name]
         with pytest.raises(package.DroverError, match=sentence):
             figure.draw_file(path)
+        path = write(tmp_path, numbers())

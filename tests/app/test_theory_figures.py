@@ -1,4 +1,6 @@
 """tests/app/test_theory_figures.py: archives of drover stability and drover boundary as Python users meet them."""
+from dataclasses import replace
+
 import h5py
 import numpy
 import pytest
@@ -8,6 +10,7 @@ from support import MODELS, SMALL, drover, drover_json, in_process, write_scene
 
 import drover as package
 from drover import boundary_figure, boundary_panels, figure, panels, stability_figure, stability_panels
+from drover.paper import new_figure
 from pictures import overlaps, share_of
 
 COARSE = {"stability.wavenumbers": 32, "stability.angles": 7, "stability.frequencies": 41}  # a map of every 15 degrees
@@ -181,14 +184,12 @@ def test_regimes_lines_conventions_errors_and_angles_are_drawn(plane):
     picture = picture_of(plane)
     labels = [text.get_text() for legend in picture.legends for text in legend.get_texts()]
     assert {"isotropic", "flock", "onset of a flock", "mean convention", "single-rod convention",
-            "± one standard error"} <= set(labels), labels
+            "error: 16 to 84 % of the draws"} <= set(labels), labels
     axes = picture.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == (
         r"area fraction of beads $\Phi_b$", r"area fraction of rods $\Phi_r$")
     assert axes.get_xlim() == (0.26, 0.74) and axes.get_ylim() == (0.03, 0.19)
     assert {line.get_linestyle() for line in axes.lines} == {"-", "--"}
-    assert len(axes.patches) == len([line for line in boundary_panels.lines_of(opened(plane, "boundary"))
-                                     if line.has_errors])
     assert overlaps(picture) == []
 
 
@@ -197,14 +198,20 @@ def opened(path, group):
         return dataset.load()
 
 
-def test_a_ribbon_has_the_error_on_both_sides_of_its_line(plane):
-    lines = boundary_panels.lines_of(opened(plane, "boundary"))
-    axes = picture_of(plane).axes[0]
-    line = lines[0]
-    places = axes.patches[0].get_path().vertices
-    count = len(line.places)
-    assert numpy.allclose(0.5 * (places[:count] + places[count:2 * count][::-1]), line.places)
-    assert numpy.allclose(abs(places[:count] - line.places), abs(line.errors))
+def test_a_band_is_where_16_to_84_percent_of_the_draws_are_unstable(plane):
+    """Its edges are level lines of one function, so they cannot cross, and lie within the plane."""
+    band = boundary_panels.bands_of(opened(plane, "band"))[0]
+    shares = opened(plane, "band")["share"].values[0]
+    # 15.9 and 84.1 %, one standard deviation of a normal law.
+    inside = numpy.abs(band.deviation) < 1.0
+    assert inside.any() and (shares[inside] > 0.15).all() and (shares[inside] < 0.85).all()
+    axes = new_figure().add_subplot()
+    assert boundary_panels.draw_band(axes, band)
+    for collection in axes.collections:
+        for path in collection.get_paths():
+            places = path.vertices
+            assert (places >= [0.26 - 1e-12, 0.03 - 1e-12]).all() and (places <= [0.74 + 1e-12, 0.19 + 1e-12]).all()
+    assert not boundary_panels.draw_band(axes, replace(band, deviation=numpy.full_like(band.deviation, 3.0)))
 
 
 def test_vertices_agree_with_the_report(plane):
@@ -218,7 +225,6 @@ def test_vertices_agree_with_the_report(plane):
                                                                                       traced["convention"])
         points = line["points"] + line["points"][:1] * (len(mine.places) - len(line["points"]))
         assert mine.places.tolist() == [[point["x"], point["y"]] for point in points]
-        assert mine.errors.tolist() == [[point["error_x"], point["error_y"]] for point in points]
 
 
 def test_a_plane_without_a_line_is_drawn_with_its_regime_and_a_note(tmp_path):
@@ -232,16 +238,13 @@ def test_a_plane_without_a_line_is_drawn_with_its_regime_and_a_note(tmp_path):
     assert [text.get_text() for text in picture_of(bare).axes[0].texts] == ["no line in this plane"]
 
 
-def test_islands_are_closed_and_errors_stay_on_their_side_of_a_line():
+def test_islands_are_closed():
     columns = {"line": [0, 0, 0, 1, 1], "limit": [2, 2, 2, 3, 3], "convention": [0] * 5, "closed": [1, 1, 1, 0, 0],
-               "x": [0, 1, 0, 2, 3], "y": [0, 0, 1, 2, 2], "error_x": [0.0] * 5, "error_y": [0, 0, 0, 0.1, 0.1],
-               "angle": [0, 0, 0, 30, 40]}
+               "x": [0, 1, 0, 2, 3], "y": [0, 0, 1, 2, 2], "angle": [0, 0, 0, 30, 40]}
     vertices = xarray.Dataset({name: ("vertex", numpy.array(values, float)) for name, values in columns.items()})
     island, line = boundary_panels.lines_of(vertices)
-    assert island.places.tolist() == [[0, 0], [1, 0], [0, 1], [0, 0]] and not island.has_errors
-    assert line.places.tolist() == [[2, 2], [3, 2]] and line.has_errors
-    turned = boundary_panels.on_one_side(numpy.array([[0.0, 1.0], [0.1, -1.0], [0.0, -1.0], [0.0, 1.0]]))
-    assert turned.tolist() == [[0.0, 1.0], [-0.1, 1.0], [0.0, 1.0], [0.0, 1.0]]
+    assert island.places.tolist() == [[0, 0], [1, 0], [0, 1], [0, 0]]
+    assert line.places.tolist() == [[2, 2], [3, 2]]
 
 
 # --- both
@@ -259,7 +262,7 @@ def test_xarray_opens_every_group_with_named_axes_meanings_and_units(request, na
     path = request.getfixturevalue(name)
     with h5py.File(path) as file:
         groups = list(file)
-        assert groups == (["isotropic", "ordered"] if name == "bands" else ["boundary", "map", "plane"])
+        assert groups == (["isotropic", "ordered"] if name == "bands" else ["band", "boundary", "map", "plane"])
     for group in groups:
         dataset = opened(path, group)
         assert len(dataset.data_vars) > 1

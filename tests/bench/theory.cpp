@@ -49,8 +49,8 @@ void mode_map(benchmark::State& state) {
 void eigenvectors(benchmark::State& state) {
     const physics::Equations equations(flock);
     const physics::StationaryState about = physics::stationary_states(equations).states.at(1);
-    const Eigen::MatrixXcd m = equations.linearised(about.point)->symbol({.x = 0.3, .y = 0.4});
-    Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver;
+    const physics::Symbol m = physics::linear_symbol(equations, about.point, {.x = 0.3, .y = 0.4});
+    Eigen::ComplexEigenSolver<physics::Symbol> solver;
     for (auto _ : state)
         for (int n = 0; n < side * side; ++n) benchmark::DoNotOptimize(solver.compute(m));
     state.counters["transforms"] = 0;
@@ -88,10 +88,10 @@ void boundary(benchmark::State& state, physics::Limit limit) {
                                      {"driving.strength",
                                       {{10, 12, 15, 16, 20, 24, 24, 30, 36, 28, 36, 42},
                                        std::vector<double>(12, 0.5)}}}};
-    const std::vector<physics::Uncertain> uncertain = physics::table_errors(plane.model);
+    std::vector<physics::Model> draws(20, plane.model);
+    physics::draw_errors(physics::table_errors(plane.model), draws);
     Threads threads(static_cast<int>(state.range(0)));
-    for (auto _ : state)
-        benchmark::DoNotOptimize(physics::trace_boundary(plane, limit, uncertain, {}, on_threads(threads)));
+    for (auto _ : state) benchmark::DoNotOptimize(physics::trace_boundary(plane, limit, draws, {}, on_threads(threads)));
     state.counters["transforms"] = 0;
 }
 void boundary_onset(benchmark::State& state) { boundary(state, physics::Limit::onset); }

@@ -108,7 +108,7 @@ TEST(PhaseBoundary, with_a_double_point_is_followed_through_it) {
             nearest = std::min(nearest, away);
             EXPECT_LT(off, away < 1e-3 ? 1e-5 : 1e-8);
         }
-    EXPECT_LT(nearest, 1e-5);
+    EXPECT_LT(nearest, 2e-4);  // a vertex that is not needed within the chord of 1e-4, of a plane 2 wide, is left out
 }
 
 PlaneAxis coefficient(const std::string& name, double from, double to, std::function<void(Model&, double)> set) {
@@ -272,7 +272,7 @@ TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
     const std::vector<Uncertain> uncertain = table_errors(truth.model);
     ASSERT_EQ(uncertain.size(), 36u);
     constexpr int trials = 200;
-    int within_one = 0, within_two = 0;
+    int within_band = 0;
     std::vector<double> numbers(uncertain.size());
     for (int trial = 0; trial < trials; ++trial) {
         fill_normal({.seed = 20141021, .stream = Stream::test, .step = static_cast<std::uint64_t>(trial)}, 0, 1,
@@ -280,25 +280,18 @@ TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
         Plane drawn = truth;
         for (std::size_t i = 0; i < uncertain.size(); ++i)
             uncertain[i].add(drawn.model, numbers[i] * uncertain[i].error);
-        const Boundary found = trace_boundary(drawn, Limit::onset, uncertain, coarse, on_threads(threads));
+        std::vector<Model> draws(60, drawn.model);
+        draw_errors(uncertain, draws);
+        const Boundary found = trace_boundary(drawn, Limit::onset, draws, coarse, on_threads(threads));
         ASSERT_EQ(found.lines.size(), 1u);
         // One point of each, so that trials are independent: half-way along.
         const BoundaryPoint& p = found.lines[0].points[found.lines[0].points.size() / 2];
-        // Where the true line crosses the band's direction, by bisection of the true margin along it, in standard
-        // errors.
-        const auto true_margin = [&](double n) {
-            return margins(truth, {{p.x + n * p.error_x, p.y + n * p.error_y}}, Limit::onset, threads)[0].value;
-        };
-        double low = -6.0, high = 6.0;
-        ASSERT_LT(true_margin(low) * true_margin(high), 0.0);
-        for (int i = 0; i < 40; ++i)
-            (true_margin(0.5 * (low + high)) * true_margin(high) < 0.0 ? low : high) = 0.5 * (low + high);
-        within_one += std::abs(low) < 1.0;
-        within_two += std::abs(low) < 2.0;
+        ASSERT_TRUE(std::isfinite(p.band.x_low) && std::isfinite(p.band.x_high));
+        const auto true_margin = [&](double x) { return margins(truth, {{x, p.y}}, Limit::onset, threads)[0].value; };
+        within_band += true_margin(p.band.x_low) * true_margin(p.band.x_high) < 0.0;
     }
-    // Binomial: 136.5 +- 6.6 of 200 within one error, 190.9 +- 3.0 within two; four deviations.
-    EXPECT_NEAR(within_one, 0.6827 * trials, 26.0);
-    EXPECT_NEAR(within_two, 0.9545 * trials, 12.0);
+    // Binomial: 136.5 +- 6.6 of 200; four deviations.
+    EXPECT_NEAR(within_band, 0.6827 * trials, 26.0);
 }
 
 TEST(Limits, have_names) {

@@ -32,7 +32,7 @@ struct FieldNumber {
     Origin origin = Origin::set;
 };
 
-/// One number of the model:
+/// Numbers of the model:
 ///     rho = Phi_b/(area of a bead), sigma = Phi_r/(area of a rod), J = u sigma P,
 ///     Gamma = m rho/tau, alpha = (alpha/Gamma) Gamma, alpha_3 = (alpha_3/Gamma) Gamma, eta = [eta/(m rho)] m rho, E,
 ///     a, c and lambda as measured (alpha_3 and c = 0 in a table without them);
@@ -42,25 +42,31 @@ struct FieldNumber {
 ///     b such that the uniform flock has the mean-field order of order_of_alignment() in calibrate/alignment.hpp, g
 ///     being (lambda_s alpha/Gamma + 2 c sigma)/a and g3 being lambda_s alpha_3/(Gamma a);
 ///     w = 3 g u/16 (in P), of the same expansion about the onset; A, F, zeta and K1 zero.
-/// The error is of first order in the errors of the rows, or that of redrawn tables for b and w, whose c follows from
-/// other rows; rows are taken as independent (alpha/Gamma and tau, from one assay, are not quite; alpha/Gamma and
-/// alpha_3/Gamma are anticorrelated, so that errors with both are too large).  Throws an input Error for missing
-/// entries and for points outside the table.
-FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind);
+/// The error is half of the distance from 16 to 84 % over tables redrawn within their errors, in which c follows from
+/// the other rows as in the measured one.  Rows are taken as independent (alpha/Gamma and tau, from one assay, are not
+/// quite; alpha/Gamma and alpha_3/Gamma are anticorrelated, so that errors with both are too large).  Throws an input
+/// Error for missing entries and for points outside the table.
+std::vector<FieldNumber> field_numbers(const Table& table, const std::vector<std::string>& keys,
+                                       const StatePoint& point, OrderKind kind);
+inline FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind) {
+    return field_numbers(table, {key}, point, kind).front();
+}
+/// The values alone, also where a divisor is not significantly different from 0.
+std::vector<double> field_values(const Table& table, const std::vector<std::string>& keys, const StatePoint& point,
+                                 OrderKind kind);
 
-/// The coefficients that may depend on densities, at all nodes of the table; the relaxation rate is a - c sigma.  The
-/// error of alpha/Gamma is assigned to alpha; Gamma and b have no error here.  Rows that depend on beads alone are
-/// repeated at every rod density, and a boundary treats errors of nodes as independent: halfway between two rod
-/// densities the contribution of a and lambda to its error band is too narrow by sqrt(2).  find_onset() does not have
-/// this limitation.
+/// The coefficients that may depend on densities, at all nodes of the table; the relaxation rate is a - c sigma.
+/// Without errors, which the nodes share: see redrawn_models().
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind);
+/// Throws an input Error where a divisor at a node is not significantly different from 0.
+void check_nodes(const Table& table, const StatePoint& point, OrderKind kind);
 
-/// Mean-field prediction for a uniform system with these coefficients.
+/// Mean-field prediction for a uniform system with these coefficients; errors as those of field_numbers().
 struct MeanField {
     Uncertain alignment;             ///< g
     Uncertain alignment_cubic;       ///< g3, of a flow that is not linear in the order
     Uncertain effective_relaxation;  ///< abar = a - c sigma - lambda alpha/Gamma [1/s]
-    Uncertain order;                 ///< P; its error, as that of the flow, from redrawn tables
+    Uncertain order;                 ///< P
     Uncertain bead_velocity;         ///< (alpha + alpha_3 P^2) P/Gamma [mm/s]
     Uncertain response_time;         ///< tau of the flow [s], at least its error
 };

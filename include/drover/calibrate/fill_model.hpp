@@ -22,6 +22,12 @@ std::vector<std::string> missing_keys(const physics::Model& model, bool local,
 FilledModel fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
                        physics::Model& model);
 
+/// The model with these keys filled from tables redrawn within their errors, each with all that follows from it.  A
+/// table with a number out of the range of its key is left out, so there may be fewer than `count`.
+std::vector<physics::Model> redrawn_models(const Table& table, const StatePoint& point,
+                                           const std::vector<std::string>& keys, const physics::Model& model,
+                                           int count);
+
 /// What the mean field of the table expects.
 std::vector<std::string> expected_texts(const Table& table, const StatePoint& point);
 

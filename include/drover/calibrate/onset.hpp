@@ -1,6 +1,5 @@
 // calibrate/onset.hpp: the flocking threshold predicted by the coefficients of a table.
 #pragma once
-#include <array>
 #include <string>
 #include <vector>
 
@@ -17,42 +16,51 @@ inline constexpr int convention_count = 2;
 /// "mean", "single-rod": the values of the key weathercock.convention.
 const char* convention_name(Convention convention);
 
-/// The point at which alpha/Gamma overtakes (a - c sigma)/lambda as the area fraction of beads grows.
+/// An area fraction of beads at which alpha/Gamma and (a - c sigma)/lambda are equal.
 struct Crossing {
-    double bead_fraction = 0.0;  ///< NaN if there is no crossing in the table
-    double error = 0.0;          ///< standard deviation over tables redrawn within their errors; NaN if there is none
-    /// 16, 50 and 84 % of redrawn tables cross at or below these area fractions; infinite beyond the table, where the
-    /// tables that do not cross are counted.
-    std::array<double, 3> quantiles{};
-    double share = 0.0;      ///< fraction of redrawn tables that have a crossing
-    bool above_all = false;  ///< alpha/Gamma exceeds the threshold at the first node; a crossing then follows a dip
+    double bead_fraction = 0.0;
+    bool begins = true;  ///< flocks are predicted above it, otherwise below
+    /// The interval around it in which 16 to 84 % of the draws predict flocks: its error.  NaN: beyond the table.
+    double low = 0.0, high = 0.0;
+    bool is_alone = true;  ///< no other crossing is in that interval; otherwise they may as well not be there
+};
+
+/// All crossings at one area fraction of rods, from few beads to many.
+struct Crossings {
+    std::vector<Crossing> all;
+    bool above_all = false;  ///< flocks are predicted at the smallest area fraction of beads
+    /// Fractions of the draws that have a crossing, that have as many as the table, and that have more.
+    double any = 0.0, as_many = 0.0, more = 0.0;
+    /// At each area fraction of beads: lambda alpha/Gamma + c sigma - a [1/s], which is positive where flocks are
+    /// predicted; the fraction of draws in which it is; and the excess over its error, -1 to 1 in the error band.
+    std::vector<double> excess, share, deviation;
 };
 
 /// The curves at one area fraction of rods.
 struct OnsetCurve {
     double rod_fraction = 0.0;
-    std::vector<Uncertain> drag;                ///< alpha/Gamma [mm/s], [bead]
-    std::vector<Uncertain> threshold;           ///< (a - c sigma)/lambda [mm/s], [bead], lambda of Convention::mean
-    std::vector<double> alignment;              ///< g, [bead]
-    Crossing crossings[convention_count] = {};  ///< by convention
+    std::vector<Uncertain> drag;                 ///< alpha/Gamma [mm/s], [bead]
+    std::vector<Uncertain> threshold;            ///< (a - c sigma)/lambda [mm/s], [bead], lambda of Convention::mean
+    std::vector<double> alignment;               ///< g, [bead]
+    Crossings crossings[convention_count] = {};  ///< by convention
 };
 
 struct Onset {
+    int draws = 0;
     std::vector<double> bead_fractions;  ///< at which curves are given: the nodes and points between them
     std::vector<OnsetCurve> curves;      ///< at each area fraction of rods of the table
-    std::vector<OnsetCurve> line;  ///< threshold in the plane of both area fractions: crossings without curves, also
-                                   ///< between the area fractions of rods of the table
+    std::vector<OnsetCurve> plane;       ///< crossings without curves, also between the area fractions of rods
 };
 
-/// Onset from the rows drag, relaxation_rate, weathercock and, if present, contact_alignment and rod_area, interpolated
-/// by SmoothCoefficient.  Errors of crossings
-/// come from `redrawn` tables with normal errors, drawn by counter: the same table gives the same errors.
-/// Crossings are the first from few beads to many; the curves show a later fall below the threshold.
-/// `subdivisions`: of each interval between nodes.
-/// Throws an input Error for a table without these rows or with missing entries in them.
-Onset find_onset(const Table& table, std::size_t varied = 0, int subdivisions = 10, int redrawn = 400);
+inline constexpr int onset_draws = 400;
 
-/// The measured crossing of Convention::mean, without its error.
+/// Onset from the rows drag, relaxation_rate, weathercock and, if present, contact_alignment and rod_area, interpolated
+/// by SmoothCoefficient.  All errors are half of the distance from 16 to 84 % over `draws` tables redrawn within their
+/// errors, drawn by counter: the same table gives the same errors.  `subdivisions`: of each interval between nodes.
+/// Throws an input Error for a table without these rows or with missing entries in them.
+Onset find_onset(const Table& table, std::size_t varied = 0, int subdivisions = 10, int draws = onset_draws);
+
+/// The first crossing from few beads to many at which flocks begin, of Convention::mean, without its error.
 struct OnsetPlace {
     double bead_fraction = 0.0;  ///< NaN if there is none
     /// lambda alpha/Gamma + c sigma - a [1/s] that decides whether there is one: at the smallest area fraction of beads

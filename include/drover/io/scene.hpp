@@ -82,6 +82,7 @@ struct BoundaryPlan {
     std::vector<std::string> lines{"onset", "phase-separation", "banding", "oblique"};  ///< names of physics::Limit
     std::vector<std::string> conventions;  ///< of lambda: "mean", "single-rod"; empty: the scene's
     std::vector<std::string> errors;       ///< "relaxation.rate = 0.02": standard errors
+    int draws = 100;                       ///< of uncertain numbers, for the error bands; 0: no bands
     int cells = 64;                        ///< islands wider than 1/cells of the plane are found
     double chord = 1e-4;                   ///< distance between line and polyline, relative to the plane
     int map = 96;                          ///< cells along each side of the map of states; 0: no map
@@ -157,6 +158,11 @@ int kept_degree(const Scene& scene, const model::Equations& equations);
 
 /// Whether a number of the model came from the table of calibrated.table.
 bool is_from_table(const Scene& scene, const std::string& key);
+
+/// The model with its calibrated numbers drawn within their errors, and all that follows from them; `count` copies of
+/// a model without such numbers.  Fewer where draws are out of the range of their keys.  Throws an input Error at
+/// calibrated.table if that file is no more there.
+std::vector<physics::Model> drawn_models(const Scene& scene, int count);
 
 /// Where a key was given, or the scene's file for a default.
 SourceLocation location_of(const Scene& scene, const std::string& key);

@@ -50,6 +50,9 @@ struct Uncertain {
 /// All table values of a model that have an error.
 std::vector<Uncertain> table_errors(const Model& model);
 
+/// Adds to these numbers of each model one draw of their errors; number n of `uncertain` has the same draws every time.
+void draw_errors(const std::vector<Uncertain>& uncertain, std::vector<Model>& models);
+
 struct Plane {
     Model model;
     PlaneAxis x, y;
@@ -59,8 +62,9 @@ struct Plane {
 std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::PlanePoint>& points, Limit limit,
                             Threads& threads);
 
-/// Traces the lines of one limit.
-Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Uncertain>& uncertain,
+/// Traces the lines of one limit, with the error band that follows from draws of the model within its errors.  Draws
+/// whose model is not valid are left out: see DrawField::draws.
+Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Model>& draws,
                         const numerics::ContourOptions& options, const ComputeAll& compute);
 
 }  // namespace drover::physics

@@ -21,9 +21,10 @@ struct TableOnset {
     std::size_t varied = 0;  ///< index of that value
     Result result;
 };
-/// Of a file of coefficients, for the value `varied` of the key that it varies.  Throws an input Error for another
-/// file, and as calibrate::varied_index.
-TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied);
+/// Of a file of coefficients, for the value `varied` of the key that it varies, with errors from so many draws.  Throws
+/// an input Error for another file, and as calibrate::varied_index.
+TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied,
+                      int draws = calibrate::onset_draws);
 
 /// Area fractions of beads and of rods.
 using AreaFractions = std::pair<double, double>;

@@ -29,9 +29,9 @@ def draw(theory):
     regimes = groups["map"].get("regime", groups["map"].get("stable_states")) if "map" in groups else None
     regime_keys = panels.draw_regimes(axes, regimes, numpy.ravel(
         numpy.column_stack([origin, origin + sides]))) if regimes is not None else []
+    bands = panels.bands_of(groups["band"]) if "band" in groups else []
+    has_bands = [panels.draw_band(axes, band) for band in bands].count(True) > 0
     for line in lines:
-        if line.has_errors:
-            panels.draw_ribbon(axes, line, sides)
         panels.draw_line(axes, line, dashed=line.convention != conventions[0])
     axes.set_xlim(origin[0], origin[0] + sides[0])
     axes.set_ylim(origin[1], origin[1] + sides[1])
@@ -41,9 +41,9 @@ def draw(theory):
         axis.set_label_text(label_of(theory, groups, name))
     if not lines:
         axes.text(0.5, 0.5, "no line in this plane", ha="center", va="center", transform=axes.transAxes)
-    write_keys(figure, regime_keys, lines, conventions)
+    write_keys(figure, regime_keys, lines, conventions, has_bands)
     write_title_and_caption(figure, f"{scene_name(theory)}: phase boundaries of its uniform states",
-                caption(theory, bool(regime_keys), lines, conventions, angles))
+                caption(theory, bool(regime_keys), lines, conventions, angles, has_bands))
     return figure
 
 
@@ -74,13 +74,13 @@ def label_of(theory, groups, axis):
     return with_unit(name, groups["map"][f"map_{axis}"]) if "map" in groups else name
 
 
-def write_keys(figure, regime_keys, lines, conventions):
+def write_keys(figure, regime_keys, lines, conventions, has_bands):
     """Draws the legends to the right of the plane."""
     top = (PLANE[1] + PLANE[3]) / SIZE[1]
     first = panels.CONVENTIONS[conventions[0]]
     for title, keys in (("uniform states" if of_own_model(lines)
                          else f"regimes ({first} convention)" if len(conventions) > 1 else "regimes", regime_keys),
-                        ("lines", panels.line_keys(lines, conventions))):
+                        ("lines", panels.line_keys(lines, conventions, has_bands))):
         if keys:
             legend = figure.legend(handles=keys, title=title, loc="upper left",
                                    bbox_to_anchor=(KEYS_LEFT / SIZE[0], top),
@@ -93,7 +93,7 @@ def of_own_model(lines):
     return any(line.limit >= panels.OF_MODEL for line in lines)
 
 
-def caption(theory, has_map, lines, conventions, angles):
+def caption(theory, has_map, lines, conventions, angles, has_bands):
     """Explains the figure to a reader."""
     of_model = of_own_model(lines)
     words = ["Lines where a uniform state becomes unstable to " + ("any wave" if of_model else "long waves, q → 0")
@@ -107,8 +107,9 @@ def caption(theory, has_map, lines, conventions, angles):
                      f"{theory.scene['boundary'].get('map', '?')} points along each axis.")
     if len(conventions) > 1:
         words.append("Conventions: weathercock.strength is λ (mean) or 2 λ (single-rod).")
-    if any(line.has_errors for line in lines):
-        words.append("Bands: standard errors of the lines, from the errors of the numbers in the scene.")
+    if has_bands:
+        words.append(f"Bands: between 16 and 84 % of {theory.scene['boundary'].get('draws', '?')} draws of all numbers "
+                     "within their errors, a point is unstable; a state that less than half of them have has no band.")
     if angles:
         words.append(f"Degrees on {'lines of the ordered state' if of_model else 'oblique lines'}: angle between the "
                      "order and the wave that becomes unstable first.")

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 import numpy
 from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, PathPatch
-from matplotlib.path import Path
+from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
 from drover.panels import BLUE, GREEN, GREY, PURPLE, VERMILLION
@@ -38,12 +37,18 @@ class Line:
     convention: int
     closed: bool
     places: numpy.ndarray  # (vertices, 2)
-    errors: numpy.ndarray  # likewise
     angles: numpy.ndarray  # of the first unstable wave [degrees from p0]
 
-    @property
-    def has_errors(self):
-        return bool((numpy.nan_to_num(self.errors) != 0.0).any())
+
+@dataclass(frozen=True)
+class Band:
+    """The margin of one kind of line over its error, on a grid: the error band is where it is between -1 and 1."""
+
+    limit: int
+    convention: int
+    x: numpy.ndarray
+    y: numpy.ndarray
+    deviation: numpy.ndarray  # (y, x)
 
 
 def lines_of(vertices):
@@ -57,11 +62,19 @@ def lines_of(vertices):
         closed = bool(columns["closed"][chosen[0]])
         if closed and any(columns[name][chosen[0]] != columns[name][chosen[-1]] for name in "xy"):
             chosen = numpy.append(chosen, chosen[0])
-        places, errors = (numpy.column_stack([columns[f"{start}{axis}"][chosen] for axis in "xy"])
-                          for start in ("", "error_"))
-        lines.append(Line(int(limits[chosen[0]]), int(conventions[chosen[0]]), closed, places, errors,
+        places = numpy.column_stack([columns[axis][chosen] for axis in "xy"])
+        lines.append(Line(int(limits[chosen[0]]), int(conventions[chosen[0]]), closed, places,
                           columns["angle"][chosen]))
     return lines
+
+
+def bands_of(fields):
+    """Error bands from the group of fields of draws."""
+    columns = {name: fields[name].values for name in fields.data_vars}
+    limits = columns["limit"] if "limit" in columns else OF_MODEL + columns["state"]
+    conventions = columns.get("convention", numpy.zeros(len(limits)))
+    return [Band(int(limit), int(convention), fields["band_x"].values, fields["band_y"].values, deviation)
+            for limit, convention, deviation in zip(limits, conventions, columns["deviation"])]
 
 
 def draw_regimes(axes, regimes, extent):
@@ -83,25 +96,18 @@ def draw_line(axes, line, dashed):
               zorder=5.0 - 0.5 * width, solid_capstyle="butt", dash_capstyle="butt")
 
 
-def draw_ribbon(axes, line, sides):
-    """Draws one standard error on both sides of a line; pieces between NaNs separately."""
-    defined = numpy.isfinite(line.errors).all(axis=1)
-    for piece in numpy.split(numpy.arange(len(defined)), numpy.flatnonzero(numpy.diff(defined.astype(int))) + 1):
-        if len(piece) < 2 or not defined[piece[0]]:
-            continue
-        errors = on_one_side(line.errors[piece] / sides) * sides
-        ribbon = numpy.vstack([line.places[piece] + errors, (line.places[piece] - errors)[::-1]])
-        colour = LIMITS[line.limit][1]
-        axes.add_patch(PathPatch(Path(ribbon, closed=False), facecolor=colour, alpha=0.2, linewidth=0, zorder=1.5))
-        for side in (errors, -errors):
-            axes.plot(*(line.places[piece] + side).T, color=colour, alpha=0.6, linewidth=0.5, zorder=1.6)
-
-
-def on_one_side(errors):
-    """Flips error vectors so that all point to the same side of a line."""
-    turns = numpy.sign(numpy.einsum("ij,ij->i", errors[1:], errors[:-1]))
-    turns[turns == 0.0] = 1.0
-    return errors * numpy.cumprod(numpy.append(1.0, turns))[:, None]
+def draw_band(axes, band):
+    """Fills where 16 to 84 % of the draws are unstable; returns whether that is anywhere in the plane."""
+    inside = numpy.abs(band.deviation) <= 1.0
+    crosses = [numpy.signbit(band.deviation), numpy.isfinite(band.deviation)]
+    if not inside.any() and len(numpy.unique(crosses[0][crosses[1]])) < 2:
+        return False
+    colour = LIMITS[band.limit][1]
+    deviation = numpy.ma.masked_invalid(band.deviation)
+    axes.contourf(band.x, band.y, deviation, levels=[-1.0, 1.0], colors=[colour], alpha=0.2, zorder=1.5)
+    axes.contour(band.x, band.y, deviation, levels=[-1.0, 1.0], colors=[colour], alpha=0.6, linewidths=0.5,
+                 linestyles="-", zorder=1.6)
+    return True
 
 
 def write_angles(axes, lines, origin, sides):
@@ -126,7 +132,7 @@ def write_angles(axes, lines, origin, sides):
     return bool(written)
 
 
-def line_keys(lines, conventions):
+def line_keys(lines, conventions, has_bands):
     """Legend entries of lines, of dashes if there are two conventions, and of error bands."""
     keys = [Line2D([], [], color=colour, linewidth=width, label=words)
             for limit, (words, colour, width) in enumerate(LIMITS) if any(line.limit == limit for line in lines)]
@@ -134,6 +140,6 @@ def line_keys(lines, conventions):
         keys += [Line2D([], [], color=GREY, linewidth=1.6, linestyle=style, label=f"{CONVENTIONS[convention]} "
                         f"convention")
                  for convention, style in zip(conventions, ("-", (0, (4, 1.6))))]
-    if any(line.has_errors for line in lines):
-        keys.append(Patch(facecolor=GREY, alpha=0.35, linewidth=0, label="± one standard error"))
+    if has_bands:
+        keys.append(Patch(facecolor=GREY, alpha=0.35, linewidth=0, label="error: 16 to 84 % of the draws"))
     return keys

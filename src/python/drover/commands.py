@@ -68,15 +68,15 @@ def coefficients():
     return _drover.coefficients()
 
 
-def onset(table, *, varied=None, cell=None, points=(), output=None, overwrite=False):
+def onset(table, *, varied=None, cell=None, points=(), draws=400, output=None, overwrite=False):
     """The flocking threshold that a table of coefficients predicts, as `drover boundary TABLE`: a Theory.
 
     `cell`: also the order of the rods of a square cell of this side [mm], at `points`, pairs of the area fractions of
-    beads and rods, or at the nodes of the table.
+    beads and rods, or at the nodes of the table.  `draws`: of the table within its errors, for the error bands.
     """
     from drover.computed import theory_of
     with hdf5():
-        result = _drover.onset(os.fspath(table), varied, cell, [tuple(point) for point in points])
+        result = _drover.onset(os.fspath(table), varied, cell, [tuple(point) for point in points], draws)
         if output is not None:
             result.write(os.fspath(output), overwrite)
     return theory_of(result, os.path.basename(os.fspath(table)))

@@ -146,11 +146,11 @@ def boundary(models, output):
     """The flocking threshold that the coefficients measured on particles predict."""
     from drover import onset_figure
     theory = drover.onset(models / TABLE, output=output / "threshold.h5", overwrite=True)
-    curves, line = theory.groups["curves"], theory.groups["line"]
+    line, field = theory.groups["line"], theory.groups["field"]
     runs = numpy.genfromtxt(models / FLOCKS, delimiter=",", names=True, skip_header=1)
     figure = new_figure(6.6, 5.2)
     axes = figure.add_axes((0.11, 0.10, 0.70, 0.72))
-    keys, points = onset_figure.draw_onset(axes, curves, line, runs)
+    keys, points = onset_figure.draw_onset(axes, field, runs)
     bar = figure.colorbar(points, cax=figure.add_axes((0.84, 0.10, 0.03, 0.72)))
     bar.set_label("polar order of the particles $P$")
     is_here = (runs["bead_area_fraction"] == POINT[0]) & (runs["rod_area_fraction"] == POINT[1])

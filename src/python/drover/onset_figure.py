@@ -20,7 +20,9 @@ DASHED = (0, (4, 1.6))
 ROOM = 2.5        # upper limit of the speed axis, in units of the largest alpha/Gamma
 FAR = 100.0       # curves are clipped at this multiple of that limit: a/lambda has poles
 NAMED_FROM = 0.1  # smallest width of a labelled region, relative to the plane
-SURE = 0.95       # fraction of redrawn tables; if fewer have a crossing, the caption reports it
+FAR_FROM_ZERO = 4.0  # errors: beyond, a field over its error says no more
+BESIDE = 0.03     # of the axis of beads, beside the table
+GROUPS = "curves", "field", "crossings"
 # Names in the archive, labels, line and marker styles, and factors of a/lambda.
 CONVENTIONS = (("mean", r"$\lambda = \lambda_s/2$", "-", "black", 1.0),
                ("single_rod", "twice the turning rate", DASHED, "white", 0.5))
@@ -31,16 +33,16 @@ EXPERIMENT = 0.65
 @matplotlib.rc_context(STYLE)
 def draw(theory):
     """Draws an archive of drover boundary TABLE as a matplotlib Figure."""
-    missing = [name for name in ("curves", "line") if name not in theory.groups]
+    missing = [name for name in GROUPS if name not in theory.groups]
     if missing:
         raise DroverError(f"{theory.path} has no group {missing[0]}, which drover boundary TABLE writes: the file is "
                           f"damaged, or "
                           "from another version of drover")
-    curves, line = (theory.groups[name].map(lambda array: loaded(array, theory.path)) for name in ("curves", "line"))
+    curves, field, crossings = (theory.groups[name].map(lambda array: loaded(array, theory.path)) for name in GROUPS)
     figure = new_figure()
     left, right = add_axes(figure, CURVES), add_axes(figure, PLANE)
-    draw_curves(left, curves, line)
-    draw_plane(right, curves, line)
+    draw_curves(left, curves, crossings)
+    draw_plane(right, curves, field, crossings)
     for axes, words, keys in ((left, "(a) speed of dragged beads and flocking threshold", curve_keys(curves)),
                               (right, "(b) flocking threshold", plane_keys(right))):
         axes.set_title(words, loc="left")
@@ -51,7 +53,7 @@ def draw(theory):
                       borderpad=0.0, borderaxespad=0.0,
                       bbox_to_anchor=(axes.get_position().x0, KEYS_TOP / SIZE[1]))
     name = scene_name(theory).removesuffix(" (its scene)")
-    write_title_and_caption(figure, f"{name}: predicted flocking threshold", caption(curves, line))
+    write_title_and_caption(figure, f"{name}: predicted flocking threshold", caption(curves, crossings))
     return figure
 
 
@@ -60,9 +62,11 @@ def colours_of(curves):
     return matplotlib.colormaps["viridis"](numpy.linspace(0.0, 0.82, curves.sizes["rod_fraction"]))
 
 
-def draw_curves(axes, curves, line):
+def draw_curves(axes, curves, crossings):
     """Draws alpha/Gamma at each area fraction of rods, a/lambda in both conventions, and their crossings."""
     beads, drag = curves["bead_fraction"].values, curves["drag"].values
+    beside = BESIDE * (beads[-1] - beads[0])  # room for marks at the ends of the table
+    axes.set_xlim(beads[0] - beside, beads[-1] + beside)
     low, high = speeds_shown(drag, curves["drag_error"].values)
     needed, errors = curves["threshold"].values, curves["threshold_error"].values
     needed = numpy.where((needed > 0.0) & numpy.isfinite(needed), needed, numpy.nan)
@@ -77,8 +81,7 @@ def draw_curves(axes, curves, line):
         axes.plot(beads, clipped(values, high), color=colour, linewidth=1.4, zorder=4)
         draw_band(axes.fill_between, beads, values, errors, colour, high)
     for colour, rods, values in zip(colours_of(curves), curves["rod_fraction"].values, drag):
-        draw_crossings(axes, line, rods, colour, lambda place, values=values: numpy.interp(place, beads, values))
-    axes.set_xlim(beads[0], beads[-1])
+        draw_crossings(axes, crossings, rods, colour, lambda place, values=values: numpy.interp(place, beads, values))
     axes.set_ylim(low, high)
     axes.set_ylabel(with_unit("speed", curves["drag"]))
 
@@ -106,46 +109,96 @@ def draw_band(fill, along, values, errors, colour, high):
          zorder=1)
 
 
-def draw_crossings(axes, line, rods, colour, height_of):
+def draw_crossings(axes, crossings, rods, colour, height_of):
     """Marks the crossings at one area fraction of rods."""
-    at = numpy.flatnonzero(numpy.isclose(line["line_rod_fraction"].values, rods, rtol=1e-9, atol=0.0))
-    for name, _, _, fill, _ in CONVENTIONS:
-        for place, error in zip(line[name].values[at], line[f"{name}_error"].values[at]):
-            if numpy.isfinite(place):
-                axes.errorbar(place, height_of(place), xerr=error if numpy.isfinite(error) else None, color=colour,
-                              marker="o",
-                              markersize=5, markerfacecolor=colour if fill == "black" else fill, capsize=2.5, zorder=5)
+    near = numpy.isclose(crossings["crossing_rod_fraction"].values, rods, rtol=1e-9, atol=0.0)
+    for number, (_, _, _, fill, _) in enumerate(CONVENTIONS):
+        for at in numpy.flatnonzero(near & (crossings["convention"].values == number)):
+            place, first = float(crossings["bead_area_fraction"][at]), is_first(crossings, at)
+            axes.errorbar(place, height_of(place), xerr=bars(crossings, [at], axes.get_xlim()) if first else None,
+                          color=colour,
+                          marker="o", markersize=5, markerfacecolor=colour if fill == "black" else fill, capsize=2.5,
+                          zorder=5)
 
 
-def draw_plane(axes, curves, line):
-    """Draws the thresholds of both conventions with errors, the region of flocks, and the experimental line."""
-    beads, rods = curves["bead_fraction"].values, line["line_rod_fraction"].values
-    margin = 0.05 if len(rods) == 1 else 0.0
+def is_first(crossings, at):
+    """Whether a crossing is the first one in its band: those that share it have one error bar."""
+    if at == 0 or any(crossings[name].values[at] != crossings[name].values[at - 1]
+                      for name in ("crossing_rod_fraction", "convention")):
+        return True
+    low = crossings["low"].values[at]
+    return bool(numpy.isfinite(low) and low > crossings["bead_area_fraction"].values[at - 1])
+
+
+def bars(crossings, at, ends):
+    """Lengths of the error bars of crossings to the left and right; beyond the table they end with it."""
+    places = crossings["bead_area_fraction"].values[at]
+    low, high = (numpy.where(numpy.isfinite(crossings[name].values[at]), crossings[name].values[at], end)
+                 for name, end in zip(("low", "high"), ends))
+    return numpy.maximum([places - low, high - places], 0.0)
+
+
+def draw_plane(axes, curves, field, crossings):
+    """Draws the thresholds of both conventions, the error band of the first, the flocks, and the experimental line."""
+    beads, rods = field["bead_fraction"].values, field["rod_fraction"].values
+    is_one = len(rods) == 1
     axes.set_xlim(beads[0], beads[-1])
-    axes.set_ylim(rods[0] - margin, rods[-1] + margin)
-    for name, _, style, fill, _ in CONVENTIONS:
-        place, error = line[name].values, line[f"{name}_error"].values
-        axes.plot(place, rods, color="black", linestyle=style, linewidth=1.6, zorder=3)
-        draw_band(axes.fill_betweenx, rods, place, error, "black", 1.0)
-        lone = alone(place)
-        axes.errorbar(place[lone], rods[lone], xerr=numpy.nan_to_num(error[lone]), color="black", marker="o",
-                      linestyle="none",
-                      markersize=4.5, markerfacecolor=fill, capsize=2.5, zorder=4)
+    axes.set_ylim(rods[0] - 0.05 * is_one, rods[-1] + 0.05 * is_one)
+    if is_one:
+        for number, (_, _, _, fill, _) in enumerate(CONVENTIONS):
+            at = numpy.flatnonzero(crossings["convention"].values == number)
+            axes.errorbar(crossings["bead_area_fraction"].values[at], rods[0] + 0.0 * at,
+                          xerr=bars(crossings, at, axes.get_xlim()), color="black", marker="o", linestyle="none",
+                          markersize=4.5, markerfacecolor=fill, capsize=2.5, zorder=4)
+    else:
+        excess, single = finer(field, "mean_excess"), finer(field, "single_rod_excess")
+        if excess[2].max() > 0.0:
+            axes.contourf(*excess, levels=[0.0, 2.0 * excess[2].max()], colors=[FLOCK], zorder=0)
+        draw_threshold(axes, field, "black", 0.18)
+        if changes_sign(single[2]):
+            axes.contour(*single, levels=[0.0], colors="black", linestyles=[DASHED], linewidths=1.6, zorder=3)
+        if crossings.sizes["crossing"]:
+            name_regions(axes, field["mean_excess"].values[-1], beads, rods[-1])
     axes.plot(EXPERIMENT - 2.0 * numpy.array(axes.get_ylim()), axes.get_ylim(), color=GREY, linewidth=0.7, zorder=2)
     axes.set_ylabel(r"area fraction of rods $\Phi_r$")
-    name_regions(axes, line, rods)
-    if not any(numpy.isfinite(line[name].values).any() for name, *_ in CONVENTIONS):
+    if not crossings.sizes["crossing"]:
         axes.text(0.5, 0.5, without_crossing(curves), ha="center", va="center", transform=axes.transAxes,
                   bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.9})
 
 
-def draw_onset(axes, curves, line, runs=None):
+def draw_threshold(axes, field, colour, alpha):
+    """Draws where the excess changes its sign, and the band in which it is within its error."""
+    excess, deviation = finer(field, "mean_excess"), finer(field, "mean_deviation")
+    if changes_sign(deviation[2] - 1.0) or changes_sign(deviation[2] + 1.0):
+        axes.contourf(*deviation, levels=[-1.0, 1.0], colors=[colour], alpha=alpha, zorder=1)
+    if changes_sign(excess[2]):
+        axes.contour(*excess, levels=[0.0], colors=[colour], linewidths=1.8, zorder=3)
+
+
+def finer(field, name):
+    """Area fractions of beads and of rods, and a field on a mesh so fine that its level lines have no corners."""
+    beads, rods, values = field["bead_fraction"].values, field["rod_fraction"].values, field[name].values
+    if len(rods) < 2 or not numpy.isfinite(values).all():
+        return beads, rods, numpy.ma.masked_invalid(values)
+    from scipy.interpolate import RectBivariateSpline
+    dense = [numpy.interp(numpy.linspace(0, len(axis) - 1, 4 * len(axis) - 3), numpy.arange(len(axis)), axis)
+             for axis in (rods, beads)]
+    limited = numpy.clip(values, -FAR_FROM_ZERO, FAR_FROM_ZERO) if name.endswith("deviation") else values
+    spline = RectBivariateSpline(rods, beads, limited, kx=min(3, len(rods) - 1), ky=min(3, len(beads) - 1))
+    return dense[1], dense[0], spline(*dense)
+
+
+def changes_sign(values):
+    return bool(numpy.ma.min(values) < 0.0 < numpy.ma.max(values))
+
+
+def draw_onset(axes, field, runs=None):
     """Draws the predicted onset with its error, the line of the experiment, and runs of particles by their order.
 
     runs: columns "bead_area_fraction", "rod_area_fraction" and "polar_order".  Returns the legend entries, and the
     points for a colour bar (None without runs).
     """
-    beads, rods = curves["bead_fraction"].values, line["line_rod_fraction"].values
+    beads, rods = field["bead_fraction"].values, field["rod_fraction"].values
     if runs is not None:
         rods_shown = min(rods[0], runs["rod_area_fraction"].min()), max(rods[-1], runs["rod_area_fraction"].max())
     else:
@@ -153,9 +206,7 @@ def draw_onset(axes, curves, line, runs=None):
     margin = 0.06 * (rods_shown[1] - rods_shown[0] or 1.0)
     axes.set_xlim(beads[0] - 0.04, beads[-1] + 0.04)
     axes.set_ylim(rods_shown[0] - margin, rods_shown[1] + margin)
-    excess, sure = margins(curves, rods)
-    axes.contourf(beads, rods, excess / sure, levels=[-1.0, 1.0], colors=[BLUE], alpha=0.2, zorder=1)
-    axes.contour(beads, rods, excess, levels=[0.0], colors=[BLUE], linewidths=1.8, zorder=3)
+    draw_threshold(axes, field, BLUE, 0.2)
     ends = numpy.array(axes.get_ylim())
     axes.plot(EXPERIMENT - 2.0 * ends, ends, color="black", linewidth=1.2, linestyle=DASHED, zorder=2)
     points = None
@@ -172,37 +223,15 @@ def draw_onset(axes, curves, line, runs=None):
     return keys, points
 
 
-def margins(curves, rods):
-    """alpha/Gamma less the threshold that it must exceed, over (rods, beads), and the standard error of that."""
-    excess = (curves["drag"] - curves["threshold"]).values
-    error = numpy.hypot(curves["drag_error"].values, curves["threshold_error"].values)
-    known = curves["rod_fraction"].values
-    if len(known) == 1:
-        return numpy.repeat(excess, len(rods), axis=0), numpy.repeat(error, len(rods), axis=0)
-    from scipy.interpolate import PchipInterpolator
-    return PchipInterpolator(known, excess)(rods), PchipInterpolator(known, error)(rods)
-
-
-def alone(values):
-    """Indices of isolated finite values, which a line does not show."""
-    there = numpy.concatenate([[False], numpy.isfinite(values), [False]])
-    return numpy.flatnonzero(there[1:-1] & ~there[:-2] & ~there[2:])
-
-
-def name_regions(axes, line, rods):
-    """Shades the region of flocks (many beads) and labels regions that are wide enough."""
-    place = line["mean"].values
-    everywhere = ~numpy.isfinite(place) & (line["mean_above"].values > 0)
-    axes.fill_betweenx(rods, numpy.where(everywhere, axes.get_xlim()[0], place), axes.get_xlim()[1], color=FLOCK,
-                       linewidth=0, zorder=0)
-    finite = numpy.flatnonzero(numpy.isfinite(place))
-    if len(finite) < 2:
-        return
-    top, (low, high) = finite[-1], axes.get_xlim()
-    for words, side, width in (("flocks", "right", high - place[top]), ("no flocks", "left", place[top] - low)):
-        if width > NAMED_FROM * (high - low):
-            axes.annotate(words, (high if side == "right" else low, rods[top]), (-6 if side == "right" else 6, -6),
-                          textcoords="offset points", fontsize=10, ha=side, va="top", style="italic", zorder=6,
+def name_regions(axes, excess, beads, rods):
+    """Labels the regions with and without flocks where they are wide enough at the upper edge."""
+    for words, side, of_edge in (("flocks", "right", excess[::-1]), ("no flocks", "left", excess)):
+        is_other = of_edge < 0.0 if side == "right" else of_edge > 0.0
+        width = numpy.argmax(is_other) / len(beads) if is_other.any() else 1.0
+        if width > NAMED_FROM:
+            axes.annotate(words, (beads[-1] if side == "right" else beads[0], rods),
+                          (-6 if side == "right" else 6, -6), textcoords="offset points", fontsize=10, ha=side,
+                          va="top", style="italic", zorder=6,
                           path_effects=[withStroke(linewidth=2.5, foreground="white" if side == "left" else FLOCK)])
 
 
@@ -236,22 +265,17 @@ def plane_keys(axes):
             Patch(facecolor=GREY, alpha=0.3, linewidth=0, label="± one standard error")]
 
 
-def caption(curves, line):
+def caption(curves, crossings):
     """Explains the figure to a reader."""
     threshold = "(a − cσ)/λ" if has_contacts(curves) else "a/λ"
     words = [f"(a) α/Γ: bead speed at P = 1; {threshold}: threshold that it must exceed for a flock. λ = λs/2 is the "
              "convention of the equations; λs of one rod is twice as large."]
     if (curves["threshold"].values <= 0.0).any():
         words.append(f"{threshold} is omitted where it is not positive.")
-    for name, *_ in CONVENTIONS:
-        holes, count = int((~numpy.isfinite(line[name].values)).sum()), line.sizes["line_rod_fraction"]
-        title = "λ\u00a0=\u00a0λs/2" if name == "mean" else "λs used for λ"
-        if holes:
-            words.append(f"{title}: no crossing in the table at {holes} of {count} area fractions of rods.")
-        share = float(line[f"{name}_share"].values[numpy.isfinite(line[name].values)].min(initial=1.0))
-        if share < SURE:
-            words.append(f"{title}: errors are over those redrawn tables that have a crossing, at least "
-                         f"{100 * share:.0f} % "
-                         "of them.")
+    of_mean = crossings["convention"].values == 0
+    if of_mean.any():
+        words.append("Band: 16 to 84 % of the draws of the table within its errors predict flocks.")
+    if "alone" in crossings and (crossings["alone"].values[of_mean] == 0).any():
+        words.append("Thresholds within one band are within errors of none.")
     words.append("Experiment: Kumar et al., Nat. Commun. 5, 4688 (2014).")
     return " ".join(words)

@@ -256,13 +256,13 @@ class Scene:
         """
         return computed(_drover.stability, self, output, overwrite, threads=threads)
 
-    def boundary(self, x=None, y=None, *, conventions=(), output=None, threads=0, overwrite=False,
+    def boundary(self, x=None, y=None, *, conventions=(), draws=None, output=None, threads=0, overwrite=False,
                  slurm=0):
         """Phase boundaries in a plane of two numbers, as `drover boundary`: a Theory.
 
         x and y are axes: ("driving.strength", 5, 60), or "driving.strength = 5:60"; default: those of the scene.
-        `slurm=20` submits 20 jobs to Slurm, which write the archive `output`, and returns a campaign.Submitted with
-        status() and collect() at once.
+        `draws` of all numbers with errors give the error bands; 0: none.  `slurm=20` submits 20 jobs to Slurm, which
+        write the archive `output`, and returns a campaign.Submitted with status() and collect() at once.
 
         >>> scene = Scene.from_dict({"relaxation.saturation": 1.0, "boundary.map": 0})
         >>> line = scene.boundary(("relaxation.rate", -1, 1), ("elasticity.stiffness", 0.5, 1))
@@ -270,6 +270,8 @@ class Scene:
         0.0
         """
         changes = {f"boundary.{name}": range_text(axis) for name, axis in (("x", x), ("y", y)) if axis is not None}
+        if draws is not None:
+            changes["boundary.draws"] = draws
         if conventions:
             changes["boundary.conventions"] = [conventions] if isinstance(conventions, str) else list(conventions)
         scene = self.set(changes) if changes else self

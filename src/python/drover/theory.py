@@ -8,20 +8,25 @@ from drover.archive import check_is_no_table, example_group, kind_of, open_once,
 from drover.error import DroverError
 from drover.stored import Store, StoreOwner, group_dataset, names_of
 
-BRANCH, SLOW = ("angle", "wavenumber", "branch"), ("angle", "slow_mode")
+BRANCH, SLOW, BAND = ("angle", "wavenumber", "branch"), ("angle", "slow_mode"), ("band_line", "band_y", "band_x")
 # Required arrays with their axes, by command or, for drover boundary, by group.
 NEEDED = {"stability": {"growth_rate": BRANCH},
-          "boundary": {name: ("vertex",) for name in ("line", "limit", "convention", "closed", "x", "y", "error_x",
-                                                      "error_y", "angle")},
+          "boundary": {name: ("vertex",) for name in ("line", "limit", "convention", "closed", "x", "y", "angle")},
+          "band": {"deviation": BAND, "limit": BAND[:1], "convention": BAND[:1]},
           "curves": {name: ("rod_fraction", "bead_fraction") for name in ("drag", "drag_error", "threshold",
                                                                           "threshold_error")},
           "line": {name: ("line_rod_fraction",) for name in ("mean", "mean_error", "mean_share", "single_rod",
                                                              "single_rod_error", "single_rod_share")},
+          "crossings": {name: ("crossing",) for name in ("crossing_rod_fraction", "convention", "bead_area_fraction",
+                                                         "low", "high")},
+          "field": {f"{name}_{what}": ("rod_fraction", "bead_fraction") for name in ("mean", "single_rod")
+                    for what in ("excess", "deviation")},
           "cells": {name: ("cell",) for name in ("bead_area_fraction", "rod_area_fraction", "order")},
           "map": {"regime": ("map_y", "map_x")}}
 # The same of drover boundary for a model of its own.
-OF_MODEL = {"boundary": {name: ("vertex",) for name in ("line", "state", "closed", "x", "y", "error_x", "error_y",
-                                                        "angle", "wavenumber", "wave_frequency")},
+OF_MODEL = {"boundary": {name: ("vertex",) for name in ("line", "state", "closed", "x", "y", "angle", "wavenumber",
+                                                        "wave_frequency")},
+            "band": {"deviation": BAND, "state": BAND[:1]},
             "map": {"stable_states": ("map_y", "map_x")}}
 # Optional arrays with their axes.
 KNOWN = {"frequency": BRANCH, "slow_speed": SLOW, "slow_growth": SLOW, "slow_damping": SLOW}
