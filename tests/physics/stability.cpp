@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "drover/base/random.hpp"
+#include "drover/physics/long_waves.hpp"
 #include "flock_model.hpp"
 #include "symbols.hpp"
 
@@ -117,6 +118,17 @@ TEST(Growth, of_order_just_past_the_threshold_is_minus_abar_over_chi) {
         }
         last = wrong;
     }
+}
+
+TEST(ModeRates, of_a_model_with_a_point_force_have_no_mode_of_the_force) {
+    Model model = flock_model(isotropic_letters());
+    const Equations without(model);
+    model.force = {.kind = "point", .x = 0.3};
+    const Equations with(model);
+    const UniformPoint rest = isotropic_of(without).point;
+    for (const numerics::Wavevector& q : {numerics::Wavevector{0.3, 0.0}, {0.5, -0.7}})
+        EXPECT_EQ(mode_rates(with, rest, q), mode_rates(without, rest, q));                         // the same sums
+    EXPECT_EQ(slow_modes(long_waves(with, {.name = "isotropic", .point = rest}), 0.0).size(), 2u);  // two densities
 }
 
 // ---- branches

@@ -56,7 +56,7 @@ struct RodBeadNumber {
     std::function<double&(physics::Model&)> in;
     double least = -std::numeric_limits<double>::infinity();
 };
-/// The fields of a record are in the order of physics::places_of(form).
+/// The fields of a record are those with a rate, in the order of physics::FieldIndex.
 WaveModel rod_bead_waves(const physics::Model& start, const physics::UniformPoint& about,
                          const std::vector<RodBeadNumber>& numbers);
 

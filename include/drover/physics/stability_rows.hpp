@@ -19,7 +19,7 @@ std::vector<EffectiveCoefficientRow> effective_coefficient_rows(const Form& form
 /// All values of Instability::name.
 std::vector<std::string> instability_names();
 
-/// The components of a form, in the order of places_of.
+/// The components of a form, in the order of FieldIndex.
 std::vector<Component> components_in_symbol_order(const Form& form);
 
 /// A structure factor of a form, as a function of the structure matrix.
