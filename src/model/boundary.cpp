@@ -41,12 +41,11 @@ Points thinned(const Points& line, const numerics::Rectangle& plane, double chor
 /// Fills in the least stable waves.
 void add_margins(const MarginOf& margin, const ComputeAll& compute, BoundaryLine& line) {
     constexpr std::size_t width = 5;
-    const std::vector<double> found =
-        compute(line.points.size(), width, [&](std::size_t i, std::span<double> numbers) {
-            const Margin at = margin({line.points[i].x, line.points[i].y});
-            const std::array all{at.value, at.angle, at.q, at.frequency, at.is_uniform ? 1.0 : 0.0};
-            std::copy(all.begin(), all.end(), numbers.begin());
-        });
+    const std::vector<double> found = compute(line.points.size(), width, [&](std::size_t i, std::span<double> numbers) {
+        const Margin at = margin({line.points[i].x, line.points[i].y});
+        const std::array all{at.value, at.angle, at.q, at.frequency, at.is_uniform ? 1.0 : 0.0};
+        std::copy(all.begin(), all.end(), numbers.begin());
+    });
     for (std::size_t i = 0; i < line.points.size(); ++i) {
         const double* at = &found[i * width];
         line.points[i].at = {

@@ -91,7 +91,8 @@ void boundary(benchmark::State& state, physics::Limit limit) {
     std::vector<physics::Model> draws(20, plane.model);
     physics::draw_errors(physics::table_errors(plane.model), draws);
     Threads threads(static_cast<int>(state.range(0)));
-    for (auto _ : state) benchmark::DoNotOptimize(physics::trace_boundary(plane, limit, draws, {}, on_threads(threads)));
+    for (auto _ : state)
+        benchmark::DoNotOptimize(physics::trace_boundary(plane, limit, draws, {}, on_threads(threads)));
     state.counters["transforms"] = 0;
 }
 void boundary_onset(benchmark::State& state) { boundary(state, physics::Limit::onset); }
