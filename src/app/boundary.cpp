@@ -63,11 +63,14 @@ int print_scene_boundary(const BoundaryOptions& options) {
     }
     if (options.slurm > 0) {
         run::check_boundary(scene);
-        print(run::slurm_script({.command = "boundary",
-                                 .scene = options.scene,
-                                 .overrides = overrides,
-                                 .folder = options.output.empty() ? default_archive(options) : options.output,
-                                 .shares = options.slurm}));
+        check_output(output, options.scene, scene);
+        print(run::slurm_script(
+            {.command = "boundary",
+             .scene = options.scene,
+             .overrides = overrides,
+             .folder = options.output.empty() ? default_archive(options) : options.output,
+             .shares = options.slurm,
+             .options = options.overwrite ? std::vector<std::string>{"--overwrite"} : std::vector<std::string>{}}));
         return run::exit_done;
     }
     run::BoundaryShares shares{.folder = folder, .workers = options.workers, .quiet = options.quiet};
@@ -75,7 +78,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
     if (shares.share.is_plain()) check_output(output, options.scene, scene);
     if (options.collect)
         return print_result(run::collect_boundary(scene, folder, threads), output, scene, threads.count());
-    if (options.share.empty() && !std::filesystem::exists(folder))
+    if (options.share.empty() && options.workers == 0 && !run::has_shares(scene, folder))
         return print_result(run::make_boundary(scene, threads, {.quiet = options.quiet}), output, scene,
                             threads.count());
     const auto result = run::make_boundary_in_shares(scene, shares, threads);
@@ -84,6 +87,8 @@ int print_scene_boundary(const BoundaryOptions& options) {
     log_information("stopped by {}; re-run the same command to resume", run::stop_reason(run::stop_signal()));
     return run::exit_stopped;
 }
+
+constexpr int least_draws = 20;  ///< of a table: 16 % of them are three
 
 /// "0.35,0.14" as area fractions of beads and rods.
 run::AreaFractions point_of(const std::string& written) {
@@ -105,6 +110,9 @@ int print_table_boundary(const BoundaryOptions& options) {
     require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(), file,
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
             "that of its area fractions; expected the command without them");
+    require(!options.draws || *options.draws >= least_draws, {},
+            "--draws {} for a table of coefficients; expected at least {}, from which its errors follow",
+            *options.draws, least_draws);
     require(options.cell || options.points.empty(), {}, "--point is for --cell; expected the side of a cell too");
     std::vector<run::AreaFractions> points;
     for (const std::string& written : options.points) points.push_back(point_of(written));
@@ -136,7 +144,7 @@ void add_boundary(CLI::App& program, Action& action) {
         ->add_option("--draws", options->draws,
                      "Number of draws of all numbers with errors, for the error bands; overrides boundary.draws")
         ->type_name("N")
-        ->check(CLI::Range(0, 100000));
+        ->check(CLI::Range(0, 10000));
     command
         ->add_option("--varied", options->varied, "For a table that varies a further key: the value of that key to use")
         ->type_name("VALUE");
@@ -152,14 +160,15 @@ void add_boundary(CLI::App& program, Action& action) {
     command->add_option("-o,--output", options->output, "Also write the result to this archive (HDF5)");
     command->add_option("--threads", options->threads, "Number of threads; overrides run.threads")
         ->check(CLI::Range(1, 1024));
-    command->add_option("--workers", options->workers, "Number of processes that compute points of a share")
+    command
+        ->add_option("--workers", options->workers,
+                     "Number of processes that compute the points of a share, or of what shares have left")
         ->check(CLI::Range(1, 1024));
     add_share_options(*command, *options,
                       {.work = "points of the lines",
                        .collect = "Compute no lines: take those that all processes have computed",
                        .status = "Print how far all processes have come",
                        .slurm = "Print a script that runs N shares on Slurm and writes the archive"});
-    add_max_time(*command);
     command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
     command->add_flag("--json", options->json, "Print the result as JSON, with all vertices");
     command->add_flag("-q,--quiet", options->quiet, "Print no progress");

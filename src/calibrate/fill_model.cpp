@@ -143,8 +143,8 @@ std::vector<physics::Model> redrawn_models(const Table& table, const StatePoint&
                 set_number(sections, numbers[i], {.value = lambda_factor(model, numbers[i]) * values[i]}, one);
             if (has_nodes) fill_nodes(redrawn, point, one);
             models.push_back(std::move(one));
-        } catch (const Error&) {
-            continue;
+        } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;
         }
     return models;
 }

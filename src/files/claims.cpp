@@ -177,7 +177,9 @@ struct Claims::Folder {
             return action();
         } catch (const std::system_error& cause) {
             if (cause.code().value() != ENOENT && cause.code().value() != ESTALE) throw;
+            remove_if_exists(owner_file());  // the name may be there: a file server that was started again
             make_owner();
+            generations.clear();  // others take them in time; a unit that is done twice has the same result
             return action();
         }
     }

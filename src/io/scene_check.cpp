@@ -392,7 +392,7 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
                 "table provides its own"},
         {.name = "draws",
          .member = &BoundaryPlan::draws,
-         .range = {.min = 0, .max = 100000},
+         .range = {.min = 0, .max = 10000},
          .doc = "draws of all numbers with errors, from which the error bands follow; 0: no bands"},
         {.name = "cells",
          .member = &BoundaryPlan::cells,

@@ -42,6 +42,19 @@ UniformState turned_state(const Model& model, UniformState state, double angle) 
     return state;
 }
 
+/// By how much linear parts may differ that are the same, relative to their size.
+double rounding_of_slopes(const Model& model) {
+    const auto has_inexact = [](const std::map<std::string, GivenFunction>& functions) {
+        return std::any_of(functions.begin(), functions.end(),
+                           [](const auto& function) { return !function.second.has_exact_slopes; });
+    };
+    bool is_inexact = has_inexact(model.functions);
+    for (const Field& field : model.fields)
+        for (const WrittenTerm& term : field.further)
+            is_inexact = is_inexact || (term.scope != nullptr && has_inexact(term.scope->functions));
+    return is_inexact ? 1e-6 : 1e-11;  // differences of smooth functions are right to 1e-8 and better
+}
+
 /// A random state: true scalars about their references.
 UniformState random_state(const Equations& equations, Numbers& numbers) {
     UniformState state = equations.reference();
@@ -141,7 +154,7 @@ bool UniformEquations::waves_turn(const UniformState& state, double angle) const
     const Symbol expected = here.symbol(q), found = there.symbol({c * q.x - s * q.y, s * q.x + c * q.y});
     Matrix turn(count(), count());
     for (Eigen::Index k = 0; k < count(); ++k) turn.col(k) = turned(Vector::Unit(count(), k), angle);
-    return (found * turn - turn * expected).norm() <= 1e-11 * expected.norm();
+    return (found * turn - turn * expected).norm() <= rounding_of_slopes(model()) * expected.norm();
 }
 
 Eigen::MatrixXd conserved_means(const Equations& equations) {

@@ -162,12 +162,13 @@ Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Model
             drawn.emplace_back([of = PlaneModels(changed, models), limit](const numerics::PlanePoint& point) -> Margin {
                 try {
                     return of.margin(point, limit);
-                } catch (const Error&) {
+                } catch (const Error& error) {
+                    if (!is_of_scene(error.fault())) throw;
                     return {.value = none};
                 }
             });
-        } catch (const Error&) {
-            continue;
+        } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;
         }
     return model::trace_boundary(
         {.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to},

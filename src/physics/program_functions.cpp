@@ -194,7 +194,8 @@ model::GivenFunction given_function(const ProgramFunction& f) {
     model::GivenFunction result{.arguments = static_cast<int>(f.arguments.size()),
                                 .results = 2,
                                 .degree = degree > 0 ? degree : unknown_degree,
-                                .has_finite_degree = degree > 0};
+                                .has_finite_degree = degree > 0,
+                                .has_exact_slopes = false};
     result.values = [f](std::size_t size, std::span<const PointArgument> arguments, std::span<double* const> out) {
         if (f.written.call == nullptr) {  // readers of archives need the other terms; see missing_function()
             for (double* const component : out) std::fill_n(component, size, NAN);

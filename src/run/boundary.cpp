@@ -59,6 +59,9 @@ std::vector<physics::Model> draws_of(const io::Scene& scene, const PlannedBounda
     if (!has_errors || scene.boundary.draws == 0) return {};
     std::vector<physics::Model> models = io::drawn_models(scene, scene.boundary.draws);
     physics::draw_errors(planned.uncertain, models);
+    if (models.empty())
+        log_warning("none of {} draws of the numbers with errors is a valid model: the lines have no error bands",
+                    scene.boundary.draws);
     return models;
 }
 

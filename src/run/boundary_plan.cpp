@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drover/base/log.hpp"
 #include "drover/physics/regimes.hpp"
 #include "run/number_lists.hpp"
 
@@ -73,6 +74,11 @@ std::vector<physics::Uncertain> uncertain_numbers(const io::Scene& scene, const 
                     "{} names {}, which the axis {} of the plane sets exactly; expected another number", list, key,
                     axis->name);
         const io::ModelNumber number = io::model_number(key, where, scene.model);
+        if (io::is_from_table(scene, key)) {
+            log_warning("{} names {}, whose error is that of {}; its error here is not used", list, key,
+                        scene.calibrated.table);
+            continue;
+        }
         check_not_tabulated(scene.model, list, key, where);
         check_affects_boundaries(list, key, where);
         result.push_back({.name = key, .error = error, .add = [in = number.in](physics::Model& model, double change) {

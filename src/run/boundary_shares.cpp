@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "drover/files/input_file.hpp"
 #include "drover/files/record_folder.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/provenance.hpp"
@@ -42,6 +43,13 @@ std::optional<Result> make_boundary_in_shares(const io::Scene& scene, const Boun
     } catch (const Interrupted&) {
         return std::nullopt;
     }
+}
+
+bool has_shares(const io::Scene& scene, const std::filesystem::path& folder) {
+    constexpr std::uint64_t max_bytes = 1 << 24;
+    const std::filesystem::path file = folder / plane_manifest;
+    return std::filesystem::exists(file) &&
+           files::read_text(file, max_bytes, "the plane of shares") == plane_manifest_of(scene);
 }
 
 Result collect_boundary(const io::Scene& scene, const std::filesystem::path& folder, Threads& threads) try {

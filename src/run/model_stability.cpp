@@ -97,9 +97,7 @@ files::ResultTable maps_of(const io::Scene& scene, const Searched& at, Threads& 
     const int per_half = at.linear.is_isotropic() ? 1 : 2 * scene.stability.angles - 1;
     std::vector<double> angles, wavenumbers, branches;
     for (int a = 0; a < per_half; ++a) angles.push_back(per_half == 1 ? 0.0 : pi * a / (per_half - 1));
-    // A curve needs more than a map.
-    const bool is_given = scene.places.contains("stability.wavenumbers");
-    const int looks = (per_half == 1 && !is_given ? 4 : 1) * scene.stability.wavenumbers;
+    const int looks = (per_half == 1 ? 4 : 1) * scene.stability.wavenumbers;  // a curve needs more than a map
     for (int k = 0; k < looks; ++k)
         wavenumbers.push_back(at.search.min * std::pow(at.search.max / at.search.min, k / (looks - 1.0)));
     const std::size_t width = wavenumbers.size(), size = angles.size() * width,

@@ -87,6 +87,9 @@ struct SharedCompute::State {
             found.insert(found.end(), there->second.begin(), there->second.end());
             known.erase(there);
         }
+        if (found.size() != items * width)
+            fail_environment("records of a loop hold {} numbers in place of {}; remove the folder of the shares",
+                             found.size(), items * width);
         return found;
     }
 

@@ -1,4 +1,4 @@
-// run/slurm_script.cpp: a sweep or a calibration as jobs of Slurm.
+// run/slurm_script.cpp: a command as jobs of Slurm.
 #include "drover/run/slurm_script.hpp"
 
 #include "drover/base/text.hpp"
@@ -12,7 +12,7 @@ std::string slurm_script(const SlurmPlan& plan) {
     for (const std::string& setting : plan.overrides) command += " --set " + shell_word(setting);
     for (const std::string& word : plan.options) command += " " + shell_word(word);
     return text(R"(#!/bin/sh
-# Runs drover {2} as {0} array tasks of Slurm, and a last job, which runs what they left and makes the table.
+# Runs drover {2} as {0} array tasks of Slurm, and a last job, which runs what they left and writes the result.
 # Run it with sh; options are passed to sbatch, as in
 #     sh {2}.sh --partition=short --time=12:00:00 --cpus-per-task=8
 # Re-run it to resume after a time limit or a failure: nothing that has ended is run again, and tasks that still run

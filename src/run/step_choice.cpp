@@ -312,8 +312,8 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
         failure = ladder.failure();
     }
     fail_run(
-        "no time step was found that keeps the error below time.max_error = {}: {}; or give time.dt, or a larger "
-        "time.max_error",
+        "no time step was found that keeps the error below half of time.max_error = {}: {}; expected a time.dt in "
+        "the scene, or a larger time.max_error",
         max_error_of(scene), failure);
 }
 

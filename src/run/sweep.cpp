@@ -60,6 +60,7 @@ Manifest manifest_of(const io::Scene& scene, const fs::path& folder) {
         const std::string there = files::read_text(file, max_bytes, "the scene of a sweep");
         const io::Scene first = io::archived_scene(there, file.string());
         if (common_text(first) == common_text(scene)) return {there, numbered_points(first)};
+        if (is_ramp(scene) || fresh.content.starts_with(there)) return fresh;  // the latter: its writer was killed
         io::Scene other = scene;  // with what may differ as it is there, for the message that it is another scene
         other.sweep.vary = first.sweep.vary;
         other.sweep.seeds = first.sweep.seeds;

@@ -176,7 +176,8 @@ std::vector<measure::Estimate> marks_at(const std::vector<double>& values, const
     return means;
 }
 
-/// More than asked for, and beyond twice the standard error, so that noise alone adds no points.
+/// More than asked for, and beyond twice the standard error, so that noise alone adds no points; a single run without
+/// an error counts as exact.
 bool has_changed(const measure::Estimate& a, const measure::Estimate& b, double change) {
     const double by = std::abs(a.mean - b.mean);
     return by > change && by > 2.0 * std::hypot(a.error.value_or(0.0), b.error.value_or(0.0));
@@ -267,7 +268,7 @@ std::vector<measure::Estimate> marks_of(const io::Scene& scene, const RunResults
                 single.push_back(row.name);
                 if (row.name == refined.observable) marks.push_back(row.estimates.front());
             }
-        require(!single.empty() && std::find(single.begin(), single.end(), refined.observable) != single.end(),
+        require(std::find(single.begin(), single.end(), refined.observable) != single.end(),
                 io::location_of(scene, "sweep.refine"),
                 "sweep.refine names {}, which is no single number of the runs; expected one of {}", refined.observable,
                 joined(single));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <set>
 
 #include "run/number_lists.hpp"
@@ -45,12 +46,11 @@ public:
     std::vector<std::vector<double>> points() {
         for (std::size_t before = 0; before < places_.size();) {
             before = places_.size();
-            std::vector<RefinedPoint> all;
-            for (const Place& place : places_) all.push_back({place, values_at(place)});
-            for_places(cells_, [&](Place lower) {
+            for (const auto& [cell, points] : points_of_cells()) {
+                Place lower = cell;
                 for (std::int64_t& place : lower) place *= size_;
-                halve(lower, size_, all);
-            });
+                halve(lower, size_, points);
+            }
         }
         std::vector<std::vector<double>> result;
         for (const Place& place : places_) result.push_back(values_at(place));
@@ -58,6 +58,24 @@ public:
     }
 
 private:
+    /// A point on a border belongs to the cells on both sides.
+    std::map<Place, std::vector<RefinedPoint>> points_of_cells() const {
+        std::map<Place, std::vector<RefinedPoint>> found;
+        for (const Place& place : places_) {
+            const std::vector<double> values = values_at(place);
+            for_places(Place(place.size(), 2), [&](Place cell) {
+                for (std::size_t axis = 0; axis < cell.size(); ++axis) {
+                    const bool is_on_border = place[axis] % size_ == 0;
+                    if (cell[axis] == 1 && !is_on_border) return;
+                    cell[axis] = place[axis] / size_ - cell[axis];
+                    if (cell[axis] < 0 || cell[axis] >= cells_[axis]) return;
+                }
+                found[cell].push_back({place, values});
+            });
+        }
+        return found;
+    }
+
     std::vector<double> values_at(const Place& place) const {
         std::vector<double> values;
         for (std::size_t axis = 0; axis < place.size(); ++axis) {

@@ -94,7 +94,7 @@ def test_a_sweep_is_rejected_with(name, tmp_path):
 def test_a_sweep_is_rejected_in_the_folder_of_another_sweep(tmp_path):
     write_scene(tmp_path, base=SHORT)
     drover(tmp_path, "sweep", "flock.toml", "--vary", "relaxation.rate = 1, 2", "--quiet")
-    rejected(tmp_path, ["sweep", "flock.toml", "--vary", "relaxation.rate = 1, 3"],
+    rejected(tmp_path, ["sweep", "flock.toml", "--vary", "relaxation.rate = 1, 2", "--set", "grid.nx=8"],
             ["flock.sweep", "results of another scene", "--output"])
 
 

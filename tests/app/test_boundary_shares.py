@@ -69,3 +69,17 @@ def test_a_plane_of_rods_and_beads_is_shared_with_its_errors(tmp_path):
     drover(tmp_path, *words, "-o", "plane.h5", "--share", "1/2", "--quiet")
     drover(tmp_path, *words, "-o", "plane.h5", "--collect")
     assert numbers_in(tmp_path / "plane.h5") == numbers_in(tmp_path / "alone.h5")
+
+
+def test_the_folder_of_another_plane_does_not_stop_a_plain_command(tmp_path):
+    words = ["boundary", MODELS / "phase-boundary.toml", "--set", "boundary.map=0", "--set", "boundary.cells=16",
+             "--draws", "0"]
+    drover(tmp_path, *words, "-o", "plane.h5", "--share", "1/2", "--quiet")
+    drover(tmp_path, *words, "--set", "boundary.cells=8", "-o", "plane.h5")
+    assert "--overwrite" in drover(tmp_path, *words, "-o", "plane.h5", "--slurm", "3", status=2).stderr
+    assert "--overwrite" in drover(tmp_path, *words, "-o", "plane.h5", "--slurm", "3", "--overwrite").stdout
+
+
+def test_a_table_needs_draws(tmp_path):
+    table = MODELS / "matched.calibration" / "table.h5"
+    assert "expected at least 20" in drover(tmp_path, "boundary", table, "--draws", "0", status=2).stderr

@@ -269,7 +269,7 @@ def test_scenes_that_cannot_be_calibrated_are_rejected_with_a_message(tmp_path):
             ({"calibrate.bead_area_fractions": [0.0]}, ["> 0"]),
             ({"calibrate.assays": ["dragg"]}, ['did you mean "drag"?']),
             ({"calibrate.vary": "run.seed = 1, 2"}, ["names run.seed"]),
-            ({"calibrate.vary": "kick.strength"}, ["section.key = values"]),
+            ({"calibrate.vary": "kick.strength"}, ["expected a name, = and numbers"]),
             ({"calibrate.vary": "kick.strenght = 0.1"}, ["did you mean kick.strength?"]),
             ({"calibrate.max_trials": 8, "calibrate.round": 16}, ["two rounds"]),
             ({"calibrate.drag.torques": [1.0]}, ["calibrate.drag: ", "at least two torques"]),

@@ -46,6 +46,15 @@ def test_more_values_and_seeds_in_the_same_folder_run_only_what_is_new(tmp_path)
     assert "time.end = 10.0 there, 5.0 here" in ended.stderr and "vary" not in ended.stderr
 
 
+def test_another_ramp_in_the_folder_of_a_ramp_is_rejected(tmp_path):
+    scene = write_scene(tmp_path, BRIEF)
+    ramp = ["sweep", scene, "--ramp", "up", "--keep", "table", "-o", "ramp"]
+    drover(tmp_path, *ramp, "--vary", "relaxation.rate = 1, 2")
+    for more in (["--vary", "relaxation.rate = 3, 4"], ["--vary", "relaxation.rate = 1, 2", "--seeds", "2"]):
+        for share in ([], ["--share", "1/2"]):
+            assert "results of another scene" in drover(tmp_path, *ramp, *more, *share, status=2).stderr
+
+
 def test_a_value_given_twice_is_run_once(tmp_path):
     scene = write_scene(tmp_path, BRIEF)
     drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 1, 2, 1", "--keep", "table")

@@ -29,6 +29,7 @@ struct GivenFunction {
     int results = 1;                ///< 1: a scalar; 2: the x and y components of a vector
     int degree = 1;                 ///< as a polynomial of its arguments: decides which modes are kept
     bool has_finite_degree = true;  ///< false: it is no such polynomial
+    bool has_exact_slopes = true;   ///< false: by differences
     /// Writes the results at points, from any thread; throws what the function throws.
     std::function<void(std::size_t size, std::span<const PointArgument> arguments, std::span<double* const> out)>
         values;

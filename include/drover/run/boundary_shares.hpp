@@ -21,6 +21,9 @@ struct BoundaryShares {
 /// another version.
 std::optional<Result> make_boundary_in_shares(const io::Scene& scene, const BoundaryShares& shares, Threads& threads);
 
+/// Whether the folder has points of this plane, by this version of drover.
+bool has_shares(const io::Scene& scene, const std::filesystem::path& folder);
+
 /// The same from points that have been computed; throws a run Error where some are missing.
 Result collect_boundary(const io::Scene& scene, const std::filesystem::path& folder, Threads& threads);
 

@@ -1,4 +1,4 @@
-// run/slurm_script.hpp: a sweep or a calibration as jobs of Slurm.
+// run/slurm_script.hpp: a command as jobs of Slurm.
 #pragma once
 #include <filesystem>
 #include <string>

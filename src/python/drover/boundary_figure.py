@@ -109,7 +109,7 @@ def caption(theory, has_map, lines, conventions, angles, has_bands):
         words.append("Conventions: weathercock.strength is λ (mean) or 2 λ (single-rod).")
     if has_bands:
         words.append(f"Bands: between 16 and 84 % of {theory.scene['boundary'].get('draws', '?')} draws of all numbers "
-                     "within their errors, a point is unstable; a state that less than half of them have has no band.")
+                     "within their errors, a point is unstable; no band where fewer than half of them have the state.")
     if angles:
         words.append(f"Degrees on {'lines of the ordered state' if of_model else 'oblique lines'}: angle between the "
                      "order and the wave that becomes unstable first.")

@@ -133,6 +133,8 @@ def draw_points(axes, bar_axes, sweep, name, mean):
     """A refined plane: linear between its points, which are dots."""
     known = numpy.isfinite(mean.values)
     y, x = (sweep.data[key].values[known] for key in sweep.keys)
+    if len(set(x)) < 2 or len(set(y)) < 2 or len(x) < 3:
+        raise Error(f"{len(x)} points with a value of {name}, which span no plane; expected more of them")
     # Both axes to the same length: the triangles are those of what is seen.
     from matplotlib.tri import Triangulation
     cells = Triangulation(*((values - values.min()) / numpy.ptp(values) for values in (x, y)))
