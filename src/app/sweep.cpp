@@ -118,8 +118,10 @@ void add_sweep(CLI::App& program, Action& action) {
     command->add_option("--refine-levels", options->refine_levels, "Times that their distance is halved at most")
         ->check(CLI::Range(1, 20));
     command->add_option("--seeds", options->seeds, "Number of runs at each point")->check(CLI::Range(1, 1000000));
-    command->add_option("--ramp", options->ramp,
-                        "Start each point from the final state of the one before: none, up or up-down");
+    command->add_option(
+        "--ramp", options->ramp,
+        "Start each point from the final state of the one before: none, up or up-down; of several keys the "
+        "last is ramped");
     command->add_option("--workers", options->workers, "Number of simultaneous runs")->check(CLI::Range(1, 1024));
     command->add_option("--keep", options->keep, "archives: an archive of each run; table: the results alone")
         ->type_name("WHAT");

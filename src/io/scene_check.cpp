@@ -309,7 +309,8 @@ const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
         {.name = "ramp",
          .member = &SweepPlan::ramp,
          .choices = {"none", "up", "up-down"},
-         .doc = "up: each point starts from the final state of the previous one; up-down: up, then back (hysteresis)"},
+         .doc = "up: each point starts from the final state of the previous one; up-down: up, then back (hysteresis); "
+                "of several keys the last is ramped"},
         {.name = "refine",
          .member = &SweepPlan::refine,
          .doc = "observables and a change, \"polar_order = 0.1\": between neighbouring points that differ by more, and "

@@ -74,12 +74,20 @@ std::string name_of(const std::vector<std::string>& keys, const std::vector<doub
     return name + text("seed={}", seed);
 }
 
-std::vector<SweepPoint> ramp_points(const Varied& varied, bool down_again) {
+/// A ramp of the last key for each combination of the others.
+std::vector<SweepPoint> ramp_points(std::vector<Varied> varied, bool down_again) {
+    const std::vector<double> ramp = varied.back().values;
+    varied.pop_back();
     std::vector<SweepPoint> points;
-    for (const double value : varied.values) points.push_back({.values = {value}, .branch = "up"});
-    if (down_again)
-        for (std::size_t i = varied.values.size() - 1; i-- > 0;)
-            points.push_back({.values = {varied.values[i]}, .branch = "down"});
+    for (const SweepPoint& others : grid_points(varied)) {
+        const auto add = [&](double value, const char* branch) {
+            points.push_back({.values = others.values, .branch = branch});
+            points.back().values.push_back(value);
+        };
+        for (const double value : ramp) add(value, "up");
+        if (down_again)
+            for (std::size_t i = ramp.size() - 1; i-- > 0;) add(ramp[i], "down");
+    }
     return points;
 }
 
@@ -101,14 +109,16 @@ SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& s
 
 void require_ramp(const io::Scene& scene, const std::vector<Varied>& varied) {
     const SourceLocation where = io::location_of(scene, "sweep.vary");
-    require(varied.size() == 1, where, "sweep.ramp = \"{}\" with {} varied keys; expected exactly one",
-            scene.sweep.ramp, varied.size());
+    require(!varied.empty(), where,
+            "sweep.ramp = \"{}\" without a varied key; expected one, or several of which the "
+            "last is ramped",
+            scene.sweep.ramp);
     require(scene.sweep.refine.empty(), io::location_of(scene, "sweep.refine"),
             "sweep.refine on a ramp, whose points follow one another; expected ramp = \"none\"");
     for (const char* own : {"grid.", "cell.", "beads.", "rods."})
-        require(!varied.front().key.starts_with(own), where,
+        require(!varied.back().key.starts_with(own), where,
                 "sweep.ramp = \"{}\" of {}; a ramp passes on the state {}: choose another key, or ramp = \"none\"",
-                scene.sweep.ramp, varied.front().key,
+                scene.sweep.ramp, varied.back().key,
                 io::has_grid(scene.kind) ? "on one grid" : "of the same bodies in one cell");
     require(io::has_grid(scene.kind) || scene.particles.rods.size_tolerance == 0.0,
             io::location_of(scene, "rods.size_tolerance"),
@@ -225,7 +235,7 @@ void remove_repeated(std::vector<Varied>& varied) {
 SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered) {
     std::vector<Varied> varied = read_varied(scene);
     const std::vector<Refined> refined = read_refined(scene);
-    const bool is_ramp = scene.sweep.ramp != "none";
+    const bool is_ramp = scene.sweep.ramp != "none", down_again = scene.sweep.ramp == "up-down";
     if (is_ramp) require_ramp(scene, varied);
     else remove_repeated(varied);
     SweepLayout layout;
@@ -233,17 +243,18 @@ SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const Numbere
     const Names names = [&](const std::vector<double>& values, std::int64_t seed) {
         return name_of(layout.keys, values, seed, numbered);
     };
-    layout.points = is_ramp           ? ramp_points(varied.front(), scene.sweep.ramp == "up-down")
+    layout.points = is_ramp           ? ramp_points(varied, down_again)
                     : refined.empty() ? grid_points(varied)
                                       : refined_grid(scene, varied, refined, names, marks);
     require(static_cast<double>(layout.points.size()) * scene.sweep.seeds <= max_runs,
             io::location_of(scene, "sweep.refine"),
             "a sweep of {} runs; expected at most {:.0e}: give a larger change or fewer levels",
             layout.points.size() * static_cast<std::size_t>(scene.sweep.seeds), max_runs);
+    const std::size_t of_ramp = is_ramp ? (down_again ? 2 : 1) * varied.back().values.size() - (down_again ? 1 : 0) : 1;
     for (int seed = 0; seed < scene.sweep.seeds; ++seed)
         for (std::size_t point = 0; point < layout.points.size(); ++point) {
             layout.runs.push_back(run_at(layout, point, scene, seed, numbered));
-            if (is_ramp && point > 0) layout.runs.back().before = layout.runs.size() - 2;
+            if (point % of_ramp > 0) layout.runs.back().before = layout.runs.size() - 2;
         }
     return layout;
 }

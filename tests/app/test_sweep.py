@@ -107,6 +107,29 @@ def test_a_ramp_passes_the_state_on_up_and_down(tmp_path):
                     assert np.abs(before[name][0] - after[name][0]).max() > 1e-3  # and not from the same initial state
 
 
+def test_a_ramp_of_two_keys_is_one_of_the_last_for_each_value_of_the_first(tmp_path):
+    scene = write_scene(tmp_path, BRIEF)
+    both = ["--ramp", "up-down", "--vary", "relaxation.rate = 1, 2"]
+    drover(tmp_path, "sweep", scene, "--vary", "noise.order = 0.1, 0.2", *both, "-o", "two")
+    rows = [(float(row["noise.order"]), float(row["relaxation.rate"]), row["branch"])
+            for row in table_of(tmp_path / "two")]
+    ramp = [(1.0, "up"), (2.0, "up"), (1.0, "down")]
+    assert rows == [(noise, *point) for noise in (0.1, 0.2) for point in ramp]
+    # The first ramp is that of a sweep of one key, to the byte; the second starts anew, and not where the first ended.
+    drover(tmp_path, "sweep", scene, *both, "--set", "noise.order=0.1", "-o", "one")
+    for point in range(3):
+        with h5py.File(tmp_path / "two" / f"point-000{point}-seed-7.h5") as there, \
+                h5py.File(tmp_path / "one" / f"point-000{point}-seed-7.h5") as here:
+            assert np.array_equal(there["rod_density"][...], here["rod_density"][...])
+    with h5py.File(tmp_path / "two" / "point-0000-seed-7.h5") as first, \
+            h5py.File(tmp_path / "two" / "point-0002-seed-7.h5") as last, \
+            h5py.File(tmp_path / "two" / "point-0003-seed-7.h5") as second:
+        assert np.abs(second["rod_density"][0] - last["rod_density"][-1]).max() > 1e-3
+        assert first["rod_density"].shape == second["rod_density"].shape
+    with xarray.open_dataset(tmp_path / "two" / "table.nc") as data:
+        assert data.polar_order.dims == ("noise_order", "relaxation_rate", "branch")
+
+
 def test_a_ramp_may_start_from_formulas(tmp_path):
     scene = write_scene(tmp_path, {**BRIEF, "initial.kind": "formula", "initial.polar_order_x": "0.1"})
     drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 1, 2", "--ramp", "up-down", "--quiet")

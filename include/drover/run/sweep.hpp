@@ -11,8 +11,8 @@
 
 namespace drover::run {
 
-/// Throws an input Error, at the place of sweep.vary, for a text that is not "key = a, b, c" or "key = a:b:n", a ramp
-/// of more than one key, or a value that the scene does not allow.
+/// Throws an input Error, at the place of sweep.vary, for a text that is not "key = a, b, c" or "key = a:b:n", a
+/// ramp of no key, or a value that the scene does not allow.
 SweepLayout plan_sweep(const io::Scene& scene);
 
 struct SweepOptions {

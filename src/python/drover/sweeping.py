@@ -59,9 +59,10 @@ def sweep(scene, vary, *, seeds=1, refine=None, refine_levels=3, ramp="none", ke
     kept.  The same call resumes; one with other values, more seeds or another refinement adds the runs that are not
     there.  `refine={"polar_order": 0.1}` adds points between neighbours that differ by more than 0.1, and by more than
     twice their standard error, `refine_levels` times at most: then all results are along one axis, `point`.  `ramp`
-    ("up", "up-down") starts each point from the end of the one before.  `workers` is the number of simultaneous runs.
-    Runs that fail leave a gap in the table, and a Python warning that says why; `failures` lists the reasons.
-    `slurm=40` submits 40 jobs to Slurm instead, and returns a SlurmSweep at once.
+    ("up", "up-down") starts each point from the end of the one before; of several keys the last is ramped.
+    `workers` is the number of simultaneous runs.  Runs that fail leave a gap in the table, and a Python warning that
+    says why; `failures` lists the reasons.  `slurm=40` submits 40 jobs to Slurm instead, and returns a SlurmSweep at
+    once.
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
