@@ -32,13 +32,10 @@ ResultOutput output_of(const BoundaryOptions& options, const char* what, const c
             .overwrite = options.overwrite};
 }
 
-/// That of a script of jobs, which need one.
-std::string default_archive(const BoundaryOptions& options) {
-    return std::filesystem::path(options.scene).stem().concat(".boundary.h5").string();
-}
-
-std::filesystem::path folder_of_shares(const BoundaryOptions& options) {
-    return (options.output.empty() ? default_archive(options) : options.output) + ".shares";
+/// Jobs need one, and their folder is beside it.
+std::string archive_of_shares(const BoundaryOptions& options) {
+    return options.output.empty() ? std::filesystem::path(options.scene).stem().concat(".boundary.h5").string()
+                                  : options.output;
 }
 
 int print_scene_boundary(const BoundaryOptions& options) {
@@ -56,7 +53,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
     io::require_grid(scene, "boundary");
     Threads threads(options.threads > 0 ? options.threads : scene.run.threads > 0 ? scene.run.threads : usable_cores());
     const ResultOutput output = output_of(options, "boundary", "all vertices, and the map of regimes");
-    const std::filesystem::path folder = folder_of_shares(options);
+    const std::filesystem::path folder = archive_of_shares(options) + ".shares";
     if (options.status) {
         print(run::boundary_status(scene, folder) + "\n");
         return run::exit_done;
@@ -68,7 +65,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
             {.command = "boundary",
              .scene = options.scene,
              .overrides = overrides,
-             .folder = options.output.empty() ? default_archive(options) : options.output,
+             .folder = archive_of_shares(options),
              .shares = options.slurm,
              .options = options.overwrite ? std::vector<std::string>{"--overwrite"} : std::vector<std::string>{}}));
         return run::exit_done;

@@ -93,7 +93,7 @@ void check_boundary(const io::Scene& scene) {
 
 Result make_boundary(const io::Scene& scene, Threads& threads, const BoundaryWork& work) {
     if (scene.kind == io::SceneKind::model) return make_model_boundary(scene, threads, work);
-    const ComputeAll compute = work.compute ? work.compute : on_threads(threads);
+    const ComputeAll compute = compute_of(work, threads);
     PlannedBoundary planned = plan_boundary(scene);
     physics::Plane& plane = planned.plane;
     warn_of_fixed_coefficients(scene, plane);

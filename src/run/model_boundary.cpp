@@ -202,7 +202,7 @@ void check_model_boundary(const io::Scene& scene) { plan_of(scene); }
 Result make_model_boundary(const io::Scene& scene, Threads& threads, const BoundaryWork& work) {
     const PlannedModelBoundary plan = plan_of(scene);
     const ModelPlane plane(scene, plan, work.quiet);
-    const ComputeAll compute = work.compute ? work.compute : on_threads(threads);
+    const ComputeAll compute = compute_of(work, threads);
     const DescribedPlane described_plane{.x = described(plan.x),
                                          .y = described(plan.y),
                                          .draws = plan.uncertain.empty()

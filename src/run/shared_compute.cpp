@@ -32,7 +32,7 @@ struct SharedCompute::State {
         }
     };
 
-    State(CampaignOptions options, bool only_collects) : collects(only_collects) {
+    State(CampaignOptions options, bool collects) {
         if (collects)
             for (const UnitRecord& record : campaign_records(options.folder, options.identity)) take(record);
         else campaign = std::make_unique<Campaign>(plan(), std::move(options));
@@ -72,10 +72,8 @@ struct SharedCompute::State {
                 .of_unit = std::max<std::size_t>(numbers_of_unit / std::max<std::size_t>(width, 1), 1),
                 .numbers = &numbers};
         if (items * width <= few_items) {
-            std::vector<double> found(items * width);
-            for (std::size_t item = 0; item < items; ++item)
-                numbers(item, std::span(found).subspan(item * width, width));
-            return found;
+            loop.of_unit = items;
+            return loop.compute_unit(0);
         }
         if (campaign && campaign->run().stopped) throw Interrupted{};
         std::vector<double> found;
@@ -93,12 +91,11 @@ struct SharedCompute::State {
         return found;
     }
 
-    bool collects;
     Loop loop = {};
     std::map<std::string, std::vector<double>> known;  ///< of this and of later loops
     std::map<std::string, std::string> failed;         ///< why, by key
     std::size_t computed = 0;
-    std::unique_ptr<Campaign> campaign = {};
+    std::unique_ptr<Campaign> campaign = {};  ///< none: it only collects
 };
 
 SharedCompute::SharedCompute(CampaignOptions options, bool collects) {

@@ -32,8 +32,6 @@ bool is_finished(const fs::path& path) {
     return fs::exists(path) && files::ArchiveReader(path).has("/summary/warm_up");
 }
 
-bool is_ramp(const io::Scene& scene) { return scene.sweep.ramp != "none"; }
-
 std::string without_workers(io::Scene scene) {
     scene.sweep.workers = 0;
     return io::resolved_text(scene);
@@ -171,8 +169,7 @@ struct Ended {
 };
 
 /// Plans the points that they ask for.
-Ended ended_runs(Sweep& sweep) {
-    const std::vector<UnitRecord> records = campaign_records(sweep.folder, sweep.identity);
+Ended ended_runs(Sweep& sweep, const std::vector<UnitRecord>& records) {
     if (sweep.is_refined()) {
         Marks marks;
         for (const UnitRecord& record : records)
@@ -274,7 +271,7 @@ private:
 /// From the records of all processes.
 void conclude(Sweep& sweep, const SweepOptions& options, const std::vector<std::string>& versions,
               SweepOutcome& outcome) {
-    const Ended ended = ended_runs(sweep);
+    const Ended ended = ended_runs(sweep, campaign_records(sweep.folder, sweep.identity));
     outcome.runs = sweep.layout.runs.size();
     for (const auto& [name, reason] : ended.failures) outcome.failures.push_back(name + ": " + reason);
     outcome.failed = outcome.failures.size();
@@ -312,7 +309,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options) {
     files::join_folder(folder, sweep_manifest, "", sweep.manifest.content);
     if (sweep.has_archives() && !options.collect) files::require_locks(folder / sweep_manifest);
     SweepOutcome outcome{.table = {}};
-    outcome.already_done = ended_runs(sweep).results.size();
+    outcome.already_done = ended_runs(sweep, campaign_records(folder, sweep.identity)).results.size();
     outcome.runs = sweep.layout.runs.size();
     std::vector<std::string> versions;
     if (options.share.is_plain() && sweep.keeps_archives()) versions = check_archives(sweep);
@@ -329,10 +326,11 @@ SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options) {
 std::string sweep_status(const io::Scene& scene, const fs::path& folder) {
     Sweep sweep(scene, folder);
     require_folder(folder, "sweep");
-    ended_runs(sweep);
+    const std::vector<UnitRecord> records = campaign_records(folder, sweep.identity);
+    ended_runs(sweep, records);  // plans what they ask for
     std::vector<std::string> keys;
     for (const SweepRun& run : sweep.layout.runs) keys.push_back(run.name);
-    return campaign_status(folder, campaign_records(folder, sweep.identity), keys);
+    return campaign_status(folder, records, keys);
 }
 
 }  // namespace drover::run

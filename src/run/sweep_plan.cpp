@@ -94,11 +94,11 @@ std::vector<SweepPoint> ramp_points(std::vector<Varied> varied, bool down_again)
 /// Each point of a ramp has its own noise: repeated noise would correlate the two branches.
 SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& scene, int seed,
                 const NumberedPoints& numbered) {
-    const bool is_ramp = scene.sweep.ramp != "none";
-    const std::int64_t step = is_ramp ? static_cast<std::int64_t>(point) * scene.sweep.seeds : 0,
+    const bool on_ramp = is_ramp(scene);
+    const std::int64_t step = on_ramp ? static_cast<std::int64_t>(point) * scene.sweep.seeds : 0,
                        named = scene.run.seed + seed;
     const std::vector<double>& values = layout.points[point].values;
-    SweepRun run{.name = is_ramp ? numbered_name(point, named) : name_of(layout.keys, values, named, numbered),
+    SweepRun run{.name = on_ramp ? numbered_name(point, named) : name_of(layout.keys, values, named, numbered),
                  .point = point,
                  .overrides = {}};
     for (std::size_t k = 0; k < layout.keys.size(); ++k)
@@ -232,25 +232,27 @@ void remove_repeated(std::vector<Varied>& varied) {
 }
 }  // namespace
 
+bool is_ramp(const io::Scene& scene) { return scene.sweep.ramp != "none"; }
+
 SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered) {
     std::vector<Varied> varied = read_varied(scene);
     const std::vector<Refined> refined = read_refined(scene);
-    const bool is_ramp = scene.sweep.ramp != "none", down_again = scene.sweep.ramp == "up-down";
-    if (is_ramp) require_ramp(scene, varied);
+    const bool on_ramp = is_ramp(scene), down_again = scene.sweep.ramp == "up-down";
+    if (on_ramp) require_ramp(scene, varied);
     else remove_repeated(varied);
     SweepLayout layout;
     for (const Varied& one : varied) layout.keys.push_back(one.key);
     const Names names = [&](const std::vector<double>& values, std::int64_t seed) {
         return name_of(layout.keys, values, seed, numbered);
     };
-    layout.points = is_ramp           ? ramp_points(varied, down_again)
+    layout.points = on_ramp           ? ramp_points(varied, down_again)
                     : refined.empty() ? grid_points(varied)
                                       : refined_grid(scene, varied, refined, names, marks);
     require(static_cast<double>(layout.points.size()) * scene.sweep.seeds <= max_runs,
             io::location_of(scene, "sweep.refine"),
             "a sweep of {} runs; expected at most {:.0e}: give a larger change or fewer levels",
             layout.points.size() * static_cast<std::size_t>(scene.sweep.seeds), max_runs);
-    const std::size_t of_ramp = is_ramp ? (down_again ? 2 : 1) * varied.back().values.size() - (down_again ? 1 : 0) : 1;
+    const std::size_t of_ramp = on_ramp ? (down_again ? 2 : 1) * varied.back().values.size() - (down_again ? 1 : 0) : 1;
     for (int seed = 0; seed < scene.sweep.seeds; ++seed)
         for (std::size_t point = 0; point < layout.points.size(); ++point) {
             layout.runs.push_back(run_at(layout, point, scene, seed, numbered));
@@ -261,7 +263,7 @@ SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const Numbere
 
 NumberedPoints numbered_points(const io::Scene& scene) {
     NumberedPoints numbered;
-    if (scene.sweep.ramp != "none") return numbered;
+    if (is_ramp(scene)) return numbered;
     const std::vector<Varied> varied = read_varied(scene);
     for (const Varied& one : varied) numbered.keys.push_back(one.key);
     const std::vector<SweepPoint> points = grid_points(varied);

@@ -22,6 +22,8 @@ struct NumberedPoints {
 /// Empty for a ramp, all points of which have numbers.
 NumberedPoints numbered_points(const io::Scene& first);
 
+bool is_ramp(const io::Scene& scene);
+
 /// With the points between those that differ, as far as marks are known.
 SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered);
 

@@ -10,4 +10,8 @@ struct BoundaryWork {
     bool quiet = true;  ///< else progress is shown where it takes minutes
 };
 
+inline ComputeAll compute_of(const BoundaryWork& work, Threads& threads) {
+    return work.compute ? work.compute : on_threads(threads);
+}
+
 }  // namespace drover::run
