@@ -34,10 +34,11 @@ Value solved_balance(Algebra& algebra, const Field& field, int first, const std:
     };
     const auto reject = [&](const char* found) {
         fail_input(field.equation.where,
-                   "the balance of {} has products, and {}; expected {} times functions of other fields, plus "
-                   "functions of other fields",
+                   "the balance of {} has products, and {}; expected {} times functions of other fields, or "
+                   "derivatives of it times numbers, plus functions of other fields",
                    field.symbol, found, field.symbol);
     };
+    if (field.solenoidal) reject("some of them are with itself, which is solenoidal");
     for (std::size_t k = 0; k < width; ++k) {
         LinearForm others = total[k].linear;
         const double own = others[{first + static_cast<int>(k), {}}];

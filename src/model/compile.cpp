@@ -127,6 +127,12 @@ private:
             require(!is_held || (field.noise == 0.0 && field.mass.text.empty()), field.where,
                     "{} is in balance and has a {}; expected none, since it has no rate", field.name,
                     field.noise != 0.0 ? "noise" : "mass");
+            require(!field.solenoidal || field.spin == 1, field.where,
+                    "{} is declared as solenoidal, and is a {}; expected a vector", field.name,
+                    rank_text({0, field.spin}, field.odd ? Parity::odd : Parity::even));
+            require(!field.solenoidal || field.further.empty(), field.where,
+                    "{} is declared as solenoidal, and has terms that are written apart; expected one equation",
+                    field.name);
             require(!field.conserved || field.noise == 0.0 || field.noise_conserves, field.where,
                     "{} is conserved, and its noise is not; expected conserved_noise = true", field.name);
         }
@@ -191,6 +197,7 @@ private:
     /// Whether a balance is solved at every point: it has products, or terms that are written apart and linear, and
     /// distinguish directions.
     bool is_of_points(std::size_t index, const std::vector<Component>& total) const {
+        if (is_of_waves(index, total)) return false;
         if (has_products(algebra_, total)) return true;
         if (c_.model.fields[index].further.empty()) return false;
         std::vector<LinearForm> rows(static_cast<std::size_t>(c_.components));
@@ -205,8 +212,30 @@ private:
         return true;
     }
 
+    /// Whether a balance can only be solved wave by wave, and can be: derivatives of its field act on it, or it has no
+    /// divergence, and its products are those of other fields.
+    bool is_of_waves(std::size_t index, const std::vector<Component>& total) const {
+        const int first = c_.first_component[index];
+        const auto is_own = [&](const Derivative& derivative) { return c_.field(derivative.component) == index; };
+        bool couples_points = c_.model.fields[index].solenoidal;
+        for (std::size_t k = 0; k < total.size(); ++k) {
+            for (const auto& [derivative, coefficient] : total[k].linear)
+                couples_points = couples_points || (is_own(derivative) &&
+                                                    derivative != Derivative{first + static_cast<int>(k), {}});
+            for (const auto& [order, node] : total[k].rest)
+                for (const int slot : algebra_.slots_read(node)) {
+                    if (slot < first_atom) continue;
+                    const LinearForm& form = algebra_.form_of(slot);
+                    if (std::any_of(form.begin(), form.end(), [&](const auto& entry) { return is_own(entry.first); }))
+                        return false;
+                }
+        }
+        return couples_points;
+    }
+
     /// Solves the balances with products at every point, in the order of their dependence: their fields then stand for
-    /// expressions of the others.  Linear ones with constant coefficients are left to the solution mode by mode.
+    /// expressions of the others.  Those that are linear in their field with constant coefficients, and have derivatives
+    /// of it, are left to the solution wave by wave.
     void solve_balances() {
         std::vector<std::size_t> waiting;
         for (std::size_t i = 0; i < c_.model.fields.size(); ++i) {
@@ -278,6 +307,10 @@ private:
             mass_text.fail_with(mass.at, text("the mass is {}; expected a number above 0", number));
         require(is_constant || !field.conserved, field.mass.where,
                 "{} is conserved, and its mass is not constant; expected a number", field.symbol);
+        require(is_constant || !field.solenoidal, field.mass.where,
+                "{} is solenoidal, and its mass is not constant; expected a number: a pressure divided by a mass that "
+                "varies is not available",
+                field.symbol);
         const int inverse = is_constant ? -1 : inverse_of(index, mass_text.location(mass.at), value.components[0]);
         const auto divided = [&](const Component& force) {
             if (is_constant) return algebra_.scaled(force, 1.0 / number);
@@ -396,6 +429,9 @@ private:
                 field.spin);
         require(field.left == LeftSide::rate, field.where,
                 "{} is conserved and in balance; expected a field with a rate", field.name);
+        std::vector<int> solenoidal;  // first components
+        for (std::size_t i = 0; i < c_.model.fields.size(); ++i)
+            if (c_.model.fields[i].solenoidal) solenoidal.push_back(c_.first_component[i]);
         const Summand* first = nullptr;  // of the parts that are no divergences, which together may be one
         Component total;
         for (const Summand& part : parts) {
@@ -409,11 +445,11 @@ private:
             Component source{rate.linear, {}};  // what is no derivative as a whole
             std::erase_if(source.linear, [](const auto& entry) { return entry.first.order != Order{}; });
             if (const auto found = rate.rest.find(Order{}); found != rate.rest.end()) source.rest.insert(*found);
-            if (algebra_.is_zero(source) || is_divergence(algebra_, source)) continue;
+            if (algebra_.is_zero(source) || is_divergence(algebra_, source, solenoidal)) continue;
             if (first == nullptr) first = &part;
             total = algebra_.sum(total, source);
         }
-        require(first == nullptr || algebra_.is_zero(total) || is_divergence(algebra_, total),
+        require(first == nullptr || algebra_.is_zero(total) || is_divergence(algebra_, total, solenoidal),
                 first == nullptr ? field.where : first->summary.where,
                 "the term \"{}\" is no divergence, and {} is declared as conserved; expected a divergence such as "
                 "-div(...), or conserved = false",

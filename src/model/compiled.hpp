@@ -94,6 +94,7 @@ struct CompiledEquations {
     bool is_isotropic = true;        ///< of these; otherwise the propagator has their average over directions
     std::vector<double> constants;   ///< rows: uniform sources
     std::vector<Output> outputs;
+    std::vector<Output> forces;  ///< the same in balances that are solved wave by wave
     int degree = 1;
     bool has_finite_degree = true;
 
@@ -127,6 +128,9 @@ struct CompiledEquations {
     PointDegree degree_of(const Expression& expression) const;
     const Call* call_at(int slot) const { return call_of(calls, slot); }
     bool is_given(int component) const { return model.fields[field(component)].left == LeftSide::given; }
+    /// The inverse of the balances between held(), of a symbol at |q| along x; 0 for a mean that they leave free, and
+    /// between parts along q of divergence-free fields.
+    Symbol inverse_of_balance(const Symbol& m, double q) const;
     /// Throws an input Error unless the balances determine their fields at |q|; at 0 they may leave a mean free.
     void check_balance_at(double q) const;
     /// Whether a component follows the others by a linear balance, mode by mode.
@@ -144,6 +148,8 @@ struct CompiledEquations {
     /// A uniform state with the values of fields in balance that follow from the others.  Throws an input Error for a
     /// state of another size or with values that are not finite.
     UniformState balanced(const UniformState& at) const;
+    /// What the functions of `forces` are in a uniform state, by component.
+    Eigen::VectorXd uniform_products(const UniformState& at) const;
     /// The same with the values of fields in balance at every point.
     UniformState completed(const UniformState& at) const;
     /// As Equations::uniform_rates; sizes: the sums of the absolute values of the terms.
@@ -167,6 +173,12 @@ struct CompiledEquations {
                              const std::vector<int>& free, Symbol* balance);
     /// A symbol at q = |q| (cosine, sine) in the frame of q; back: the inverse.
     Symbol in_frame(const Symbol& m, double cosine, double sine, bool back = false) const;
+    /// Leaves out the parts along q of divergence-free fields of a matrix at q in this direction.
+    void leave_out_divergence(Symbol& m, double cosine, double sine) const;
+    /// The same of a symbol, as pressures do; of a field in balance the part is held at 0.
+    void add_pressure(Symbol& m, double cosine, double sine) const;
+    bool is_solenoidal(int component) const { return model.fields[field(component)].solenoidal; }
+    bool has_solenoidal() const;
     /// The average over the directions of q, without what couples the even and the odd block, at q along x.
     Symbol averaged(const std::vector<LinearForm>& rows, double q) const;
     Eigen::MatrixXd size_between_fields(const std::vector<LinearForm>& rows, double q) const;

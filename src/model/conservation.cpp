@@ -27,9 +27,15 @@ bool has_uniform_value(const Algebra& algebra, int node) {
 }
 }  // namespace
 
-bool is_divergence(Algebra& algebra, const Component& source) {
+bool is_divergence(Algebra& algebra, const Component& source, const std::vector<int>& solenoidal) {
     const int node = algebra.at_points(source);
     if (has_uniform_value(algebra, node)) return false;
+    // The first component of a divergence-free vector stands for its stream function: v = (-d_y psi, d_x psi).
+    const auto stream_of = [&](int component) {
+        for (const int first : solenoidal)
+            if (component == first || component == first + 1) return first;
+        return -1;
+    };
     std::map<int, std::vector<int>> euler;  // of each component: summands
     for (const int slot : algebra.slots_read(node)) {
         if (slot < first_atom) continue;
@@ -40,7 +46,12 @@ bool is_divergence(Algebra& algebra, const Component& source) {
             const double sign = (derivative.order.x + derivative.order.y) % 2 == 0 ? 1.0 : -1.0;
             Component part = algebra.scaled(algebra.of_node(slope), sign * coefficient);
             part = algebra.derivative(part, derivative.order);
-            euler[derivative.component].push_back(algebra.at_points(part));
+            const int stream = stream_of(derivative.component);
+            if (stream >= 0) {
+                const bool is_x = derivative.component == stream;
+                part = algebra.scaled(algebra.derivative(part, is_x ? d_dy : d_dx), is_x ? 1.0 : -1.0);
+            }
+            euler[stream >= 0 ? stream : derivative.component].push_back(algebra.at_points(part));
         }
     }
     std::uint64_t random = 88172645463325252u;
@@ -52,15 +63,20 @@ bool is_divergence(Algebra& algebra, const Component& source) {
     };
     for (int trial = 0; trial < 3; ++trial) {
         std::map<Derivative, double> values;
+        const auto value_of = [&](const Derivative& derivative) {
+            const int stream = stream_of(derivative.component);
+            const bool is_x = derivative.component == stream;
+            const Derivative of = stream < 0 ? derivative : Derivative{stream, derivative.order + (is_x ? d_dy : d_dx)};
+            const auto [place, is_new] = values.emplace(of, 0.0);
+            if (is_new) place->second = next();
+            return is_x ? -place->second : place->second;
+        };
         std::vector<double> slots(static_cast<std::size_t>(algebra.slots()), 0.3);
         for (int slot = first_atom; slot < algebra.slots(); ++slot)
-            for (const auto& [derivative, coefficient] : algebra.form_of(slot)) {
-                const auto [place, is_new] = values.emplace(derivative, 0.0);
-                if (is_new) place->second = next();
+            for (const auto& [derivative, coefficient] : algebra.form_of(slot))
                 slots[static_cast<std::size_t>(slot)] =
                     (derivative == algebra.form_of(slot).begin()->first ? 0.0 : slots[static_cast<std::size_t>(slot)]) +
-                    coefficient * place->second;
-            }
+                    coefficient * value_of(derivative);
         for (const auto& [component, summands] : euler) {
             double sum = 0.0, size = 0.0;
             for (const int summand : summands) {

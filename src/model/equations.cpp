@@ -19,7 +19,7 @@ const std::vector<int>& Equations::state_components() const { return compiled_->
 const std::vector<TermSummary>& Equations::terms() const { return compiled_->summaries; }
 int Equations::degree() const { return compiled_->degree; }
 bool Equations::has_explicit_part() const {
-    return !compiled_->outputs.empty() || !compiled_->is_isotropic || has_product_noise();
+    return !compiled_->outputs.empty() || !compiled_->forces.empty() || !compiled_->is_isotropic || has_product_noise();
 }
 bool Equations::has_finite_degree() const { return compiled_->has_finite_degree; }
 TransformCount Equations::transforms() const { return transforms_of(*compiled_); }
@@ -93,17 +93,27 @@ UniformState CompiledEquations::balanced(const UniformState& at) const {
     for (int k = 0; k < components; ++k)
         if (!in_balance(k)) others.push_back(k);
     const Eigen::MatrixXd m = form_symbol(linear, {0.0, 0.0}).real();
-    Eigen::VectorXd forces(static_cast<Eigen::Index>(held.size()));
+    Eigen::VectorXd total(static_cast<Eigen::Index>(held.size()));
     for (std::size_t i = 0; i < held.size(); ++i) {
-        double& force = forces(static_cast<Eigen::Index>(i));
+        double& force = total(static_cast<Eigen::Index>(i));
         force = constants[static_cast<std::size_t>(held[i])];
         for (const int k : others) force += m(held[i], k) * at[static_cast<std::size_t>(k)];
     }
+    if (!forces.empty()) total += uniform_products(at)(held);
     const Eigen::MatrixXd of_held = m(held, held);
-    const Eigen::VectorXd values = -solve_balance(of_held, forces);
+    const Eigen::VectorXd values = -solve_balance(of_held, total);
     UniformState result = at;
     for (std::size_t i = 0; i < held.size(); ++i)
         result[static_cast<std::size_t>(held[i])] = values(static_cast<Eigen::Index>(i));
+    return result;
+}
+
+Eigen::VectorXd CompiledEquations::uniform_products(const UniformState& at) const {
+    const std::vector<double> slots = slots_at(at, false);
+    Eigen::VectorXd result = Eigen::VectorXd::Zero(components);
+    for (const Output& force : forces)
+        for (const Output::Use& use : force.uses)
+            if (use.order == Order{}) result(use.component) += use.factor * evaluate(force.value, slots);
     return result;
 }
 
@@ -212,6 +222,8 @@ Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wa
 Symbol Equations::symbol(const UniformState& about, const Wavevector& q) const {
     Symbol m = Symbol::Zero(components(), components());
     for (std::size_t n = 0; n < terms().size(); ++n) m += term_symbol(n, about, q);
+    if (const double size = std::hypot(q.x, q.y); size > 0.0)
+        compiled_->add_pressure(m, q.x / size, q.y / size);
     return compiled_->eliminated(m);
 }
 
@@ -281,6 +293,19 @@ Symbol CompiledEquations::eliminated(const Symbol& m, const std::vector<int>& he
     return result;
 }
 
+Symbol CompiledEquations::inverse_of_balance(const Symbol& m, double q) const {
+    const std::vector<int> held = this->held();
+    const auto count = static_cast<Eigen::Index>(held.size());
+    Symbol result = solve_balance(Symbol(m(held, held)), Symbol(Symbol::Identity(count, count)));
+    for (Eigen::Index k = 0; k < count && q > 0.0; ++k) {
+        const int component = held[static_cast<std::size_t>(k)];
+        if (!is_solenoidal(component) || part_of(component) != 0) continue;
+        result.row(k).setZero();
+        result.col(k).setZero();
+    }
+    return result;
+}
+
 std::string Equations::latex(std::size_t index) const {
     const Field& field = model().fields[index];
     const auto name = [this](const std::string& word) {
@@ -297,7 +322,8 @@ std::string Equations::latex(std::size_t index) const {
     const auto typeset = [&](const Text& text) {
         return latex_of(parse_formula(FormulaText(text.text, text.where), notation_with(model().functions)), name);
     };
-    const std::string right = field.equation.text.empty() ? "0" : typeset(field.equation);
+    std::string right = field.equation.text.empty() ? "0" : typeset(field.equation);
+    if (field.solenoidal) right += text(" - \\nabla P, \\quad \\nabla \\cdot {} = 0", name(field.symbol));
     if (field.left == LeftSide::balance) return "0 = " + right;
     const std::string mass = field.mass.text.empty() ? "" : typeset(field.mass) + "\\, ";
     return mass + "\\partial_t " + name(field.symbol) + " = " + right;
@@ -345,13 +371,26 @@ IsotropicBlocks blocks_of(const CompiledEquations& c, const Symbol& m, const num
 void CompiledEquations::check_balance_at(double q) const {
     const std::vector<int> held = this->held();
     if (held.empty()) return;
-    const Symbol m = form_symbol(linear, {q, 0.0});
+    Symbol m = form_symbol(linear, {q, 0.0});
+    if (q > 0.0) add_pressure(m, 1.0, 0.0);
     const Symbol of_held = m(held, held), of_others = m(held, free);
     if (is_regular_pair(of_held)) return;
     bool is_determined = numerics::is_invertible(of_held);
-    if (!is_determined && q == 0.0) {  // the equation of the mean must hold for any of its values
-        double force = of_others.cwiseAbs().maxCoeff();
-        for (const int k : held) force = std::max(force, std::abs(constants[static_cast<std::size_t>(k)]));
+    if (!is_determined && q == 0.0) {
+        // The equation of the mean must hold for any of its values: for means that do not change, at the references.
+        const UniformState at = reference();
+        double force = 0.0;
+        for (std::size_t i = 0; i < held.size(); ++i) {
+            double total = constants[static_cast<std::size_t>(held[i])], size = std::abs(total);
+            for (std::size_t j = 0; j < free.size(); ++j) {
+                const double slope = of_others(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)).real();
+                const double part = slope * at[static_cast<std::size_t>(free[j])];
+                total += part;
+                size += std::abs(part);
+                if (!model.fields[field(free[j])].conserved) force = std::max(force, std::abs(slope));
+            }
+            if (std::abs(total) > 1e-12 * size) force = std::max(force, std::abs(total));
+        }
         is_determined = force == 0.0 && of_held.cwiseAbs().maxCoeff() == 0.0;
     }
     const Field& first = model.fields[field(held[0])];
@@ -376,16 +415,44 @@ Symbol CompiledEquations::in_frame(const Symbol& m, double cosine, double sine, 
 
 Symbol CompiledEquations::averaged(const std::vector<LinearForm>& rows, double q) const {
     constexpr int directions = 16;  // exact for polynomials in q of degree and spins up to 15 together
-    if (is_isotropic) return form_symbol(rows, {q, 0.0});
     Symbol sum = Symbol::Zero(components, components);
-    for (int n = 0; n < directions; ++n) {
+    if (is_isotropic) sum = form_symbol(rows, {q, 0.0});
+    for (int n = 0; n < directions && !is_isotropic; ++n) {
         const double angle = 2.0 * std::numbers::pi * n / directions, cosine = std::cos(angle), sine = std::sin(angle);
         sum += in_frame(form_symbol(rows, {q * cosine, q * sine}), cosine, sine) / directions;
     }
     for (int i = 0; i < components; ++i)
         for (int j = 0; j < components; ++j)
-            if (is_odd(i) != is_odd(j) && !model.chiral) sum(i, j) = 0.0;
+            if (is_odd(i) != is_odd(j) && !model.chiral && !is_isotropic) sum(i, j) = 0.0;
+    if (q > 0.0) add_pressure(sum, 1.0, 0.0);
     return sum;
+}
+
+bool CompiledEquations::has_solenoidal() const {
+    return std::any_of(model.fields.begin(), model.fields.end(), [](const Field& one) { return one.solenoidal; });
+}
+
+void CompiledEquations::leave_out_divergence(Symbol& m, double cosine, double sine) const {
+    if (!has_solenoidal()) return;
+    m = in_frame(m, cosine, sine);
+    for (int k = 0; k < components; ++k)
+        if (is_solenoidal(k) && part_of(k) == 0) {
+            m.row(k).setZero();
+            m.col(k).setZero();
+        }
+    m = in_frame(m, cosine, sine, true);
+}
+
+void CompiledEquations::add_pressure(Symbol& m, double cosine, double sine) const {
+    if (!has_solenoidal()) return;
+    leave_out_divergence(m, cosine, sine);
+    m = in_frame(m, cosine, sine);
+    for (int k = 0; k < components; ++k)
+        if (is_solenoidal(k) && part_of(k) == 0 && in_balance(k)) {
+            const double size = std::abs(m(k + 1, k + 1));  // so that the balance of both parts is as regular as of one
+            m(k, k) = size > 0.0 ? size : 1.0;
+        }
+    m = in_frame(m, cosine, sine, true);
 }
 
 /// The size of a symbol at |q| without cancellations, between the fields of two components: turning mixes no others.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drover/model/start.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/transform.hpp"
@@ -82,6 +83,7 @@ void Evolution::set_fields(const numerics::Fields& fields) {
             {}, "the fields have values that are not finite; expected finite values");
     numerics::Spectra fresh(work_->control.grid, work_->state.count());
     work_->transform.forward(fields, fresh);
+    remove_divergence(work_->equations, work_->control.grid, fresh);
     work_->state = std::move(fresh);
     work_->stepper.restore_history({});  // rates of other fields are no history of these
 }

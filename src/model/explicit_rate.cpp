@@ -13,20 +13,21 @@ using numerics::Wavevector;
 
 /// A slope of an output by an atom.
 struct Slope {
-    std::size_t output;
+    const Output* output;
     int slot;
     Expression value;
 };
 
 std::vector<Slope> slopes_of(const CompiledEquations& c, bool& reads_position) {
     std::vector<Slope> slopes;
-    for (std::size_t k = 0; k < c.outputs.size(); ++k)
-        for (const int slot : c.slots_read(c.outputs[k].value)) {
-            if (slot == slot_x || slot == slot_y) reads_position = true;
-            if (slot < first_atom) continue;
-            Expression slope = c.slope(c.outputs[k].value, slot);
-            if (!is_zero(slope)) slopes.push_back({k, slot, std::move(slope)});
-        }
+    for (const std::vector<Output>* outputs : {&c.outputs, &c.forces})
+        for (const Output& output : *outputs)
+            for (const int slot : c.slots_read(output.value)) {
+                if (slot == slot_x || slot == slot_y) reads_position = true;
+                if (slot < first_atom) continue;
+                Expression slope = c.slope(output.value, slot);
+                if (!is_zero(slope)) slopes.push_back({&output, slot, std::move(slope)});
+            }
     return slopes;
 }
 
@@ -58,19 +59,26 @@ std::vector<Wavevector> sampled_modes(const numerics::Grid& grid, int degree) {
     return result;
 }
 
-/// The linear part less what the propagator has of it.
-Symbol anisotropic_part(const CompiledEquations& c, const Wavevector& q) {
-    if (c.is_isotropic) return Symbol::Zero(c.components, c.components);
-    const double length = std::hypot(q.x, q.y);
-    const double cosine = length == 0.0 ? 1.0 : q.x / length, sine = length == 0.0 ? 0.0 : q.y / length;
-    return c.form_symbol(c.linear, q) - c.in_frame(c.averaged(c.linear, length), cosine, sine, true);
-}
+/// Symbols at one q without fields in balance.
+class AtWave {
+public:
+    AtWave(const CompiledEquations& c, const Wavevector& q) : c_(c), length_(std::hypot(q.x, q.y)) {
+        if (length_ > 0.0) cosine_ = q.x / length_, sine_ = q.y / length_;
+        propagated_ = c.in_frame(c.eliminated(c.averaged(c.linear, length_)), cosine_, sine_, true);
+        linear_ = c.form_symbol(c.linear, q);
+    }
+    /// What the propagator does not have of the linear part and this one, of the state.
+    Symbol rest(const Symbol& m) const {
+        Symbol whole = linear_ + m;
+        if (length_ > 0.0) c_.add_pressure(whole, cosine_, sine_);
+        return (c_.eliminated(whole) - propagated_)(c_.state, c_.state);
+    }
 
-/// `balance`: of fields in balance by the others.
-double largest_rate(const CompiledEquations& c, const Symbol& explicit_part, const Symbol& balance) {
-    const Symbol of_state = (explicit_part + explicit_part * balance)(c.state, c.state);
-    return numerics::dense_eigenvalues(of_state).cwiseAbs().maxCoeff();
-}
+private:
+    const CompiledEquations& c_;
+    double length_, cosine_ = 1.0, sine_ = 0.0;
+    Symbol propagated_, linear_;
+};
 }  // namespace
 
 double Equations::explicit_rate(const numerics::Grid& grid, double t) const {
@@ -93,17 +101,17 @@ double Equations::explicit_rate(const numerics::Grid& grid, double t) const {
     }
     double largest = 0.0;
     for (const Wavevector& q : sampled_modes(grid, c.degree)) {
-        const Symbol anisotropic = anisotropic_part(c, q);
-        Symbol balance = Symbol::Zero(c.components, c.components);
-        static_cast<void>(c.eliminated(c.form_symbol(c.linear, q), &balance));
+        const AtWave wave(c, q);
         for (const std::vector<double>& at_position : values) {
-            Symbol m = anisotropic;
+            Symbol m = Symbol::Zero(c.components, c.components);
             for (std::size_t n = 0; n < slopes.size(); ++n)
-                for (const Output::Use& use : c.outputs[slopes[n].output].uses)
+                for (const Output::Use& use : slopes[n].output->uses)
                     c.add_form(c.atoms[static_cast<std::size_t>(slopes[n].slot - first_atom)], use.order,
                                use.factor * at_position[n], q, use.component, m);
+            const Symbol rest = wave.rest(m);
             // No eigenvalue is above the norm.
-            if (m.norm() * (1.0 + balance.norm()) > largest) largest = std::max(largest, largest_rate(c, m, balance));
+            if (rest.norm() > largest)
+                largest = std::max(largest, numerics::dense_eigenvalues(rest).cwiseAbs().maxCoeff());
         }
     }
     return largest;

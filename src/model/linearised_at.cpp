@@ -6,6 +6,7 @@
 #include <map>
 
 #include "compiled.hpp"
+#include "numerics/dense.hpp"
 
 namespace drover::model {
 
@@ -63,7 +64,7 @@ LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about
     substitutes_ = powers_of_terms(c, c.substitutes, about_);
     rates_ = powers_;
     held_ = c.held();
-    free_ = c.free;
+    set_parts(c.free);
     for (int k = 0; k < c.components; ++k)
         if (c.array_of[static_cast<std::size_t>(k)] >= 0 || c.in_balance(k)) members_.push_back(k);
     left_.moved = Eigen::VectorXd::Zero(c.components);
@@ -80,7 +81,7 @@ LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about
         members_.push_back(k);
         (left_.moved(k) != 0.0 ? state_ : held_).push_back(k);
     }
-    free_ = state_;
+    set_parts(state_);
     rates_ = powers_;
     for (Power& power : rates_)
         for (const int k : state_) power.factors.row(k) /= left_.moved(k);
@@ -102,11 +103,13 @@ Eigen::MatrixXd LinearisedAt::factors(int x, int y) const {
 
 Symbol LinearisedAt::eliminated(const Wavevector& q, Symbol* balance) const {
     const Symbol m = sum_of(rates_, equations_.components(), q);
-    return CompiledEquations::eliminated(m, held_, state_, free_, balance);
+    const Parts& parts = parts_at(q);
+    return CompiledEquations::eliminated(resolved(m, q), parts.held, parts.state, parts.free, balance);
 }
 
 Symbol LinearisedAt::symbol(const Wavevector& q) const {
-    if (!held_.empty()) return eliminated(q)(state_, state_);
+    if (const std::vector<int>& state = parts_at(q).state; !held_.empty() || has_solenoidal_)
+        return eliminated(q)(state, state);
     Symbol m = sum_of(rates_, equations_.components(), q);
     if (state_.size() < static_cast<std::size_t>(m.rows())) m = Symbol(m(state_, state_));
     return m;
@@ -115,15 +118,61 @@ Symbol LinearisedAt::symbol(const Wavevector& q) const {
 Symbol LinearisedAt::all_components(const Wavevector& q) const {
     Symbol balance;
     eliminated(q, &balance);
-    for (const int k : state_) balance(k, k) = 1.0;
+    const std::vector<int>& state = parts_at(q).state;
+    for (const int k : state) balance(k, k) = 1.0;
+    if (has_solenoidal_) balance = turn_of(q).transpose() * balance;
     const Symbol all = balance + sum_of(substitutes_, equations_.components(), q) * balance;
-    return all(Eigen::all, state_);
+    return all(Eigen::all, state);
 }
 
 Symbol LinearisedAt::noise(const Wavevector& q) const {
-    if (left_.noise.size() == 0) return equations_.noise(about_, q)(state_, state_);
+    const std::vector<int>& state = parts_at(q).state;
+    if (left_.noise.size() == 0) return resolved(equations_.noise(about_, q), q)(state, state);
     const Eigen::VectorXd strengths = left_.noise + (q.x * q.x + q.y * q.y) * left_.flux_noise;
-    return Symbol(strengths.cast<std::complex<double>>().asDiagonal())(state_, state_);
+    return Symbol(strengths.cast<std::complex<double>>().asDiagonal())(state, state);
+}
+
+void LinearisedAt::set_parts(std::vector<int> free) {
+    const CompiledEquations& c = *equations_.compiled_;
+    uniform_ = waves_ = {.state = state_, .held = held_, .free = std::move(free)};
+    has_solenoidal_ = c.has_solenoidal();
+    for (std::vector<int>* list : {&waves_.state, &waves_.held, &waves_.free})
+        std::erase_if(*list, [&c](int k) { return c.is_solenoidal(k) && c.part_of(k) == 0; });
+}
+
+Eigen::MatrixXd LinearisedAt::turn_of(const Wavevector& q) const {
+    const CompiledEquations& c = *equations_.compiled_;
+    Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(c.components, c.components);
+    const double size = std::hypot(q.x, q.y);
+    for (int k = 0; k < c.components && size > 0.0; ++k)
+        if (c.is_solenoidal(k) && c.part_of(k) == 0)
+            turn.block<2, 2>(k, k) << q.x / size, q.y / size, -q.y / size, q.x / size;
+    return turn;
+}
+
+Eigen::MatrixXd LinearisedAt::parts_across(double angle) const {
+    const CompiledEquations& c = *equations_.compiled_;
+    std::vector<int> kept = members_;
+    std::erase_if(kept, [&c](int k) { return c.is_solenoidal(k) && c.part_of(k) == 0; });
+    return turn_of({std::cos(angle), std::sin(angle)}).transpose()(members_, kept);
+}
+
+Symbol LinearisedAt::resolved(const Symbol& m, const Wavevector& q) const {
+    if (!has_solenoidal_) return m;
+    const Eigen::MatrixXd turn = turn_of(q);
+    return turn * m * turn.transpose();
+}
+
+Eigen::RowVectorXcd LinearisedAt::of_forces(const Eigen::RowVectorXcd& of_rates, const Wavevector& q) const {
+    const Parts& parts = parts_at(q);
+    Eigen::RowVectorXcd result = Eigen::RowVectorXcd::Zero(equations_.components());
+    result(parts.state) = of_rates;
+    if (!parts.held.empty()) {
+        const Symbol m = resolved(whole(q), q);
+        const Symbol of_held = m(parts.held, parts.held), by_held = m(parts.state, parts.held);
+        result(parts.held) = -of_rates * by_held * numerics::inverse(of_held);
+    }
+    return has_solenoidal_ ? Eigen::RowVectorXcd(result * turn_of(q)) : result;
 }
 
 Wavevector LinearisedAt::wavevector(double q, double angle) const {

@@ -18,7 +18,11 @@ using numerics::Complex;
 using numerics::Spectra;
 
 struct ExplicitPart::Work {
-    Work(std::shared_ptr<const CompiledEquations> equations, const numerics::System& system, Threads& the_threads);
+    Work(std::shared_ptr<const CompiledEquations> equations, const numerics::System& system, Threads& the_threads)
+        : Work(equations, equations->state, system, the_threads) {}
+    /// `targets`: the components whose rates, or forces in their balances, are written.
+    Work(std::shared_ptr<const CompiledEquations> equations, std::vector<int> targets, const numerics::System& system,
+         Threads& the_threads);
 
     /// An array of modes that is a sum of derivatives of others.
     struct Derived {
@@ -44,15 +48,19 @@ struct ExplicitPart::Work {
     void plan_balance();
     void plan_given();
     void plan_anisotropic();
+    void plan_forces(const numerics::System& system);
+    void plan_solenoidal();
     bool is_held(int component) const { return held_[static_cast<std::size_t>(component)] >= 0; }
     void evaluate(double t, const Spectra& state, Spectra& rate);
     void point_at(const Spectra& state, Spectra& rate);
+    void find_forces(double t, const Spectra& state);
     void derive_inputs(double t, const ModeRow& row);
     void at_points(double t, const numerics::Strip& strip);
     void note(const numerics::Strip& strip);
     void assemble(Spectra& rate) const;
 
     std::shared_ptr<const CompiledEquations> c_;
+    std::vector<int> targets_;
     TransformPlan plan_;
     PointFunctions functions_;
     numerics::Grid grid_;
@@ -70,18 +78,24 @@ struct ExplicitPart::Work {
     FrameOperator balance_;     // components in balance, of the others
     FrameOperator driven_;      // less the rates by given components, which the propagator does not have
     FrameOperator propagated_;  // of anisotropic equations: what the propagator has of the linear part
+    FrameOperator divergence_;  // of divergence-free fields: their parts along q
+    std::unique_ptr<Work> forces_;  // products in balances; nullptr: none
+    Spectra force_;
+    FrameOperator response_, carried_;  // less components in balance, and rates, by them
     std::vector<Watched> watched_;
     std::mutex mutex_;  // of their ranges
     Spectra scratch_;
     // At one call: arrays of the components and of what the sums of rates read, of the transforms, of the rates.
     std::vector<const Complex*> components_, summands_, from_;
     std::vector<const Complex*> given_;  // empty: point sources
+    std::vector<const Complex*> force_components_;
     std::vector<Complex*> written_components_, to_, rates_;
 };
 
-ExplicitPart::Work::Work(std::shared_ptr<const CompiledEquations> equations, const numerics::System& system,
-                         Threads& the_threads)
+ExplicitPart::Work::Work(std::shared_ptr<const CompiledEquations> equations, std::vector<int> targets,
+                         const numerics::System& system, Threads& the_threads)
     : c_(std::move(equations)),
+      targets_(std::move(targets)),
       plan_(transform_plan(*c_)),
       functions_(*c_, plan_, system.grid),
       grid_(system.grid),
@@ -100,6 +114,8 @@ ExplicitPart::Work::Work(std::shared_ptr<const CompiledEquations> equations, con
     plan_balance();
     plan_given();
     if (!c_->is_isotropic) plan_anisotropic();
+    if (!c_->forces.empty()) plan_forces(system);
+    if (c_->has_solenoidal()) plan_solenoidal();
     scratch_ = Spectra(grid_, arrays_);
 }
 
@@ -130,8 +146,8 @@ void ExplicitPart::Work::plan_inputs() {
 void ExplicitPart::Work::plan_outputs() {
     for (const Output& output : c_->outputs)
         outputs_.push_back(output.uses.size() == 1 && output.uses[0].order == Order{} ? -1 : arrays_++);
-    for (std::size_t array = 0; array < c_->state.size(); ++array) {
-        Assembled rate{.sum = {}, .array = static_cast<int>(array), .component = c_->state[array]};
+    for (std::size_t array = 0; array < targets_.size(); ++array) {
+        Assembled rate{.sum = {}, .array = static_cast<int>(array), .component = targets_[array]};
         for (std::size_t k = 0; k < c_->outputs.size(); ++k)
             for (const Output::Use& use : c_->outputs[k].uses) {
                 if (use.component != rate.component) continue;
@@ -157,7 +173,7 @@ void ExplicitPart::Work::plan_balance() {
 }
 
 void ExplicitPart::Work::plan_given() {
-    if (c_->free.size() == c_->state.size()) return;
+    if (c_->free.size() == c_->state.size() || targets_ != c_->state) return;
     std::vector<Symbol> matrices;
     for (const double q : wavenumbers_.q) {
         Symbol& less = matrices.emplace_back(-c_->eliminated(c_->averaged(c_->linear, q)));
@@ -183,8 +199,50 @@ void ExplicitPart::Work::plan_anisotropic() {
     propagated_ = FrameOperator(*c_, matrices, wavenumbers_, std::vector<bool>(held_.size(), false));
 }
 
+/// A balance m v + ... + f = 0 with a product f gives v less m^-1 f, and rates less what v does to them.
+void ExplicitPart::Work::plan_forces(const numerics::System& system) {
+    const std::vector<int> held = c_->held();
+    forces_ = std::make_unique<Work>(with_forces_as_outputs(*c_), held, system, threads_);
+    force_ = Spectra(grid_, static_cast<int>(held.size()));
+    force_components_.assign(held_.size(), nullptr);
+    for (std::size_t k = 0; k < held.size(); ++k)
+        force_components_[static_cast<std::size_t>(held[k])] = force_[static_cast<int>(k)].data();
+    std::vector<Symbol> responses, carried;
+    for (const double q : wavenumbers_.q) {
+        const Symbol m = c_->averaged(c_->linear, q);
+        Symbol inverse = Symbol::Zero(c_->components, c_->components);
+        inverse(held, held) = c_->inverse_of_balance(m, q);
+        carried.push_back(Symbol::Zero(c_->components, c_->components));
+        carried.back()(c_->state, held) = m(c_->state, held) * inverse(held, held);
+        responses.push_back(inverse);
+        for (const int k : held)
+            if (!is_held(k)) responses.back().row(k).setZero();
+    }
+    const std::vector<bool> none(held_.size(), false);
+    response_ = FrameOperator(*c_, responses, wavenumbers_, none);
+    carried_ = FrameOperator(*c_, carried, wavenumbers_, none);
+}
+
+void ExplicitPart::Work::plan_solenoidal() {
+    std::vector<Symbol> matrices;
+    for (const double q : wavenumbers_.q) {
+        Symbol& along = matrices.emplace_back(Symbol::Zero(c_->components, c_->components));
+        for (const int k : targets_)
+            if (q > 0.0 && c_->is_solenoidal(k) && c_->part_of(k) == 0) along(k, k) = 1.0;
+    }
+    divergence_ = FrameOperator(*c_, matrices, wavenumbers_, std::vector<bool>(held_.size(), false));
+}
+
+void ExplicitPart::Work::find_forces(double t, const Spectra& state) {
+    if (!forces_) return;
+    force_.values.assign(force_.values.size(), Complex(0.0));
+    forces_->given_ = given_;
+    forces_->evaluate(t, state, force_);
+}
+
 void ExplicitPart::Work::evaluate(double t, const Spectra& state, Spectra& rate) {
     for (Watched& one : watched_) one.range = {};
+    find_forces(t, state);
     point_at(state, rate);
     rows_.for_each(threads_, [&](const ModeRow& row) { derive_inputs(t, row); });
     if (!c_->outputs.empty())
@@ -200,14 +258,14 @@ void ExplicitPart::Work::point_at(const Spectra& state, Spectra& rate) {
     to_.clear();
     summands_.clear();
     for (std::size_t k = 0; k < held_.size(); ++k) {
-        if (const int array = c_->array_of[k]; array >= 0) {
-            components_[k] = state[array].data();
-            rates_[k] = rate[array].data();
-        } else if (held_[k] >= 0) {
+        if (const int array = c_->array_of[k]; array >= 0) components_[k] = state[array].data();
+        else if (held_[k] >= 0) {
             components_[k] = scratch_[held_[k]].data();
             if (c_->in_balance(static_cast<int>(k))) written_components_[k] = scratch_[held_[k]].data();
         }
     }
+    for (std::size_t k = 0; k < targets_.size(); ++k)
+        rates_[static_cast<std::size_t>(targets_[k])] = rate[static_cast<int>(k)].data();
     for (std::size_t i = 0; i < inputs_.size(); ++i)
         from_.push_back(inputs_[i].array >= 0
                             ? scratch_[inputs_[i].array].data()
@@ -242,6 +300,7 @@ void ExplicitPart::Work::derive_inputs(double t, const ModeRow& row) {
         else write_source(c_->model.fields[c_->field(k)].source, c_->part_of(k), grid_, t, row, to);
     }
     balance_.apply(row, components_, written_components_, false);
+    if (forces_) response_.apply(row, force_components_, written_components_, true);
     if (row.first == 0)
         for (std::size_t k = 0; k < held_.size(); ++k)
             if (written_components_[k] != nullptr) scratch_[held_[k]][0] += held_means_[k];
@@ -284,7 +343,10 @@ void ExplicitPart::Work::assemble(Spectra& rate) const {
                 one.sum.write(row, summands_, rate[one.array].data(), one.is_written);
         driven_.apply(row, components_, rates_, true);
         if (!c_->is_isotropic) propagated_.apply(row, components_, rates_, true);
+        if (forces_) carried_.apply(row, force_components_, rates_, true);
+        divergence_.apply(row, {rates_.begin(), rates_.end()}, rates_, true);
     });
+    if (targets_ != c_->state) return;  // sources are parts of the balances
     for (const Assembled& one : assembled_) {
         Complex& mean = rate[one.array][0];
         mean += sources_[static_cast<std::size_t>(one.component)];
@@ -300,7 +362,10 @@ ExplicitPart::~ExplicitPart() = default;
 void ExplicitPart::operator()(double t, const Spectra& state, Spectra& rate) { work_->evaluate(t, state, rate); }
 
 void ExplicitPart::set_given(std::vector<const Complex*> arrays) { work_->given_ = std::move(arrays); }
-void ExplicitPart::set_step(double dt) { work_->functions_.set_step(dt); }
+void ExplicitPart::set_step(double dt) {
+    work_->functions_.set_step(dt);
+    if (work_->forces_) work_->forces_->functions_.set_step(dt);
+}
 double ExplicitPart::mass_floor(std::size_t field) const { return work_->functions_.mass_floor(field); }
 
 void ExplicitPart::watch(int component) {
@@ -346,6 +411,7 @@ numerics::Fields ExplicitPart::balanced(double t, const Spectra& state) const {
     Work values(with_balances_as_outputs(*work_->c_), system, work_->threads_);
     numerics::Fields result(work_->grid_, static_cast<int>(values.outputs_.size()));
     Spectra rate(work_->grid_, state.count());
+    values.find_forces(t, state);
     values.point_at(state, rate);
     values.rows_.for_each(values.threads_, [&](const ModeRow& row) { values.derive_inputs(t, row); });
     values.transform_.products(values.from_, values.to_, [&](const numerics::Strip& strip) {
@@ -364,6 +430,9 @@ double ExplicitPart::bytes(const Equations& equations, const numerics::Grid& gri
     const auto derived = static_cast<double>(
         std::count_if(plan.inputs.begin(), plan.inputs.end(), [](const auto& form) { return !is_plain(form); }));
     double total = spectra * (derived + outputs + 2.0 * (inputs + outputs) / (degree + 1));
+    if (const CompiledEquations& c = *equations.compiled_; !c.forces.empty())
+        total += bytes(Equations(with_forces_as_outputs(c)), grid, degree) +
+                 spectra * static_cast<double>(c.held().size());
     for (const NoiseProducts& one : equations.compiled_->products)
         total +=
             bytes(Equations(one.equations), grid, degree) + spectra * static_cast<double>(one.equations->components);

@@ -166,11 +166,12 @@ public:
         c_.is_isotropic = c_.commutes_with_turns(c_.linear);
         check_substitutes();
         check_balances();
-        for (const Output& output : c_.outputs) {
-            const PointDegree found = c_.degree_of(output.value);
-            c_.has_finite_degree = c_.has_finite_degree && found.is_finite;
-            c_.degree = std::max(c_.degree, found.degree);
-        }
+        for (const std::vector<Output>* outputs : {&c_.outputs, &c_.forces})
+            for (const Output& output : *outputs) {
+                const PointDegree found = c_.degree_of(output.value);
+                c_.has_finite_degree = c_.has_finite_degree && found.is_finite;
+                c_.degree = std::max(c_.degree, found.degree);
+            }
         for (const NoiseProducts& one : c_.products) {
             c_.has_finite_degree = c_.has_finite_degree && one.equations->has_finite_degree;
             c_.degree = std::max(c_.degree, one.equations->degree);
@@ -240,29 +241,27 @@ private:
 
     /// Functions that are equal, but for their sign, are one output; constants are sources.
     void collect_outputs() {
-        std::map<int, std::size_t> output_of;  // node -> output
+        std::map<int, std::size_t> output_of, force_of;  // node -> output
         for (const auto& [target, node] : remainders_) {
             const auto& [component, order] = target;
+            const bool is_force = c_.in_balance(component);
+            std::vector<Output>& outputs = is_force ? c_.forces : c_.outputs;
             if (graph_.is_number(node)) {
                 if (order == Order{}) c_.constants[static_cast<std::size_t>(component)] += graph_[node].value;
                 continue;
             }
             const bool is_negative = graph_[node].operation == Operation::negate;
             const int bare = is_negative ? graph_[node].left : node;
-            const auto [place, is_new] = output_of.emplace(bare, c_.outputs.size());
-            if (is_new) c_.outputs.push_back({graph_.expression(bare), {}});
-            c_.outputs[place->second].uses.push_back({component, order, is_negative ? -1.0 : 1.0});
+            const auto [place, is_new] = (is_force ? force_of : output_of).emplace(bare, outputs.size());
+            if (is_new) outputs.push_back({graph_.expression(bare), {}});
+            outputs[place->second].uses.push_back({component, order, is_negative ? -1.0 : 1.0});
         }
-        for (const Output& output : c_.outputs)
-            for (const Output::Use& use : output.uses)
-                require(!c_.in_balance(use.component), c_.model.fields[c_.field(use.component)].equation.where,
-                        "the balance of {} depends on position or time; expected a function of the fields",
-                        c_.model.fields[c_.field(use.component)].symbol);
-        for (Output& output : c_.outputs)
-            if (output.uses.size() == 1 && output.uses[0].factor < 0.0) {
-                output.value = Expression(0.0) - output.value;
-                output.uses[0].factor = 1.0;
-            }
+        for (std::vector<Output>* outputs : {&c_.outputs, &c_.forces})
+            for (Output& output : *outputs)
+                if (output.uses.size() == 1 && output.uses[0].factor < 0.0) {
+                    output.value = Expression(0.0) - output.value;
+                    output.uses[0].factor = 1.0;
+                }
     }
 
     /// Nothing that is evaluated reads a field that was substituted: a balance that was solved before did, if there is.
@@ -272,9 +271,27 @@ private:
                 if (c_.is_substituted[c_.field(derivative.component)]) c_.reject_cycle(c_.field(derivative.component));
         };
         for (const LinearForm& row : c_.linear) check(row);
-        for (const Output& output : c_.outputs)
-            for (const int slot : c_.slots_read(output.value))
-                if (slot >= first_atom) check(c_.atoms[static_cast<std::size_t>(slot - first_atom)]);
+        for (const std::vector<Output>* outputs : {&c_.outputs, &c_.forces})
+            for (const Output& output : *outputs)
+                for (const int slot : c_.slots_read(output.value))
+                    if (slot >= first_atom) check(c_.atoms[static_cast<std::size_t>(slot - first_atom)]);
+        check_forces();
+    }
+
+    /// The products in a balance that is solved wave by wave are known before the fields of all such balances are.
+    void check_forces() const {
+        for (const Output& force : c_.forces)
+            for (const int slot : c_.slots_read(force.value)) {
+                if (slot < first_atom) continue;
+                for (const auto& [derivative, coefficient] : c_.atoms[static_cast<std::size_t>(slot - first_atom)]) {
+                    const Field& read = c_.model.fields[c_.field(derivative.component)];
+                    const Field& held = c_.model.fields[c_.field(force.uses[0].component)];
+                    require(!c_.in_balance(derivative.component), held.equation.where,
+                            "the balance of {} has products with {}, which is in balance too, and is solved wave by "
+                            "wave; expected products of fields with a rate",
+                            held.symbol, read.symbol);
+                }
+            }
     }
 
     /// The balances must determine their fields at every q.
@@ -302,6 +319,7 @@ void CompiledEquations::split(const UniformState& at) {
     linear.assign(static_cast<std::size_t>(components), {});
     constants.assign(static_cast<std::size_t>(components), 0.0);
     outputs.clear();
+    forces.clear();
     degree = 1;
     has_finite_degree = true;
     Splitting(*this).run();

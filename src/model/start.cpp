@@ -92,18 +92,21 @@ void check(const Start& start, const Equations& equations, const numerics::Grid&
     numerics::check(mode_of(start), grid, degree, place);
 }
 
-std::vector<std::string> start_warnings(const Start& start, const Equations& equations, const numerics::Grid& grid,
-                                        int degree) {
-    std::vector<std::string> warnings;
+void remove_divergence(const Equations& equations, const numerics::Grid& grid, numerics::Spectra& state) {
     const std::vector<StateComponent> components = components_of_state(equations);
-    for (const StateComponent& component : components) {
-        const auto found = start.formulas.find(component.name);
-        if (start.kind != "formula" || found == start.formulas.end()) continue;
-        const std::string warning =
-            numerics::warning_of(formula_of(component.name, found->second), component.unit, grid, degree);
-        if (!warning.empty()) warnings.push_back(warning);
+    for (int c = 0; c < state.count(); ++c) {
+        const StateComponent& one = components[static_cast<std::size_t>(c)];
+        if (one.part != 0 || !equations.model().fields[one.field].solenoidal) continue;
+        for (std::size_t row = 0, m = 0; row < static_cast<std::size_t>(grid.ny); ++row)
+            for (std::size_t column = 0; column < numerics::columns(grid); ++column, ++m) {
+                if (m == 0) continue;
+                const numerics::Wavevector q = numerics::wavevector(grid, column, row);
+                const numerics::Complex along =
+                    (q.x * state[c][m] + q.y * state[c + 1][m]) / (q.x * q.x + q.y * q.y);
+                state[c][m] -= q.x * along;
+                state[c + 1][m] -= q.y * along;
+            }
     }
-    return warnings;
 }
 
 namespace {
@@ -119,10 +122,10 @@ void set_formulas(const Start& start, const std::vector<std::string>& names, con
         std::copy(made[c].begin(), made[c].end(), state[c].begin());
     }
 }
-}  // namespace
 
-numerics::Spectra start_spectra(const Start& start, const Equations& equations, const numerics::System& system,
-                                std::uint64_t seed, Threads& threads) {
+/// The start as it is given, whatever its divergence.
+numerics::Spectra perturbed(const Start& start, const Equations& equations, const numerics::System& system,
+                            std::uint64_t seed, Threads& threads) {
     const std::vector<std::string> names = names_of(components_of_state(equations));
     numerics::Spectra state(system.grid, static_cast<int>(names.size()));
     if (start.kind == "stationary")
@@ -136,6 +139,62 @@ numerics::Spectra start_spectra(const Start& start, const Equations& equations, 
     if (start.kind == "mode")
         numerics::add_mode(system.grid, mode_of(start), start.component.empty() ? 0 : index_of(start.component, names),
                            state);
+    return state;
+}
+}  // namespace
+
+namespace {
+/// Of what remove_divergence() takes from a start that is given, as part of the variance.
+void warn_of_divergence(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
+                        std::vector<std::string>& warnings) {
+    const std::vector<Field>& fields = equations.model().fields;
+    if (start.kind != "formula" && start.kind != "mode") return;
+    if (std::none_of(fields.begin(), fields.end(), [](const Field& one) { return one.solenoidal; })) return;
+    Threads one(1);
+    Start given = start;
+    if (given.kind == "formula") given.amplitude = 0.0;
+    const numerics::System system = equations.linear_system(grid, degree);
+    const numerics::Spectra as_given = perturbed(given, equations, system, 0, one);
+    numerics::Spectra without = as_given;
+    remove_divergence(equations, grid, without);
+    const std::vector<StateComponent> components = components_of_state(equations);
+    for (int c = 0; c < as_given.count(); ++c) {
+        const StateComponent& of_state = components[static_cast<std::size_t>(c)];
+        if (of_state.part != 0 || !fields[of_state.field].solenoidal) continue;
+        double all = 0.0, removed = 0.0;
+        for (int k = c; k < c + 2; ++k)
+            for (std::size_t m = 1; m < as_given.size; ++m) {
+                all += std::norm(as_given[k][m]);
+                removed += std::norm(as_given[k][m] - without[k][m]);
+            }
+        if (removed > 1e-6 * all)
+            warnings.push_back(text("{} is solenoidal, and {:.2g} of the variance of its start has a divergence, which "
+                                    "is left out; expected none: give v_x = d_y psi and v_y = -d_x psi of a function "
+                                    "psi",
+                                    fields[of_state.field].symbol, removed / all));
+    }
+}
+}  // namespace
+
+std::vector<std::string> start_warnings(const Start& start, const Equations& equations, const numerics::Grid& grid,
+                                        int degree) {
+    std::vector<std::string> warnings;
+    const std::vector<StateComponent> components = components_of_state(equations);
+    for (const StateComponent& component : components) {
+        const auto found = start.formulas.find(component.name);
+        if (start.kind != "formula" || found == start.formulas.end()) continue;
+        const std::string warning =
+            numerics::warning_of(formula_of(component.name, found->second), component.unit, grid, degree);
+        if (!warning.empty()) warnings.push_back(warning);
+    }
+    warn_of_divergence(start, equations, grid, degree, warnings);
+    return warnings;
+}
+
+numerics::Spectra start_spectra(const Start& start, const Equations& equations, const numerics::System& system,
+                                std::uint64_t seed, Threads& threads) {
+    numerics::Spectra state = perturbed(start, equations, system, seed, threads);
+    remove_divergence(equations, system.grid, state);
     return state;
 }
 

@@ -2,6 +2,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "drover/model/theory.hpp"
@@ -16,10 +17,20 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
+/// The powers of q in the equations: the factors of (i q_x)^x (i q_y)^y, and what multiplies d/dt.
+struct Expansion {
+    std::function<MatrixXd(int x, int y)> factors;
+    Eigen::VectorXd moved;
+};
+
+Expansion expansion_of(const LinearisedAt& at) {
+    return {.factors = [&at](int x, int y) { return at.factors(x, y); }, .moved = at.moved()(at.members())};
+}
+
 /// By the singular values of the equations at q = 0.
-SlowSpace slow_space(const LinearisedAt& at) {
+SlowSpace slow_space(const Expansion& at) {
     const MatrixXd m = at.factors(0, 0);
-    const Eigen::VectorXd moved = at.moved()(at.members());
+    const Eigen::VectorXd& moved = at.moved;
     const Eigen::Index n = m.rows();
     // Rows and columns of size 1, so that units do not decide what is singular.
     Eigen::VectorXd rows = Eigen::VectorXd::Ones(n), columns = rows;
@@ -49,16 +60,8 @@ SlowSpace slow_space(const LinearisedAt& at) {
 }
 }  // namespace
 
-LongWaves long_waves(const LinearisedAt& at) {
-    const SlowSpace space = slow_space(at);
-    LongWaves waves = long_waves(at, space);
-    for (auto [speed, order_x] : {std::pair{&waves.speed_x, 1}, std::pair{&waves.speed_y, 0}})
-        if (speed->norm() <= 1e-13 * space.left.norm() * at.factors(order_x, 1 - order_x).norm() * space.right.norm())
-            speed->setZero();  // rounding of the singular vectors
-    return waves;
-}
-
-LongWaves long_waves(const LinearisedAt& at, const SlowSpace& space) {
+namespace {
+LongWaves reduced(const Expansion& at, const SlowSpace& space) {
     LongWaves result{.left = space.left, .right = space.right, .why_none = space.why_none};
     if (!space.why_none.empty() || space.right.cols() == 0) return result;
     const MatrixXd first_x = at.factors(1, 0), first_y = at.factors(0, 1);
@@ -71,6 +74,20 @@ LongWaves long_waves(const LinearisedAt& at, const SlowSpace& space) {
     result.damping_xy = second(1, 1) - space.left * first_x * by_y - space.left * first_y * by_x;
     return result;
 }
+
+LongWaves waves_of(const Expansion& at) {
+    const SlowSpace space = slow_space(at);
+    LongWaves waves = reduced(at, space);
+    for (auto [speed, order_x] : {std::pair{&waves.speed_x, 1}, std::pair{&waves.speed_y, 0}})
+        if (speed->norm() <= 1e-13 * space.left.norm() * at.factors(order_x, 1 - order_x).norm() * space.right.norm())
+            speed->setZero();  // rounding of the singular vectors
+    return waves;
+}
+}  // namespace
+
+LongWaves long_waves(const LinearisedAt& at) { return waves_of(expansion_of(at)); }
+
+LongWaves long_waves(const LinearisedAt& at, const SlowSpace& space) { return reduced(expansion_of(at), space); }
 
 namespace {
 /// Speeds that differ by less than this part of the largest are one: rounding splits a double root by its square root.
@@ -204,15 +221,35 @@ double error_of(const LinearisedAt& at, double angle, const std::vector<SlowMode
 }
 }  // namespace
 
+namespace {
+/// Waves of one direction as if along x, without the parts along q of divergence-free fields; `parts` has the others
+/// as columns, by members.
+Expansion along_one_direction(const LinearisedAt& at, double angle, const MatrixXd& parts) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {.factors =
+                [&at, parts, c, s](int x, int y) -> MatrixXd {
+                    MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows());
+                    for (int n = 0; n <= x && y == 0; ++n)
+                        sum += std::pow(c, n) * std::pow(s, x - n) * at.factors(n, x - n);
+                    return parts.transpose() * sum * parts;
+                },
+            .moved = parts.transpose().cwiseAbs2() * at.moved()(at.members())};
+}
+}  // namespace
+
 SlowModes slow_modes(const LinearisedAt& at, double angle) {
-    const LongWaves waves = long_waves(at);
-    SlowModes result{.modes = slow_modes(waves, at.direction() + angle), .why_none = waves.why_none};
+    const double direction = at.direction() + angle;
+    const MatrixXd parts = at.parts_across(direction);
+    const bool has_all = parts.cols() == parts.rows();
+    const LongWaves waves = has_all ? long_waves(at) : waves_of(along_one_direction(at, direction, parts));
+    SlowModes result{.modes = slow_modes(waves, has_all ? direction : 0.0), .why_none = waves.why_none};
     if (result.modes.empty()) return result;
     double fastest = 0.0;
     for (SlowMode& mode : result.modes) {
         Eigen::VectorXcd whole = Eigen::VectorXcd::Zero(at.equations().components());
-        whole(at.members()) = mode.shape;
-        mode.shape = (at.all_components({}) * whole(at.state_components())).normalized();
+        whole(at.members()) = parts * mode.shape;
+        mode.shape =
+            (has_all ? Eigen::VectorXcd(at.all_components({}) * whole(at.state_components())) : whole).normalized();
         if (std::abs(mode.speed) <= 1e-13 * (waves.speed_x.norm() + waves.speed_y.norm())) mode.speed = 0.0;
         fastest = std::max(fastest, std::abs(mode.speed));
     }

@@ -64,16 +64,8 @@ std::vector<std::complex<double>> term_shares(const LinearisedAt& at, const Wave
     require(mode < static_cast<std::size_t>(all.rates.size()), {}, "mode {}; expected one of the {} modes of the wave",
             mode, all.rates.size());
     const auto k = static_cast<Eigen::Index>(mode);
-    const std::vector<int>&state = at.state_components(), &held = at.held_components();
-    const int components = at.equations().components();
     const Eigen::VectorXcd right = at.all_components(q) * all.shapes.col(k);
-    Eigen::RowVectorXcd left = Eigen::RowVectorXcd::Zero(components);
-    left(state) = all.duals.row(k);
-    if (!held.empty()) {  // the forces on fields in balance act on the others through them
-        const Symbol m = at.whole(q);
-        const Symbol of_held = m(held, held), by_held = m(state, held);
-        left(held) = -all.duals.row(k) * by_held * numerics::inverse(of_held);
-    }
+    const Eigen::RowVectorXcd left = at.of_forces(all.duals.row(k), q);
     std::vector<std::complex<double>> shares;
     for (std::size_t n = 0; n < at.equations().terms().size(); ++n)
         shares.emplace_back(left * at.equations().term_symbol(n, at.about(), q) * right);

@@ -131,14 +131,25 @@ TransformPlan transform_plan(const CompiledEquations& c) {
     return plan;
 }
 
+std::shared_ptr<const CompiledEquations> with_forces_as_outputs(const CompiledEquations& equations) {
+    auto c = std::make_shared<CompiledEquations>(equations);
+    c->outputs = std::move(c->forces);
+    c->forces.clear();
+    c->products.clear();
+    c->is_isotropic = true;  // nothing of the linear part is left to them
+    return c;
+}
+
 TransformCount transforms_of(const CompiledEquations& equations) {
     const TransformPlan plan = transform_plan(equations);
     TransformCount count{static_cast<int>(plan.inputs.size()), static_cast<int>(plan.values.size())};
-    for (const NoiseProducts& one : equations.products) {
-        const TransformCount of_noise = transforms_of(*one.equations);
-        count.inverse += of_noise.inverse;
-        count.forward += of_noise.forward;
-    }
+    const auto add = [&count](const CompiledEquations& others) {
+        const TransformCount more = transforms_of(others);
+        count.inverse += more.inverse;
+        count.forward += more.forward;
+    };
+    if (!equations.forces.empty()) add(*with_forces_as_outputs(equations));
+    for (const NoiseProducts& one : equations.products) add(*one.equations);
     return count;
 }
 

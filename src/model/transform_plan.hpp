@@ -20,6 +20,9 @@ struct TransformPlan {
 };
 TransformPlan transform_plan(const CompiledEquations& equations);
 
+/// Equations whose functions at points are the products in the balances of others.
+std::shared_ptr<const CompiledEquations> with_forces_as_outputs(const CompiledEquations& equations);
+
 /// Whether a form is one component of the fields.
 bool is_plain(const LinearForm& form);
 

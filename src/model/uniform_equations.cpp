@@ -148,10 +148,14 @@ bool UniformEquations::commutes_with_turns() const {
 }
 
 bool UniformEquations::waves_turn(const UniformState& state, double angle) const {
-    const LinearisedAt here(equations_, state), there(equations_, turned_state(model(), state, angle));
     const numerics::Wavevector q{0.9, 0.4};
     const double c = std::cos(angle), s = std::sin(angle);
-    const Symbol expected = here.symbol(q), found = there.symbol({c * q.x - s * q.y, s * q.x + c * q.y});
+    const auto symbol = [this](const UniformState& about, const numerics::Wavevector& at) -> Symbol {
+        const std::vector<int>& members = equations_.state_components();
+        return equations_.symbol(equations_.completed(about), at)(members, members);
+    };
+    const Symbol expected = symbol(state, q),
+                 found = symbol(turned_state(model(), state, angle), {c * q.x - s * q.y, s * q.x + c * q.y});
     Matrix turn(count(), count());
     for (Eigen::Index k = 0; k < count(); ++k) turn.col(k) = turned(Vector::Unit(count(), k), angle);
     return (found * turn - turn * expected).norm() <= rounding_of_slopes(model()) * expected.norm();

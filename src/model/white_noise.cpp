@@ -79,6 +79,7 @@ Symbol CompiledEquations::sum_noise(const Wavevector& q) const {
         const Field& one = model.fields[field(k)];
         strengths(k, k) += one.noise * (one.noise_conserves ? q.x * q.x + q.y * q.y : 1.0);
     }
+    if (const double size = std::hypot(q.x, q.y); size > 0.0) leave_out_divergence(strengths, q.x / size, q.y / size);
     return strengths;
 }
 
@@ -86,7 +87,10 @@ Symbol Equations::noise(const UniformState& about, const Wavevector& q) const {
     Symbol strengths = compiled_->sum_noise(q);
     if (!has_product_noise()) return strengths;
     const Symbol shared = compiled_->product_symbol(about, q);
-    return strengths + shared * shared.adjoint();
+    strengths += shared * shared.adjoint();
+    if (const double size = std::hypot(q.x, q.y); size > 0.0)
+        compiled_->leave_out_divergence(strengths, q.x / size, q.y / size);
+    return strengths;
 }
 
 void CompiledEquations::check_noise() const {
@@ -160,6 +164,7 @@ numerics::ProductNoise product_noise(const std::shared_ptr<const CompiledEquatio
             if (i != j) return 0.0;
             const int first = c->first_component[drives[i].field];
             const int count = components(c->model.fields[drives[i].field]);
+            if (q > 0.0 && c->is_solenoidal(first)) return m(first + 1, first + 1).real();
             double rate = 0.0;
             for (int k = first; k < first + count; ++k) rate += m(k, k).real() / count;
             return rate;

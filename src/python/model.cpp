@@ -11,6 +11,7 @@
 #include "drover/base/formula.hpp"
 #include "drover/io/declared_model.hpp"
 #include "drover/model/evolution.hpp"
+#include "drover/model/theory.hpp"
 #include "model/lowering.hpp"
 
 namespace drover::python {
@@ -41,6 +42,7 @@ void add_field(const py::dict& given, io::DeclaredModel& model) {
                             .mass = given["mass"].cast<std::string>(),
                             .balance = given["balance"].cast<bool>(),
                             .conserved = given["conserved"].cast<bool>(),
+                            .solenoidal = given["solenoidal"].cast<bool>(),
                             .reference = formula_of(given["reference"]),
                             .noise = formula_of(given["noise"]),
                             .conserved_noise = given["conserved_noise"].cast<bool>()});
@@ -115,6 +117,10 @@ void advance(GuardedEvolution& guarded, std::int64_t steps) {
 }
 }  // namespace
 
+namespace {
+using Wave = std::pair<double, double>;  // q_x and q_y
+}  // namespace
+
 void bind_model(py::module_& module) {
     py::class_<model::Equations>(module, "Equations")
         .def(py::init(&equations_of))
@@ -141,6 +147,26 @@ void bind_model(py::module_& module) {
         .def("noise",
              [](const model::Equations& e, const model::UniformState& about, double qx, double qy) {
                  return e.noise(about, {qx, qy});
+             })
+        .def("mode_rates",
+             [](const model::Equations& e, const model::UniformState& about, const std::vector<Wave>& waves) {
+                 const model::LinearisedAt at(e, about);
+                 std::vector<Eigen::VectorXcd> rates;
+                 for (const auto& [qx, qy] : waves) rates.push_back(model::mode_rates(at, {qx, qy}));
+                 return rates;
+             })
+        .def("covariances",
+             [](const model::Equations& e, const model::UniformState& about, const std::vector<Wave>& waves) {
+                 const model::LinearisedAt at(e, about);
+                 std::vector<model::Symbol> matrices;
+                 for (const auto& [qx, qy] : waves) {
+                     const model::Covariance found = model::covariance(at, {qx, qy});
+                     require(found.why_none.empty(), {},
+                             "{}; expected a state in which all modes decay, where the noise is balanced",
+                             found.why_none);
+                     matrices.push_back(found.matrix(e.state_components(), e.state_components()));
+                 }
+                 return matrices;
              })
         .def("latex", &model::Equations::latex)
         .def("noise_strengths", [](const model::Equations& e) {

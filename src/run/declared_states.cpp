@@ -113,6 +113,11 @@ StatesProblem declared_states(const io::Scene& scene, const std::string& follow,
     }
     const auto at = std::make_shared<EquationsAt>(line.declared, coefficient);
     const model::Equations& equations = (*at)(states.family.parameter);
+    for (const model::Field& field : equations.model().fields)
+        require(!field.solenoidal || field.left == model::LeftSide::balance, field.where,
+                "{} is solenoidal: of a state that depends on x alone its x component is a constant; expected its y "
+                "component as a scalar field of its own, for drover states",
+                field.symbol);
     const int degree = io::kept_degree(line, equations);
     states.grid = line.grid;
     states.degree = equations.linear_system(line.grid, degree).degree;

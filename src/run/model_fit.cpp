@@ -76,6 +76,11 @@ WaveProblem model_wave_problem(const io::Scene& scene, const std::vector<std::st
     if (const model::TermSummary* placed = equations.placed_term())
         fail_input(placed->where, "{} depends on position or time; expected equations with uniform states",
                    placed->text);
+    for (const model::Field& field : equations.model().fields)
+        require(!field.solenoidal || field.left == model::LeftSide::balance, field.where,
+                "{} is solenoidal, and waves of it have one component only, which drover fit does not know yet; "
+                "expected fields without that constraint",
+                field.symbol);
     std::vector<std::string> names;
     for (const std::string& key : keys) names.push_back(coefficient_of(scene, "fit", key, {scene.file}));
     RecordedFields recorded{.grid = source.grid,

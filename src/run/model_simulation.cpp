@@ -103,6 +103,7 @@ struct ModelWorld {
         for (const model::StateComponent& one : setting.components) wanted.push_back({one.name, one.unit});
         numerics::Spectra spectra(scene.grid, static_cast<int>(wanted.size()));
         transform.forward(frame_of_file(scene, wanted, system().degree), spectra);
+        model::remove_divergence(equations, scene.grid, spectra);
         return spectra;
     }
     const std::string& name(int component) const {
@@ -207,6 +208,7 @@ void accept(ModelWorld& world) {
     for (const model::StateComponent& one : world.setting.components) names.push_back(one.name);
     require_finite(world.fields, names, world.scene.grid);
     world.transform.forward(world.fields, world.state);
+    model::remove_divergence(world.equations, world.scene.grid, world.state);
     world.stepper.restore(world.fresh);
 }
 

@@ -18,8 +18,8 @@ PAGE = (MODELS.parent / "src" / "docs" / "model.md").read_text(encoding="utf-8")
 def test_every_block_of_the_page_runs(tmp_path):
     matplotlib.use("Agg")
     printed = blocks.run(PAGE, tmp_path, DROVER, MODELS)
-    assert len(printed) == 13
-    scalar, spots, demixing, flock, nematic, swirls, steps, balance, shared, memory, walkers, *scenes = printed
+    assert len(printed) == 14
+    scalar, spots, demixing, flock, nematic, vortices, swirls, steps, balance, shared, memory, walkers, *scenes = printed
     scene, made_scene = scenes
     assert scalar[0].split() == ["[[", "-1.]", "[-19.]]"] or "-19" in "".join(scalar[:2])
     assert float(spots[0].strip("[]").split()[0]) < 0.0 < float(spots[0].strip("[]").split()[1])
@@ -30,6 +30,7 @@ def test_every_block_of_the_page_runs(tmp_path):
     growth, end = float(nematic[0]), float(nematic[1])
     flow = 0.5**2 / (1 + 0.5**2)  # zeta q^2/(Gamma + eta q^2): the vorticity of a bend, half the shear that aligns
     assert growth == pytest.approx(flow * (1 + 0.7 / 2) - 0.05 * 0.5**2, rel=1e-12) and end > 0.01
+    assert abs(float(vortices[0])) < 1e-14
     assert swirls == ["True"]
     assert 0.0 < float(steps[0]) < 0.05
     assert balance == ["[[-1.2]]"]

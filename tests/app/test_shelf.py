@@ -29,6 +29,7 @@ SHORT = {
     "kpz": ["grid.nx=128", "grid.lx=128", "time.end=100"],
     "malthusian-flock": ["grid.nx=32", "grid.ny=32", "grid.lx=32", "grid.ly=32", "time.end=20"],
     "model-b": ["grid.nx=32", "grid.ny=32", "grid.lx=32", "grid.ly=32", "time.end=20"],
+    "model-h": ["grid.nx=32", "grid.ny=32", "grid.lx=32", "grid.ly=32", "time.end=10"],
     "swift-hohenberg": ["grid.nx=32", "grid.ny=32", "grid.lx=25", "grid.ly=25", "time.end=20"],
     "toner-tu": ["grid.nx=64", "grid.ny=8", "grid.lx=64", "grid.ly=8", "time.end=20"],
     "two-rod-species": ["grid.nx=32", "grid.ny=32", "grid.lx=32", "grid.ly=32", "time.end=20"],
@@ -239,6 +240,21 @@ def test_a_wall_of_cahn_and_hilliard_has_its_width_and_waves_grow_at_their_rate(
         made = run("cahn-hilliard", *line(16, length, 5.0), "initial.kind=mode", "initial.field=composition",
                    "initial.amplitude=1e-8")
         assert made.growth_rate("composition") == pytest.approx(q**2 - q**4, abs=1e-10)
+
+
+def test_a_wavy_wall_of_model_h_relaxes_by_its_tension_against_the_viscosity(run):
+    # Stokes flow by a normal force per length f at y = 0: v_y = f (1 + q|y|) exp(-q|y|)/(4 eta q); f = -tension q^2 h on
+    # each wall, all walls of the periodic cell displaced alike, half a cell apart.
+    side, height, tension = 64.0, 0.5, np.sqrt(8.0 / 9.0)
+    q = 2.0 * PI / side
+    apart = q * side / 2.0 * np.arange(1, 20)
+    rate = tension * q / 4.0 * (1.0 + 2.0 * np.sum((1.0 + apart) * np.exp(-apart)))
+    wall = f"tanh((y - {{}} - {height} cos(2 pi x/lx))/sqrt(2))"
+    made = run("model-h", "coefficients.M=0.1", "grid.nx=32", f"grid.lx={side}", "grid.ny=128", f"grid.ly={side}",
+               "time.end=20", "output.frame_every=10", *start(composition=f"{wall.format(16)} - {wall.format(48)} - 1"))
+    sizes = [np.abs(np.fft.fft(frame, axis=1)[:, 1]).sum() for frame in made.fields["composition"]]
+    # Walls are wide: (1.4 q)^2 = 2 %; and they have relaxed by a third.
+    assert np.log(sizes[1] / sizes[2]) / 10.0 == pytest.approx(rate, rel=0.03)
 
 
 def test_fluctuations_of_model_b_have_the_structure_factor_of_ornstein_and_zernike(run):

@@ -19,7 +19,7 @@ struct DeclaredField {
     std::string parity = "even";
     std::string unit = "1", meaning;
     std::string mass;  ///< m of m d_t F = equation; "": 1
-    bool balance = false, conserved = false;
+    bool balance = false, conserved = false, solenoidal = false;
     std::string reference = "0";
     std::string noise = "0";
     bool conserved_noise = false;

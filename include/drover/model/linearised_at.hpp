@@ -36,17 +36,19 @@ public:
     /// What multiplies d/dt of each component; 0: in balance.
     const Eigen::VectorXd& moved() const { return left_.moved; }
 
-    /// The symbol of state_components(); fields in balance are eliminated.
+    /// The symbol of state_components(); fields in balance are eliminated.  A divergence-free field has its part across q
+    /// alone, except at q = 0.
     Symbol symbol(const numerics::Wavevector& q) const;
-    /// The deviations of all components, fields in balance included, from those with a rate: one row each.
+    /// The deviations of all components, fields in balance included, from those of symbol(): one row each.
     Symbol all_components(const numerics::Wavevector& q) const;
     /// The linearisation of all right sides without elimination; rows of balances that are solved at every point are 0.
     Symbol whole(const numerics::Wavevector& q) const;
-    /// Strengths of the noise of the components with a rate: <f f^H> = noise delta(t - t') per area.
+    /// Strengths of the noise of the rows of symbol(): <f f^H> = noise delta(t - t') per area.
     Symbol noise(const numerics::Wavevector& q) const;
 
-    /// The components that follow from linear balances.
-    const std::vector<int>& held_components() const { return held_; }
+    /// What a sum of rates, weighted by one number for each row of symbol(), is of the forces on all components: those
+    /// on fields in balance act through these.
+    Eigen::RowVectorXcd of_forces(const Eigen::RowVectorXcd& of_rates, const numerics::Wavevector& q) const;
 
     /// The direction from which the angles of waves are measured [rad]: direction_of(about()), or as given.
     double direction() const { return left_.direction; }
@@ -67,17 +69,29 @@ public:
     const std::vector<Power>& powers() const { return powers_; }
     /// Components with a rate or in a linear balance, in the order of the fields: those of factors().
     const std::vector<int>& members() const { return members_; }
+    /// The members() of waves at an angle from the x axis, one column each: of a divergence-free field the part across.
+    Eigen::MatrixXd parts_across(double angle) const;
     /// The factors of (i q_x)^x (i q_y)^y in whole(), between members().
     Eigen::MatrixXd factors(int x, int y) const;
 
 private:
+    /// The lists of components at one q: without the parts along q of divergence-free fields.
+    struct Parts {
+        std::vector<int> state, held, free;
+    };
+    const Parts& parts_at(const numerics::Wavevector& q) const { return q.x == 0.0 && q.y == 0.0 ? uniform_ : waves_; }
+    void set_parts(std::vector<int> free);
+    /// From x and y to along and across q, of divergence-free fields alone.
+    Eigen::MatrixXd turn_of(const numerics::Wavevector& q) const;
+    Symbol resolved(const Symbol& m, const numerics::Wavevector& q) const;
     Symbol eliminated(const numerics::Wavevector& q, Symbol* balance = nullptr) const;
 
     Equations equations_;
     UniformState about_;
     LeftSides left_;
     std::vector<int> state_, held_, members_;
-    std::vector<int> free_;  ///< components that determine all others
+    Parts uniform_, waves_;  ///< free: components that determine all others
+    bool has_solenoidal_ = false;
     std::vector<Power> powers_, substitutes_;
     std::vector<Power> rates_;  ///< powers_ divided by `moved`, and what its changes add
 };

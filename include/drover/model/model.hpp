@@ -82,6 +82,7 @@ struct Field {
     std::vector<WrittenTerm> further = {};  ///< summands besides those of `equation`
     PointSource source = {};                ///< of a given field
     bool conserved = false;                 ///< the mean does not change: checked
+    bool solenoidal = false;                ///< a vector without divergence: the pressure that keeps it so is eliminated
     double reference = 0.0;        ///< of a true scalar: its value in the state about which the linear part is exact
     double noise = 0.0;            ///< D: <f f> = D delta delta for each component of a noise f of its own in d_t F
     bool noise_conserves = false;  ///< <f f> = D q^2 delta delta: the noise is the divergence of a random flux

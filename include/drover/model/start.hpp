@@ -35,11 +35,14 @@ struct Start {
 void check(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
            const LocationOf& place);
 
-/// Formulas that the grid cuts, or that jump at a periodic edge, each with its remedy.
+/// Formulas that the grid cuts, or that jump at a periodic edge, each with its remedy, and divergences that are removed.
 std::vector<std::string> start_warnings(const Start& start, const Equations& equations, const numerics::Grid& grid,
                                         int degree);
 
-/// The fields of every kind except file.  Throws as check().
+/// Removes from divergence-free fields of a state what has a divergence, which pressure would do at once.
+void remove_divergence(const Equations& equations, const numerics::Grid& grid, numerics::Spectra& state);
+
+/// The fields of every kind except file, without divergence where a field is declared so.  Throws as check().
 numerics::Spectra start_spectra(const Start& start, const Equations& equations, const numerics::System& system,
                                 std::uint64_t seed, Threads& threads);
 

@@ -40,12 +40,13 @@ class Field:
     mass: str
     balance: bool
     conserved: bool
+    solenoidal: bool
     reference: float | str
     noise: float | str
     conserved_noise: bool
     def __init__(self, symbol: str, equation: str = ..., spin: int = ..., name: str = ..., odd: bool = ...,
                  unit: str = ..., meaning: str = ..., mass: str = ..., balance: bool = ..., conserved: bool = ...,
-                 reference: float | str = ..., noise: float | str = ..., conserved_noise: bool = ...) -> None: ...
+                 solenoidal: bool = ..., reference: float | str = ..., noise: float | str = ..., conserved_noise: bool = ...) -> None: ...
     @property
     def components(self) -> tuple[str, ...]: ...
 

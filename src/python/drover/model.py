@@ -17,6 +17,7 @@ class Field:
     mass              m of m d_t F = equation: "m rho"
     balance           0 = equation: the field follows the others at every instant
     conserved         the mean does not change; an equation that is no divergence is an error
+    solenoidal        a vector without divergence: a pressure keeps it so at every instant
     reference         of a scalar: the uniform value about which the linear part is exact, and at which a run starts;
                       a number, or a formula of the coefficients: "rho0"
     noise             D: each component of d_t F has white noise, <f f> = D delta(r - r') delta(t - t'); as reference
@@ -36,6 +37,7 @@ class Field:
     mass: str = ""
     balance: bool = False
     conserved: bool = False
+    solenoidal: bool = False
     reference: float | str = 0.0
     noise: float | str = 0.0
     conserved_noise: bool = False
@@ -66,8 +68,8 @@ class Noise:
 
 
 KINDS = {"symbol": str, "equation": str, "spin": int, "name": str, "odd": bool, "unit": str, "meaning": str,
-         "mass": str, "balance": bool, "conserved": bool, "reference": (int, float, str), "noise": (int, float, str),
-         "conserved_noise": bool}
+         "mass": str, "balance": bool, "conserved": bool, "solenoidal": bool,
+         "reference": (int, float, str), "noise": (int, float, str), "conserved_noise": bool}
 RANKS = ("scalar", "vector", "nematic")  # of spin 0, 1, 2
 
 
@@ -100,7 +102,13 @@ def number_or_text(value):
         return value
 
 
-SCENE_KEYS = ("name", "unit", "meaning", "mass", "balance", "conserved", "reference", "noise", "conserved_noise")
+def waves_at(wavenumbers, angle):
+    """(q_x, q_y) of each |q|, at an angle to the x axis."""
+    return [(q * np.cos(angle), q * np.sin(angle)) for q in np.atleast_1d(np.asarray(wavenumbers, dtype=float))]
+
+
+SCENE_KEYS = ("name", "unit", "meaning", "mass", "balance", "conserved", "solenoidal", "reference", "noise",
+              "conserved_noise")
 
 
 def noise_table(noise):
@@ -237,34 +245,20 @@ class Model:
         """
         import xarray
 
-        held = self._equations.state_components()
-        rates = []
-        for q in np.atleast_1d(np.asarray(wavenumbers, dtype=float)):
-            matrix = self.symbol((q * np.cos(angle), q * np.sin(angle)), state)[np.ix_(held, held)]
-            rates.append(sorted(np.linalg.eigvals(matrix), key=lambda s: (-s.real, s.imag)))
-        rates, dims = np.array(rates), ("wavenumber", "branch")
+        found = self._equations.mode_rates(self._of(state), waves_at(wavenumbers, angle))
+        rates, dims = np.array([sorted(at, key=lambda s: (-s.real, s.imag)) for at in found]), ("wavenumber", "branch")
         return xarray.Dataset({"growth_rate": (dims, rates.real), "frequency": (dims, -rates.imag)},
                               {"wavenumber": np.atleast_1d(wavenumbers)})
 
     def structure_factors(self, wavenumbers, angle=0.0, state=None):
         """S = <a a^H> per area of the stationary linear theory: (wavenumber, component, with_component), complex.
 
-        Solves M S + S M^H + Q = 0.  Raises Error where a mode does not decay.
+        Solves M S + S M^H + Q = 0.  Raises Error where a mode grows, or does not decay and noise drives it.
         """
-        import scipy.linalg
         import xarray
 
-        held = self._equations.state_components()
-        names = [self.components[k] for k in held]
-        result = []
-        for q in np.atleast_1d(np.asarray(wavenumbers, dtype=float)):
-            at = (q * np.cos(angle), q * np.sin(angle))
-            matrix = self.symbol(at, state)[np.ix_(held, held)]
-            if (growth := np.linalg.eigvals(matrix).real.max()) >= 0.0:
-                raise Error(f"a mode at |q| = {q:.6g} grows at {growth:.3g}; expected a state in which all modes "
-                            "decay, where the noise is balanced")
-            noise = self._equations.noise(self._of(state), *at)[np.ix_(held, held)]
-            result.append(scipy.linalg.solve_sylvester(matrix, matrix.conj().T, -noise))
+        names = [self.components[k] for k in self._equations.state_components()]
+        result = self._equations.covariances(self._of(state), waves_at(wavenumbers, angle))
         return xarray.DataArray(np.array(result), dims=("wavenumber", "component", "with_component"),
                                 coords={"wavenumber": np.atleast_1d(wavenumbers), "component": names,
                                         "with_component": names})
