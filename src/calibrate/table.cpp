@@ -111,8 +111,8 @@ const TableRow& complete_row(const Table& table, const std::string& name, std::s
     return *row;
 }
 
-physics::CoefficientTable smooth_table(const Table& table, const TableRow& row, std::size_t varied,
-                                       physics::Outside outside) {
+numerics::SplineTable smooth_table(const Table& table, const TableRow& row, std::size_t varied,
+                                   numerics::Outside outside) {
     const std::size_t count = row.entries.size() / table.varied.size();
     std::vector<double> values, errors;
     for (std::size_t i = varied * count; i < (varied + 1) * count; ++i) {
@@ -125,7 +125,7 @@ physics::CoefficientTable smooth_table(const Table& table, const TableRow& row, 
 }  // namespace
 
 SmoothCoefficient::SmoothCoefficient(const Table& table, const std::string& name, std::size_t varied,
-                                     physics::Outside outside)
+                                     numerics::Outside outside)
     : name_(name),
       beads_(table.bead_fractions),
       rods_(table.rod_fractions),
@@ -137,7 +137,7 @@ Uncertain SmoothCoefficient::at(double bead_fraction, double rod_fraction) const
     const auto check_inside = [&](const char* kind, const std::vector<double>& axis, double fraction) {
         constexpr double rounding = 1e-12;
         const bool inside = fraction >= axis.front() - rounding && fraction <= axis.back() + rounding;
-        require(std::isfinite(fraction) && (inside || outside_ == physics::Outside::hold), {},
+        require(std::isfinite(fraction) && (inside || outside_ == numerics::Outside::hold), {},
                 "{} at a {} area fraction of {}: the table covers {} to {}; expected a value within it: measure there, "
                 "or use "
                 "the value at the edge (calibrated.outside = \"hold\" in the scene)",

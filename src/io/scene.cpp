@@ -317,6 +317,8 @@ std::vector<SectionDescription> scene_schema(const physics::CoefficientRegistry&
              {"[field]", "One field; [[field]] for each.", descriptions<DeclaredField>()},
              {"[white_noise]", "One white noise that equations name; [[white_noise]] for each.",
               descriptions<DeclaredNoise>()},
+             {"[tabulated]", "One coefficient as a table in scalar fields; [[tabulated]] for each.",
+              descriptions<DeclaredTable>()},
              {"equations", "symbol = \"right-hand side of its equation\", for each field.", {}},
              {"define", "name = \"part of equations\".", {}},
              {"coefficients", "name = number.", {}}})

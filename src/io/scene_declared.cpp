@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "drover/base/expression.hpp"
+#include "drover/numerics/spline_table.hpp"
 #include "drover/physics/initial_state.hpp"
 
 namespace drover::io {
@@ -16,9 +17,13 @@ struct RankName {
     int spin;
 };
 constexpr std::array ranks{RankName{"scalar", 0}, RankName{"vector", 1}, RankName{"nematic", 2}};
+constexpr const char* complex_rank = "complex";  // two scalars
+
+bool is_complex(const DeclaredField& field) { return field.spin < 0 && field.rank == complex_rank; }
 
 std::string field_table(std::size_t number) { return text("field[{}]", number); }
 std::string noise_table(std::size_t number) { return text("white_noise[{}]", number); }
+std::string tabulated_table(std::size_t number) { return text("tabulated[{}]", number); }
 
 /// Keys of a field that may be a number or a formula of the coefficients.
 bool is_formula_key(const std::string& key) { return key == "noise" || key == "reference"; }
@@ -71,7 +76,8 @@ double number_of(const std::string& written, const DeclaredModel& declared, cons
 }
 
 int spin_of_rank(const std::string& name) {
-    return std::find_if(ranks.begin(), ranks.end(), [&](const RankName& one) { return one.name == name; })->spin;
+    const auto found = std::find_if(ranks.begin(), ranks.end(), [&](const RankName& one) { return one.name == name; });
+    return found == ranks.end() ? 0 : found->spin;
 }
 
 int spin_of(const DeclaredModel& declared, std::size_t n) {
@@ -115,13 +121,14 @@ std::vector<std::string> start_keys() {
 void check_dataset_names(const model::Model& model, const DeclaredModel& declared) {
     std::vector<std::string> taken{"time", "x", "y", "observables", "summary", "step_bias"};
     const std::vector<std::string> keys = start_keys();
-    for (std::size_t n = 0; n < model.fields.size(); ++n)
-        for (const std::string& name : model::dataset_names(model.fields[n])) {
+    std::size_t n = 0;
+    for (std::size_t k = 0; k < model.fields.size(); n += model.fields[k++].part != model::Part::real)
+        for (const std::string& name : model::dataset_names(model.fields[k])) {
             require(std::find(taken.begin(), taken.end(), name) == taken.end(), place_of(declared, n, "name"),
                     "{} would be {} in archives, which is the name of something else there; expected another name",
-                    model.fields[n].symbol, name);
+                    model.fields[k].symbol, name);
             require(std::find(keys.begin(), keys.end(), name) == keys.end(), place_of(declared, n, "name"),
-                    "{} would start as initial.{}, which is another key; expected another name", model.fields[n].symbol,
+                    "{} would start as initial.{}, which is another key; expected another name", model.fields[k].symbol,
                     name);
             taken.push_back(name);
         }
@@ -160,6 +167,11 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
         model.noises.push_back(std::move(noise));
         model.noise_places.push_back(table.where);
     }
+    for (std::size_t n = 1; tables.contains(tabulated_table(n)); ++n) {
+        const LocatedTable& table = tables.at(tabulated_table(n));
+        read_table(table, tabulated_table(n), model.tables.emplace_back());
+        model.table_places.push_back(table.where);
+    }
     model.equations = texts_of(tables, "equations");
     model.definitions = texts_of(tables, "define");
     if (const auto table = tables.find("coefficients"); table != tables.end())
@@ -180,7 +192,9 @@ std::vector<std::string> read_start(LocatedTable& table, DeclaredModel& model) {
     for (std::size_t n = 0; n < model.fields.size(); ++n) {
         model::Field field{.symbol = model.fields[n].symbol, .spin = spin_of(model, n)};
         field.name = model.fields[n].name.empty() ? field.symbol : model.fields[n].name;
-        for (const std::string& name : model::dataset_names(field)) {
+        std::vector<std::string> names = model::dataset_names(field);
+        if (is_complex(model.fields[n])) names = {field.name + "_re", field.name + "_im"};
+        for (const std::string& name : names) {
             components.push_back(name);
             const auto found = table.values.find(name);
             if (found == table.values.end()) continue;
@@ -190,6 +204,86 @@ std::vector<std::string> read_start(LocatedTable& table, DeclaredModel& model) {
     }
     return components;
 }
+
+namespace {
+/// A complex field is two scalars, of which its symbol is a definition; its equation belongs to both.
+void add_complex(model::Field field, model::Model& result) {
+    const std::string symbol = field.symbol, name = field.name;
+    result.definitions.push_back({symbol, {text("{}_re + i {}_im", symbol, symbol), field.where}});
+    for (const char* function : {"re", "im", "conj"}) result.functions[function] = {};
+    const double reference = field.reference;
+    for (const auto& [end, part] : {std::pair{"_re", model::Part::real}, std::pair{"_im", model::Part::imaginary}}) {
+        field.symbol = symbol + end;
+        field.name = name + end;
+        field.part = part;
+        field.reference = part == model::Part::real ? reference : 0.0;
+        result.fields.push_back(field);
+    }
+}
+}  // namespace
+
+namespace {
+/// The value of a table at points; a refusal names the place.
+model::GivenFunction function_of(const DeclaredTable& declared, const SourceLocation& where) {
+    const std::vector<double> second = declared.second.empty() ? std::vector<double>{0.0} : declared.second;
+    const auto table = [&] {
+        try {
+            return std::make_shared<const numerics::SplineTable>(declared.first, second, declared.values,
+                                                                 declared.outside == "hold"
+                                                                     ? numerics::Outside::hold
+                                                                     : numerics::Outside::refuse);
+        } catch (const Error& error) {
+            fail_input(where, "{}: {}", declared.symbol, error.message());
+        }
+    }();
+    const auto at = [table, declared, where](std::span<const double> place) {
+        const numerics::TableValue found = table->at(place[0], place.size() > 1 ? place[1] : 0.0);
+        if (std::isfinite(found.value) || !std::isfinite(place[0] + place.back())) return found;
+        for (std::size_t k = 0; k < place.size(); ++k) {
+            const std::vector<double>& nodes = k == 0 ? declared.first : declared.second;
+            if (place[k] >= nodes.front() && place[k] <= nodes.back()) continue;
+            fail_input(where,
+                       "the table {} is read at {} = {:.6g}; expected {} to {}: give a wider table, or outside = "
+                       "\"hold\"",
+                       declared.symbol, declared.of[k], place[k], nodes.front(), nodes.back());
+        }
+        return found;
+    };
+    const int arguments = static_cast<int>(declared.of.size());
+    return {.arguments = arguments,
+            .has_finite_degree = false,
+            .values =
+                [at](std::size_t size, std::span<const model::PointArgument> given, std::span<double* const> out) {
+                    std::array<double, 2> place{};
+                    for (std::size_t i = 0; i < size; ++i) {
+                        for (std::size_t a = 0; a < given.size(); ++a)
+                            place[a] = given[a].values != nullptr ? given[a].values[i] : given[a].number;
+                        out[0][i] = at(std::span(place).first(given.size())).value;
+                    }
+                },
+            .slopes =
+                [at](std::span<const double> place) {
+                    const numerics::TableValue found = at(place);
+                    std::vector<double> slopes{found.by_first, found.by_second};
+                    slopes.resize(place.size());
+                    return slopes;
+                }};
+}
+
+/// A table is a function, and its symbol is a definition of its value.
+void add_table(const DeclaredTable& table, const SourceLocation& where, model::Model& result) {
+    require(!table.symbol.empty(), where, "[[tabulated]] has no symbol; expected one, such as symbol = \"a\"");
+    require(table.of.size() == 1 || table.of.size() == 2, where,
+            "{} is a table of {} scalars; expected of = [\"rho\"] or of = [\"rho\", \"sigma\"]", table.symbol,
+            table.of.size());
+    require((table.of.size() == 2) == !table.second.empty(), where,
+            "{} is a table of {} and has {} numbers in `second`; expected {}", table.symbol, joined(table.of),
+            table.second.size(), table.of.size() == 2 ? "the values of the second one" : "none");
+    const std::string function = "tabulated_" + table.symbol;
+    result.functions[function] = function_of(table, where);
+    result.definitions.push_back({table.symbol, {text("{}({})", function, joined(table.of)), where}});
+}
+}  // namespace
 
 model::Model model_of(const DeclaredModel& declared) {
     model::Model result{.fields = {},
@@ -214,7 +308,8 @@ model::Model model_of(const DeclaredModel& declared) {
                            .where = place_of(declared, n, "")};
         if (const auto equation = declared.equations.find(given.symbol); equation != declared.equations.end())
             field.equation = equation->second;
-        result.fields.push_back(std::move(field));
+        if (is_complex(given)) add_complex(std::move(field), result);
+        else result.fields.push_back(std::move(field));
     }
     for (std::size_t n = 0; n < declared.noises.size(); ++n) {
         const DeclaredNoise& noise = declared.noises[n];
@@ -223,6 +318,8 @@ model::Model model_of(const DeclaredModel& declared) {
                                  .odd = noise.parity == "odd",
                                  .where = declared.noise_places[n]});
     }
+    for (std::size_t n = 0; n < declared.tables.size(); ++n)
+        add_table(declared.tables[n], declared.table_places[n], result);
     check_equations(declared);
     check_dataset_names(result, declared);
     for (const auto& [name, value] : declared.definitions) result.definitions.push_back({name, value});
@@ -244,6 +341,10 @@ std::string declared_text(const DeclaredModel& model) {
     std::string result = text("[model]\nname = {}\nfile = \"\"\nchiral = {}\n", toml_text(model.name), model.chiral);
     for (const DeclaredField& field : model.fields) result += list_text("field", field);
     for (const DeclaredNoise& noise : model.noises) result += list_text("white_noise", noise);
+    for (const DeclaredTable& table : model.tables) {
+        result += "\n[[tabulated]]\n";
+        for (const auto& [key, value] : values_of(table)) result += key + " = " + toml_text(value) + "\n";
+    }
     for (const auto& [section, texts] :
          {std::pair{"equations", &model.equations}, std::pair{"define", &model.definitions}}) {
         if (texts->empty()) continue;
@@ -292,8 +393,9 @@ const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>() {
          .doc = "its name in figures and archives: \"rod_density\"; empty: the symbol"},
         {.name = "rank",
          .member = &DeclaredField::rank,
-         .choices = {"scalar", "vector", "nematic"},
-         .doc = "how it turns with space: a scalar (spin 0), a vector (1), a nematic Q_xx + i Q_xy (2)"},
+         .choices = {"scalar", "vector", "nematic", "complex"},
+         .doc = "how it turns with space: a scalar (spin 0), a vector (1), a nematic Q_xx + i Q_xy (2); complex: two "
+                "scalars, A = A_re + i A_im"},
         {.name = "spin",
          .member = &DeclaredField::spin,
          .range = {.min = -1, .max = 6},
@@ -350,6 +452,28 @@ const std::vector<Row<io::DeclaredNoise>>& schema<io::DeclaredNoise>() {
          .member = &DeclaredNoise::parity,
          .choices = {"even", "odd"},
          .doc = "odd: of equations of pseudoscalars and the like"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<io::DeclaredTable>>& schema<io::DeclaredTable>() {
+    using io::DeclaredTable;
+    static const std::vector<Row<DeclaredTable>> rows{
+        {.name = "symbol",
+         .member = &DeclaredTable::symbol,
+         .doc = "its name in equations: a coefficient that is a smooth function of one or two scalars"},
+        {.name = "of",
+         .member = &DeclaredTable::of,
+         .doc = "the scalars, as formulas of the fields: [\"rho\"], [\"rho\", \"sigma\"]"},
+        {.name = "first", .member = &DeclaredTable::first, .doc = "values of the first scalar, ascending"},
+        {.name = "second", .member = &DeclaredTable::second, .doc = "values of the second one, ascending"},
+        {.name = "values",
+         .member = &DeclaredTable::values,
+         .doc = "values of the coefficient: for each of `first` those of all of `second`; between them a cubic spline"},
+        {.name = "outside",
+         .member = &DeclaredTable::outside,
+         .choices = {"refuse", "hold"},
+         .doc = "beyond the table: refuse: an error; hold: the value at its edge"}};
     return rows;
 }
 

@@ -11,7 +11,7 @@ namespace drover::io {
 /// Tables of a declared model, besides its lists.
 inline constexpr const char* declared_tables[] = {"model", "equations", "define", "coefficients"};
 /// Lists of tables of a declared model: [[field]] number n is the table field[n].
-inline constexpr const char* declared_lists[] = {"field", "white_noise"};
+inline constexpr const char* declared_lists[] = {"field", "white_noise", "tabulated"};
 /// Whether a name is that of a table of such a list.
 bool is_in_declared_list(const std::string& name);
 bool is_declared_table(const std::string& name);

@@ -60,6 +60,9 @@ struct Value {
     Rank rank = {};
     Parity parity = Parity::even;
     std::vector<Component> components = {};  ///< the indices first, the last one fastest
+    std::vector<Component> imaginary = {};   ///< parts of a complex value; empty: it is real
+
+    bool is_complex() const { return !imaginary.empty(); }
 };
 
 /// "a scalar", "a pseudovector", "a nematic (spin 2)".

@@ -9,6 +9,7 @@
 #include "compiled.hpp"
 #include "conservation.hpp"
 #include "drover/model/equations.hpp"
+#include "field_checks.hpp"
 #include "point_degree.hpp"
 #include "summands.hpp"
 
@@ -28,7 +29,7 @@ public:
           reader_(with_noises_, lowering_, algebra_),
           takes_(std::move(takes)) {
         c_.model = model;
-        check_values();
+        check_fields(model);
         number_components();
         algebra_.name_of = [this](const LinearForm& form) { return name_of(form); };
         c_.is_substituted.assign(model.fields.size(), false);
@@ -108,36 +109,6 @@ public:
     }
 
 private:
-    void check_values() const {
-        constexpr std::size_t max_fields = 64;  // symbols are dense matrices
-        const Model& model = c_.model;
-        require(model.fields.size() <= max_fields, model.fields.empty() ? SourceLocation{} : model.fields.back().where,
-                "the model has {} fields; expected at most {}", model.fields.size(), max_fields);
-        for (const auto& [name, value] : model.coefficients)
-            require(std::isfinite(value), {}, "the coefficient {} is {}; expected a finite number", name, value);
-        for (const Field& field : model.fields) {
-            require(std::isfinite(field.noise) && field.noise >= 0.0, field.where,
-                    "the noise of {} is {}; expected a finite number >= 0", field.name, field.noise);
-            require(std::isfinite(field.reference), field.where, "the reference of {} is {}; expected a finite number",
-                    field.name, field.reference);
-            require(field.reference == 0.0 || (field.spin == 0 && !field.odd), field.where,
-                    "the reference of {}, which is {}, is {}; expected 0, the isotropic state", field.name,
-                    rank_text({0, field.spin}, field.odd ? Parity::odd : Parity::even), field.reference);
-            const bool is_held = field.left == LeftSide::balance;
-            require(!is_held || (field.noise == 0.0 && field.mass.text.empty()), field.where,
-                    "{} is in balance and has a {}; expected none, since it has no rate", field.name,
-                    field.noise != 0.0 ? "noise" : "mass");
-            require(!field.solenoidal || field.spin == 1, field.where,
-                    "{} is declared as solenoidal, and is a {}; expected a vector", field.name,
-                    rank_text({0, field.spin}, field.odd ? Parity::odd : Parity::even));
-            require(!field.solenoidal || field.further.empty(), field.where,
-                    "{} is declared as solenoidal, and has terms that are written apart; expected one equation",
-                    field.name);
-            require(!field.conserved || field.noise == 0.0 || field.noise_conserves, field.where,
-                    "{} is conserved, and its noise is not; expected conserved_noise = true", field.name);
-        }
-    }
-
     void number_components() {
         for (std::size_t i = 0; i < c_.model.fields.size(); ++i) {
             c_.first_component.push_back(c_.components);
@@ -220,8 +191,8 @@ private:
         bool couples_points = c_.model.fields[index].solenoidal;
         for (std::size_t k = 0; k < total.size(); ++k) {
             for (const auto& [derivative, coefficient] : total[k].linear)
-                couples_points = couples_points || (is_own(derivative) &&
-                                                    derivative != Derivative{first + static_cast<int>(k), {}});
+                couples_points =
+                    couples_points || (is_own(derivative) && derivative != Derivative{first + static_cast<int>(k), {}});
             for (const auto& [order, node] : total[k].rest)
                 for (const int slot : algebra_.slots_read(node)) {
                     if (slot < first_atom) continue;
@@ -234,8 +205,8 @@ private:
     }
 
     /// Solves the balances with products at every point, in the order of their dependence: their fields then stand for
-    /// expressions of the others.  Those that are linear in their field with constant coefficients, and have derivatives
-    /// of it, are left to the solution wave by wave.
+    /// expressions of the others.  Those that are linear in their field with constant coefficients, and have
+    /// derivatives of it, are left to the solution wave by wave.
     void solve_balances() {
         std::vector<std::size_t> waiting;
         for (std::size_t i = 0; i < c_.model.fields.size(); ++i) {

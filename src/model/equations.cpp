@@ -62,61 +62,6 @@ UniformState CompiledEquations::reference() const {
     return values;
 }
 
-namespace {
-/// Whether a balance of one vector, the usual case, is far from singular.
-template <class Matrix>
-bool is_regular_pair(const Matrix& m) {
-    return m.rows() == 2 && m.cols() == 2 &&
-           std::abs(m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0)) > 1e-10 * m.cwiseAbs2().sum();
-}
-
-/// Of a mean that the balance leaves free, as of a pressure, the value 0: the shortest solution.
-template <class Matrix, class Right>
-Right solve_balance(const Matrix& of_held, const Right& right) {
-    if (!is_regular_pair(of_held)) return numerics::shortest_solution(of_held, right);
-    Matrix adjugate(2, 2);
-    adjugate << of_held(1, 1), -of_held(0, 1), -of_held(1, 0), of_held(0, 0);
-    return (adjugate / (of_held(0, 0) * of_held(1, 1) - of_held(0, 1) * of_held(1, 0))).lazyProduct(right);
-}
-}  // namespace
-
-UniformState CompiledEquations::balanced(const UniformState& at) const {
-    require(at.size() == static_cast<std::size_t>(components), {},
-            "a uniform state of {} values; expected {}, one for "
-            "each component",
-            at.size(), components);
-    for (const double value : at)
-        require(std::isfinite(value), {}, "a uniform state with the value {}; expected finite values", value);
-    const std::vector<int> held = this->held();
-    if (held.empty()) return at;
-    std::vector<int> others;
-    for (int k = 0; k < components; ++k)
-        if (!in_balance(k)) others.push_back(k);
-    const Eigen::MatrixXd m = form_symbol(linear, {0.0, 0.0}).real();
-    Eigen::VectorXd total(static_cast<Eigen::Index>(held.size()));
-    for (std::size_t i = 0; i < held.size(); ++i) {
-        double& force = total(static_cast<Eigen::Index>(i));
-        force = constants[static_cast<std::size_t>(held[i])];
-        for (const int k : others) force += m(held[i], k) * at[static_cast<std::size_t>(k)];
-    }
-    if (!forces.empty()) total += uniform_products(at)(held);
-    const Eigen::MatrixXd of_held = m(held, held);
-    const Eigen::VectorXd values = -solve_balance(of_held, total);
-    UniformState result = at;
-    for (std::size_t i = 0; i < held.size(); ++i)
-        result[static_cast<std::size_t>(held[i])] = values(static_cast<Eigen::Index>(i));
-    return result;
-}
-
-Eigen::VectorXd CompiledEquations::uniform_products(const UniformState& at) const {
-    const std::vector<double> slots = slots_at(at, false);
-    Eigen::VectorXd result = Eigen::VectorXd::Zero(components);
-    for (const Output& force : forces)
-        for (const Output::Use& use : force.uses)
-            if (use.order == Order{}) result(use.component) += use.factor * evaluate(force.value, slots);
-    return result;
-}
-
 void CompiledEquations::add_form(const LinearForm& form, const Order& order, std::complex<double> factor,
                                  const Wavevector& q, int row, Symbol& m) const {
     for (const auto& [derivative, coefficient] : form)
@@ -222,88 +167,8 @@ Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wa
 Symbol Equations::symbol(const UniformState& about, const Wavevector& q) const {
     Symbol m = Symbol::Zero(components(), components());
     for (std::size_t n = 0; n < terms().size(); ++n) m += term_symbol(n, about, q);
-    if (const double size = std::hypot(q.x, q.y); size > 0.0)
-        compiled_->add_pressure(m, q.x / size, q.y / size);
+    if (const double size = std::hypot(q.x, q.y); size > 0.0) compiled_->add_pressure(m, q.x / size, q.y / size);
     return compiled_->eliminated(m);
-}
-
-std::vector<int> CompiledEquations::held() const {
-    std::vector<int> result;
-    for (int k = 0; k < components; ++k)
-        if (in_balance(k)) result.push_back(k);
-    return result;
-}
-bool CompiledEquations::has_balance() const {
-    for (int k = 0; k < components; ++k)
-        if (in_balance(k)) return true;
-    return false;
-}
-
-std::vector<double> CompiledEquations::sources(std::vector<double>* held) const {
-    if (!has_balance()) return constants;
-    const Eigen::Map<const Eigen::VectorXd> given(constants.data(), components);
-    const Symbol m = averaged(linear, 0.0);  // the explicit part has the rest
-    const std::vector<int> members = this->held();
-    const Eigen::VectorXcd shift =
-        -solve_balance(m(members, members).eval(), given(members).cast<std::complex<double>>().eval());
-    std::vector<double> result = constants;
-    if (held != nullptr) held->assign(static_cast<std::size_t>(components), 0.0);
-    for (std::size_t i = 0; i < members.size(); ++i) {
-        const auto member = static_cast<std::size_t>(members[i]);
-        const double value = shift(static_cast<Eigen::Index>(i)).real();
-        if (held != nullptr) (*held)[member] = value;
-        for (const int k : state) result[static_cast<std::size_t>(k)] += m(k, members[i]).real() * value;
-    }
-    return result;
-}
-
-Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
-    return eliminated(m, held(), state, free, balance);
-}
-
-Symbol CompiledEquations::eliminated(const Symbol& m, const std::vector<int>& held, const std::vector<int>& state,
-                                     const std::vector<int>& free, Symbol* balance) {
-    if (held.empty()) {
-        if (balance != nullptr) *balance = Symbol::Zero(m.rows(), m.cols());
-        return m;
-    }
-    Symbol held_by(held.size(), free.size());
-    // Asked for at every wavenumber: without memory from the heap where the balance is that of one vector.
-    if (held.size() == 2 && is_regular_pair(m(held, held))) {
-        const std::complex<double> a = m(held[0], held[0]), b = m(held[0], held[1]), c = m(held[1], held[0]),
-                                   d = m(held[1], held[1]), determinant = a * d - b * c;
-        for (std::size_t j = 0; j < free.size(); ++j) {
-            const std::complex<double> x = m(held[0], free[j]), y = m(held[1], free[j]);
-            held_by(0, static_cast<Eigen::Index>(j)) = (b * y - d * x) / determinant;
-            held_by(1, static_cast<Eigen::Index>(j)) = (c * x - a * y) / determinant;
-        }
-    } else held_by = -solve_balance(Symbol(m(held, held)), Symbol(m(held, free)));
-    Symbol result = Symbol::Zero(m.rows(), m.cols());
-    for (std::size_t j = 0; j < free.size(); ++j)
-        for (const int i : state) {
-            std::complex<double>& entry = result(i, free[j]);
-            entry = m(i, free[j]);
-            for (std::size_t k = 0; k < held.size(); ++k)
-                entry += m(i, held[k]) * held_by(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j));
-        }
-    if (balance != nullptr) {
-        *balance = Symbol::Zero(m.rows(), m.cols());
-        (*balance)(held, free) = held_by;
-    }
-    return result;
-}
-
-Symbol CompiledEquations::inverse_of_balance(const Symbol& m, double q) const {
-    const std::vector<int> held = this->held();
-    const auto count = static_cast<Eigen::Index>(held.size());
-    Symbol result = solve_balance(Symbol(m(held, held)), Symbol(Symbol::Identity(count, count)));
-    for (Eigen::Index k = 0; k < count && q > 0.0; ++k) {
-        const int component = held[static_cast<std::size_t>(k)];
-        if (!is_solenoidal(component) || part_of(component) != 0) continue;
-        result.row(k).setZero();
-        result.col(k).setZero();
-    }
-    return result;
 }
 
 std::string Equations::latex(std::size_t index) const {
@@ -322,11 +187,12 @@ std::string Equations::latex(std::size_t index) const {
     const auto typeset = [&](const Text& text) {
         return latex_of(parse_formula(FormulaText(text.text, text.where), notation_with(model().functions)), name);
     };
+    const std::string left = field.part == Part::whole ? field.symbol : field.symbol.substr(0, field.symbol.size() - 3);
     std::string right = field.equation.text.empty() ? "0" : typeset(field.equation);
     if (field.solenoidal) right += text(" - \\nabla P, \\quad \\nabla \\cdot {} = 0", name(field.symbol));
     if (field.left == LeftSide::balance) return "0 = " + right;
     const std::string mass = field.mass.text.empty() ? "" : typeset(field.mass) + "\\, ";
-    return mass + "\\partial_t " + name(field.symbol) + " = " + right;
+    return mass + "\\partial_t " + name(left) + " = " + right;
 }
 
 // ---- L, N and Q
@@ -367,37 +233,6 @@ IsotropicBlocks blocks_of(const CompiledEquations& c, const Symbol& m, const num
     return {.even = block(parts.even), .odd = block(parts.odd)};
 }
 }  // namespace
-
-void CompiledEquations::check_balance_at(double q) const {
-    const std::vector<int> held = this->held();
-    if (held.empty()) return;
-    Symbol m = form_symbol(linear, {q, 0.0});
-    if (q > 0.0) add_pressure(m, 1.0, 0.0);
-    const Symbol of_held = m(held, held), of_others = m(held, free);
-    if (is_regular_pair(of_held)) return;
-    bool is_determined = numerics::is_invertible(of_held);
-    if (!is_determined && q == 0.0) {
-        // The equation of the mean must hold for any of its values: for means that do not change, at the references.
-        const UniformState at = reference();
-        double force = 0.0;
-        for (std::size_t i = 0; i < held.size(); ++i) {
-            double total = constants[static_cast<std::size_t>(held[i])], size = std::abs(total);
-            for (std::size_t j = 0; j < free.size(); ++j) {
-                const double slope = of_others(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)).real();
-                const double part = slope * at[static_cast<std::size_t>(free[j])];
-                total += part;
-                size += std::abs(part);
-                if (!model.fields[field(free[j])].conserved) force = std::max(force, std::abs(slope));
-            }
-            if (std::abs(total) > 1e-12 * size) force = std::max(force, std::abs(total));
-        }
-        is_determined = force == 0.0 && of_held.cwiseAbs().maxCoeff() == 0.0;
-    }
-    const Field& first = model.fields[field(held[0])];
-    require(is_determined, first.equation.text.empty() ? first.where : first.equation.where,
-            "the balance of {} does not determine it at wavenumber {}; expected a term such as -c {}", first.symbol, q,
-            first.symbol);
-}
 
 Symbol CompiledEquations::in_frame(const Symbol& m, double cosine, double sine, bool back) const {
     Symbol turn = Symbol::Identity(components, components);

@@ -57,6 +57,8 @@ Value Lowering::value_of(const Text& text, const Rank& rank, Parity parity) {
 void Lowering::check(const FormulaText& text, const Formula& formula, const Value& found, const Rank& rank,
                      Parity parity) const {
     double zero = 1.0;
+    if (found.is_complex())
+        text.fail_with(formula.at, "this is complex; expected a real value: re(...), im(...) or |...|");
     if (is_scalar(found) && algebra_.is_constant(found.components[0], zero) && zero == 0.0) return;  // 0 has any rank
     if (found.rank != rank)
         text.fail_with(formula.at, drover::text("this is {}; expected {}", text_of(found), rank_text(rank, parity)));
@@ -96,7 +98,8 @@ Value Lowering::value_of_kind(const FormulaText& text, const Formula& f) {
         case Kind::product: return multiplied(text, f);
         case Kind::negative: {
             Value value = value_of(text, f.arguments[0]);
-            for (Component& component : value.components) component = algebra_.scaled(component, -1.0);
+            for (std::vector<Component>* parts : {&value.components, &value.imaginary})
+                for (Component& component : *parts) component = algebra_.scaled(component, -1.0);
             return value;
         }
         case Kind::power: return power(text, f);
@@ -157,6 +160,8 @@ Value Lowering::named(const FormulaText& text, const Formula& f) {
     const Names::Meaning* meaning = names_.find(f.name);
     if (meaning == nullptr) {
         if (f.name == "pi") return {.components = {algebra_.constant(std::numbers::pi)}};
+        if (f.name == "i" && model_.functions.contains("conj"))
+            return {.components = {{}}, .imaginary = {algebra_.constant(1.0)}};
         if (f.name == "e_x" || f.name == "e_y")  // unit vectors along the axes
             return {vector, Parity::none, {algebra_.constant(f.name == "e_x"), algebra_.constant(f.name == "e_y")}};
         text.fail(f.at, names_.expected(f.name));
@@ -211,46 +216,35 @@ Value Lowering::added(const FormulaText& text, const Formula& f) {
             text.fail_with(part.sign_at,
                            drover::text("{} and {} are added; expected equal ranks", text_of(sum), text_of(next)));
         sum.parity = common_parity(text, part, sum, next);
+        const double sign = part.sign == '-' ? -1.0 : 1.0;
+        if (next.is_complex()) sum.imaginary.resize(sum.components.size());
         for (std::size_t c = 0; c < sum.components.size(); ++c)
-            sum.components[c] = algebra_.sum(sum.components[c], next.components[c], part.sign == '-' ? -1.0 : 1.0);
+            sum.components[c] = algebra_.sum(sum.components[c], next.components[c], sign);
+        for (std::size_t c = 0; c < next.imaginary.size(); ++c)
+            sum.imaginary[c] = algebra_.sum(sum.imaginary[c], next.imaginary[c], sign);
     }
     return sum;
 }
 
 void Lowering::need_scalar(const FormulaText& text, const Formula& f, const Value& found, const char* what) const {
     if (!is_scalar(found)) text.fail_with(f.at, drover::text("{} is {}; expected a scalar", what, text_of(found)));
+    if (found.is_complex())
+        text.fail_with(f.at, drover::text("{} is complex; expected a real scalar: re(...), im(...) or |...|", what));
 }
 
 Value Lowering::multiplied(const FormulaText& text, const Formula& f) {
     Value result = value_of(text, f.arguments[0]);
     for (std::size_t i = 1; i < f.arguments.size(); ++i) {
         const Formula& part = f.arguments[i];
-        Value next = value_of(text, part);
+        const Value next = value_of(text, part);
         algebra_.graph.where = text.location(part.sign_at);
         if (part.sign == '/') {
-            need_scalar(text, part, next, "the divisor");
-            double number = 0.0;
-            const bool is_number = algebra_.is_constant(next.components[0], number);
-            if (is_number && number == 0.0)
-                text.fail_with(part.sign_at, "this divides by zero; expected another divisor");
-            if (is_number) {
-                for (Component& c : result.components) c = algebra_.scaled(c, 1.0 / number);
-            } else {
-                const int below = algebra_.at_points(next.components[0]);
-                for (Component& c : result.components)
-                    if (!algebra_.is_zero(c))
-                        c = algebra_.of_node(algebra_.graph.make(Operation::divide, algebra_.at_points(c), below));
-            }
+            if (!is_scalar(next))
+                text.fail_with(part.at, drover::text("the divisor is {}; expected a scalar", text_of(next)));
+            result = divided(text, part, result, next);
         } else {
-            if (!is_scalar(result) && !is_scalar(next))
-                text.fail_with(
-                    part.at, drover::text("{} stands beside {}; expected a scalar: write a.b for their dot product, or "
-                                          "outer(a, b) for their outer product",
-                                          text_of(result), text_of(next)));
-            if (!is_scalar(next)) std::swap(result, next);
-            for (Component& c : result.components) c = algebra_.product(c, next.components[0]);
+            result = times(text, part, result, next);
         }
-        result.parity = product_parity(result.parity, next.parity);
     }
     return result;
 }
@@ -263,6 +257,7 @@ Value Lowering::power(const FormulaText& text, const Formula& f) {
     double n = 0.0;
     const bool is_number = algebra_.is_constant(exponent.components[0], n);
     if (is_number && n == 1.0) return base;
+    if (base.is_complex()) return complex_power(text, f, base, is_number ? n : std::nan(""));
     int argument = algebra_.at_points(base.components[0]), power = algebra_.at_points(exponent.components[0]);
     if (const Node root = algebra_.graph[argument];
         root.operation == Operation::sqrt && is_number && std::fmod(n, 2.0) == 0.0) {  // |p|^2 is p.p
@@ -328,7 +323,9 @@ Value Lowering::given_call(const FormulaText& text, const Formula& f, const Give
 }
 
 Value Lowering::call(const FormulaText& text, const Formula& f) {
-    if (const GivenFunction* function = given_function(f.name)) return given_call(text, f, *function);
+    if (const GivenFunction* function = given_function(f.name)) {
+        return function->values ? given_call(text, f, *function) : part_of_complex(text, f);
+    }
     if (f.name == "outer") return outer(text, f);
     std::vector<Value> arguments;
     Parity parity = Parity::even;
@@ -357,7 +354,7 @@ Value Lowering::norm(const FormulaText& text, const Formula& f) {
     const Value a = value_of(text, f.arguments[0]);
     algebra_.graph.where = text.location(f.at);
     const Parity parity = a.parity == Parity::none ? Parity::none : Parity::even;
-    if (is_scalar(a))
+    if (is_scalar(a) && !a.is_complex())
         return {.parity = parity,
                 .components = {
                     algebra_.of_node(algebra_.graph.make(Operation::abs, algebra_.at_points(a.components[0])))}};
@@ -365,7 +362,8 @@ Value Lowering::norm(const FormulaText& text, const Formula& f) {
         text.fail_with(f.at,
                        drover::text("the norm of {}; expected a scalar, a vector or a field of a spin", text_of(a)));
     Component square;
-    for (const Component& c : a.components) square = algebra_.sum(square, algebra_.product(c, c));
+    for (const std::vector<Component>* parts : {&a.components, &a.imaginary})
+        for (const Component& c : *parts) square = algebra_.sum(square, algebra_.product(c, c));
     return {.parity = parity,
             .components = {algebra_.of_node(algebra_.graph.make(Operation::sqrt, algebra_.at_points(square)))}};
 }

@@ -80,8 +80,17 @@ private:
     Value added(const FormulaText& text, const Formula& f);
     Value multiplied(const FormulaText& text, const Formula& f);
     Value power(const FormulaText& text, const Formula& f);
+    /// A product of two values that is linear in both, of complex ones by their parts.
+    template <class Product>
+    Value by_parts(const Value& a, const Value& b, Product product);
     Value dot(const FormulaText& text, const Formula& f);
+    Value dot(const FormulaText& text, const Formula& f, const Value& left, const Value& right);
     Value double_dot(const FormulaText& text, const Formula& f);
+    Value double_dot(const FormulaText& text, const Formula& f, const Value& left, const Value& right);
+    Value times(const FormulaText& text, const Formula& f, const Value& left, const Value& right);
+    Value divided(const FormulaText& text, const Formula& f, const Value& above, const Value& below);
+    Value complex_power(const FormulaText& text, const Formula& f, const Value& base, double n);
+    Value part_of_complex(const FormulaText& text, const Formula& f);
     Value norm(const FormulaText& text, const Formula& f);
     Value call(const FormulaText& text, const Formula& f);
     Value given_call(const FormulaText& text, const Formula& f, const GivenFunction& function);
@@ -90,8 +99,10 @@ private:
     Value named_in_scope(const FormulaText& text, const Formula& f);
     Formula parsed(const FormulaText& text) const;
     Value outer(const FormulaText& text, const Formula& f);
+    Value outer(const FormulaText& text, const Formula& f, const Value& a, const Value& b);
     Value operation(const FormulaText& text, const Formula& f);
     Value applied(const FormulaText& text, const Formula& f, Value a);
+    Value applied_to_real(const FormulaText& text, const Formula& f, Value a);
     Value value_of_kind(const FormulaText& text, const Formula& f);
     Value gradient(const Value& a);
     Value divergence(const Value& a);

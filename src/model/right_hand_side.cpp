@@ -75,10 +75,10 @@ struct ExplicitPart::Work {
     std::vector<int> outputs_;     // array of each output; -1: straight to a rate
     std::vector<Assembled> assembled_;
     std::vector<double> sources_, held_means_;
-    FrameOperator balance_;     // components in balance, of the others
-    FrameOperator driven_;      // less the rates by given components, which the propagator does not have
-    FrameOperator propagated_;  // of anisotropic equations: what the propagator has of the linear part
-    FrameOperator divergence_;  // of divergence-free fields: their parts along q
+    FrameOperator balance_;         // components in balance, of the others
+    FrameOperator driven_;          // less the rates by given components, which the propagator does not have
+    FrameOperator propagated_;      // of anisotropic equations: what the propagator has of the linear part
+    FrameOperator divergence_;      // of divergence-free fields: their parts along q
     std::unique_ptr<Work> forces_;  // products in balances; nullptr: none
     Spectra force_;
     FrameOperator response_, carried_;  // less components in balance, and rates, by them
@@ -431,82 +431,12 @@ double ExplicitPart::bytes(const Equations& equations, const numerics::Grid& gri
         std::count_if(plan.inputs.begin(), plan.inputs.end(), [](const auto& form) { return !is_plain(form); }));
     double total = spectra * (derived + outputs + 2.0 * (inputs + outputs) / (degree + 1));
     if (const CompiledEquations& c = *equations.compiled_; !c.forces.empty())
-        total += bytes(Equations(with_forces_as_outputs(c)), grid, degree) +
-                 spectra * static_cast<double>(c.held().size());
+        total +=
+            bytes(Equations(with_forces_as_outputs(c)), grid, degree) + spectra * static_cast<double>(c.held().size());
     for (const NoiseProducts& one : equations.compiled_->products)
         total +=
             bytes(Equations(one.equations), grid, degree) + spectra * static_cast<double>(one.equations->components);
     return total;
-}
-
-namespace {
-/// What noise makes of the fields by products.
-struct ProductsOfNoise {
-    struct Driven {
-        ExplicitPart part;
-        std::string field;
-        std::vector<int> increments, arrays;  ///< of its noises, and of its components in a state
-    };
-    std::vector<Driven> driven;
-    Spectra rate;
-
-    void add(double t, const Spectra& state, const Spectra& increments, Spectra& to) {
-        for (int array = 0; array < state.count(); ++array)
-            if (!std::isfinite(state[array][1].real())) return;  // the run has diverged, which it says itself
-        for (Driven& one : driven) {
-            std::vector<const Complex*> given;
-            for (const int array : one.increments) given.push_back(increments[array].data());
-            one.part.set_given(std::move(given));
-            one.part(t, state, rate);
-            for (const int array : one.arrays) {
-                const std::span<const Complex> from = std::as_const(rate)[array];
-                // What is not finite at a point is so in all modes; a conserved mean is 0.
-                if (!std::isfinite(from[1].real()))
-                    fail_run(
-                        "the noise of {} is not finite at t = {:.6g}: it has the square root of a field below 0, or a "
-                        "quotient by 0; expected a strength that is finite for all values that noise reaches, such as "
-                        "sqrt(max({}, 0)), or a coarser grid, on which the field fluctuates less",
-                        one.field, t, one.field);
-                std::transform(from.begin(), from.end(), to[array].begin(), to[array].begin(), std::plus<>());
-            }
-        }
-    }
-};
-}  // namespace
-
-numerics::System Equations::system(const numerics::Grid& grid, Threads& threads, int kept_degree) const {
-    numerics::System system = linear_system(grid, kept_degree);
-    if (!has_nonlinear_part()) return system;
-    const auto part = std::make_shared<ExplicitPart>(*this, system, threads);
-    system.nonlinear = [part](double t, const numerics::Spectra& state, numerics::Spectra& rate) {
-        (*part)(t, state, rate);
-    };
-    const auto products = std::make_shared<ProductsOfNoise>();
-    int increment = 0;
-    for (const NoiseProducts& one : compiled_->products) {
-        ProductsOfNoise::Driven driven{.part = ExplicitPart(Equations(one.equations), system, threads),
-                                       .field = model().fields[one.field].symbol,
-                                       .increments = {},
-                                       .arrays = {}};
-        for (int k = components(); k < one.equations->components; ++k) driven.increments.push_back(increment++);
-        for (int k = 0; k < components(); ++k)
-            if (compiled_->field(k) == one.field) driven.arrays.push_back(compiled_->array_of[std::size_t(k)]);
-        products->driven.push_back(std::move(driven));
-    }
-    if (!compiled_->products.empty()) {
-        products->rate = Spectra(grid, static_cast<int>(state_components().size()));
-        auto noise = std::make_shared<numerics::ProductNoise>(*system.product_noise);
-        noise->add = [products](double t, const Spectra& state, const Spectra& increments, Spectra& to) {
-            products->add(t, state, increments, to);
-        };
-        system.product_noise = std::move(noise);
-    }
-    if (!compiled_->masses.empty())
-        system.set_step = [part, products](double dt) {
-            part->set_step(dt);
-            for (ProductsOfNoise::Driven& one : products->driven) one.part.set_step(dt);
-        };
-    return system;
 }
 
 }  // namespace drover::model

@@ -101,8 +101,7 @@ void remove_divergence(const Equations& equations, const numerics::Grid& grid, n
             for (std::size_t column = 0; column < numerics::columns(grid); ++column, ++m) {
                 if (m == 0) continue;
                 const numerics::Wavevector q = numerics::wavevector(grid, column, row);
-                const numerics::Complex along =
-                    (q.x * state[c][m] + q.y * state[c + 1][m]) / (q.x * q.x + q.y * q.y);
+                const numerics::Complex along = (q.x * state[c][m] + q.y * state[c + 1][m]) / (q.x * q.x + q.y * q.y);
                 state[c][m] -= q.x * along;
                 state[c + 1][m] -= q.y * along;
             }
@@ -168,10 +167,11 @@ void warn_of_divergence(const Start& start, const Equations& equations, const nu
                 removed += std::norm(as_given[k][m] - without[k][m]);
             }
         if (removed > 1e-6 * all)
-            warnings.push_back(text("{} is solenoidal, and {:.2g} of the variance of its start has a divergence, which "
-                                    "is left out; expected none: give v_x = d_y psi and v_y = -d_x psi of a function "
-                                    "psi",
-                                    fields[of_state.field].symbol, removed / all));
+            warnings.push_back(
+                text("{} is solenoidal, and {:.2g} of the variance of its start has a divergence, which "
+                     "is left out; expected none: give v_x = d_y psi and v_y = -d_x psi of a function "
+                     "psi",
+                     fields[of_state.field].symbol, removed / all));
     }
 }
 }  // namespace

@@ -31,6 +31,7 @@ std::vector<Summand> SummandReader::read(std::size_t index, const std::optional<
     std::vector<Summand> summands;
     std::size_t number = 0;
     const auto add = [&](Summand one) {
+        if (field.part != Part::whole && algebra_.is_zero(one.value.components[0])) return;
         one.number = number;
         find_noise(one);
         summands.push_back(std::move(one));
@@ -103,6 +104,11 @@ Summand SummandReader::summand(std::size_t index, const FormulaText& text, Formu
     result.summary.where = text.location(begin);
     if (mass) result.is_acceleration = remove_mass(formula, *mass);
     result.value = lowering_.value_of(text, formula);
+    if (field.part == Part::imaginary) {
+        result.value.imaginary.resize(result.value.components.size());
+        result.value.components = result.value.imaginary;
+    }
+    if (field.part != Part::whole) result.value.imaginary.clear();
     lowering_.check(text, formula, result.value, {0, field.spin}, field.odd ? Parity::odd : Parity::even);
     result.value.components.resize(static_cast<std::size_t>(components(field)));  // of 0
     if (formula.sign == '-')

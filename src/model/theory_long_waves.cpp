@@ -226,13 +226,12 @@ namespace {
 /// as columns, by members.
 Expansion along_one_direction(const LinearisedAt& at, double angle, const MatrixXd& parts) {
     const double c = std::cos(angle), s = std::sin(angle);
-    return {.factors =
-                [&at, parts, c, s](int x, int y) -> MatrixXd {
-                    MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows());
-                    for (int n = 0; n <= x && y == 0; ++n)
-                        sum += std::pow(c, n) * std::pow(s, x - n) * at.factors(n, x - n);
-                    return parts.transpose() * sum * parts;
-                },
+    return {.factors = [&at, parts, c, s](int x, int y) -> MatrixXd {
+                MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows());
+                for (int n = 0; n <= x && y == 0; ++n)
+                    sum += std::pow(c, n) * std::pow(s, x - n) * at.factors(n, x - n);
+                return parts.transpose() * sum * parts;
+            },
             .moved = parts.transpose().cwiseAbs2() * at.moved()(at.members())};
 }
 }  // namespace

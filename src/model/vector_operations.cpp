@@ -1,4 +1,6 @@
 // model/vector_operations.cpp: products of vectors and tensors, and differential operators, in components.
+#include <cmath>
+
 #include "lowering.hpp"
 
 namespace drover::model {
@@ -38,11 +40,27 @@ Value Lowering::self_advection(const Value& v) {
     return result;
 }
 
+template <class Product>
+Value Lowering::by_parts(const Value& a, const Value& b, Product product) {
+    if (!a.is_complex() && !b.is_complex()) return product(a, b);
+    const auto imaginary = [](const Value& v) { return Value{v.rank, v.parity, v.imaginary}; };
+    const auto real = [](const Value& v) { return Value{v.rank, v.parity, v.components}; };
+    Value result = product(real(a), real(b));
+    result.imaginary.resize(result.components.size());
+    const auto add = [&](std::vector<Component>& to, const Value& part, double sign) {
+        for (std::size_t k = 0; k < to.size(); ++k) to[k] = algebra_.sum(to[k], part.components[k], sign);
+    };
+    if (a.is_complex() && b.is_complex()) add(result.components, product(imaginary(a), imaginary(b)), -1.0);
+    if (a.is_complex()) add(result.imaginary, product(imaginary(a), real(b)), 1.0);
+    if (b.is_complex()) add(result.imaginary, product(real(a), imaginary(b)), 1.0);
+    return result;
+}
+
 Value Lowering::dot(const FormulaText& text, const Formula& f) {
     const Value left = value_of(text, f.arguments[0]);
     const Formula& second = f.arguments[1];
     Value right;
-    if (second.kind == Formula::Kind::operation && second.name == "grad" && left.rank == vector) {
+    if (second.kind == Formula::Kind::operation && second.name == "grad" && left.rank == vector && !left.is_complex()) {
         const Value inner = value_of(text, second.arguments[0]);
         const auto is_linear = [](const Component& c) { return c.rest.empty(); };
         if (inner.rank == vector && is_linear(left.components[0]) && is_linear(left.components[1]) &&
@@ -54,6 +72,10 @@ Value Lowering::dot(const FormulaText& text, const Formula& f) {
     } else {
         right = value_of(text, second);
     }
+    return by_parts(left, right, [&](const Value& a, const Value& b) { return dot(text, f, a, b); });
+}
+
+Value Lowering::dot(const FormulaText& text, const Formula& f, const Value& left, const Value& right) {
     algebra_.graph.where = text.location(f.at);
     const Value a = with_indices(algebra_, left), b = right.rank.indices > 0 ? right : with_indices(algebra_, right);
     if (a.rank.spin != 0 || a.rank.indices == 0 || b.rank.indices == 0)
@@ -73,7 +95,11 @@ Value Lowering::dot(const FormulaText& text, const Formula& f) {
 }
 
 Value Lowering::double_dot(const FormulaText& text, const Formula& f) {
-    const Value left = value_of(text, f.arguments[0]), right = value_of(text, f.arguments[1]);
+    return by_parts(value_of(text, f.arguments[0]), value_of(text, f.arguments[1]),
+                    [&](const Value& a, const Value& b) { return double_dot(text, f, a, b); });
+}
+
+Value Lowering::double_dot(const FormulaText& text, const Formula& f, const Value& left, const Value& right) {
     algebra_.graph.where = text.location(f.at);
     Value result{scalar, product_parity(left.parity, right.parity), {}};
     Component sum;
@@ -96,7 +122,11 @@ Value Lowering::double_dot(const FormulaText& text, const Formula& f) {
 }
 
 Value Lowering::outer(const FormulaText& text, const Formula& f) {
-    const Value a = value_of(text, f.arguments[0]), b = value_of(text, f.arguments[1]);
+    return by_parts(value_of(text, f.arguments[0]), value_of(text, f.arguments[1]),
+                    [&](const Value& a, const Value& b) { return outer(text, f, a, b); });
+}
+
+Value Lowering::outer(const FormulaText& text, const Formula& f, const Value& a, const Value& b) {
     algebra_.graph.where = text.location(f.at);
     if (a.rank != vector || b.rank.indices > 0 || b.rank.spin == 0)
         text.fail_with(f.at,
@@ -107,6 +137,73 @@ Value Lowering::outer(const FormulaText& text, const Formula& f) {
     for (const Component& first : a.components)
         for (const Component& second : b.components) result.components.push_back(algebra_.product(first, second));
     return result;
+}
+
+/// A product with a scalar.
+Value Lowering::times(const FormulaText& text, const Formula& f, const Value& left, const Value& right) {
+    return by_parts(left, right, [&](const Value& a, const Value& b) {
+        if (a.rank != scalar && b.rank != scalar)
+            text.fail_with(f.at,
+                           drover::text("{} stands beside {}; expected a scalar: write a.b for their dot product, "
+                                        "or outer(a, b) for their outer product",
+                                        rank_text(a.rank, a.parity), rank_text(b.rank, b.parity)));
+        Value result = b.rank == scalar ? a : b;
+        const Component& factor = b.rank == scalar ? b.components[0] : a.components[0];
+        for (Component& c : result.components) c = algebra_.product(c, factor);
+        result.parity = product_parity(a.parity, b.parity);
+        return result;
+    });
+}
+
+Value Lowering::divided(const FormulaText& text, const Formula& f, const Value& above, const Value& below) {
+    if (below.is_complex()) {  // a conj(b) / |b|^2
+        Value conjugate = below, square{.parity = Parity::even, .components = {{}}};
+        conjugate.imaginary[0] = algebra_.scaled(conjugate.imaginary[0], -1.0);
+        for (const Component* part : {&below.components[0], &below.imaginary[0]})
+            square.components[0] = algebra_.sum(square.components[0], algebra_.product(*part, *part));
+        return divided(text, f, times(text, f, above, conjugate), square);
+    }
+    double number = 0.0;
+    const bool is_number = algebra_.is_constant(below.components[0], number);
+    if (is_number && number == 0.0) text.fail_with(f.sign_at, "this divides by zero; expected another divisor");
+    Value result = above;
+    for (std::vector<Component>* parts : {&result.components, &result.imaginary})
+        for (Component& c : *parts) {
+            if (is_number) c = algebra_.scaled(c, 1.0 / number);
+            else if (!algebra_.is_zero(c))
+                c = algebra_.of_node(algebra_.graph.make(Operation::divide, algebra_.at_points(c),
+                                                         algebra_.at_points(below.components[0])));
+        }
+    result.parity = product_parity(above.parity, below.parity);
+    return result;
+}
+
+Value Lowering::complex_power(const FormulaText& text, const Formula& f, const Value& base, double n) {
+    constexpr double max_power = 16.0;
+    if (!(std::abs(n) <= max_power) || n != std::round(n))
+        text.fail_with(f.at, drover::text("a power of a complex value; expected a whole number of at most {}: of other "
+                                          "powers write |A|^n",
+                                          max_power));
+    Value result{.components = {algebra_.constant(1.0)}};
+    for (int k = 0; k < std::abs(static_cast<int>(n)); ++k) result = times(text, f, result, base);
+    if (n < 0.0) result = divided(text, f, {.components = {algebra_.constant(1.0)}}, result);
+    return result;
+}
+
+/// re, im and conj.
+Value Lowering::part_of_complex(const FormulaText& text, const Formula& f) {
+    Value value = value_of(text, f.arguments[0]);
+    if (f.name == "conj") {
+        for (Component& c : value.imaginary) c = algebra_.scaled(c, -1.0);
+        return value;
+    }
+    if (f.name == "im") {
+        if (value.is_complex()) value.components = value.imaginary;
+        else
+            for (Component& c : value.components) c = {};
+    }
+    value.imaginary.clear();
+    return value;
 }
 
 Value Lowering::gradient(const Value& a) {
@@ -152,6 +249,13 @@ Value Lowering::operation(const FormulaText& text, const Formula& f) {
 }
 
 Value Lowering::applied(const FormulaText& text, const Formula& f, Value a) {
+    if (!a.is_complex()) return applied_to_real(text, f, std::move(a));
+    Value result = applied_to_real(text, f, {a.rank, a.parity, a.components});
+    result.imaginary = applied_to_real(text, f, {a.rank, a.parity, a.imaginary}).components;
+    return result;
+}
+
+Value Lowering::applied_to_real(const FormulaText& text, const Formula& f, Value a) {
     algebra_.graph.where = text.location(f.at);
     const auto reject = [&](const char* expected) {
         text.fail_with(f.at, drover::text("{} of {}; expected {}", f.name, rank_text(a.rank, a.parity), expected));

@@ -38,7 +38,7 @@ std::vector<double> window_squares(int n, int cells, double dx) {
 }  // namespace
 
 Shells shells(const Grid& grid, int degree) {
-    const double longest = std::max(grid.lx, grid.ly);
+    const double longest = grid.ny == 1 ? grid.lx : std::max(grid.lx, grid.ly);  // a line has waves along x alone
     const double ratio_x = longest / grid.lx, ratio_y = longest / grid.ly;
     const double radius = radius_kept(grid, degree, ratio_x, ratio_y);
     const auto count = static_cast<std::size_t>(std::max(0.0, std::floor(radius - 0.5)));

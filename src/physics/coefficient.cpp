@@ -36,6 +36,14 @@ double power(double base, int exponent) {
 }
 }  // namespace
 
+std::string range_text(const numerics::SplineTable& table) {
+    std::string range;
+    for (const auto& [name, axis] : {std::pair{"bead", &table.first()}, std::pair{"rod", &table.second()}})
+        if (axis->size() > 1)
+            range += text("{}{} density {} to {}", range.empty() ? "" : ", ", name, axis->front(), axis->back());
+    return range;
+}
+
 Monomial read_monomial(const std::string& written, const SourceLocation& where) {
     constexpr const char* expected = "expected a number and powers of rho and sigma, such as \"-0.5 rho sigma^2\"";
     std::istringstream words(written);
@@ -62,7 +70,10 @@ Coefficient::Coefficient(double constant, std::vector<Monomial> monomials)
 }
 
 Dependence Coefficient::at(double bead_density, double rod_density) const {
-    if (table_) return table_->at(bead_density, rod_density);
+    if (table_) {
+        const numerics::TableValue found = table_->at(bead_density, rod_density);
+        return {found.value, found.by_first, found.by_second};
+    }
     Dependence sum{.value = constant_};
     for (const Monomial& m : monomials_) {
         const double beads = power(bead_density, m.beads), rods = power(rod_density, m.rods);
@@ -74,12 +85,12 @@ Dependence Coefficient::at(double bead_density, double rod_density) const {
 }
 
 bool Coefficient::depends_on_beads() const {
-    if (table_) return table_->depends_on_beads();
+    if (table_) return table_->depends_on_first();
     return std::any_of(monomials_.begin(), monomials_.end(), [](const Monomial& m) { return m.beads > 0; });
 }
 
 bool Coefficient::depends_on_rods() const {
-    if (table_) return table_->depends_on_rods();
+    if (table_) return table_->depends_on_second();
     return std::any_of(monomials_.begin(), monomials_.end(), [](const Monomial& m) { return m.rods > 0; });
 }
 
@@ -109,7 +120,7 @@ void Coefficient::evaluate(const double* bead_density, const double* rod_density
 }
 
 std::string Coefficient::text_of() const {
-    if (table_) return "from a table of " + table_->range_text();
+    if (table_) return "from a table of " + range_text(*table_);
     std::string result = monomials_.empty() || constant_ != 0.0 ? text("{}", constant_) : "";
     for (const Monomial& m : monomials_) {
         const bool first = result.empty();

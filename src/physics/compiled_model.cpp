@@ -17,9 +17,10 @@ Coefficient tabulated(const std::vector<double>& nodes, const TableData& table, 
     const auto axis = [](const std::vector<double>& at) { return at.empty() ? std::vector<double>{0.0} : at; };
     std::vector<double> values = nodes;
     for (double& value : values) value *= factor;
-    return Coefficient(std::make_shared<CoefficientTable>(axis(table.bead_density), axis(table.rod_density),
-                                                          std::move(values),
-                                                          table.outside == "hold" ? Outside::hold : Outside::refuse));
+    return Coefficient(std::make_shared<numerics::SplineTable>(axis(table.bead_density), axis(table.rod_density),
+                                                               std::move(values),
+                                                               table.outside == "hold" ? numerics::Outside::hold
+                                                                                       : numerics::Outside::refuse));
 }
 
 /// Alignment of rods that touch lowers their relaxation rate to a - c sigma; sigma is uniform if it is not a field.
@@ -182,7 +183,7 @@ void require_values(const Coefficients& coefficients, double bead_density, doubl
         require(std::isfinite(coefficient->at(bead_density, rod_density).value), {},
                 "{} is not defined at the densities {} (beads) and {} (rods), outside its table of {}; use densities "
                 "inside the table, or set table.outside = \"hold\"",
-                key, bead_density, rod_density, coefficient->table() ? coefficient->table()->range_text() : "");
+                key, bead_density, rod_density, coefficient->table() ? range_text(*coefficient->table()) : "");
 }
 
 }  // namespace drover::physics

@@ -80,7 +80,7 @@ void check_extremes(const CompiledModel& model, const Extremes& extremes, const 
                     "the densities reached {:.4g} (beads) and {:.4g} (rods) mm-2, outside the table of {}: {}; "
                     "expected "
                     "them inside: give a wider table, or table.outside = \"hold\"",
-                    beads, rods, name, c->table()->range_text());
+                    beads, rods, name, range_text(*c->table()));
     }
 }
 

@@ -45,7 +45,7 @@ std::string described(const CompiledModel& m, const RodBead::Field& field, const
 }
 
 model::GivenFunction function_of(const Coefficient& coefficient) {
-    const std::shared_ptr<const CoefficientTable> table = coefficient.table();
+    const std::shared_ptr<const numerics::SplineTable> table = coefficient.table();
     return {.arguments = 2,
             .degree = coefficient.degree(),
             .values =
@@ -57,8 +57,8 @@ model::GivenFunction function_of(const Coefficient& coefficient) {
                 },
             .slopes =
                 [table](std::span<const double> at) {
-                    const Dependence found = table->at(at[0], at[1]);
-                    return std::vector<double>{found.by_beads, found.by_rods};
+                    const numerics::TableValue found = table->at(at[0], at[1]);
+                    return std::vector<double>{found.by_first, found.by_second};
                 }};
 }
 

@@ -95,8 +95,8 @@ std::vector<std::string> stability_remarks(const Equations& equations, const Eff
             "noise.rods is 0: sigma has no shot noise, and DN^2/N tends to 0 in small boxes, to 1 for particles");
     for (const auto& [key, coefficient] : named(equations))
         if (coefficient->table() && equations.model.table.outside == "hold")
-            remarks.push_back(text("outside its table ({}), {} keeps its value at the edge",
-                                   coefficient->table()->range_text(), key));
+            remarks.push_back(
+                text("outside its table ({}), {} keeps its value at the edge", range_text(*coefficient->table()), key));
     for (const std::string& remark : function_remarks(equations)) remarks.push_back(remark);
     if (coefficients.pressure_beads < 0.0 && equations.form.bead_density >= 0)
         remarks.push_back(

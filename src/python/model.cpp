@@ -35,7 +35,8 @@ void add_field(const py::dict& given, io::DeclaredModel& model) {
     for (const char* key : {"mass", "reference", "noise"}) places.emplace(key, text_of(symbol, key, "").where);
     model.fields.push_back({.name = given["name"].cast<std::string>(),
                             .symbol = symbol,
-                            .spin = given["spin"].cast<int>(),
+                            .rank = given["complex"].cast<bool>() ? "complex" : "scalar",
+                            .spin = given["complex"].cast<bool>() ? -1 : given["spin"].cast<int>(),
                             .parity = given["odd"].cast<bool>() ? "odd" : "even",
                             .unit = given["unit"].cast<std::string>(),
                             .meaning = given["meaning"].cast<std::string>(),
@@ -57,7 +58,17 @@ void add_noise(const py::dict& given, io::DeclaredModel& model) {
     model.noise_places.push_back({.file = symbol});
 }
 
-model::Equations equations_of(const py::list& fields, const py::list& noises,
+void add_table(const py::dict& given, io::DeclaredModel& model) {
+    model.tables.push_back({.symbol = given["symbol"].cast<std::string>(),
+                            .of = given["of"].cast<std::vector<std::string>>(),
+                            .first = given["first"].cast<std::vector<double>>(),
+                            .second = given["second"].cast<std::vector<double>>(),
+                            .values = given["values"].cast<std::vector<double>>(),
+                            .outside = given["outside"].cast<std::string>()});
+    model.table_places.push_back({.file = model.tables.back().symbol});
+}
+
+model::Equations equations_of(const py::list& fields, const py::list& noises, const py::list& tables,
                               const std::map<std::string, std::string>& definitions,
                               const std::map<std::string, double>& coefficients, bool chiral) {
     io::DeclaredModel model;
@@ -65,6 +76,7 @@ model::Equations equations_of(const py::list& fields, const py::list& noises,
     model.coefficients = coefficients;
     for (const py::handle& field : fields) add_field(field.cast<py::dict>(), model);
     for (const py::handle& noise : noises) add_noise(noise.cast<py::dict>(), model);
+    for (const py::handle& table : tables) add_table(table.cast<py::dict>(), model);
     for (const auto& [name, text] : definitions)
         model.definitions.emplace(name, model::Text{text, {.file = name, .line = 1, .column = 1}});
     return model::Equations(io::model_of(model));

@@ -260,7 +260,7 @@ void add_cells(TableOnset& onset, double side, const std::vector<AreaFractions>&
         require(bead > 0.0 && rod > 0.0, {.file = "--point"},
                 "{},{}; expected area fractions of beads and rods above 0, such as 0.35,0.14", bead, rod);
         states.push_back(
-            {.bead_fraction = bead, .rod_fraction = rod, .varied = onset.varied, .outside = physics::Outside::hold});
+            {.bead_fraction = bead, .rod_fraction = rod, .varied = onset.varied, .outside = numerics::Outside::hold});
     }
     if (states.empty())
         for (const double bead : onset.table.bead_fractions)

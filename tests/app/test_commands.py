@@ -184,10 +184,12 @@ def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_j
 def test_every_key_of_the_schema_is_accepted_and_its_range_is_enforced(tmp_path):
     (tmp_path / "empty.toml").write_text("")
     (tmp_path / "own.toml").write_text(
-        '[[field]]\nsymbol = "u"\n[[white_noise]]\nsymbol = "xi"\n[equations]\nu = "-u"\n')
+        '[[field]]\nsymbol = "u"\n[[white_noise]]\nsymbol = "xi"\n[equations]\nu = "-u"\n'
+        '[[tabulated]]\nsymbol = "a"\nof = ["u"]\nfirst = [0, 1]\nvalues = [1, 2]\n')
     own = {f"{section['name']}.{row['name']}" for section in drover_json(tmp_path, "schema")
            if section.get("kinds") == ["model"] for row in section["rows"]}
-    without_default = ("[field].symbol", "[white_noise].symbol")
+    without_default = ("[field].symbol", "[white_noise].symbol",
+                       *(f"[tabulated].{key}" for key in ("symbol", "of", "first", "values")))
     rows = [("own.toml", re.sub(r"^\[(\w+)\]", r"\1[1]", key), row) if key in own else ("empty.toml", key, row)
             for key, row in schema(tmp_path).items() if key not in without_default]
     for _, table in itertools.groupby(rows, key=lambda row: (row[0], row[1].partition(".")[0])):

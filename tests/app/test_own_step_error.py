@@ -56,7 +56,7 @@ def test_the_error_of_the_phase_of_an_oscillation_adds_up_over_its_periods(tmp_p
         exact = np.exp(1j * run["time"][:])
         for frame in (10, 20, 40, 60):
             true = max(abs(run[name][frame].mean() - wave[frame]) / np.std(wave[: frame + 1])
-                       for name, wave in (("real_part", exact.real), ("imaginary_part", exact.imag)))
+                       for name, wave in (("amplitude_re", exact.real), ("amplitude_im", exact.imag)))
             told = found[np.argmin(np.abs(times - run["time"][frame]))]
             # Between two checks of the steps the errors turn by 50 degrees, which is extrapolated: good to some tenths.
             assert 0.5 < told / true < 2.0, frame

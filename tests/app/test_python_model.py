@@ -18,8 +18,9 @@ PAGE = (MODELS.parent / "src" / "docs" / "model.md").read_text(encoding="utf-8")
 def test_every_block_of_the_page_runs(tmp_path):
     matplotlib.use("Agg")
     printed = blocks.run(PAGE, tmp_path, DROVER, MODELS)
-    assert len(printed) == 14
-    scalar, spots, demixing, flock, nematic, vortices, swirls, steps, balance, shared, memory, walkers, *scenes = printed
+    assert len(printed) == 16
+    scalar, spots, demixing, flock, nematic, vortices, swirls, *more = printed
+    steps, plane_wave, table, balance, shared, memory, walkers, *scenes = more
     scene, made_scene = scenes
     assert scalar[0].split() == ["[[", "-1.]", "[-19.]]"] or "-19" in "".join(scalar[:2])
     assert float(spots[0].strip("[]").split()[0]) < 0.0 < float(spots[0].strip("[]").split()[1])
@@ -33,6 +34,7 @@ def test_every_block_of_the_page_runs(tmp_path):
     assert abs(float(vortices[0])) < 1e-14
     assert swirls == ["True"]
     assert 0.0 < float(steps[0]) < 0.05
+    assert plane_wave == ["True"] and table == ["[[-0.8]]"]
     assert balance == ["[[-1.2]]"]
     assert float(shared[0].strip("[]")) == pytest.approx(-0.3 * 0.2 / 3.5, abs=1e-8)  # as printed
     assert memory[0] == "True True" and float(memory[1]) == pytest.approx(0.7 / (0.5 * (1 + 0.5 * 2.0)), rel=1e-12)

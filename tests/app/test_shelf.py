@@ -243,8 +243,8 @@ def test_a_wall_of_cahn_and_hilliard_has_its_width_and_waves_grow_at_their_rate(
 
 
 def test_a_wavy_wall_of_model_h_relaxes_by_its_tension_against_the_viscosity(run):
-    # Stokes flow by a normal force per length f at y = 0: v_y = f (1 + q|y|) exp(-q|y|)/(4 eta q); f = -tension q^2 h on
-    # each wall, all walls of the periodic cell displaced alike, half a cell apart.
+    # Stokes flow by a normal force per length f at y = 0: v_y = f (1 + q|y|) exp(-q|y|)/(4 eta q); f = -tension q^2 h
+    # on each wall, all walls of the periodic cell displaced alike, half a cell apart.
     side, height, tension = 64.0, 0.5, np.sqrt(8.0 / 9.0)
     q = 2.0 * PI / side
     apart = q * side / 2.0 * np.arange(1, 20)
@@ -295,10 +295,10 @@ def test_stripes_of_swift_and_hohenberg_have_their_amplitude_and_third_harmonic(
 def test_a_plane_wave_of_ginzburg_and_landau_has_its_frequency(run):
     q, b, c = 2.0 * PI / 20.0, 2.0, -0.3
     made = run("ginzburg-landau", f"coefficients.c={c}", *line(64, 40.0, 10.0), "time.stepper=etdrk4",
-               *start(real_part=f"sqrt(1 - {q!r}^2) cos({q!r} x)", imaginary_part=f"sqrt(1 - {q!r}^2) sin({q!r} x)"))
+               *start(amplitude_re=f"sqrt(1 - {q!r}^2) cos({q!r} x)", amplitude_im=f"sqrt(1 - {q!r}^2) sin({q!r} x)"))
     x = np.arange(64) * 40.0 / 64.0
     wave = np.sqrt(1.0 - q**2) * np.exp(1j * (q * x - (c + (b - c) * q**2) * 10.0))
-    last = made.fields["real_part"][-1, 0] + 1j * made.fields["imaginary_part"][-1, 0]
+    last = made.fields["amplitude_re"][-1, 0] + 1j * made.fields["amplitude_im"][-1, 0]
     assert last == pytest.approx(wave, abs=1e-5)  # a step of 0.05 of fourth order
 
 
@@ -306,9 +306,9 @@ def test_a_plane_wave_of_ginzburg_and_landau_has_its_frequency(run):
 def test_uniform_oscillations_are_unstable_beyond_the_line_of_benjamin_feir_and_newell(run, c, unstable):
     b, k = 2.0, 2.0 * PI / 20.0
     made = run("ginzburg-landau", f"coefficients.c={c}", *line(32, 20.0, 20.0), "time.stepper=etdrk4",
-               *start(real_part="1 + 1e-7 cos(pi x/10)", imaginary_part="0"))
+               *start(amplitude_re="1 + 1e-7 cos(pi x/10)", amplitude_im="0"))
     # The oscillation turns the wave from one part to the other; the sum of the variances grows.
-    made.observables["variance_A"] = sum(made.observables[f"variance_{part}_part"] for part in ("real", "imaginary"))
+    made.observables["variance_A"] = sum(made.observables[f"variance_amplitude_{end}"] for end in ("re", "im"))
     rate = np.sqrt(1.0 - 2.0 * b * c * k**2 - b**2 * k**4) - 1.0 - k**2
     assert made.growth_rate("A") == pytest.approx(rate, rel=1e-3)
     assert (rate > 0.0) == (1.0 + b * c < 0.0) == unstable

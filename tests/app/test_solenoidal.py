@@ -51,7 +51,8 @@ def test_velocity_and_vorticity_give_the_same_flow():
     # The curl of v.grad v is v.grad curl v without divergence: two sets of equations, one flow.
     _, vx, vy, vorticity = stream()
     one = Model([NAVIER_STOKES], nu=0.02)
-    other = Model([Field("w", "-v.grad w + nu lap w", odd=True, conserved=True), Field("psi", "lap psi - w", odd=True, balance=True)],
+    other = Model([Field("w", "-v.grad w + nu lap w", odd=True, conserved=True),
+                   Field("psi", "lap psi - w", odd=True, balance=True)],
                   define={"v": "perp grad psi"}, nu=0.02)
     a = one.start(POINTS, SIDE, dt=0.02).set(v_x=vx, v_y=vy).advance(1.0).fields
     b = other.start(POINTS, SIDE, dt=0.02).set(w=vorticity).advance(1.0).fields
@@ -186,7 +187,8 @@ def test_long_waves_of_a_flow_diffuse_with_its_viscosity():
     moving = model.state(v=(0.6, 0.8))
     found = model.growth_rates([0.5], angle=0.3, state=moving)
     assert found.growth_rate.values.ravel() == pytest.approx([-0.075], rel=1e-12)
-    assert abs(found.frequency.values.ravel()[0]) == pytest.approx(0.5 * (0.6 * np.cos(0.3) + 0.8 * np.sin(0.3)), rel=1e-12)  # carried along
+    carried = 0.5 * (0.6 * np.cos(0.3) + 0.8 * np.sin(0.3))
+    assert abs(found.frequency.values.ravel()[0]) == pytest.approx(carried, rel=1e-12)
 
 
 @pytest.mark.parametrize("field, says", [

@@ -273,7 +273,7 @@ TEST(FieldModel, names_what_is_missing_in_the_table) {
         refusal("relaxation.rate", {.bead_fraction = 0.7, .rod_fraction = 0.1}).find("the table covers 0.2 to 0.6"),
         std::string::npos);
     EXPECT_EQ(field_number(table, "relaxation.rate",
-                           {.bead_fraction = 0.7, .rod_fraction = 0.1, .outside = physics::Outside::hold},
+                           {.bead_fraction = 0.7, .rod_fraction = 0.1, .outside = numerics::Outside::hold},
                            OrderKind::orientation)
                   .number.value,
               0.1);

@@ -227,7 +227,7 @@ TEST(SmoothCoefficient, extrapolates_only_on_request) {
               "there, or use the value at the edge (calibrated.outside = \"hold\" in the scene)");
     EXPECT_NE(refusal_of([&] { SmoothCoefficient(table, "drag").at(0.5, 0.2); }).find("rod area fraction of 0.2"),
               std::string::npos);
-    const SmoothCoefficient held(table, "drag", 0, physics::Outside::hold);
+    const SmoothCoefficient held(table, "drag", 0, numerics::Outside::hold);
     EXPECT_EQ(held.at(0.9, 0.08).value, held.at(0.7, 0.08).value);
     EXPECT_EQ(held.at(0.9, 0.08).error, held.at(0.7, 0.08).error);
     // Rounding errors beyond an edge are tolerated.

@@ -73,7 +73,8 @@ TEST(Scene, errors_name_the_line_or_the_override) {
 TEST(Scene, resolved_text_contains_every_key_of_its_kind) {
     constexpr const char* own =
         "[[field]]\nsymbol = \"phi\"\n[[white_noise]]\nsymbol = \"xi\"\n[equations]\nphi = \"-k phi + f\"\n[define]\n"
-        "f = \"lap phi\"\n[coefficients]\nk = 1\n[time]\ndt = 0.1\n";
+        "f = \"lap phi\"\n[[tabulated]]\nsymbol = \"a\"\nof = [\"phi\"]\nfirst = [0, 1]\nvalues = [1, 2]\n"
+        "[coefficients]\nk = 1\n[time]\ndt = 0.1\n";
     for (const auto& [kind, given] :
          {std::pair{SceneKind::fields, ""}, {SceneKind::particles, "[cell]\n"}, {SceneKind::model, own}}) {
         const std::string text = resolved_text(parse_scene(given, "scene.toml"));
@@ -109,7 +110,8 @@ TEST(Scene, declared_fields_make_a_scene_of_a_model_of_its_own) {
     EXPECT_NE(error_of("[[field]]\nsymbol = \"u\"\n[relaxation]\nrate = 1\n").find("expected sections of one kind"),
               std::string::npos);
     EXPECT_EQ(error_of("[[field]]\nsymbol = \"u\"\nrank = \"tensor\"\n"),
-              "scene.toml:3:1: field[1].rank = \"tensor\"; expected one of [\"scalar\", \"vector\", \"nematic\"]");
+              "scene.toml:3:1: field[1].rank = \"tensor\"; expected one of [\"scalar\", \"vector\", \"nematic\", "
+              "\"complex\"]");
     EXPECT_EQ(error_of("[[field]]\nsymbol = \"u\"\n[equations]\nvelocity = \"u\"\n"),
               "scene.toml:4:13: equations.velocity is the equation of no field; expected one of u");
 }

@@ -28,6 +28,7 @@ public:
         const bool may_balance = !model.chiral && !is_anisotropic_ && (is_plain || count > 1) && chance(0.4);
         declare_fields(count + (is_plain && may_balance ? 1 : 0), is_plain ? count : 0);
         if (may_balance) model.fields.back().left = LeftSide::balance;
+        for (Field& field : model.fields) field.solenoidal = field.spin == 1 && chance(0.3);
         for (std::size_t i = 0; i < model.fields.size(); ++i) write_equation(i);
         return std::move(result_);
     }
@@ -359,7 +360,7 @@ private:
             field.noise = 0.0;
             field.conserved = field.noise_conserves = false;
         } else {
-            if (!field.conserved && chance(0.3)) mass = mass_of();
+            if (!field.conserved && !field.solenoidal && chance(0.3)) mass = mass_of();
             for (int count = between(1, 4); count > 0; --count) {
                 Found term = field.conserved ? flux(i) : term_of(i);
                 if (mass && term && chance(0.3)) term = product(mass, term);

@@ -146,6 +146,15 @@ TEST(Sectors, are_centred_on_x_and_y_and_rotate_with_q) {
     }
 }
 
+TEST(Shells, of_a_line_hold_one_wave_each_whatever_its_other_side) {
+    for (const double ly : {0.5, 16.0, 64.0}) {
+        const Shells line = shells({.nx = 16, .ny = 1, .lx = 16.0, .ly = ly}, 1);
+        ASSERT_EQ(line.q.size(), 7u);
+        for (std::size_t n = 0; n < line.q.size(); ++n)
+            EXPECT_DOUBLE_EQ(line.q[n], static_cast<double>(n + 1) * 2.0 * std::numbers::pi / 16.0);
+    }
+}
+
 TEST(Sectors, their_means_add_up_to_the_mean_over_the_shell) {
     const Grid grid = grids[1];
     const Shells all = shells(grid, 1);

@@ -12,7 +12,7 @@ namespace drover::calibrate {
 struct StatePoint {
     double bead_fraction = 0.0, rod_fraction = 0.0;
     std::size_t varied = 0;
-    physics::Outside outside = physics::Outside::refuse;
+    numerics::Outside outside = numerics::Outside::refuse;
 };
 
 /// What p is in the equations: the mean orientation P of the rods, with J = u sigma P; or sigma P, with J = u p.

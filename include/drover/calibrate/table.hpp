@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
-#include "drover/physics/coefficient_table.hpp"
+#include "drover/numerics/spline_table.hpp"
 
 namespace drover::calibrate {
 
@@ -85,20 +85,20 @@ class SmoothCoefficient {
 public:
     /// Throws an input Error if the table does not have this coefficient, or has missing entries in it.
     SmoothCoefficient(const Table& table, const std::string& name, std::size_t varied = 0,
-                      physics::Outside outside = physics::Outside::refuse);
+                      numerics::Outside outside = numerics::Outside::refuse);
 
     /// Outside the table, throws an input Error that gives the range or, with Outside::hold, returns the value at the
     /// edge.
     Uncertain at(double bead_fraction, double rod_fraction) const;
 
-    const physics::CoefficientTable& table() const { return table_; }
+    const numerics::SplineTable& table() const { return table_; }
 
 private:
     std::string name_;
     std::vector<double> beads_, rods_;
     bool by_rods_;
-    physics::Outside outside_;
-    physics::CoefficientTable table_;
+    numerics::Outside outside_;
+    numerics::SplineTable table_;
 };
 
 }  // namespace drover::calibrate

@@ -33,6 +33,15 @@ struct DeclaredNoise {
     std::string parity = "even";
 };
 
+/// One [[tabulated]]: a coefficient that is a smooth function of one or two scalars, by its values on a mesh.
+struct DeclaredTable {
+    std::string symbol;           ///< in equations
+    std::vector<std::string> of;  ///< formulas of one or two scalars
+    std::vector<double> first, second;
+    std::vector<double> values;  ///< of each of `first`, for each of `second`, which is the faster one
+    std::string outside = "refuse";
+};
+
 /// Everything as written, with its places.
 struct DeclaredModel {
     std::string name;
@@ -41,6 +50,8 @@ struct DeclaredModel {
     std::vector<std::map<std::string, SourceLocation>> places;  ///< of the keys of each field; "" is the field itself
     std::vector<DeclaredNoise> noises;
     std::vector<SourceLocation> noise_places;
+    std::vector<DeclaredTable> tables;
+    std::vector<SourceLocation> table_places;
     std::map<std::string, model::Text> equations, definitions;
     std::map<std::string, double> coefficients;
     std::map<std::string, model::Text> start;  ///< formulas in x, y, lx and ly of [initial], by component
@@ -57,4 +68,6 @@ template <>
 const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>();
 template <>
 const std::vector<Row<io::DeclaredNoise>>& schema<io::DeclaredNoise>();
+template <>
+const std::vector<Row<io::DeclaredTable>>& schema<io::DeclaredTable>();
 }  // namespace drover

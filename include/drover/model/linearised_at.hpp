@@ -36,8 +36,8 @@ public:
     /// What multiplies d/dt of each component; 0: in balance.
     const Eigen::VectorXd& moved() const { return left_.moved; }
 
-    /// The symbol of state_components(); fields in balance are eliminated.  A divergence-free field has its part across q
-    /// alone, except at q = 0.
+    /// The symbol of state_components(); fields in balance are eliminated.  A divergence-free field has its part across
+    /// q alone, except at q = 0.
     Symbol symbol(const numerics::Wavevector& q) const;
     /// The deviations of all components, fields in balance included, from those of symbol(): one row each.
     Symbol all_components(const numerics::Wavevector& q) const;

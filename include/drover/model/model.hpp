@@ -67,6 +67,13 @@ enum class LeftSide {
     given     ///< none: the field is a point source
 };
 
+/// What a field is of the value of its equation.
+enum class Part {
+    whole,
+    real,      ///< of a complex field, which is two scalars that do not turn: the part of its name with _re
+    imaginary  ///< _im
+};
+
 /// A declared field.  In two dimensions a field of spin m has one component (m = 0) or two (m >= 1): those of the
 /// complex number F = F_1 + i F_2 that turns by the angle m theta when space is turned by theta.  A vector has spin 1
 /// (F = v_x + i v_y), a nematic spin 2 (F = Q_xx + i Q_xy).
@@ -79,10 +86,11 @@ struct Field {
     LeftSide left = LeftSide::rate;
     Text mass = {};                         ///< m in m d_t F = right side: a scalar of the fields; empty: 1
     Text equation = {};                     ///< the right side; empty: 0
+    Part part = Part::whole;                ///< the right side is this part of the equation
     std::vector<WrittenTerm> further = {};  ///< summands besides those of `equation`
     PointSource source = {};                ///< of a given field
     bool conserved = false;                 ///< the mean does not change: checked
-    bool solenoidal = false;                ///< a vector without divergence: the pressure that keeps it so is eliminated
+    bool solenoidal = false;       ///< a vector without divergence: the pressure that keeps it so is eliminated
     double reference = 0.0;        ///< of a true scalar: its value in the state about which the linear part is exact
     double noise = 0.0;            ///< D: <f f> = D delta delta for each component of a noise f of its own in d_t F
     bool noise_conserves = false;  ///< <f f> = D q^2 delta delta: the noise is the divergence of a random flux

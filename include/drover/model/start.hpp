@@ -35,7 +35,7 @@ struct Start {
 void check(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
            const LocationOf& place);
 
-/// Formulas that the grid cuts, or that jump at a periodic edge, each with its remedy, and divergences that are removed.
+/// Formulas that the grid cuts, or that jump at a periodic edge, and divergences that are removed, each with a remedy.
 std::vector<std::string> start_warnings(const Start& start, const Equations& equations, const numerics::Grid& grid,
                                         int degree);
 

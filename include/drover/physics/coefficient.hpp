@@ -6,9 +6,19 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
-#include "drover/physics/coefficient_table.hpp"
+#include "drover/numerics/spline_table.hpp"
 
 namespace drover::physics {
+
+/// A value and its derivatives with respect to the bead density rho and the rod density sigma.
+struct Dependence {
+    double value = 0.0;
+    double by_beads = 0.0;  ///< d/d rho
+    double by_rods = 0.0;   ///< d/d sigma
+};
+
+/// "bead density 0.5 to 1.5, rod density 0.01 to 0.1": the densities of a table on which it depends.
+std::string range_text(const numerics::SplineTable& table);
 
 /// factor * rho^beads * sigma^rods.
 struct Monomial {
@@ -25,7 +35,7 @@ class Coefficient {
 public:
     Coefficient(double constant = 0.0) : constant_(constant) {}
     Coefficient(double constant, std::vector<Monomial> monomials);
-    explicit Coefficient(std::shared_ptr<const CoefficientTable> table) : table_(std::move(table)) {}
+    explicit Coefficient(std::shared_ptr<const numerics::SplineTable> table) : table_(std::move(table)) {}
 
     Dependence at(double bead_density, double rod_density) const;
 
@@ -44,13 +54,13 @@ public:
     /// Readable form: "0.5 - 0.1 rho sigma^2", or "from a table".
     std::string text_of() const;
 
-    const std::shared_ptr<const CoefficientTable>& table() const { return table_; }
+    const std::shared_ptr<const numerics::SplineTable>& table() const { return table_; }
     bool operator==(const Coefficient&) const = default;  ///< tables are equal if they are shared
 
 private:
     double constant_ = 0.0;
     std::vector<Monomial> monomials_;
-    std::shared_ptr<const CoefficientTable> table_;
+    std::shared_ptr<const numerics::SplineTable> table_;
 };
 
 }  // namespace drover::physics

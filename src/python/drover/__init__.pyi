@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 import xarray
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from drover import plot as plot
 
@@ -40,15 +40,19 @@ class Field:
     mass: str
     balance: bool
     conserved: bool
-    solenoidal: bool
     reference: float | str
     noise: float | str
     conserved_noise: bool
+    solenoidal: bool
+    complex: bool
     def __init__(self, symbol: str, equation: str = ..., spin: int = ..., name: str = ..., odd: bool = ...,
                  unit: str = ..., meaning: str = ..., mass: str = ..., balance: bool = ..., conserved: bool = ...,
-                 solenoidal: bool = ..., reference: float | str = ..., noise: float | str = ..., conserved_noise: bool = ...) -> None: ...
+                 reference: float | str = ..., noise: float | str = ..., conserved_noise: bool = ...,
+                 solenoidal: bool = ..., complex: bool = ...) -> None: ...
     @property
     def components(self) -> tuple[str, ...]: ...
+    @property
+    def parts(self) -> tuple[Field, ...]: ...
 
 class Noise:
     symbol: str
@@ -56,15 +60,29 @@ class Noise:
     odd: bool
     def __init__(self, symbol: str, spin: int = ..., odd: bool = ...) -> None: ...
 
+class Table:
+    symbol: str
+    of: tuple[str, ...]
+    first: tuple[float, ...]
+    values: tuple[float, ...]
+    second: tuple[float, ...]
+    outside: str
+    def __init__(self, symbol: str, of: str | Sequence[str], first: ArrayLike, values: ArrayLike,
+                 second: ArrayLike = ..., outside: str = ...) -> None: ...
+
 State = Mapping[str, Any] | Sequence[float] | NDArray[np.float64]
 
 class Model:
     fields: tuple[Field, ...]
+    @property
+    def parts(self) -> tuple[Field, ...]: ...
     noises: tuple[Noise, ...]
+    tables: tuple[Table, ...]
     coefficients: dict[str, float]
     define: dict[str, str]
     chiral: bool
     def __init__(self, fields: Sequence[Field], /, *, noises: Sequence[Noise] = ...,
+                 tables: Sequence[Table] = ...,
                  define: Mapping[str, str] | None = ..., chiral: bool = ...,
                  coefficients: Mapping[str, float] | None = ..., **more: float) -> None: ...
     @property

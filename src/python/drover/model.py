@@ -1,5 +1,5 @@
 """drover/model.py: models of declared fields and equations in vector notation, their linear theory, runs in memory."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,11 +17,12 @@ class Field:
     mass              m of m d_t F = equation: "m rho"
     balance           0 = equation: the field follows the others at every instant
     conserved         the mean does not change; an equation that is no divergence is an error
-    solenoidal        a vector without divergence: a pressure keeps it so at every instant
     reference         of a scalar: the uniform value about which the linear part is exact, and at which a run starts;
                       a number, or a formula of the coefficients: "rho0"
     noise             D: each component of d_t F has white noise, <f f> = D delta(r - r') delta(t - t'); as reference
     conserved_noise   the noise is the divergence of a random flux: D q^2
+    solenoidal        a vector without divergence: a pressure keeps it so at every instant
+    complex           two scalars, A = A_re + i A_im, which do not turn; spin is 0
 
     >>> Field("phi", "lap mu", conserved=True).spin
     0
@@ -37,16 +38,26 @@ class Field:
     mass: str = ""
     balance: bool = False
     conserved: bool = False
-    solenoidal: bool = False
     reference: float | str = 0.0
     noise: float | str = 0.0
     conserved_noise: bool = False
+    solenoidal: bool = False
+    complex: bool = False
 
     @property
     def components(self):
         """Names of the components: ("p_x", "p_y") of a vector."""
-        ends = {0: ("",), 1: ("_x", "_y"), 2: ("_xx", "_xy")}.get(self.spin, ("_1", "_2"))
+        ends = {0: ("_re", "_im") if self.complex else ("",),
+                1: ("_x", "_y"), 2: ("_xx", "_xy")}.get(self.spin, ("_1", "_2"))
         return tuple((self.name or self.symbol) + end for end in ends)
+
+    @property
+    def parts(self):
+        """The fields of a run: this one, or the two scalars of a complex one."""
+        if not self.complex:
+            return (self,)
+        return tuple(replace(self, complex=False, symbol=self.symbol + end, name=(self.name or self.symbol) + end,
+                             reference=self.reference if end == "_re" else 0.0) for end in ("_re", "_im"))
 
 
 @dataclass(frozen=True)
@@ -67,8 +78,37 @@ class Noise:
     odd: bool = False
 
 
+@dataclass(frozen=True)
+class Table:
+    """A coefficient that is a smooth function of one or two scalars: cubic splines through its values.
+
+    symbol     as in equations
+    of         the scalars, as formulas of the fields: ("rho",), ("rho", "sigma")
+    first      values of the first scalar, ascending
+    values     values of the coefficient: for each of `first` those of all of `second`
+    second     values of the second scalar, ascending; empty: there is one scalar
+    outside    beyond the table: "refuse": an error; "hold": the value at its edge
+
+    >>> model = Model([Field("n", "-a n", reference=1.0)], tables=[Table("a", ("n",), (0.0, 2.0), (1.0, 3.0))])
+    >>> float(model.rates()[0]), float(model.growth_rates([0.0]).growth_rate[0, 0])
+    (-2.0, -3.0)
+    """
+
+    symbol: str
+    of: tuple
+    first: tuple
+    values: tuple
+    second: tuple = ()
+    outside: str = "refuse"
+
+    def __post_init__(self):
+        for key in ("first", "second", "values"):
+            object.__setattr__(self, key, tuple(np.ravel(np.asarray(getattr(self, key), dtype=float)).tolist()))
+        object.__setattr__(self, "of", (self.of,) if isinstance(self.of, str) else tuple(self.of))
+
+
 KINDS = {"symbol": str, "equation": str, "spin": int, "name": str, "odd": bool, "unit": str, "meaning": str,
-         "mass": str, "balance": bool, "conserved": bool, "solenoidal": bool,
+         "mass": str, "balance": bool, "conserved": bool, "solenoidal": bool, "complex": bool,
          "reference": (int, float, str), "noise": (int, float, str), "conserved_noise": bool}
 RANKS = ("scalar", "vector", "nematic")  # of spin 0, 1, 2
 
@@ -79,19 +119,26 @@ def model_of(values, of="this scene"):
         raise Error(f"{of} has no fields and equations of its own; expected a scene with [[field]]")
     equations, chiral = values.get("equations", {}), values.get("model", {}).get("chiral", False)
     fields = [Field(symbol=table["symbol"], equation=str(equations.get(table["symbol"], "")),
-                    spin=spin_of(table),
+                    spin=spin_of(table), complex=is_complex(table),
                     odd=table.get("parity", "even") == "odd",
                     **{key: number_or_text(table[key]) if key in ("reference", "noise") else table[key]
                        for key in SCENE_KEYS if key in table}) for table in values["field"]]
     noises = [Noise(symbol=table["symbol"], spin=spin_of(table), odd=table.get("parity", "even") == "odd")
               for table in values.get("white_noise", [])]
     define = {name: str(text) for name, text in values.get("define", {}).items()}
-    return Model(fields, noises=noises, define=define, chiral=chiral, coefficients=values.get("coefficients", {}))
+    tables = [Table(**table) for table in values.get("tabulated", [])]
+    return Model(fields, noises=noises, tables=tables, define=define, chiral=chiral,
+                 coefficients=values.get("coefficients", {}))
 
 
 def spin_of(table):
     """Of a [[field]] or a [[white_noise]]."""
-    return table["spin"] if table.get("spin", -1) >= 0 else RANKS.index(table.get("rank", "scalar"))
+    return table["spin"] if table.get("spin", -1) >= 0 else 0 if is_complex(table) else RANKS.index(
+        table.get("rank", "scalar"))
+
+
+def is_complex(table):
+    return table.get("rank") == "complex" and table.get("spin", -1) < 0
 
 
 def number_or_text(value):
@@ -120,10 +167,11 @@ def noise_table(noise):
 def field_table(field):
     """A field as a table of a scene, without what is as by default."""
     changed = [key for key in SCENE_KEYS if getattr(field, key) != getattr(Field, key)]
-    return noise_table(field) | {key: getattr(field, key) for key in changed}
+    rank = {"rank": "complex"} if field.complex else {}
+    return noise_table(field) | rank | {key: getattr(field, key) for key in changed}
 
 
-def check(fields, noises, define, chiral, coefficients):
+def check(fields, noises, tables, define, chiral, coefficients):
     """Raises Error for arguments of another type, and for components of one name."""
     def expect(name, value, kind):
         kinds = kind if isinstance(kind, tuple) else (kind,)
@@ -140,11 +188,16 @@ def check(fields, noises, define, chiral, coefficients):
             if names.setdefault(name, field) is not field:
                 raise Error(f"{name} is a component of {names[name].symbol} and of {field.symbol}; expected another "
                             "name")
+        if field.complex and field.spin:
+            raise Error(f"{field.symbol} is complex and has spin {field.spin}; expected spin 0: it does not turn")
     for noise in noises:
         if not isinstance(noise, Noise):
             raise Error(f"{noise!r} is not a noise; expected drover.Noise(symbol, spin)")
         for key in ("symbol", "spin", "odd"):
             expect(f"{key} of the noise {noise.symbol}", getattr(noise, key), KINDS[key])
+    for table in tables:
+        if not isinstance(table, Table):
+            raise Error(f"{table!r} is not a table; expected drover.Table(symbol, of, first, values)")
     expect("chiral", chiral, bool)
     for name, text in define.items():
         expect(f"the definition of {name}", text, str)
@@ -157,7 +210,7 @@ class Model:
     """Fields, the equations that couple them, named parts of these, and the values of their coefficients.
 
     The linear part about the reference is exact in runs, noise included; linear theory is of the same equations.
-    noises: white noises that the equations name, each a Noise.
+    noises: white noises that the equations name, each a Noise.  tables: coefficients by their values, each a Table.
     Coefficients are keyword arguments, or, for names such as "lambda" and "define", in `coefficients`.  Errors give the
     place as "symbol.equation:1:column".
 
@@ -169,26 +222,28 @@ class Model:
     (16, 16)
     """
 
-    def __init__(self, fields, /, *, noises=(), define=None, chiral=False, coefficients=None, **more):
+    def __init__(self, fields, /, *, noises=(), tables=(), define=None, chiral=False, coefficients=None, **more):
         from drover._drover import Equations
 
-        self.fields, self.noises = tuple(fields), tuple(noises)
+        self.fields, self.noises, self.tables = tuple(fields), tuple(noises), tuple(tables)
         self.coefficients = {**(coefficients or {}), **more}
         self.define, self.chiral = dict(define or {}), chiral
-        check(self.fields, self.noises, self.define, chiral, self.coefficients)
+        check(self.fields, self.noises, self.tables, self.define, chiral, self.coefficients)
         self._equations = Equations([{**vars(field), "name": field.name or field.symbol} for field in self.fields],
-                                    [vars(noise) for noise in self.noises], self.define,
+                                    [vars(noise) for noise in self.noises],
+                                    [vars(table) for table in self.tables], self.define,
                                     {key: float(value) for key, value in self.coefficients.items()}, chiral)
 
     @property
     def terms(self):
         """(symbol of the field, summand of its equation), as written."""
-        return [(self.fields[field].symbol, text) for field, text in self._equations.terms()]
+        return [(self.parts[field].symbol, text) for field, text in self._equations.terms()]
 
     @property
     def latex(self):
         """The equations as LaTeX, one line each."""
-        lines = [self._equations.latex(i).replace(" = ", " &= ", 1) for i in range(len(self.fields))]
+        lines = [self._equations.latex(self.parts.index(field.parts[0])).replace(" = ", " &= ", 1)
+                 for field in self.fields]
         return r"\begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}"
 
     def _repr_latex_(self):
@@ -199,8 +254,13 @@ class Model:
                          f" = {f.equation or '0'}" for f in self.fields)
 
     @property
+    def parts(self):
+        """The fields of a run: of a complex field its two scalars."""
+        return tuple(part for field in self.fields for part in field.parts)
+
+    @property
     def noise_strengths(self):
-        """D of the noise of each field, as a number."""
+        """D of the noise of each of the parts, as a number."""
         return self._equations.noise_strengths()
 
     @property
@@ -219,7 +279,9 @@ class Model:
         for field in self.fields:
             width = len(field.components)
             if field.symbol in values:
-                given = np.atleast_1d(np.asarray(values.pop(field.symbol), dtype=float))
+                value = values.pop(field.symbol)
+                pair = field.complex and np.ndim(value) == 0
+                given = np.atleast_1d(np.asarray([np.real(value), np.imag(value)] if pair else value, dtype=float))
                 if given.shape != (width,):
                     raise Error(f"{field.symbol} has {given.size} values; expected {width}: "
                                 + ", ".join(field.components))
@@ -294,6 +356,7 @@ class Model:
             "model": {"name": name, **({"chiral": True} if self.chiral else {})},
             "field": [field_table(field) for field in self.fields],
             "white_noise": [noise_table(noise) for noise in self.noises],
+            "tabulated": [vars(table) for table in self.tables],
             "equations": {field.symbol: field.equation for field in self.fields},
             "define": self.define, "coefficients": {key: float(value) for key, value in self.coefficients.items()},
             "grid": {"nx": nx, "ny": ny, "lx": float(lx), "ly": float(ly)},

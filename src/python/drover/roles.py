@@ -80,7 +80,7 @@ def roles_of(run):
     return [Role(field.name or field.symbol, symbol_text(field.symbol, field.spin), field.spin, field.components,
                  simple_unit(field.unit),
                  is_noisy and field.spin == 0 and field.conserved and reference_of(field, reference) > 0.0,
-                 reference_of(field, reference)) for field in model.fields if not field.balance]
+                 reference_of(field, reference)) for field in model.parts if not field.balance]
 
 
 def chosen(run, field):

@@ -139,7 +139,7 @@ class Scene:
         rows = described(self.kind)
         if self.kind != "model":
             return list(rows)
-        own = [(f"{name}[{number}]", table) for name in ("field", "white_noise")
+        own = [(f"{name}[{number}]", table) for name in ("field", "white_noise", "tabulated")
                for number, table in enumerate(self.values.get(name, []), 1)]
         own += [(name, table) for name, table in self.values.items() if isinstance(table, dict)]
         return list(dict.fromkeys([*(f"{section}.{key}" for section, table in own for key in table),

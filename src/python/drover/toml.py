@@ -26,7 +26,7 @@ def value_text(value):
     raise Error(f"{value!r} is of type {type(value).__name__}; expected a number, a text, True or False, or a list")
 
 
-LISTS = ("terms", "field", "white_noise")  # sections of several tables, [[terms]]
+LISTS = ("terms", "field", "white_noise", "tabulated")  # sections of several tables, [[terms]]
 
 
 def scene_text(sections):

@@ -77,10 +77,10 @@ def scene_html(scene):
     def typeset(formula):
         return f"${_drover.latex_of(str(formula), names)}$"
 
-    noises = dict(zip((field.symbol for field in model.fields), model.noise_strengths))
+    noises = dict(zip((part.symbol for part in model.parts), model.noise_strengths))
     fields = [(typeset(field.symbol), field.name or field.symbol, rank_of(field), simple_unit(field.unit),
                "" if field.spin else typeset(field.reference),
-               typeset(field.noise) + ", conserved" * field.conserved_noise if noises[field.symbol] else "",
+               typeset(field.noise) + ", conserved" * field.conserved_noise if noises[field.parts[0].symbol] else "",
                field.meaning) for field in model.fields]
     parts = [f"<b>{escape(printable(scene.values['model'].get('name') or scene.name))}</b>",
              f"$$\\displaystyle {escape(model.latex)}$$"]
@@ -139,7 +139,8 @@ def value_words(value):
 
 
 def rank_of(field):
-    words = {0: "scalar", 1: "vector", 2: "nematic"}.get(field.spin, f"spin {field.spin}")
+    words = "complex" if field.complex else {0: "scalar", 1: "vector", 2: "nematic"}.get(field.spin,
+                                                                                         f"spin {field.spin}")
     return f"odd {words}" if field.odd else words
 
 

@@ -1,5 +1,5 @@
-// physics/coefficient_table.cpp: bicubic Hermite patches over a mesh of densities.
-#include "drover/physics/coefficient_table.hpp"
+// numerics/spline_table.cpp: bicubic Hermite patches over a mesh.
+#include "drover/numerics/spline_table.hpp"
 
 #include <gsl/gsl_interp.h>
 
@@ -11,14 +11,14 @@
 
 #include "drover/base/error.hpp"
 
-namespace drover::physics {
+namespace drover::numerics {
 
 namespace {
 void check_axis(const std::string& name, const std::vector<double>& axis) {
-    require(!axis.empty(), {}, "table.{} is empty; expected at least one density", name);
+    require(!axis.empty(), {}, "the {} axis of a table is empty; expected at least one number", name);
     for (std::size_t i = 0; i < axis.size(); ++i)
         require(std::isfinite(axis[i]) && (i == 0 || axis[i] > axis[i - 1]), {},
-                "table.{}: number {} is {}; expected finite, ascending densities", name, i + 1, axis[i]);
+                "the {} axis of a table: number {} is {}; expected finite, ascending numbers", name, i + 1, axis[i]);
 }
 
 /// Derivatives at the nodes of the natural cubic spline through them.
@@ -66,16 +66,13 @@ Hermite hermite(const Cell& cell) {
 }
 }  // namespace
 
-CoefficientTable::CoefficientTable(std::vector<double> bead_densities, std::vector<double> rod_densities,
-                                   std::vector<double> values, Outside outside, std::vector<double> errors)
-    : beads_(std::move(bead_densities)),
-      rods_(std::move(rod_densities)),
-      errors_(std::move(errors)),
-      outside_(outside) {
-    check_axis("bead_density", beads_);
-    check_axis("rod_density", rods_);
-    const std::size_t rows = beads_.size(), width = rods_.size();
-    require(values.size() == rows * width, {}, "a table of {} by {} densities has {} values; expected {}", rows, width,
+SplineTable::SplineTable(std::vector<double> first, std::vector<double> second, std::vector<double> values,
+                         Outside outside, std::vector<double> errors)
+    : first_(std::move(first)), second_(std::move(second)), errors_(std::move(errors)), outside_(outside) {
+    check_axis("first", first_);
+    check_axis("second", second_);
+    const std::size_t rows = first_.size(), width = second_.size();
+    require(values.size() == rows * width, {}, "a table of {} by {} nodes has {} values; expected {}", rows, width,
             values.size(), rows * width);
     for (const double value : values)
         require(std::isfinite(value), {}, "a table contains {}; expected finite numbers", value);
@@ -85,47 +82,48 @@ CoefficientTable::CoefficientTable(std::vector<double> bead_densities, std::vect
         require(error >= 0.0 && std::isfinite(error), {}, "a table contains the error {}; expected finite numbers >= 0",
                 error);
     nodes_.resize(values.size());
-    const auto along_rods = [&](std::size_t i, auto get, auto set) {
+    const auto along_second = [&](std::size_t i, auto get, auto set) {
         std::vector<double> y;
         for (std::size_t k = 0; k < width; ++k) y.push_back(get(i * width + k));
-        const std::vector<double> slopes = node_slopes(rods_, y);
+        const std::vector<double> slopes = node_slopes(second_, y);
         for (std::size_t k = 0; k < width; ++k) set(nodes_[i * width + k], slopes[k]);
     };
     for (std::size_t k = 0; k < width; ++k) {
         std::vector<double> y;
         for (std::size_t i = 0; i < rows; ++i) y.push_back(values[i * width + k]);
-        const std::vector<double> slopes = node_slopes(beads_, y);
-        for (std::size_t i = 0; i < rows; ++i) nodes_[i * width + k] = {.value = y[i], .by_beads = slopes[i]};
+        const std::vector<double> slopes = node_slopes(first_, y);
+        for (std::size_t i = 0; i < rows; ++i) nodes_[i * width + k] = {.value = y[i], .by_first = slopes[i]};
     }
     for (std::size_t i = 0; i < rows; ++i) {
-        along_rods(
-            i, [&](std::size_t n) { return nodes_[n].value; }, [](Node& node, double slope) { node.by_rods = slope; });
-        along_rods(
-            i, [&](std::size_t n) { return nodes_[n].by_beads; },
+        along_second(
+            i, [&](std::size_t n) { return nodes_[n].value; },
+            [](Node& node, double slope) { node.by_second = slope; });
+        along_second(
+            i, [&](std::size_t n) { return nodes_[n].by_first; },
             [](Node& node, double slope) { node.by_both = slope; });
     }
 }
 
-Dependence CoefficientTable::at(double bead_density, double rod_density) const {
-    const Cell bead = cell_of(beads_, bead_density), rod = cell_of(rods_, rod_density);
+TableValue SplineTable::at(double at_first, double at_second) const {
+    const Cell bead = cell_of(first_, at_first), rod = cell_of(second_, at_second);
     if ((!bead.inside || !rod.inside) && outside_ == Outside::refuse) {
         constexpr double none = std::numeric_limits<double>::quiet_NaN();
         return {none, none, none};
     }
     const Hermite b = hermite(bead), r = hermite(rod);
-    Dependence sum;
+    TableValue sum;
     for (std::size_t i = 0; i < (bead.length == 0.0 ? 1u : 2u); ++i)
         for (std::size_t k = 0; k < (rod.length == 0.0 ? 1u : 2u); ++k) {
-            const Node& node = nodes_[(bead.first + i) * rods_.size() + rod.first + k];
-            const double along_value = node.value * r.value[k] + node.by_rods * r.slope[k],
-                         along_slope = node.by_beads * r.value[k] + node.by_both * r.slope[k];
+            const Node& node = nodes_[(bead.first + i) * second_.size() + rod.first + k];
+            const double along_value = node.value * r.value[k] + node.by_second * r.slope[k],
+                         along_slope = node.by_first * r.value[k] + node.by_both * r.slope[k];
             sum.value += b.value[i] * along_value + b.slope[i] * along_slope;
-            sum.by_beads += b.value_rate[i] * along_value + b.slope_rate[i] * along_slope;
-            sum.by_rods += b.value[i] * (node.value * r.value_rate[k] + node.by_rods * r.slope_rate[k]) +
-                           b.slope[i] * (node.by_beads * r.value_rate[k] + node.by_both * r.slope_rate[k]);
+            sum.by_first += b.value_rate[i] * along_value + b.slope_rate[i] * along_slope;
+            sum.by_second += b.value[i] * (node.value * r.value_rate[k] + node.by_second * r.slope_rate[k]) +
+                             b.slope[i] * (node.by_first * r.value_rate[k] + node.by_both * r.slope_rate[k]);
         }
-    if (!bead.inside) sum.by_beads = 0.0;
-    if (!rod.inside) sum.by_rods = 0.0;
+    if (!bead.inside) sum.by_first = 0.0;
+    if (!rod.inside) sum.by_second = 0.0;
     return sum;
 }
 
@@ -146,11 +144,11 @@ std::vector<double> node_weights(const std::vector<double>& axis, double place) 
 }
 }  // namespace
 
-double CoefficientTable::standard_error(double bead_density, double rod_density) const {
+double SplineTable::standard_error(double at_first, double at_second) const {
     if (errors_.empty()) return 0.0;
-    if (outside_ == Outside::refuse && (!cell_of(beads_, bead_density).inside || !cell_of(rods_, rod_density).inside))
+    if (outside_ == Outside::refuse && (!cell_of(first_, at_first).inside || !cell_of(second_, at_second).inside))
         return std::numeric_limits<double>::quiet_NaN();
-    const std::vector<double> bead = node_weights(beads_, bead_density), rod = node_weights(rods_, rod_density);
+    const std::vector<double> bead = node_weights(first_, at_first), rod = node_weights(second_, at_second);
     double variance = 0.0;
     for (std::size_t i = 0; i < bead.size(); ++i)
         for (std::size_t k = 0; k < rod.size(); ++k) {
@@ -160,12 +158,4 @@ double CoefficientTable::standard_error(double bead_density, double rod_density)
     return std::sqrt(variance);
 }
 
-std::string CoefficientTable::range_text() const {
-    std::string range;
-    for (const auto& [name, axis] : {std::pair{"bead", &beads_}, std::pair{"rod", &rods_}})
-        if (axis->size() > 1)
-            range += text("{}{} density {} to {}", range.empty() ? "" : ", ", name, axis->front(), axis->back());
-    return range;
-}
-
-}  // namespace drover::physics
+}  // namespace drover::numerics
