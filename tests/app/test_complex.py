@@ -89,7 +89,8 @@ output = {frame_every = 1.0, sample_every = 0.5}
 def test_a_scene_with_a_complex_field_works_in_every_command(tmp_path):
     (tmp_path / "gl.toml").write_text(SCENE)
     plane = ["boundary", "--x", "r = -1:1", "--y", "c = -2:2", "--set", "boundary.map=0", "boundary.cells=8"]
-    for words in (["check"], ["explain"], ["run"], ["stability"], plane, ["sweep", "--set", 'sweep.vary=["coefficients.r = 0.4, 0.6"]']):
+    varied = ["sweep", "--set", 'sweep.vary=["coefficients.r = 0.4, 0.6"]']
+    for words in (["check"], ["explain"], ["run"], ["stability"], plane, varied):
         program(tmp_path, words[0], "gl.toml", *words[1:])
     program(tmp_path, "restart", "gl.h5", "--set", "time.end=3")
     with drover.open_run(tmp_path / "gl.h5") as run:
