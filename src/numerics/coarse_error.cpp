@@ -2,6 +2,7 @@
 #include "numerics/coarse_error.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "drover/numerics/block.hpp"
@@ -21,9 +22,12 @@ int coarse_points(int points) {
 
 Grid coarse_grid(const Grid& fine, int degree, double shortest) {
     const auto points = [&](int of_fine, double length) {
-        int result = coarse_points(of_fine);
-        while (result < of_fine && 2.0 * std::numbers::pi / length * result < (degree + 1) * shortest)
-            result = std::min(2 * result, of_fine);
+        const int least = static_cast<int>(std::ceil(length / (2.0 * std::numbers::pi) * (degree + 1) * shortest));
+        if (const int usual = coarse_points(of_fine); usual >= least) return usual;
+        int result = of_fine;  // or the least of these, even and quick to transform
+        for (const int few : {8, 10, 12})
+            for (int fewer = few; fewer < result; fewer *= 2)
+                if (fewer >= least) result = fewer;
         return result;
     };
     return {points(fine.nx, fine.lx), points(fine.ny, fine.ly), fine.lx, fine.ly};
@@ -85,11 +89,16 @@ double FieldSize::size_of(const Spectra& spectra, const Grid& grid) const {
     const std::size_t width = columns(grid);
     double sum = 0.0;
     for (int c = first; c < first + count; ++c)
-        for (std::size_t m = 0; m < spectra.size; ++m) sum += mode_weight(grid, m % width) * std::norm(spectra[c][m]);
+        for (std::size_t row = 0; row < spectra.size; row += width) {
+            double rest = 0.0;  // of weight 2
+            for (std::size_t i = 1; i + 1 < width; ++i) rest += std::norm(spectra[c][row + i]);
+            sum += std::norm(spectra[c][row]) + 2.0 * rest;
+            if (width > 1) sum += mode_weight(grid, width - 1) * std::norm(spectra[c][row + width - 1]);
+        }
     return std::sqrt(sum);
 }
 
-void FieldSize::add_moment(const Spectra& fields, const Grid& grid, bool noisy) {
+void FieldSize::add_moment(const Spectra& fields, const Grid& grid, bool noisy, double weight) {
     size = size_of(fields, grid);
     std::array<double, 2> mean{};
     for (int c = 0; c < count; ++c) mean[static_cast<std::size_t>(c)] = fields[first + c][0].real();
@@ -97,9 +106,9 @@ void FieldSize::add_moment(const Spectra& fields, const Grid& grid, bool noisy) 
     variance = std::max(0.0, size * size - square);
     // Noise turns the direction of a flock without limit, which is no fluctuation of its own.
     if (noisy && count == 2) mean = {std::sqrt(square), 0.0};
-    moments += 1.0;
-    squares += size * size;
-    for (std::size_t k = 0; k < mean.size(); ++k) means[k] += mean[k];
+    moments += weight;
+    squares += weight * size * size;
+    for (std::size_t k = 0; k < mean.size(); ++k) means[k] += weight * mean[k];
     largest = std::max(largest, size);
 }
 

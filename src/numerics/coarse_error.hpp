@@ -54,15 +54,15 @@ struct FieldSize {
     double largest = 0.0;  ///< the largest so far: a field that has all but vanished has no size of its own
     double local = 0.0, local_low = 0.0;
     double memory = INFINITY;  ///< steps for which an error beyond the coarse grid persists
-    // Of the moments so far: their number, the sums of the mean squares and of the means over the cell.
+    // Of the moments so far: the steps they stand for, the sums of the mean squares and of the means over the cell.
     double moments = 0.0, squares = 0.0;
     std::array<double, 2> means{};
     double variance = 0.0;  ///< over the cell, now
 
     /// The root mean square of the field, or of its error.
     double size_of(const Spectra& spectra, const Grid& grid) const;
-    /// Takes the fields as they are now.
-    void add_moment(const Spectra& fields, const Grid& grid, bool noisy);
+    /// Takes the fields as they are now, for `weight` steps.
+    void add_moment(const Spectra& fields, const Grid& grid, bool noisy, double weight);
 
     /// Deviation from the mean over the cell and over time.  An error of the mean is compared with it, too.
     double fluctuation() const {

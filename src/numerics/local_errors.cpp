@@ -9,27 +9,48 @@
 namespace drover::numerics {
 
 namespace {
-double angle_between(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const Grid& grid) {
-    double product = 0.0, squares_a = 0.0, squares_b = 0.0;
-    for (const FieldSize& field : fields) {
-        const double scale = field.fluctuation(), per_square = scale > 0.0 ? 1.0 / (scale * scale) : 0.0;
-        for (int c = field.first; c < field.first + field.count; ++c)
-            for (std::size_t m = 0; m < a.size; ++m) {
-                const double weight = per_square * mode_weight(grid, m % columns(grid));
-                product += weight * (a[c][m].real() * b[c][m].real() + a[c][m].imag() * b[c][m].imag());
-                squares_a += weight * std::norm(a[c][m]);
-                squares_b += weight * std::norm(b[c][m]);
-            }
-    }
-    const double sizes = std::sqrt(squares_a) * std::sqrt(squares_b);
-    return sizes > 0.0 ? std::acos(std::clamp(product / sizes, -1.0, 1.0)) : 0.0;
+constexpr double least_sine = 0.2;  // of the angle between two motions that span a plane
 }
-}  // namespace
 
-void LocalErrors::add(const Spectra& local, double size_now, double size_before, const std::vector<FieldSize>& fields,
-                      const Grid& coarse) {
+double product_of(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const Grid& grid) {
+    const std::size_t width = columns(grid);
+    double product = 0.0;
+    for (const FieldSize& field : fields) {
+        const double scale = field.fluctuation();
+        if (scale == 0.0) continue;
+        double of_field = 0.0;
+        for (int c = field.first; c < field.first + field.count; ++c)
+            for (std::size_t row = 0; row < a.size; row += width) {
+                const auto of_mode = [&](std::size_t i) {
+                    const Complex x = a[c][row + i], y = b[c][row + i];
+                    return x.real() * y.real() + x.imag() * y.imag();
+                };
+                double rest = 0.0;  // of weight 2
+                for (std::size_t i = 1; i + 1 < width; ++i) rest += of_mode(i);
+                of_field += of_mode(0) + 2.0 * rest;
+                if (width > 1) of_field += mode_weight(grid, width - 1) * of_mode(width - 1);
+            }
+        product += of_field / (scale * scale);
+    }
+    return product;
+}
+
+double angle_between(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const Grid& grid) {
+    const double sizes = std::sqrt(product_of(a, a, fields, grid)) * std::sqrt(product_of(b, b, fields, grid));
+    return sizes > 0.0 ? std::acos(std::clamp(product_of(a, b, fields, grid) / sizes, -1.0, 1.0)) : 0.0;
+}
+
+void LocalErrors::add(const Spectra& local, const Spectra& change, double size_now, double size_before,
+                      const std::vector<FieldSize>& fields, const Grid& coarse) {
+    const double from_last = std::sin(angle_between(change, motion, fields, coarse)),
+                 from_other = std::sin(angle_between(change, other_motion, fields, coarse));
+    if (from_last > least_sine || from_other <= least_sine) {
+        other.values = last.values;
+        other_motion.values = motion.values;
+    }
     std::swap(last, before);
     last.values = local.values;
+    motion.values = change.values;
     angle = angle_between(last, before, fields, coarse);
     const double factor = size_now / size_before;
     trend = factor > 0.0 && std::isfinite(factor) ? std::clamp(factor, 0.09, 4.0) : 1.0;
@@ -46,6 +67,26 @@ void LocalErrors::predict(double intervals, Spectra& mean) const {
     }
     for (std::size_t k = 0; k < mean.values.size(); ++k)
         mean.values[k] = of_last * last.values[k] + of_before * before.values[k];
+}
+
+bool LocalErrors::follow(const Spectra& change, const std::vector<FieldSize>& fields, const Grid& coarse,
+                         Spectra& error) const {
+    const auto product = [&](const Spectra& a, const Spectra& b) { return product_of(a, b, fields, coarse); };
+    const double square = product(motion, motion), other_square = product(other_motion, other_motion),
+                 both = product(motion, other_motion), of_last = product(change, motion),
+                 of_other = product(change, other_motion), all = product(change, change);
+    if (!(square > 0.0)) return false;
+    double a = of_last / square, b = 0.0;
+    const double area = square * other_square - both * both;
+    if (area > least_sine * least_sine * square * other_square) {
+        a = (of_last * other_square - of_other * both) / area;
+        b = (of_other * square - of_last * both) / area;
+    }
+    constexpr double largest_rest = 0.5, largest_factor = 4.0;
+    const double rest = all - a * of_last - b * of_other;
+    if (!(rest <= largest_rest * largest_rest * all) || std::abs(a) + std::abs(b) > largest_factor) return false;
+    for (std::size_t k = 0; k < error.values.size(); ++k) error.values[k] = a * last.values[k] + b * other.values[k];
+    return true;
 }
 
 }  // namespace drover::numerics

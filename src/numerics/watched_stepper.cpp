@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
+#include "drover/numerics/time_method.hpp"
 
 namespace drover::numerics {
 
@@ -12,7 +13,8 @@ WatchedStepper::WatchedStepper(const StepControl& control, System system, std::u
                                const std::optional<ErrorEquations>& watched)
     : stepper_(control, std::move(system), seed, threads) {
     if (watched && stepper_.system().nonlinear)
-        error_.emplace(*watched, stepper_.system().grid, control.dt, control.tolerance > 0.0);
+        error_.emplace(*watched, stepper_.system().grid, control.dt, std::max(2, time_method(control.method).stages),
+                       control.tolerance > 0.0);
 }
 
 void WatchedStepper::set_system(System system, const ErrorEquations::OnGrid& on_grid) {
@@ -28,13 +30,13 @@ std::int64_t steps_to_dear_check(std::int64_t step) { return std::clamp<std::int
 std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::int64_t>(step / 16, 1, 100); }
 }  // namespace
 
-/// Between two checks the local errors have the phases of the first: where they turn, checks follow sooner, since the
-/// sum of errors that turn is much larger than it would seem.
+/// Between two checks the local errors follow the motion of the fields.  Where that is not what is found, checks follow
+/// sooner, since the sum of errors that turn is much larger than it would seem.
 std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t since_last) {
     const std::int64_t cheap = stepper_.steps_to_cheap_error();
     const std::int64_t longest = cheap > 0 ? std::max(cheap, steps_to_cheap_check(step)) : steps_to_dear_check(step);
     constexpr std::int64_t shortest = 10;  // a fifth of the cost of the steps
-    constexpr double turn = 0.9;           // radians between two checks: continue_local() allows for it
+    constexpr double turn = 0.15;          // radians: with 0.5 the error of an oscillation was told too small
     if (longest <= shortest || !error_->follows_phases(longest)) return longest;
     const double factor = std::clamp(turn / error_->turn(), 0.25, 2.0);  // 2 where nothing has turned
     return std::clamp(static_cast<std::int64_t>(static_cast<double>(since_last) * factor), shortest, longest);

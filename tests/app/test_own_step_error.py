@@ -80,7 +80,7 @@ def test_the_error_of_a_pattern_is_the_true_one_within_a_factor_of_three(tmp_pat
 
 def test_a_long_step_is_reported_with_a_step_that_is_not(tmp_path):
     words = ["run", MODELS / "swift-hohenberg.toml", "-q", *settings(["time.end=40.0"])]
-    told = drover_json(tmp_path, *words, "-o", "long.h5", "--set", "time.dt=2.0", "--set", "output.sample_every=2.0",
+    told = drover_json(tmp_path, *words, "-o", "long.h5", "--set", "time.dt=4.0", "--set", "output.sample_every=4.0",
                        "--set", "output.frame_every=0.0")
     (warning,) = [one for one in told["warnings"] if one.startswith("time.dt")]
     suggested = re.search(r"choose time.dt = ([0-9.e-]+)", warning)[1]

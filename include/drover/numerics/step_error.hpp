@@ -1,36 +1,17 @@
 // numerics/step_error.hpp: a running estimate of the error that the time step makes in the fields.
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "drover/base/threads.hpp"
-#include "drover/numerics/system.hpp"
+#include "drover/numerics/error_equations.hpp"
 
 namespace drover::numerics {
 
-/// The equations of a run, as the estimate needs them.
-struct ErrorEquations {
-    struct Field {
-        int first = 0, components = 1;  ///< in a state
-        std::string name;
-    };
-    /// L and N on a grid, without noise; keeps_all: all modes of the grid, those too that products would need to be 0.
-    using OnGrid = std::function<System(const Grid& grid, bool keeps_all, Threads& threads)>;
-
-    std::vector<Field> fields;
-    OnGrid on_grid;
-    int degree = 1;  ///< as System::degree of the run
-    bool noisy = false;
-    double shortest = 0.0;  ///< wavenumber [1/mm] up to which the error needs modes of its own: those that are unstable
-    /// First components of vectors that noise turns together without limit, in the direction of the mean of the first:
-    /// errors of that direction change no mean, and are left out.
-    std::vector<int> turning = {};
-};
+struct ErrorEvolution;
 
 /// The distance of the computed fields from the exact solution of the discretised equations from the same start, with
 /// noise on the same path.  Now and then the caller repeats a step in halves and adds the difference; in between, the
@@ -39,8 +20,9 @@ struct ErrorEquations {
 /// to persist no longer than a linear mode at their cut.  It is good to a factor of about 3 (tests/bench/step_error).
 class StepError {
 public:
-    /// `divides`: a tolerance divides dt, so that waves may turn within it and be resolved all the same.
-    StepError(const ErrorEquations& equations, const Grid& grid, double dt, bool divides = false);
+    /// `stages`: right-hand sides in a step of the run, which the estimate may cost a part of.  `divides`: a tolerance
+    /// divides dt, so that waves may turn within it and be resolved all the same.
+    StepError(const ErrorEquations& equations, const Grid& grid, double dt, int stages, bool divides = false);
     ~StepError();
     StepError(StepError&&) noexcept;
 
@@ -56,8 +38,8 @@ public:
     /// this one did after the last.
     void continue_local(double intervals);
 
-    /// The angle between the last local error and the one before it [radians]: 0 where it has only another size; those
-    /// of waves, moving bands and oscillations turn.
+    /// The angle between the last local error and what it was taken for [radians]: 0 where it has only another size;
+    /// those of waves, moving bands and oscillations turn.
     double turn() const;
     /// Whether the phases of `steps` more local errors as large as the last matter: not where they add less than a
     /// tenth of the error so far, where the fields have parted, or with noise.
@@ -87,8 +69,7 @@ public:
     std::size_t saved_numbers() const;
 
 private:
-    struct Work;
-    std::unique_ptr<Work> work_;
+    std::unique_ptr<ErrorEvolution> work_;
 };
 
 }  // namespace drover::numerics
