@@ -17,6 +17,7 @@
 #include "drover/run/field_simulation.hpp"
 #include "run/field_health.hpp"
 #include "run/growing_waves.hpp"
+#include "run/passed_onset.hpp"
 #include "run/text_resolution.hpp"
 
 namespace drover::run {
@@ -287,6 +288,17 @@ void add_unsaturated(const files::ArchiveReader& archive, const io::Scene& scene
     const bool is_measured = has_texts && order > 0.0;
     const double rate = is_measured ? late_growth(times, orders) : physics::fastest_growth(system).rate;
     constexpr double far = 0.1;
+    if (is_measured && rate == 0.0 && has_ramp(scene.model)) {
+        const PassedOnset onset = passed_onset(scene);
+        constexpr double least = 0.5;  // the logarithm of a factor
+        if (onset.exponent > least && order < far * onset.order)
+            warnings.push_back(
+                text("the run ends soon after its onset: the order is {:.2g} at the end, far below the {:.2g} at which "
+                     "it saturates; since the onset it can have grown by a factor of {:.2g}, at {:.3g} /s at the end: "
+                     "choose a longer run, a slower change in time, a larger initial.amplitude, or noise",
+                     order, onset.order, std::exp(onset.exponent), onset.rate));
+        return;
+    }
     if (!(is_measured ? rate > 0.0 : rate * scene.time.end > 1.0) || !(order < far * size)) return;
     if (order == 0.0)
         warnings.push_back(

@@ -211,6 +211,34 @@ def test_a_ramp_through_onset_that_ends_before_order_has_grown_is_reported(tmp_p
     assert told["slow"] == []
 
 
+def test_a_ramp_that_ends_soon_after_its_onset_is_reported(tmp_path):
+    # Order decays at 0.5 - 0.1 t and has its onset at 5 s; since then it has grown by exp(0.1 (9 - 5)^2 / 2) at most,
+    # less than its waves have decayed.
+    base = {key: value for key, value in WAVES.items() if not key.startswith("initial")}
+    base |= {"relaxation.rate": 0.5, "initial.kind": "random", "initial.amplitude": 1e-4}
+    told = {}
+    for end in (4.0, 9.0):
+        write_scene(tmp_path, {"time.end": end, "output.frame_every": end}, name="ramp.toml", base=base)
+        with (tmp_path / "ramp.toml").open("a") as file:
+            file.write('\n[[terms]]\nof = "order"\nvalue = ["0.1*t*order_x", "0.1*t*order_y"]\n')
+        result = json.loads(drover(tmp_path, "run", "ramp.toml", "--json", "--overwrite").stdout)
+        told[end] = [warning for warning in result["warnings"] if "without noise" in warning or "onset" in warning]
+    assert told[4.0] == [] and len(told[9.0]) == 1
+    if "onset" in told[9.0][0]:  # saturated order is sqrt(0.4 / 2) = 0.45
+        assert "far below the 0.45" in told[9.0][0] and "0.4 /s at the end" in told[9.0][0]
+
+
+@pytest.mark.parametrize("dt, is_told", [(0.17, True), (0.0425, False)])
+def test_a_switch_between_the_stages_of_an_integrator_with_a_fixed_step_is_reported(tmp_path, dt, is_told):
+    changes = {"time.dt": dt, "time.end": 7.82, "time.stepper": "arkode-ark436l2sa", "output.sample_every": 0.17,
+               "output.frame_every": 7.82}
+    write_scene(tmp_path, changes, name="text.toml", base=WAVES)
+    with (tmp_path / "text.toml").open("a") as file:
+        file.write('\n[[terms]]\nof = "order"\nvalue = ["0.5*step(t-4.7)", "0"]\n')
+    warnings = json.loads(drover(tmp_path, "run", "text.toml", "--json").stdout)["warnings"]
+    assert bool([warning for warning in warnings if "a term written as text of t" in warning]) == is_told, warnings
+
+
 @pytest.mark.parametrize("stepper", ["etdrk4-krogstad", "cvode-bdf"])
 @pytest.mark.parametrize("force, is_told", [("0.3*sin(pi*t/0.5)^2", True), ("0.3*sin(0.5*t)", False)])
 def test_texts_of_t_between_the_stages_are_reported_with_a_tolerance_too(tmp_path, stepper, force, is_told):
