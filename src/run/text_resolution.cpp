@@ -152,8 +152,8 @@ double as_seen(const numerics::TimeMethod& method, double dt, const Nodes& at) {
     return dt / 6.0 * (at.begin + 4.0 * at.middle + at.end);
 }
 
-/// The stages of a method of SUNDIALS with a fixed step, between the nodes above: ARK4(3)6L[2]SA, Kennedy and Carpenter,
-/// Appl. Numer. Math. 44, 139 (2003).
+/// The stages of a method of SUNDIALS with a fixed step, between the nodes above: ARK4(3)6L[2]SA, Kennedy and
+/// Carpenter, Appl. Numer. Math. 44, 139 (2003).
 struct Stage {
     double time, weight;
 };
