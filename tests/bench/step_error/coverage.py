@@ -9,6 +9,9 @@ number and above twice its stated uncertainty (beyond three times its scatter) w
 tells so.
 
     DROVER=build/release/drover /usr/bin/python3 tests/bench/step_error/coverage.py --scenes 180 --output FILE.csv
+    DROVER=build/release/drover /usr/bin/python3 tests/bench/step_error/coverage.py --models --scenes 20 --output FILE.csv
+
+--models: the models of models/ that tests/bench/tradeoff/study.py draws, half of them with noise, in place of forms.
 
 Rows that exist are kept: re-run to resume.
 """
@@ -25,6 +28,7 @@ import h5py
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from bench.tradeoff.study import MODELS, model_scene  # noqa: E402
 from studies import KeptTable, settings_of  # noqa: E402
 
 DROVER = str(Path(os.environ.get("DROVER", "build/release/drover")).absolute())
@@ -77,8 +81,18 @@ def draw(number, seed):
     return kind + (", noise" if noisy else ""), keys
 
 
-def run(folder, name, keys):
-    done = subprocess.run([DROVER, "run", "empty.toml", "--json", "--quiet", "--overwrite", "-o", f"{name}.h5",
+def draw_model(number, seed):
+    """Kind, model file and keys of a model of one's own."""
+    rng = random.Random(f"model-{seed}-{number}")
+    kind, keys, _ = model_scene(10000 * seed + number)
+    keys |= {"run.threads": 1, "output.frame_every": 0.0, "accuracy.effort": rng.choice((0.05, 0.2)),
+             "time.stepper": rng.choice(("etdrk2", "exponential-euler", "etdrk4-krogstad")),
+             "analysis.warm_up": round(0.1 * keys["time.end"], 6) if "noise" in kind else 0.0}
+    return kind, MODELS / f"{kind.partition(',')[0]}.toml", keys
+
+
+def run(folder, name, keys, scene="empty.toml"):
+    done = subprocess.run([DROVER, "run", scene, "--json", "--quiet", "--overwrite", "-o", f"{name}.h5",
                            *settings_of(keys)], cwd=folder, check=False, capture_output=True, text=True)
     if done.returncode == 0:
         return json.loads(done.stdout), ""
@@ -128,19 +142,23 @@ def add_of_boxes(result, scatter):
                                               for n in (k, k + 1))) / (2.0 * ratio)
 
 
-def judge(number, seed, folder):
-    kind, keys = draw(number, seed)
+def judge(number, seed, folder, models=False):
+    scene = "empty.toml"
+    if models:
+        kind, scene, keys = draw_model(number, seed)
+    else:
+        kind, keys = draw(number, seed)
     noisy = "noise" in kind
     row = {"seed": seed, "scene": number, "kind": kind, "method": keys["time.stepper"], "dt": keys["time.dt"],
            "steps": round(keys["time.end"] / keys["time.dt"]), "effort": keys["accuracy.effort"],
            "settings": json.dumps(keys)}
-    given, message = run(folder, "given", keys)
+    given, message = run(folder, "given", keys, scene)
     if given is None:
         return {**row, "outcome": message[:200]}
     fine_keys = {**keys, "time.dt": keys["time.dt"] / FINER, "accuracy.effort": 0.0}
     if not noisy:
         fine_keys |= {"time.stepper": "etdrk4-krogstad"}
-    fine, message = run(folder, "fine", fine_keys)
+    fine, message = run(folder, "fine", fine_keys, scene)
     if fine is None:
         return {**row, "outcome": "no truth: " + message[:200]}
     scatter = differences(folder, keys["analysis.warm_up"])
@@ -190,6 +208,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=int, default=180)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--models", action="store_true", help="models of one's own")
     parser.add_argument("--only", choices=("noisy", "without-noise"))
     parser.add_argument("--output", type=Path, required=True)
     options = parser.parse_args()
@@ -200,7 +219,7 @@ def main():
         for number in range(options.scenes):
             kind = "without-noise" if number % 3 == 2 else "noisy"
             if (options.seed, number) not in known and options.only in (None, kind):
-                table.add(judge(number, options.seed, Path(name)))
+                table.add(judge(number, options.seed, Path(name), options.models))
     summary([row for row in table.rows if int(row["seed"]) == options.seed])
 
 
