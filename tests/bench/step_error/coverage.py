@@ -9,7 +9,7 @@ number and above twice its stated uncertainty (beyond three times its scatter) w
 tells so.
 
     DROVER=build/release/drover /usr/bin/python3 tests/bench/step_error/coverage.py --scenes 180 --output FILE.csv
-    DROVER=build/release/drover /usr/bin/python3 tests/bench/step_error/coverage.py --models --scenes 20 --output FILE.csv
+    DROVER=build/release/drover /usr/bin/python3 tests/bench/step_error/coverage.py --models --output FILE.csv
 
 --models: the models of models/ that tests/bench/tradeoff/study.py draws, half of them with noise, in place of forms.
 
