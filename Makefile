@@ -10,7 +10,7 @@ BUILD := build/release
 DEMO := build/demo
 SOURCES = $(shell find include src tests -name '*.cpp' -o -name '*.hpp')
 
-.PHONY: help setup configure build demo docs test test-slow bench format format-check package install clean
+.PHONY: help setup configure build product demo docs test test-slow bench format format-check package install clean
 .NOTPARALLEL:
 
 help:  ## list the targets
@@ -25,13 +25,15 @@ configure: setup
 build: configure  ## compile everything, optimised, in build/release
 	@cmake --build $(BUILD) --parallel $(JOBS)
 
+product: configure
+	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_program drover_python drover_manual
+
 demo: configure  ## a flock of particles, a flock of fields, and theory, on one page in build/demo
 	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_program drover_python
 	@PYTHONPATH=$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) -m drover.demo --output $(DEMO)
 
-docs: configure  ## build the manual, build/docs/index.html (minutes the first time: notebooks and gallery are run)
+docs: product  ## build the manual, build/docs/index.html (minutes the first time: notebooks and gallery are run)
 	@[ "$(SETUP)" = true ] || $(SETUP) docs
-	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_program drover_python
 	@PYTHONPATH=$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) src/docs/build.py --drover $(BUILD)/drover \
 	    --output build/docs
 
@@ -53,10 +55,10 @@ format: setup  ## format the C++ sources with clang-format
 format-check: setup  ## list C++ sources that are not formatted
 	@clang-format-14 --dry-run --Werror $(SOURCES)
 
-package: build  ## build a Debian package, build/release/drover_*.deb
+package: product  ## build a Debian package, build/release/drover_*.deb
 	@cd $(BUILD) && cpack -G DEB
 
-install: build  ## install below PREFIX (/usr/local)
+install: product  ## install below PREFIX (/usr/local)
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 
 clean:  ## remove build/

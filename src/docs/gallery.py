@@ -117,9 +117,11 @@ def draw(name, drover, target):
         words = [drover, command, MODELS / f"{name}.toml", "--output", archive]
         words += [word for setting in SHORT.get(name, []) for word in ("--set", setting)]
         words += ["--quiet"] if command == "run" else []
-        subprocess.run(words, cwd=MODELS, check=True, capture_output=True)
-        subprocess.run([sys.executable, "-P", "-m", "drover.figure", archive, "--output", target], check=True,
-                       capture_output=True)
+        for command_line in (words, [sys.executable, "-P", "-m", "drover.figure", archive, "--output", target]):
+            done = subprocess.run(command_line, cwd=MODELS, check=False, capture_output=True, text=True)
+            if done.returncode:
+                raise SystemExit(f"docs: {name}: {' '.join(map(str, command_line))} failed with status "
+                                 f"{done.returncode}:\n{done.stderr.strip()[-2000:]}")
 
 
 def write(folder, drover, draw=draw):

@@ -34,8 +34,8 @@ def compile_module():
     if missing:
         raise SystemExit(f"drover: {', '.join(missing)} not found; expected the packages that .ci/setup installs: run "
                          "it, as root or with sudo")
-    for words in (["-S", str(TREE), "-B", str(BUILD), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DDROVER_TESTS=OFF",
-                   f"-DPython3_EXECUTABLE={sys.executable}"],
+    for words in (["-S", str(TREE), "-B", str(BUILD), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                   "-DCMAKE_UNITY_BUILD=ON", "-DDROVER_TESTS=OFF", f"-DPython3_EXECUTABLE={sys.executable}"],
                   ["--build", str(BUILD), "--parallel", jobs, "--target", "drover_python"]):
         build(["cmake", *words])
     return next((BUILD / "python" / "drover").glob("_drover.*.so"))
