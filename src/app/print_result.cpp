@@ -11,7 +11,8 @@ void check_output(const ResultOutput& output, const std::string& input, const io
     if (!output.file.empty()) run::check_result_file(output.file, {input}, scene, output.overwrite);
 }
 
-int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads) {
+int print_result(const run::Result& found, const ResultOutput& output, const io::Scene& scene, int threads) {
+    const run::Result result = run::with_units(found, scene.units);
     if (!output.file.empty()) run::write_result(result, output.file, output.what, scene, threads, output.overwrite);
     if (output.json) {
         print_json(run::result_json(result));

@@ -398,6 +398,56 @@ EnergyBalance World::State::total_balance() const {
 EnergyBalance World::balance() const { return state_->total_balance(); }
 std::string World::non_finite() const { return state_->non_finite(); }
 
+namespace {
+struct DeepestOverlap {
+    double of_radius = 0.0, depth = 0.0;  // relative to the smaller radius; [mm]
+    std::string names;
+};
+
+/// Of bodies, side walls and the plates at a time.
+DeepestOverlap deepest_overlap(const Walls& walls, const PlateMotion& plates, const Spheres& spheres,
+                               const Neighbours& neighbours, Threads& threads) {
+    DeepestOverlap deepest;
+    const auto keep = [&](double of_radius, double radius, std::uint32_t first, std::uint32_t second) {
+        if (of_radius > deepest.of_radius)
+            deepest = {of_radius, of_radius * radius,
+                       text("{} and {}", name_text(name_of(spheres, first)), name_text(name_of(spheres, second)))};
+    };
+    OverlapSearch search;
+    for (const Overlap& overlap : search.find(walls, spheres, neighbours, threads))
+        keep(relative_depth(overlap, spheres), smaller_radius(overlap, spheres), overlap.first, overlap.second);
+    const double base = plates.base().height;
+    for (std::uint32_t i = 0; i < spheres.size(); ++i) {
+        const double height = spheres.position[i][2], radius = spheres.position[i][3];
+        keep((base + radius - height) / radius, radius, i, Overlap::base);
+        if (plates.lid()) keep((height + radius - base - plates.gap()) / radius, radius, i, Overlap::lid);
+    }
+    return deepest;
+}
+}  // namespace
+
+void World::set_bodies(const Bodies& bodies, std::int64_t step) {
+    State& s = *state_;
+    Spheres spheres = make_spheres(s.setup, bodies);
+    const std::string wrong = first_non_finite(spheres);
+    require(wrong.empty(), {}, "{}; expected finite values", wrong);
+    Neighbours neighbours;
+    make_neighbours(s.setup.cell, s.setup.contacts.skin, spheres, neighbours, s.threads);
+    PlateMotion plates = s.plates;
+    plates.set_time(static_cast<double>(step) * s.dt);
+    const DeepestOverlap deepest = deepest_overlap(s.walls, plates, spheres, neighbours, s.threads);
+    require(deepest.of_radius <= s.setup.contacts.max_overlap, {},
+            "{} overlap by {:.2g} mm, {:.2g} of a radius; expected at most contacts.max_overlap = {}", deepest.names,
+            deepest.depth, deepest.of_radius, s.setup.contacts.max_overlap);
+    const double energy = energy_kinetic(), potential = s.bead_potential();
+    s.spheres = std::move(spheres);
+    s.neighbours = std::move(neighbours);
+    s.left_skin = false;
+    s.soft_contacts.records().clear();
+    s.balance.forces += energy_kinetic() - energy;
+    s.bead_potential_start += s.bead_potential() - potential;
+}
+
 Bodies World::bodies() const {
     const Spheres& spheres = state_->spheres;
     Bodies bodies{.shapes = state_->shapes, .beads = std::vector<Bead>(spheres.beads.size()), .rods = spheres.rods.rod};

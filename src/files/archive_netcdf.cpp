@@ -126,11 +126,11 @@ void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
     mark_as_scale(dataset, axis.name, errors);
 }
 
-/// The unit is "s": xarray converts "seconds since ..." and "seconds" to dates and durations.
-Handle make_time(hid_t group, int rows_per_chunk, const Hdf5Errors& errors) {
-    const std::size_t rows = std::max(time_rows_per_chunk, static_cast<std::size_t>(rows_per_chunk));
+/// The unit is "s", or as the scene calls it: xarray converts "seconds since ..." and "seconds" to dates and durations.
+Handle make_time(hid_t group, const GroupPlan& plan, const Hdf5Errors& errors) {
+    const std::size_t rows = std::max(time_rows_per_chunk, static_cast<std::size_t>(plan.rows_per_chunk));
     Handle dataset = make_dataset(group, "time", extent_of({}, rows), false, errors);
-    write_description(dataset, "time", "s", "time since the start of the run", errors);
+    write_description(dataset, "time", plan.time_unit, "time since the start of the run", errors);
     write_text(dataset, "axis", "T", H5T_STR_NULLPAD, errors);
     mark_as_scale(dataset, "time", errors);
     return dataset;
@@ -196,7 +196,8 @@ Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf
 }
 
 GroupPlan plan_of(const Recording& recording) {
-    return {recording.group, recording.axes, recording.quantities, recording.rows_per_chunk, recording.trajectory};
+    return {recording.group,          recording.axes,       recording.quantities,
+            recording.rows_per_chunk, recording.trajectory, recording.time_unit};
 }
 
 GroupPlan plan_of(const ResultTable& table) { return {table.group, table.axes, table.quantities, 0, {}}; }
@@ -284,7 +285,7 @@ GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& er
     const Handle group = group_handle(file, plan.group, true, errors);
     GroupDatasets created;
     const bool has_time = plan.rows_per_chunk > 0;
-    if (has_time) created.time = make_time(group, plan.rows_per_chunk, errors);
+    if (has_time) created.time = make_time(group, plan, errors);
     for (const Axis& axis : plan.axes) make_axis(group, axis, errors);
     for (const Quantity& quantity : plan.quantities) {
         const Extent extent = extent_of(shape_of(plan, quantity), static_cast<std::size_t>(plan.rows_per_chunk));

@@ -18,6 +18,7 @@ struct GroupPlan {
     std::vector<Quantity> quantities;
     int rows_per_chunk = 0;                     ///< 0: no time axis
     std::optional<Trajectory> trajectory = {};  ///< laid out as H5MD
+    std::string time_unit = "s";
 };
 
 GroupPlan plan_of(const Recording& recording);

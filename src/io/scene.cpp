@@ -61,6 +61,7 @@ void for_sections(AnyScene& scene, Visit visit) {
     of_all("output", "Output files and intervals.", scene.output);
     of_all("analysis", "Time averages.", scene.analysis);
     of_grids("accuracy", "The errors of the results of a run.", scene.accuracy);
+    of_grids("units", "Names of the units in results.", scene.units);
     of_all("run", "Seed and threads.", scene.run);
     of_all("sweep", "Many runs of this scene; used by drover sweep only.", scene.sweep);
     of_grids("stability", "Wavevectors of the linear stability analysis; used by drover stability only.",

@@ -165,6 +165,12 @@ void check(const Scene& scene) {
         require(every == 0.0 || whole_steps(scene, key, every) >= 1, at(key),
                 "{} = {} is less than one step of time.dt = {}; expected 0 or at least one step", key, every,
                 scene.time.dt);
+    for (const auto& [key, name] :
+         {std::pair{"units.length", scene.units.length}, std::pair{"units.time", scene.units.time},
+          std::pair{"units.mass", scene.units.mass}})
+        require(!name.empty() && std::all_of(name.begin(), name.end(),
+                                             [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }),
+                at(key), "{} = \"{}\"; expected the name of a unit in letters, such as \"cm\", or \"none\"", key, name);
     require(scene.analysis.warm_up == -1.0 || scene.analysis.warm_up >= 0.0, at("analysis.warm_up"),
             "analysis.warm_up = {}; expected -1 (found from the series) or >= 0", scene.analysis.warm_up);
 }
@@ -262,6 +268,18 @@ const std::vector<Row<Analysis>>& schema<Analysis>() {
          .unit = "s",
          .range = {.min = -1.0},
          .doc = "time omitted from means at the start; -1, or time.end and above: estimated from the series"}};
+    return rows;
+}
+
+template <>
+const std::vector<Row<Units>>& schema<Units>() {
+    static const std::vector<Row<Units>> rows{
+        {.name = "length",
+         .member = &Units::length,
+         .doc = "what archives, tables and figures call the unit of length of the scene; none: numbers without a unit. "
+                "All three are names alone: nothing is converted, and messages say mm, s and mg"},
+        {.name = "time", .member = &Units::time, .doc = "the same for the unit of time"},
+        {.name = "mass", .member = &Units::mass, .doc = "the same for the unit of mass"}};
     return rows;
 }
 

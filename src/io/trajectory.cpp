@@ -201,6 +201,13 @@ struct FrameReader {
         return found.values;
     }
 
+    Row rows(const files::Recording& recording, std::size_t count) const {
+        Row found;
+        for (const files::Quantity& quantity : recording.quantities)
+            found.push_back(row(recording.group, quantity.name, quantity.unit.c_str(), count));
+        return found;
+    }
+
     void same(const std::string& group, const files::FixedArray& expected) const {
         const std::string path = group + "/" + expected.name;
         require(archive.has(path), where, "{} has no {}; expected an archive of a run with the same bodies", what,
@@ -261,38 +268,39 @@ void read_bodies(const files::ArchiveReader& archive, std::size_t frame, Bodies&
         require(count > 0 || !archive.has(std::string(group) + "/position/value"), where,
                 "{} contains bodies in {}, and this scene has none; expected an archive of a run with the same bodies",
                 what, group);
+    Row beads, rods;
     if (!bodies.beads.empty()) {
         const files::Recording recording = bead_recording(bodies);
         for (const files::FixedArray& array : recording.trajectory->fixed)
             if (array.name != "mass") reader.same(beads_group, array);  // the mass may differ
-        const std::size_t count = bodies.beads.size();
-        const auto position = reader.row(beads_group, "position", unit_position, count),
-                   velocity = reader.row(beads_group, "velocity", unit_velocity, count),
-                   spin = reader.row(beads_group, "angular_velocity", unit_angular_velocity, count);
-        for (std::size_t i = 0; i < count; ++i) {
-            bodies.beads[i].position = vector_at(position, i);
-            bodies.beads[i].velocity = vector_at(velocity, i);
-            bodies.beads[i].spin = vector_at(spin, i);
-        }
+        beads = reader.rows(recording, bodies.beads.size());
     }
-    if (bodies.rods.empty()) return;
-    const files::Recording recording = rod_recording(bodies);
-    for (const files::FixedArray& array : recording.trajectory->fixed)
-        if (array.name.starts_with("sphere_")) reader.same(rods_group, array);
-    const std::size_t count = bodies.rods.size();
-    const auto position = reader.row(rods_group, "position", unit_position, count),
-               velocity = reader.row(rods_group, "velocity", unit_velocity, count),
-               axis = reader.row(rods_group, "axis", "1", count),
-               spin = reader.row(rods_group, "angular_velocity", unit_angular_velocity, count);
-    for (std::size_t i = 0; i < count; ++i) {
+    if (!bodies.rods.empty()) {
+        const files::Recording recording = rod_recording(bodies);
+        for (const files::FixedArray& array : recording.trajectory->fixed)
+            if (array.name.starts_with("sphere_")) reader.same(rods_group, array);
+        rods = reader.rows(recording, bodies.rods.size());
+    }
+    set_bodies(beads, rods, bodies, what, where);
+}
+
+void set_bodies(const Row& beads, const Row& rods, Bodies& bodies, const std::string& what,
+                const SourceLocation& where) {
+    for (std::size_t i = 0; i < bodies.beads.size(); ++i) {
+        dem::Bead& bead = bodies.beads[i];
+        bead.position = vector_at(beads[0], i);
+        bead.velocity = vector_at(beads[1], i);
+        bead.spin = vector_at(beads[2], i);
+    }
+    for (std::size_t i = 0; i < bodies.rods.size(); ++i) {
         dem::Rod& rod = bodies.rods[i];
         const dem::Shape& shape = bodies.shapes[rod.shape];
-        const Vector n = vector_at(axis, i), angular_velocity = vector_at(spin, i);
+        const Vector n = vector_at(rods[2], i), angular_velocity = vector_at(rods[3], i);
         const double size = length(n);
         require(std::abs(size - 1.0) < 1e-6, where, "{} has a rod {} whose axis has the length {}; expected 1", what, i,
                 size);
-        rod.position = vector_at(position, i);
-        rod.velocity = vector_at(velocity, i);
+        rod.position = vector_at(rods[0], i);
+        rod.velocity = vector_at(rods[1], i);
         rod.axis = std::abs(size - 1.0) < 1e-12 ? n : 1.0 / size * n;  // a normalised axis keeps its bits
         rod.angular_momentum = shape.inertia_across * angular_velocity + (shape.inertia_along - shape.inertia_across) *
                                                                              dot(angular_velocity, rod.axis) * rod.axis;

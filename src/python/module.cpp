@@ -18,6 +18,7 @@
 #include "drover/io/xyz.hpp"
 #include "drover/run/boundary_shares.hpp"
 #include "drover/run/calibration.hpp"
+#include "drover/run/dynamic_structure.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/onset.hpp"
@@ -172,10 +173,23 @@ void bind_theory(py::module_& module) {
             io::require_grid(scene, "stability");
             return interruptibly([&] {
                 Threads team(threads > 0 ? threads : run::choose_threads(scene));
-                return Computed{run::make_stability(scene, &team), scene, "stability", team.count()};
+                return Computed{run::with_units(run::make_stability(scene, &team), scene.units), scene, "stability",
+                                team.count()};
             });
         },
         py::arg("scene"), py::arg("threads") = 0);
+    module.def(
+        "dynamic_structure",
+        [](const io::Scene& scene, const std::map<std::string, double>& means, const std::string& component,
+           const std::vector<std::pair<double, double>>& waves, const std::vector<double>& frequencies) {
+            std::vector<numerics::Wavevector> at;
+            for (const auto& [x, y] : waves) at.push_back({x, y});
+            const run::DynamicStructure found =
+                interruptibly([&] { return run::dynamic_structure(scene, means, component, at, frequencies); });
+            const std::size_t rows = frequencies.empty() ? 0 : found.values.size() / frequencies.size();
+            return py::make_tuple(found.state, array_of(found.values, {rows, frequencies.size()}), found.why_none);
+        },
+        py::arg("scene"), py::arg("means"), py::arg("component"), py::arg("waves"), py::arg("frequencies"));
     module.def(
         "boundary",
         [](const io::Scene& scene, int threads, const std::string& collected) {
@@ -184,7 +198,7 @@ void bind_theory(py::module_& module) {
                 Threads team(theory_threads(threads, scene));
                 run::Result result =
                     collected.empty() ? run::make_boundary(scene, team) : run::collect_boundary(scene, collected, team);
-                return Computed{std::move(result), scene, "boundary", team.count()};
+                return Computed{run::with_units(std::move(result), scene.units), scene, "boundary", team.count()};
             });
         },
         py::arg("scene"), py::arg("threads") = 0, py::arg("collected") = "");
@@ -210,7 +224,8 @@ void bind_theory(py::module_& module) {
                                                  .settle = settle,
                                                  .follow = follow,
                                                  .max_points = points};
-                return Computed{run::make_states(scene, options, team), scene, "states", team.count()};
+                return Computed{run::with_units(run::make_states(scene, options, team), scene.units), scene, "states",
+                                team.count()};
             });
         },
         py::arg("scene"), py::arg("speed") = py::none(), py::arg("settle") = py::none(), py::arg("follow") = "",

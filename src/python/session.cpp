@@ -9,6 +9,7 @@
 
 #include "bindings.hpp"
 #include "drover/base/threads.hpp"
+#include "drover/measure/statistics.hpp"
 
 namespace drover::python {
 
@@ -130,9 +131,17 @@ py::dict series_of(Guarded& guarded) {
     result["arrays"] = arrays;
     return result;
 }
+
+/// (mean, standard error or None, integrated autocorrelation time) of a series at equal times, from sample `skip` on.
+py::tuple mean_of(std::vector<double> values, double spacing, std::size_t skip) {
+    const measure::Estimate found =
+        measure::estimate_mean({.series = {std::move(values)}, .spacing = spacing, .skip = skip}, 0);
+    return py::make_tuple(found.mean, found.error, found.autocorrelation_time);
+}
 }  // namespace
 
 void bind_session(py::module_& module) {
+    module.def("mean_of", &mean_of, py::arg("values"), py::arg("spacing"), py::arg("skip"));
     py::class_<Guarded, std::shared_ptr<Guarded>>(module, "Session", "A run in memory; drover.Simulation wraps it.")
         .def(py::init(
             [](const io::Scene& scene) { return interruptibly([&] { return std::make_shared<Guarded>(scene); }); }))
@@ -143,6 +152,7 @@ void bind_session(py::module_& module) {
         .def_property_readonly("dt", [](const Guarded& self) { return self.session.scene().time.dt; })
         .def_property_readonly("threads", [](const Guarded& self) { return self.session.threads(); })
         .def_property_readonly("frame_every", [](const Guarded& self) { return self.session.frame_every(); })
+        .def_property_readonly("time_unit", [](const Guarded& self) { return self.session.observables().time_unit; })
         .def_property_readonly("was_changed", [](const Guarded& self) { return self.session.was_changed(); })
         .def("advance", &advance, py::arg("steps"))
         .def("frames", &frames_of, py::arg("writable") = false)
@@ -151,6 +161,11 @@ void bind_session(py::module_& module) {
              [](Guarded& self) {
                  const Use use(self);
                  return table_dict(run::result_table(interruptibly([&] { return self.session.report(); })));
+             })
+        .def("warnings",
+             [](Guarded& self) {
+                 const Use use(self);
+                 return interruptibly([&] { return self.session.report().warnings; });
              })
         .def("accept", [](Guarded& self) {
             const Use use(self);

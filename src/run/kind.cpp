@@ -10,8 +10,36 @@
 
 namespace drover::run {
 
+namespace {
+void rename_units(std::vector<files::Axis>& axes, std::vector<files::Quantity>& quantities, const io::Units& units) {
+    for (files::Axis& axis : axes) axis.unit = io::renamed(axis.unit, units);
+    for (files::Quantity& quantity : quantities) quantity.unit = io::renamed(quantity.unit, units);
+}
+
+/// Simulations and reports whose units have the names of the scene.
+template <auto make>
+Simulation simulation_of(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
+    Simulation simulation = make(scene, threads, saved);
+    for (ScheduledRecording& scheduled : simulation.recordings) {
+        rename_units(scheduled.recording.axes, scheduled.recording.quantities, scene.units);
+        scheduled.recording.time_unit = io::renamed("s", scene.units);
+    }
+    return simulation;
+}
+
+template <auto make>
+Report report_of(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
+    Report report = make(archive, scene, theory);
+    for (measure::SummaryRow& row : report.summary.rows) {
+        row.unit = io::renamed(row.unit, scene.units);
+        for (measure::Axis& axis : row.axes) axis.unit = io::renamed(axis.unit, scene.units);
+    }
+    return report;
+}
+}  // namespace
+
 const Kind& kind_of(const io::Scene& scene) {
-    static const Kind fields{.make = make_field_simulation,
+    static const Kind fields{.make = simulation_of<make_field_simulation>,
                              .threads = choose_threads,
                              .memory_bytes = field_simulation_bytes,
                              .disk_bytes = field_disk_bytes,
@@ -21,7 +49,7 @@ const Kind& kind_of(const io::Scene& scene) {
                              .start = "initial",
                              .timed = timed_fields,
                              .warnings = field_scene_warnings,
-                             .report = make_field_report};
+                             .report = report_of<make_field_report>};
     static const Kind particles{.make = make_particle_simulation,
                                 .threads = particle_threads,
                                 .memory_bytes = particle_simulation_bytes,
@@ -35,11 +63,11 @@ const Kind& kind_of(const io::Scene& scene) {
                                 .report = make_particle_report};
     static const Kind declared = [] {
         Kind kind = fields;  // of the same grid, with other equations
-        kind.make = make_model_simulation;
+        kind.make = simulation_of<make_model_simulation>;
         kind.memory_bytes = model_simulation_bytes;
         kind.disk_bytes = model_disk_bytes;
         kind.warnings = model_warnings;
-        kind.report = make_model_report;
+        kind.report = report_of<make_model_report>;
         return kind;
     }();
     switch (scene.kind) {

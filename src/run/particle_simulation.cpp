@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <set>
 
@@ -25,6 +26,7 @@ struct Shared {
     dem::World world;
     measure::ParticleSetting setting;
     double time = 0.0, energy_start = 0.0;
+    std::map<std::string, std::vector<std::vector<double>>> rows{};  // that frames lend, by group
 };
 
 std::uint64_t seed_of(const io::Scene& scene) { return static_cast<std::uint64_t>(scene.run.seed); }
@@ -143,11 +145,19 @@ std::vector<ScheduledRecording> frames_of(const std::shared_ptr<Shared>& shared)
     const std::int64_t every = io::whole_steps(scene, "output.frame_every", scene.output.frame_every);
     std::vector<ScheduledRecording> result;
     for (const io::BodyRecording& one : io::trajectory_recordings(scene.particles, shared->world.bodies()))
-        result.push_back({one.recording, every,
-                          [shared, make_row = one.row, row = std::make_shared<std::vector<std::vector<double>>>()] {
-                              return lend(*row, make_row(shared->scene.particles, shared->world.bodies()));
+        result.push_back({one.recording, every, [shared, make_row = one.row, group = one.recording.group] {
+                              return lend(shared->rows[group],
+                                          make_row(shared->scene.particles, shared->world.bodies()));
                           }});
     return result;
+}
+
+/// Takes the bodies that the frames now hold.
+void accept(Shared& shared, std::int64_t step) {
+    if (shared.rows.empty()) return;  // nobody has changed them
+    dem::Bodies bodies = shared.world.bodies();
+    io::set_bodies(shared.rows[io::beads_group], shared.rows[io::rods_group], bodies, "the frame", {});
+    shared.world.set_bodies(bodies, step);
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<Shared>& shared) {
@@ -312,7 +322,7 @@ Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, st
                           .check_health = {},
                           .save = {},
                           .restore = {},
-                          .accept = {},
+                          .accept = [shared](std::int64_t step) { accept(*shared, step); },
                           .count = {},
                           .step_error = {},
                           .describe = {}};

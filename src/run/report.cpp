@@ -154,6 +154,7 @@ files::ResultTable result_table(const Report& report) {
                              .quantities = {},
                              .values = {},
                              .warnings = report.warnings};
+    const std::string time_unit = io::renamed("s", report.scene.units);
     for (const measure::SummaryRow& row : report.summary.rows) {
         std::vector<double> means, errors, times;
         for (const measure::Estimate& estimate : row.estimates) {
@@ -180,11 +181,11 @@ files::ResultTable result_table(const Report& report) {
                 std::move(values));
             add("_step_bias_error", row.unit, "uncertainty of that bias", std::move(uncertainties));
         }
-        add("_autocorrelation_time", "s", "integrated autocorrelation time of " + row.name, std::move(times));
+        add("_autocorrelation_time", time_unit, "integrated autocorrelation time of " + row.name, std::move(times));
         if (const Prediction* prediction = find_prediction(report, row.name))
             add("_linear", row.unit, "linear theory of " + row.name + " on the same grid", prediction->values);
     }
-    table.quantities.push_back({"warm_up", "s", "time left out of means at the start", {}});
+    table.quantities.push_back({"warm_up", time_unit, "time left out of means at the start", {}});
     table.values.push_back(
         {static_cast<double>(report.summary.warm_up) *
          (report.scene.output.sample_every == 0.0 ? report.scene.time.end : report.scene.output.sample_every)});

@@ -121,9 +121,10 @@ void add_boxes(const Report& report, const std::string& what, const measure::Box
     const Prediction* linear_exponent = find_prediction(report, exponent->name);
     out += text("\nfluctuations of the number of {}s, each in a {}: DN ~ N^exponent from each box to the next\n", what,
                 family.shape);
-    out += text("{:>11} {:>11} {:>11} {:>9} {:>11} {:>7}   {:>9} {:>9} {:>9}   step (of DN)\n",
-                family.along_x == family.along_y ? "side [mm]" : "short side", "N", "DN", "error", "linear", "sigmas",
-                "exponent", "error", "linear");
+    out +=
+        text("{:>11} {:>11} {:>11} {:>9} {:>11} {:>7}   {:>9} {:>9} {:>9}   step (of DN)\n",
+             family.along_x == family.along_y ? text("side [{}]", io::renamed("mm", report.scene.units)) : "short side",
+             "N", "DN", "error", "linear", "sigmas", "exponent", "error", "linear");
     for (std::size_t b = 0; b < number->estimates.size(); ++b) {
         const double side = number->axes.front().values[b];
         const double predicted = linear ? linear->values[b] : NAN;
@@ -155,10 +156,11 @@ namespace {
 /// The arrays of a run of fields.
 void add_field_arrays(const Report& report, std::string& out) {
     const std::vector<std::size_t> shells = log_spaced(report.setting.shells.q.size(), 12);
+    const std::string wavenumber = text("|q| [{}]", io::renamed("1/mm", report.scene.units));
     for (const char* name :
          {"structure_factor_rods", "structure_factor_beads", "structure_factor_order_along",
           "structure_factor_order_across", "structure_factor_velocity_along", "structure_factor_velocity_across"})
-        add_array(report, name, "|q| [1/mm]", report.setting.shells.q, shells, out);
+        add_array(report, name, wavenumber, report.setting.shells.q, shells, out);
     // Long boxes differ from square ones only in a flock; the archive and --json always contain them.
     for (const measure::BoxFamily& family : measure::box_families())
         if (family.along_x == family.along_y || report.about_flock)

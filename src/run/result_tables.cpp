@@ -200,6 +200,31 @@ void add_list(const List& list, const std::string& group, Tables& tables) {
 }
 }  // namespace
 
+namespace {
+void rename(files::ResultTable& table, const io::Units& units) {
+    for (files::Axis& axis : table.axes) axis.unit = io::renamed(axis.unit, units);
+    for (files::Quantity& quantity : table.quantities) quantity.unit = io::renamed(quantity.unit, units);
+}
+
+void rename(Record& record, const io::Units& units) {
+    for (Entry& entry : record.entries) entry.unit = io::renamed(entry.unit, units);
+    for (auto& [name, part] : record.parts) rename(part, units);
+    for (List& list : record.lists)
+        for (Record& row : list.rows) rename(row, units);
+    rename(record.maps, units);
+}
+}  // namespace
+
+Result with_units(Result result, const io::Units& units) {
+    rename(result.root, units);
+    if (result.frames) {
+        files::Recording& recording = result.frames->recording;
+        for (files::Axis& axis : recording.axes) axis.unit = io::renamed(axis.unit, units);
+        for (files::Quantity& quantity : recording.quantities) quantity.unit = io::renamed(quantity.unit, units);
+    }
+    return result;
+}
+
 std::vector<files::ResultTable> result_tables(const Result& result) {
     Tables tables;
     add_record(result.root, "", tables);

@@ -68,13 +68,10 @@ Report Session::report() const {
     io::Scene until_now = scene_;
     until_now.time.end = time();
     until_now.output.frame_every = 0.0;
-    return kind_of(scene_).report(files::ArchiveReader(std::move(arrays)), until_now, Theory::included);
+    return make_report(files::ArchiveReader(std::move(arrays)), until_now, Theory::included);
 }
 
 void Session::accept() {
-    require(simulation_.accept != nullptr, {},
-            "the bodies of a run of particles cannot be changed; expected a run of fields: start another run with "
-            "packing.kind = \"file\"");
     simulation_.accept(step_);
     was_changed_ = true;
 }

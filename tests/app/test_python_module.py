@@ -182,13 +182,6 @@ def test_an_edit_that_fails_changes_nothing(spoil):
     assert run.advance(1.0).rod_density.tobytes() == other.advance(1.0).rod_density.tobytes()
 
 
-def test_bodies_cannot_be_changed():
-    run = drover.Scene.load(MODELS / "bead-gas.toml").set({"cell.lx": 12, "cell.ly": 12, "time.end": 0.02}).start()
-    with pytest.raises(drover.Error, match="packing.kind"):
-        with run.edit():
-            pass
-
-
 # --- signals and threads
 
 def interrupt_soon(seconds=0.3):
@@ -345,6 +338,26 @@ def test_numpy_code_of_a_user_joins_in_less_than_ten_lines():
         fields.rod_density[...] = 2.0 + 0.1 * np.cos(2 * np.pi * x / 16)[None, :]
     variance = [frame.rod_density.var() for frame in start.every(0.5)]            # an observable
     assert variance[0] == pytest.approx(0.005) and 0.0 < variance[-1] < variance[0]
+
+
+def test_the_summary_has_the_mean_and_error_of_an_observable_of_the_user():
+    # The same number as a built-in observable: the same samples, warm-up and blocks.
+    run = scene_of(**{"time.end": 200.0, "output.sample_every": 0.5}).start()
+    run.observe(lambda frame: frame.rod_density.var(), "own")
+    late = scene_of(**{"time.end": 200.0, "output.sample_every": 0.5}).start()
+    late.advance(100.0)
+    late.observe(lambda frame: frame.polar_order_x.mean(), "late", "mm-2")
+    for one in (run, late):
+        one.advance()
+    found = run.summary
+    for ending in ("", "_error", "_autocorrelation_time"):
+        assert float(found[f"own{ending}"]) == pytest.approx(float(found[f"variance_rod_density{ending}"]), rel=1e-9)
+    assert found.own_autocorrelation_time.units == "s" and late.summary.late_error.units == "mm-2"
+    samples = late.observables.late.values
+    assert float(late.summary.late) == pytest.approx(np.nanmean(samples), rel=1e-12)
+    for name in ("warm_up", "own_error", "two words"):
+        with pytest.raises(drover.Error, match="cannot be called"):
+            run.observe(lambda frame: 0.0, name)
 
 
 def test_an_observable_of_the_user_is_sampled_with_those_of_the_run_and_changes_nothing():

@@ -66,7 +66,8 @@ struct OverlapRecord {
     double time = 0.0;  ///< [s]
 };
 
-/// The world.  Only advance() and restore() change its state, which is bitwise the same for any number of threads.
+/// The world.  Only advance(), set_bodies() and restore() change its state, which is bitwise the same for any number of
+/// threads.
 class World {
 public:
     /// `threads` must outlive it.  Throws an input Error for an invalid setup or a dt that is too long for the contact
@@ -85,6 +86,11 @@ public:
     void set_forces(const BodyForces& forces);
 
     Bodies bodies() const;  ///< in the order of the constructor
+    /// Other positions, axes and velocities of its bodies, at the beginning of a step.  What this does to the kinetic
+    /// energy counts as work of forces; contacts begin anew.  Throws an input Error, and keeps the state, for values
+    /// that are not finite, and for bodies that overlap each other or a surface by more than contacts.max_overlap of a
+    /// radius.
+    void set_bodies(const Bodies& bodies, std::int64_t step);
     const Setup& setup() const;
     double dt() const;
     double energy_kinetic() const;  ///< [mg mm^2/s^2]

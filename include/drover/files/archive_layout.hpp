@@ -55,6 +55,7 @@ struct Recording {
     std::vector<Quantity> quantities;
     int rows_per_chunk = 1;  ///< 1 for fields, many for scalars
     std::optional<Trajectory> trajectory = {};
+    std::string time_unit = "s";  ///< not of a trajectory
 };
 
 /// A group of arrays without time: the results of a run.

@@ -10,6 +10,7 @@
 #include "drover/calibrate/catalogue.hpp"
 #include "drover/dem/setup.hpp"
 #include "drover/io/declared_model.hpp"
+#include "drover/io/units.hpp"
 #include "drover/model/start.hpp"
 #include "drover/numerics/grid.hpp"
 #include "drover/physics/coefficient_registry.hpp"
@@ -133,6 +134,7 @@ struct Scene {
     Output output;
     Analysis analysis;
     Accuracy accuracy;  // of fields
+    Units units;        // of fields and models
     RunControl run;
     SweepPlan sweep;
     StabilityPlan stability;
@@ -225,6 +227,8 @@ template <>
 const std::vector<Row<io::Accuracy>>& schema<io::Accuracy>();
 template <>
 const std::vector<Row<io::RunControl>>& schema<io::RunControl>();
+template <>
+const std::vector<Row<io::Units>>& schema<io::Units>();
 template <>
 const std::vector<Row<io::SweepPlan>>& schema<io::SweepPlan>();
 template <>

@@ -42,6 +42,10 @@ std::size_t frame_count(const files::ArchiveReader& archive);
 void read_bodies(const files::ArchiveReader& archive, std::size_t frame, dem::Bodies& bodies, const std::string& what,
                  const SourceLocation& where);
 
+/// Sets `bodies` from rows of beads and of rods, as a BodyRecording makes them.  Throws as read_bodies().
+void set_bodies(const std::vector<std::vector<double>>& beads, const std::vector<std::vector<double>>& rods,
+                dem::Bodies& bodies, const std::string& what, const SourceLocation& where);
+
 /// The bounding box of a cell, centred on it: sides [mm] and periodicity.
 struct Box {
     std::array<double, 3> sides{};

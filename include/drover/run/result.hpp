@@ -7,6 +7,7 @@
 
 #include "drover/base/variant.hpp"
 #include "drover/files/archive.hpp"
+#include "drover/io/units.hpp"
 
 namespace drover::run {
 
@@ -90,6 +91,9 @@ struct Result {
     std::vector<files::Attribute> attributes = {};  ///< of the archive, beside its provenance
     std::optional<Frames> frames = std::nullopt;    ///< of the archive alone; their times are 0, 1, 2, ...
 };
+
+/// With the names of units that a scene gives them.
+Result with_units(Result result, const io::Units& units);
 
 /// For people.
 std::string result_text(const Result& result);

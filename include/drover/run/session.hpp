@@ -49,8 +49,8 @@ public:
     /// needs their paths, which are not kept.  Throws an input Error before the first step.
     Report report() const;
 
-    /// Takes the arrays of the first frame as the fields.  Throws an input Error for particles, and for values that are
-    /// not finite.
+    /// Takes the arrays of the frames as the fields, or the bodies.  Throws an input Error, and keeps the state, for
+    /// values that are not finite, and for bodies that overlap.
     void accept();
 
 private:

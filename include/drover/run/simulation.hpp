@@ -34,8 +34,8 @@ struct Simulation {
     std::function<void(std::int64_t step)> check_health;   ///< throws a run Error that reports what is not finite
     std::function<std::vector<double>()> save;             ///< the complete state
     std::function<void(std::span<const double>)> restore;  ///< throws an input Error for a state of another world
-    /// Takes the fields that the arrays of the first recording now hold as the state; fields only.  Throws an input
-    /// Error, and keeps the state, where they are not finite.
+    /// Takes the fields, or bodies, that the arrays of the frames now hold as the state.  Throws an input Error, and
+    /// keeps the state, where they are not finite, or bodies overlap.
     std::function<void(std::int64_t step)> accept;
     std::function<numerics::StepCount()> count;  ///< of steps taken; fields only
     std::function<double()> step_error;          ///< relative, estimated so far; fields only

@@ -135,9 +135,8 @@ def read_run(store, path):
     kind = kind_of(attributes)
     check_is_no_table(path, kind)
     if kind != "run":
-        opener = "" if kind == "states" else "it with drover.open_theory, or "
-        raise DroverError(f"{path} is not a run: drover {command_of(kind)} wrote it; open {opener}"
-                          f'a group of it with xarray.open_dataset("{path}", group="{example_group(store)}")')
+        raise DroverError(f"{path} is not a run: drover {command_of(kind)} wrote it; open it with drover.open_theory, "
+                          f'or a group of it with xarray.open_dataset("{path}", group="{example_group(store)}")')
     if is_of_particles(scene):
         return read_particles(store, path, attributes, scene)
     frames, observables = (group_dataset(store, group) for group in ("/", "/observables"))

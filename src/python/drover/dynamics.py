@@ -4,8 +4,10 @@ import numpy
 from drover.archive import loaded
 from drover.attributes import about
 from drover.error import ArgumentError, Error
+from drover.typeset import named
 
 NUMBERS_AT_ONCE = 1 << 22
+FRAMES_OF_STATE = 16  # whose means choose the uniform state of the theory
 OVERLAP_LOSS = 1.0 + 2.0 / 36.0  # of the variance of means over segments that overlap by half, with windows of Hann
 
 
@@ -17,6 +19,7 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     along "x" or "y", with 1 to `modes` waves in the cell.  Frames from `begin` [s] (default: the second half) are cut
     into `segments` that overlap by half (Welch's method, windows of Hann); the standard error, `..._error`, is that of
     their scatter.  Frequencies go to pi over the interval of the frames: faster waves appear at lower ones.
+    `..._linear` is the linear theory about the uniform state nearest to the frames, NaN where there is none.
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 200.0},
@@ -46,7 +49,33 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     area = run.scene["grid"]["lx"] * run.scene["grid"]["ly"]
     powers = segment_powers(values * area, length, interval) / area
     frequency = 2.0 * numpy.pi * numpy.fft.fftshift(numpy.fft.fftfreq(length, interval))
-    return dataset(run.frames[field], 2.0 * numpy.pi / side * numpy.arange(1, modes + 1), frequency, powers)
+    wavenumber = 2.0 * numpy.pi / side * numpy.arange(1, modes + 1)
+    found = dataset(run.frames[field], wavenumber, frequency, powers, run.scene)
+    name = f"dynamic_structure_factor_{field}"
+    values, words = predicted(run, field, along, wavenumber, frequency, frames)
+    found[f"{name}_linear"] = found[name].dims, values, about(f"{name}_linear", found[name].units, words)
+    return found
+
+
+def predicted(run, field, along, wavenumber, frequency, frames):
+    """S(q, omega) of the linear theory, and about which state it is, or why it is NaN."""
+    from drover import _drover
+    from drover.locks import hdf5
+    from drover.scene import Scene
+    nothing = numpy.full((len(wavenumber), len(frequency)), numpy.nan)
+    some = frames[::max(1, len(frames) // FRAMES_OF_STATE)]
+    means = {name: float(loaded(values.isel(time=some), run.path).mean())
+             for name, values in run.frames.data_vars.items() if {"x", "y"} <= set(values.dims)}
+    waves = [(q, 0.0) if along == "x" else (0.0, q) for q in wavenumber]
+    try:
+        with hdf5():
+            state, values, why_none = _drover.dynamic_structure(
+                Scene.parse(run.attributes["scene"], run.path.name)._native, means, field, waves, frequency)
+    except Error as error:  # such as a term that is a function of Python, which an archive does not hold
+        return nothing, f"no linear theory: {error}"
+    if why_none:
+        return nothing, f"no linear theory: {why_none}"
+    return values, f"S(q, omega) of the linear theory about the state \"{state}\""
 
 
 def frames_on_schedule(run, begin):
@@ -86,15 +115,16 @@ def segment_powers(values, length, interval):
     return numpy.array(parts)
 
 
-def dataset(array, wavenumber, frequency, powers):
+def dataset(array, wavenumber, frequency, powers, scene):
     import xarray
     name = f"dynamic_structure_factor_{array.name}"
     unit = array.attrs.get("units", "1")
-    units = "mm2 s" if unit == "1" else f"({unit})^2 mm2 s"
+    area = named("mm2 s", scene)
+    units = area if unit == "1" else f"({unit})^2" + ("" if area == "1" else f" {area}")
     error = numpy.sqrt(OVERLAP_LOSS * powers.var(axis=0, ddof=1) / len(powers))
     dims = ("wavenumber", "frequency")
     return xarray.Dataset(
         {name: (dims, powers.mean(axis=0), about(name, units, "S(q, omega)")),
          f"{name}_error": (dims, error, about(f"{name}_error", units, f"standard error of {name}"))},
-        {"wavenumber": ("wavenumber", wavenumber, about("wavenumber", "mm-1", "wavenumber |q|")),
-         "frequency": ("frequency", frequency, about("frequency", "s-1", "angular frequency omega"))})
+        {"wavenumber": ("wavenumber", wavenumber, about("wavenumber", named("mm-1", scene), "wavenumber |q|")),
+         "frequency": ("frequency", frequency, about("frequency", named("s-1", scene), "angular frequency omega"))})

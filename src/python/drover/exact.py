@@ -1,6 +1,8 @@
 """drover/exact.py: what is known exactly of a run without noise that starts from formulas: a profile in x and time."""
 import numpy
 
+from drover.typeset import named, spaced
+
 LARGEST_ERROR = 0.02     # of the range of the profile: a start that moves unchanged agrees to this
 LEAST_STRUCTURE = 1e-3   # of the mean: the range of a profile that is not uniform
 
@@ -9,10 +11,10 @@ def exact_of(run, field, row):
     """A function of x and t and its label; None where nothing is known.  `row` is the field along x at every frame."""
     if run.scene.get("initial", {}).get("kind") != "formula":
         return None
-    return spreading(run, field, row) or travelling(row)
+    return spreading(run, field, row) or travelling(row, run.scene)
 
 
-def travelling(row):
+def travelling(row, scene):
     """The start, displaced at a constant speed, if the field moves unchanged; the speed is that of the second frame."""
     x, times, values = row["x"].values, row["time"].values, row.values
     size = float(numpy.ptp(values[0]))
@@ -33,7 +35,7 @@ def travelling(row):
             return None
         speed = shift / (times[frame] - times[0])
     speed = 0.0 if abs(speed) * (times[-1] - times[0]) < 0.01 * (x[1] - x[0]) else speed
-    words = "start, at rest" if speed == 0.0 else f"start, {speed:.4g} mm/s"
+    words = "start, at rest" if speed == 0.0 else f"start, {speed:.4g}{spaced(named('mm/s', scene))}"
     return (lambda points, time: numpy.interp(points, x, moved(speed * (time - times[0])), period=side)), words
 
 

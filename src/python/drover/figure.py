@@ -1,7 +1,7 @@
 """drover/figure.py: draws a figure of an archive.
 
     python3 -P -m drover.figure tradeoff.json [--output PNG]
-    python3 -P -m drover.figure ARCHIVE [--output PNG] [--frame N | --state NAME]
+    python3 -P -m drover.figure ARCHIVE [--output PNG] [--frame N | --state NAME | --dynamics FIELD]
     python3 -P -m drover.figure ARCHIVE --watch
 """
 import argparse
@@ -12,8 +12,8 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import (boundary_figure, live, model_figure, new_file, onset_figure, panels, particle_figure, results,
-                    smooth_panels, stability_figure, sweep_figure, trade_panel)
+from drover import (boundary_figure, dynamics_figure, live, model_figure, new_file, onset_figure, panels,
+                    particle_figure, results, smooth_panels, stability_figure, states_figure, sweep_figure, trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError, status_of
 from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
@@ -36,6 +36,8 @@ WIDE_FROM, TALL_FROM = 2.0, 0.62  # ratio of the sides of the cell, x to y
 TITLES = {"map": "(a) {}", "structure": "(b) structure factors",
           "numbers": "(c) number fluctuations", "exponents": "(d) local exponent of (c)",
           "order": "(e) order of the cell"}
+# Parts of the height that a flat map leaves: by how much panels below a wide one move up, and grow.
+STRETCH = {"profiles": (0.0, 1.0), "structure": (0.0, 1.0), "numbers": (0.45, 0.55), "exponents": (0.0, 0.45)}
 # Of runs without noise, which have no fluctuations: boxes of panels by shape of the cell, and titles.
 SMOOTH_BOXES = {"profiles": (6.55, 5.3, 4.85, 1.65), "growth": (6.55, 3.2, 2.0, 1.35), "length": (9.4, 3.2, 2.0, 1.35)}
 SMOOTH_WIDE = {"profiles": (0.8, 3.05, 9.5, 1.25), "growth": (0.9, 1.25, 2.8, 1.0), "length": (4.6, 1.25, 2.8, 1.0),
@@ -60,6 +62,8 @@ def draw(run, frame=-1):
     with matplotlib.rc_context(STYLE):
         figure = new_figure()
         boxes = {**layout, "map": layout["map"] if one_row else fitted(layout["map"], ratio)}
+        if is_wide and not one_row:
+            boxes = stretched(boxes, layout["map"][3] - boxes["map"][3], smooth)
         axes = {name: add_axes(figure, box) for name, box in boxes.items()}
         if one_row:
             blocks = panels.draw_profile(axes["map"], run, frame)
@@ -79,25 +83,39 @@ def draw(run, frame=-1):
     return figure
 
 
-def draw_file(path, frame=None, state=None):
-    """Draws an archive of any kind; `frame` applies to runs only, `state` to archives of drover stability only."""
+def stretched(boxes, height, smooth):
+    """Boxes of a wide layout whose map has left some height to the panels below."""
+    stretch = STRETCH if smooth else {**STRETCH, "order": (0.0, 1.0)}
+    moved = {name: (left, bottom + stretch[name][0] * height, width, tall + stretch[name][1] * height)
+             for name, (left, bottom, width, tall) in boxes.items() if name in stretch}
+    return {**boxes, **moved}
+
+
+def draw_file(path, frame=None, state=None, dynamics=None):
+    """Draws an archive of any kind; `frame` applies to runs and states, `state` to archives of drover stability, and
+    `dynamics`, a field whose S(q, omega) is drawn, to runs of fields."""
     if Path(path).suffix == ".json":
         return trade_panel.draw(path)
     with open_any(path) as opened:
         kind = "run" if isinstance(opened, (Run, ParticleRun)) else opened.kind
-        for option, value, its_kind in (("--frame", frame, "run"), ("--state", state, "stability")):
-            if value is not None and kind != its_kind:
+        for option, value, its_kinds in (("--frame", frame, ("run", "states")), ("--state", state, ("stability",)),
+                                         ("--dynamics", dynamics, ("run",))):
+            if value is not None and kind not in its_kinds:
                 raise DroverError(f"{path}: {option} {value} does not apply, since drover {command_of(kind)} wrote "
                                   f"this archive; "
-                                  f"only archives of drover {its_kind} have one: omit the option")
+                                  f"only archives of drover {its_kinds[0]} have one: omit the option")
+        if dynamics is not None:
+            return dynamics_figure.draw(opened, dynamics)
         if kind == "run":
             its_draw = particle_figure.draw if isinstance(opened, ParticleRun) else draw
             return its_draw(opened, -1 if frame is None else frame)
-        return draw_theory(opened, state)
+        return draw_theory(opened, state, frame)
 
 
-def draw_theory(theory, state=None):
-    """Draws linear theory; `state` applies to a stability analysis."""
+def draw_theory(theory, state=None, frame=None):
+    """Draws linear theory, or states; `state` applies to a stability analysis, `frame` to states."""
+    if theory.kind == "states":
+        return states_figure.draw(theory, frame)
     if theory.kind == "stability":
         return stability_figure.draw(theory, state)
     if theory.kind == "sweep":
@@ -110,8 +128,8 @@ def draw_theory(theory, state=None):
 def title(run, frame):
     grid, time = run.scene["grid"], float(run.frames["time"][frame])
     seed = drawable(run.attributes.get("seed", "?"))
-    return (f"{scene_name(run)} at $t$ = {time:g} s   ({grid['nx']} × {grid['ny']} points, {grid['lx']:g} × "
-            f"{grid['ly']:g} mm, seed {seed})")
+    return (f"{scene_name(run)} at {panels.time_text(f'{time:g}', run)}   ({grid['nx']} × {grid['ny']} points, "
+            f"{grid['lx']:g} × {grid['ly']:g}{panels.length_text(run)}, seed {seed})")
 
 
 def negative_words(run):
@@ -124,7 +142,8 @@ def negative_words(run):
 
 def block_words(run, blocks):
     """What the colours and arrows of a map are averages over."""
-    pixel, arrow = (side and f"{side[0]:.3g} × {side[1]:.3g} mm" for side in blocks)
+    unit = panels.length_text(run)
+    pixel, arrow = (side and f"{side[0]:.3g} × {side[1]:.3g}{unit}" for side in blocks)
     colours = "the field itself" if panels.is_resolved(run, blocks[0]) else f"averages over {pixel}"
     return f"Colours are {colours}, " + (f"arrows over {arrow}" if arrow else "lines follow the flow")
 
@@ -197,6 +216,8 @@ def main(arguments=None):
     parser.add_argument("--frame", type=int, help="for runs: number of the frame from 0; -1, the default, is the last")
     parser.add_argument("--state", help="for drover stability: the uniform state, such as isotropic; default: the most "
                         "ordered one")
+    parser.add_argument("--dynamics", metavar="FIELD", help="for runs of fields: draw S(q, omega) of this field, such "
+                        "as rod_density, measured in the frames and of linear theory")
     parser.add_argument("--watch", action="store_true", help="show the figure in a window and redraw it while the run "
                         "writes the file; writes nothing")
     options = parser.parse_args(arguments)
@@ -206,7 +227,8 @@ def main(arguments=None):
         if options.watch:
             watch(options.archive)
             return
-        write(settled(options.archive, lambda: draw_file(options.archive, options.frame, options.state)), output)
+        write(settled(options.archive, lambda: draw_file(options.archive, options.frame, options.state,
+                                                                    options.dynamics)), output)
         print(printable(output))
     return status_of(act)
 

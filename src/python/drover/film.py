@@ -216,6 +216,16 @@ def title_of(run):
     return scene_name(run).removesuffix(" (its scene)").removesuffix(".toml").removesuffix(".h5")
 
 
+def time_of(frame, run):
+    from drover.panels import time_text
+    return time_text(f"{frame['time']:.4g}", run)
+
+
+def axis_label(axis, run):
+    from drover.panels import with_unit
+    return with_unit(f"${axis}$", run.frames[axis])
+
+
 def fields_shown(figure, run, frames):
     """Draws fields: a density with arrows of the order; of one row the profile of the density."""
     from drover import panels
@@ -239,11 +249,12 @@ def profile_shown(figure, run, density, limits, label):
     axes = figure.add_axes((0.12, 0.16, 0.85, 0.74))
     line, = axes.plot(run.frames["x"].values, numpy.zeros(run.frames.sizes["x"]), color="#0072B2")
     margin = 0.05 * (limits[1] - limits[0])
-    axes.set(xlim=cell_of(run)[:2], ylim=(limits[0] - margin, limits[1] + margin), xlabel="$x$ [mm]", ylabel=label)
+    axes.set(xlim=cell_of(run)[:2], ylim=(limits[0] - margin, limits[1] + margin), xlabel=axis_label("x", run),
+             ylabel=label)
 
     def show(frame):
         line.set_ydata(density(frame)[0])
-        axes.set_title(f"{title_of(run)}   $t$ = {frame['time']:.4g} s", loc="left")
+        axes.set_title(f"{title_of(run)}   {time_of(frame, run)}", loc="left")
     return show
 
 
@@ -273,7 +284,7 @@ def map_shown(figure, run, density, sampled, label):
                         vmax=high, interpolation="nearest")
     figure.colorbar(image, cax=figure.add_axes((room[0] + room[2] + 0.1 / width, room[1], 0.16 / width, room[3])),
                     label=label, extend=extend)
-    axes.set(xlabel="$x$ [mm]", ylabel="$y$ [mm]")
+    axes.set(xlabel=axis_label("x", run), ylabel=axis_label("y", run))
     vector = next(part for part in panels.ARROWS if f"{part[0]}_x" in sampled[0])[0]
     side = max(right - left, top - bottom) / panels.MAX_ARROWS
     strides = [panels.nearest_divisor(count, side * count / length) for count, length in
@@ -292,7 +303,7 @@ def map_shown(figure, run, density, sampled, label):
     def show(frame):
         image.set_data(drawn(frame))
         arrows.set_UVC(*directions(frame))
-        axes.set_title(f"{title_of(run)}   $t$ = {frame['time']:.4g} s", loc="left")
+        axes.set_title(f"{title_of(run)}   {time_of(frame, run)}", loc="left")
     return show
 
 
@@ -318,7 +329,7 @@ def particles_shown(figure, run, frames):
         while drawn:
             drawn.pop().remove()
         drawn.extend(bodies_shown(axes, run, frame, sides, panels.is_periodic(run) and view is None))
-        axes.set_title(f"{title_of(run)}   $t$ = {frame['time']:.4g} s", loc="left")
+        axes.set_title(f"{title_of(run)}   {time_of(frame, run)}", loc="left")
     return show
 
 

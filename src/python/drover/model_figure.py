@@ -7,6 +7,7 @@ import matplotlib
 import numpy
 
 from drover import model_panels as panels, results
+from drover.panels import length_text, time_text
 from drover.paper import add_axes, new_figure, require_frame
 from drover.roles import roles_of
 from drover.text import drawable, scene_name
@@ -201,7 +202,7 @@ def add_legend(axes, handles):
 
 def title(run, frame):
     name = drawable(run.scene.get("model", {}).get("name") or scene_name(run))
-    return f"{name}, $t$ = {float(run.frames['time'][frame]):g} s"
+    return f"{name}, {time_text(format(float(run.frames['time'][frame]), 'g'), run)}"
 
 
 def caption(run, roles, structure, letters):
@@ -226,5 +227,6 @@ def caption(run, roles, structure, letters):
                      + ("" if is_sure else " (open: the run is too short for an error estimate)")
                      + (", lines: linear theory." if has_linear else "."))
     sides = (f"{grid[one]:g}\xa0×\xa0{grid[other]:g}" for one, other in (("nx", "ny"), ("lx", "ly")))
-    words.append("{} points, {} mm, seed {}.".format(*sides, drawable(run.attributes.get("seed", "?"))))
+    words.append("{} points, {}{}, seed {}.".format(*sides, length_text(run),
+                                                    drawable(run.attributes.get("seed", "?"))))
     return " ".join(words)

@@ -3,7 +3,7 @@ import numpy
 
 from drover import model_panels as panels
 from drover.model_figure import columns_of, map_title
-from drover.panels import STEPS, nearest_divisor, refined_values
+from drover.panels import STEPS, nearest_divisor, refined_values, time_text, with_unit
 from drover.pictures import block_values
 
 WIDTH, TITLE, EDGE, BAR = 7.2, 0.35, 0.6, 0.75   # inches: of the picture; above; left and below; colour bar and labels
@@ -52,7 +52,7 @@ def shown(figure, run, frames, roles, name):
     def show(frame):
         for update in updates:
             update(frame)
-        title.set_text(f"{name}   $t$ = {frame['time']:.4g} s")
+        title.set_text(f"{name}   {time_text(format(frame['time'], '.4g'), run)}")
     return show
 
 
@@ -65,7 +65,7 @@ def line_shown(axes, run, role, sampled):
     low, high = min(float(array.min()) for array in values), max(float(array.max()) for array in values)
     reach = 0.05 * (high - low) if high - low > panels.UNIFORM * abs(high) else 0.1 * abs(high) or 1.0
     axes.set_ylim(low - reach, high + reach)
-    axes.set_xlabel("$x$ [mm]")
+    axes.set_xlabel(with_unit("$x$", run.frames["x"]))
     if role.spin:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
 
@@ -85,7 +85,7 @@ def map_shown(axes, bar_axes, run, role, sampled):
     image = axes.imshow(drawn(sampled[0]), origin="lower", extent=(0.0, grid["lx"], 0.0, grid["ly"]), cmap=colours,
                         vmin=low, vmax=high, interpolation="nearest", aspect="auto")
     axes.figure.colorbar(image, cax=bar_axes, extend=extend)
-    axes.set(xlabel="$x$ [mm]", ylabel="$y$ [mm]")
+    axes.set(xlabel=with_unit("$x$", run.frames["x"]), ylabel=with_unit("$y$", run.frames["y"]))
     for axis in (axes.xaxis, axes.yaxis):
         axis.get_major_locator().set_params(nbins=6, steps=STEPS)
     panels.plain_ticks(bar_axes.yaxis, 6)

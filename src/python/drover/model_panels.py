@@ -90,7 +90,7 @@ def draw_map(axes, bar_axes, run, role, frame):
     inches = axes.get_position().size * axes.figure.get_size_inches()
     for axis, name, length in ((axes.xaxis, "x", inches[0]), (axes.yaxis, "y", inches[1])):
         axis.set_major_locator(MaxNLocator(int(numpy.clip(length / 0.3, 1, 8)), steps=STEPS))
-        axis.set_label_text(f"${name}$ [mm]")
+        axis.set_label_text(panels.with_unit(f"${name}$", run.frames[name]))
     bar = axes.figure.colorbar(image, cax=bar_axes, ax=None if bar_axes is not None else axes, extend=extend)
     plain_ticks(bar.ax.yaxis, int(numpy.clip(inches[1] / 0.2, 1, 5)))
     if role.spin in (1, 2):
@@ -131,7 +131,7 @@ def draw_profile(axes, run, role, frame):
         axes.plot(array["x"], array.values[0], color=colour, linewidth=1.0, label=f"${role.symbol}{end}$")
     x = next(iter(arrays.values()))["x"].values
     axes.set_xlim(x[0], x[-1] + (x[1] - x[0]))
-    axes.set_xlabel("$x$ [mm]")
+    axes.set_xlabel(panels.with_unit("$x$", run.frames["x"]))
     axes.set_ylabel(f"${role.symbol}$" + bracket(role.unit))
     keep_off_rounding(axes)
     plain_ticks(axes.yaxis, 4)
@@ -203,6 +203,7 @@ def draw_variances(axes, run, roles):
         return False
     if max(most) > LOG_FROM * least:
         axes.set_yscale("log")
+        panels.minor_ticks(axes.yaxis)
     else:
         axes.set_ylim(0.0, 1.1 * max(most))
         plain_ticks(axes.yaxis, 3)
@@ -217,7 +218,7 @@ def of_time(axes, run):
         axes.axvspan(times[0], times[0] + float(run.summary["warm_up"]), color=WARM_UP, linewidth=0, zorder=0)
     axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
-    axes.set_xlabel("time $t$ [s]")
+    axes.set_xlabel(panels.with_unit("time $t$", run.observables["time"]))
 
 
 def structure_parts(run, roles):
@@ -256,11 +257,11 @@ def draw_structure(axes, run, roles):
     if not parts:
         panels.write_instead(axes, "uniform fields: every $S(q)$ is zero")
         return parts
+    most = max(result.mean.max() for *_, result in parts)
     for number, _, _, marker, result in parts:
-        panels.draw_result(axes, result, colour_of(number), marker, panels.spread_shells(result.x))
+        panels.draw_result(axes, panels.above_rounding(result, most), colour_of(number), marker,
+                           panels.spread_shells(result.x))
     panels.log_axes(axes)
-    bottom, top = axes.get_ylim()
-    axes.set_ylim(max(bottom, panels.DECADES_SHOWN * top), top)
-    axes.set_xlabel("wavenumber $q$ [mm$^{-1}$]")
+    axes.set_xlabel(panels.with_unit("wavenumber $q$", run.observables["wavenumber"]))
     axes.set_ylabel("$S(q)$" + bracket(structure_unit(parts) or "1"))
     return parts

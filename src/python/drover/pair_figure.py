@@ -39,7 +39,7 @@ def draw(first, second, labels=None, frame=-1):
     axes.margins(x=0.0)
     axes.set_ylim(0.0, 1.5 * most if most > panels.NO_ORDER else 1.0)  # space for the legend
     axes.set_title("(c) polar order", loc="left")
-    axes.set_xlabel("time over duration $t/T$" if scaled else "time $t$ [s]")
+    axes.set_xlabel("time over duration $t/T$" if scaled else panels.with_unit("time $t$", runs[0].observables["time"]))
     axes.set_ylabel("polar order")
     axes.legend(loc="upper right", ncols=2)
     write_title_and_caption(figure, f"{labels[0]} and {labels[1]}", "(c) Dashed: means after the warm-up, with "

@@ -1,4 +1,6 @@
 """drover/panels.py: panels of the figure of a run, drawn on given axes."""
+from dataclasses import replace
+
 import numpy
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
@@ -6,7 +8,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
 from drover import results
 from drover.archive import loaded
-from drover.typeset import unit_text
+from drover.typeset import named, spaced, unit_text
 
 # Colours of Okabe and Ito, distinguishable by colour-blind readers and, with the markers, in greyscale.
 BLUE, VERMILLION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#606060"
@@ -43,6 +45,16 @@ def with_unit(label, array):
 def with_error(value, error):
     """A mean with its standard error; exact means have the error 0."""
     return f"{value:.3g}" + (rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate")
+
+
+def length_text(run):
+    """The unit of length after a number."""
+    return spaced(named("mm", run.scene))
+
+
+def time_text(time, run):
+    """ "$t$ = 12.5 s" """
+    return f"$t$ = {time}{spaced(named('s', run.scene))}"
 
 
 def colours_of(run, frame):
@@ -266,7 +278,7 @@ def minor_ticks(axis):
 def minor_label(value, axis):
     """Labels 2 and 5 of each decade on axes that span few decades."""
     low, high = axis.get_view_interval()
-    return f"{value:g}" if high < 30.0 * low and f"{value:.3e}"[:5] in ("2.000", "5.000") else ""
+    return f"{value:g}" if high < 40.0 * low and f"{value:.3e}"[:5] in ("2.000", "5.000") else ""
 
 
 def make_room_below(axes, entries):
@@ -296,6 +308,13 @@ def is_drawable(result):
     return result is not None and bool((result.mean > 0.0).any())
 
 
+def above_rounding(result, most):
+    """A structure factor without the values that are rounding errors of the largest of all that are drawn."""
+    kept = result.mean > DECADES_SHOWN * most
+    return replace(result, mean=numpy.where(kept, result.mean, numpy.nan),
+                   linear=numpy.where(kept, result.linear, numpy.nan))
+
+
 def spread_shells(q):
     """Indices of shells evenly spaced on a logarithmic axis."""
     if len(q) == 0:
@@ -316,6 +335,7 @@ def draw_structure(axes, run):
     units = {part[0]: run.observables[f"structure_factor_{part[0]}"] for part in found}
     alike = len({array.attrs.get("units") for array in units.values()}) == 1
     for part, label, colour, marker, result in found:
+        result = above_rounding(result, most)
         draw_result(axes, result, colour, marker, spread_shells(result.x))
         drawn.append(result)
         keys.append(key_of(label if alike else with_unit(label, units[part]), colour, marker))
@@ -327,8 +347,6 @@ def draw_structure(axes, run):
     label = "structure factor $S(q)$"
     axes.set_ylabel(with_unit(label, next(iter(units.values()))) if alike else label)
     keys += keys_of(drawn)
-    bottom, top = axes.get_ylim()
-    axes.set_ylim(max(bottom, DECADES_SHOWN * top), top)
     make_room_below(axes, len(keys))
     axes.legend(handles=keys, loc="lower left")
     return drawn

@@ -194,6 +194,8 @@ def draw_wheel(figure, box, labels=True):
         return
     axes.set_xticks(numpy.radians([0, 90, 180, 270]), ["0°", "90°", "180°", "270°"])
     axes.tick_params(pad=-1)
+    for label, side in zip(axes.get_xticklabels(), ("left", "center", "right", "center")):
+        label.set_horizontalalignment(side)
     axes.text(0.0, 0.0, "direction\nof rods", ha="center", va="center", fontsize=7.5)
 
 

@@ -98,6 +98,19 @@ def structure(run, axes=None):
     return panel(panels.draw_structure, run, axes)
 
 
+def dynamics(run, field, axes=None, *, along="x", modes=None, linear=False):
+    """S(q, omega) of a field of an archive over wavenumber and frequency, measured or of the linear theory."""
+    from drover import dynamics_figure as figures
+    run, axes = fields_of(run), axes_of(axes)
+    measured, _, theory = figures.arrays_of(figures.found_of(run, field, along, modes))
+    norm, reach = figures.norm_of(measured, theory), figures.last_frequency(measured, theory)
+    image = figures.draw_map(axes, theory if linear else measured, norm, reach)
+    if image is not None:
+        from drover.panels import with_unit
+        axes.figure.colorbar(image, ax=axes, extend="min").set_label(with_unit(r"$S(q, \omega)$", measured))
+    return axes
+
+
 def numbers(run, axes=None, exponents=None):
     """Number fluctuations with errors and linear theory; on the axes `exponents` their local exponents."""
     run, axes = fields_of(run), axes_of(axes)

@@ -6,7 +6,7 @@ import numpy
 from drover.archive import loaded
 from drover.error import Error
 from drover.text import drawable
-from drover.typeset import simple_unit, symbol_text
+from drover.typeset import named, symbol_text
 
 SIGNED_FROM = 0.05  # of its range, on either side of its centre: a field with two signs
 
@@ -78,7 +78,7 @@ def roles_of(run):
     reference = dict(zip(model.components, model.state()))
     is_noisy = bool(model.noises) or any(model.noise_strengths)
     return [Role(field.name or field.symbol, symbol_text(field.symbol, field.spin), field.spin, field.components,
-                 simple_unit(field.unit),
+                 named(field.unit, run.scene),
                  is_noisy and field.spin == 0 and field.conserved and reference_of(field, reference) > 0.0,
                  reference_of(field, reference)) for field in model.parts if not field.balance]
 

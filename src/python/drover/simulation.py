@@ -21,8 +21,8 @@ class Frame:
     frame that was taken.  Keep a state by to_xarray(), or by .copy() of an array.  Units: mm, s, mg.
     """
 
-    def __init__(self, step, time, arrays, spheres, box, about):
-        self.step, self.time = step, time
+    def __init__(self, step, time, arrays, spheres, box, about, time_unit="s"):
+        self.step, self.time, self._time_unit = step, time, time_unit
         self.arrays, self.spheres, self.box, self._about = arrays, spheres, box, about
 
     def __getattr__(self, name):
@@ -46,7 +46,7 @@ class Frame:
         variables, axes = self._about
         coordinates = {name: (name, values.copy(), about) for name, (values, about) in axes.items()}
         data = {name: (dims, self.arrays[name].copy(), about) for name, (dims, about) in variables.items()}
-        return xarray.Dataset(data, {**coordinates, "time": ((), self.time, {"units": "s"})})
+        return xarray.Dataset(data, {**coordinates, "time": ((), self.time, {"units": self._time_unit})})
 
 
 class Simulation:
@@ -76,8 +76,9 @@ class Simulation:
     def observe(self, function, name=None, unit="1"):
         """Adds an observable of your own: `function(frame)`, a number, at each sample from now on.
 
-        It joins `observables` under `name` (default: the name of the function).  Python calls it between two steps,
-        which costs more than a built-in observable; the run itself is the same, to the last bit.
+        It joins `observables` under `name` (default: the name of the function), and `summary` with its mean and error.
+        Python calls it between two steps, which costs more than a built-in observable; the run itself is the same, to
+        the last bit.
 
         >>> from drover import Scene
         >>> run = Scene.from_dict({"time": {"dt": 0.1, "end": 1.0}, "output.sample_every": 0.5}).start()
@@ -87,7 +88,8 @@ class Simulation:
         (3, 1.0)
         """
         name = function.__name__ if name is None else name
-        if not name.isidentifier() or name in self.observables:
+        is_reserved = name == "warm_up" or name.endswith(("_error", "_linear", "_autocorrelation_time"))  # of summary
+        if not name.isidentifier() or is_reserved or name in self.observables:
             raise Error(f'an observable cannot be called "{name}"; expected a new name: give name=')
         self._sample_steps = self._sample_steps or self.whole_steps(self._scene["output.sample_every"])
         if self._sample_steps < 1:
@@ -130,7 +132,7 @@ class Simulation:
 
     @property
     def was_changed(self):
-        """Whether edit() changed the fields: the run is then no longer that of its scene."""
+        """Whether edit() changed fields or bodies: the run is then no longer that of its scene."""
         return self._session.was_changed
 
     def __repr__(self):
@@ -230,16 +232,19 @@ class Simulation:
                     variables[start + name] = ((axis, f"{axis}_sphere")[:values.ndim], about(name, unit, meaning))
         box = spheres.pop("box/edges", None)
         all_spheres = Frame(self.step, self.time, spheres, None, box, ({}, {})) if spheres else None
-        return Frame(self.step, self.time, arrays, all_spheres, box, (variables, axes))
+        return Frame(self.step, self.time, arrays, all_spheres, box, (variables, axes), self._session.time_unit)
 
     @contextmanager
     def edit(self):
-        """Changes the fields between two steps: `with run.edit() as fields: fields.rod_density[...] *= 1.1`.
+        """Changes fields or bodies between two steps: `with run.edit() as fields: fields.rod_density[...] *= 1.1`.
 
-        The arrays are the memory of the run.  On exit they are checked (finite values), and the stepper starts anew
-        from them: it is a new run then (was_changed).  After an exception in the block the fields are as before.
+        The arrays are the memory of the run: of particles `bead_position`, `bead_velocity`, `rod_axis`, ....  On exit
+        they are checked (finite values, no overlaps), and the run goes on from them: it is a new run then
+        (was_changed).  After an exception in the block, or of the check, all is as before.
         """
         frame = self._frame(True)
+        for array in frame.spheres.arrays.values() if frame.spheres else ():
+            array.setflags(write=False)  # they follow from the bodies
         try:
             yield frame
             self._session.accept()
@@ -255,7 +260,8 @@ class Simulation:
         """The series of the observables so far, as an xarray Dataset over time, with units; a copy."""
         import xarray
         series = self._session.series()
-        coordinates = {"time": ("time", series["times"], about("time", "s", "time since the start of the run"))}
+        coordinates = {"time": ("time", series["times"],
+                                about("time", self._session.time_unit, "time since the start of the run"))}
         for name, unit, meaning, values in series["axes"]:
             coordinates[name] = (name, values, about(name, unit, meaning))
         dataset = xarray.Dataset({name: (("time", *dims), values, about(name, unit, meaning))
@@ -280,7 +286,30 @@ class Simulation:
         (True, '1')
         """
         from drover.computed import dataset_of
-        return dataset_of(self._session.summary())
+        found = dataset_of(self._session.summary())
+        warm_up = float(found["warm_up"]) if "warm_up" in found else 0.0
+        for name, (_, unit, times, values) in self._own.items():
+            self._summarise(found, name, unit, times, values, warm_up)
+        return found
+
+    @property
+    def warnings(self):
+        """What to be careful about in the results so far, as a run that ends now would tell; a list of sentences."""
+        return self._session.warnings() if self.step > 0 else self._scene.check()
+
+    def _summarise(self, found, name, unit, times, values, warm_up):
+        """Adds the mean of an observable of the user's own, its error and its autocorrelation time."""
+        skip = sum(time < warm_up for time in times)
+        if len(values) - skip < 1:
+            return
+        mean, error, memory = _drover.mean_of(values, self._sample_steps * self.dt, skip)
+        nan = float("nan")
+        for key, value, its_unit, words in (
+                (name, mean, unit, f"mean of {name}"),
+                (f"{name}_error", nan if error is None else error, unit, f"standard error of {name}"),
+                (f"{name}_autocorrelation_time", memory, self._session.time_unit,
+                 f"integrated autocorrelation time of {name}")):
+            found[key] = ((), value, about(key, its_unit, words))
 
 
 def now():

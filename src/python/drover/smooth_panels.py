@@ -9,6 +9,7 @@ from drover.exact import exact_of
 from drover.model_panels import parts_of
 from drover.panels import BLUE, GREEN, PURPLE, STEPS, VERMILLION
 from drover.roles import has_own_fields, roles_of
+from drover.typeset import named, spaced
 
 PROFILES, WIDEST = 4, 3.0  # frames drawn, and the width of the first: all show where they coincide
 LEGEND_COLUMN = 1.6  # inches
@@ -61,10 +62,10 @@ def draw_profiles(axes, run, exact=None):
     chosen = numpy.unique(numpy.linspace(0, row.sizes["time"] - 1, PROFILES).round().astype(int))
     colours = matplotlib.colormaps["viridis"](numpy.linspace(0.0, 0.85, len(chosen)))
     widths = numpy.linspace(WIDEST, 1.2, len(chosen))
-    x = row["x"].values
+    x, unit = row["x"].values, spaced(named("s", run.scene))
     for frame, colour, width in zip(chosen, colours, widths):
         time = float(row["time"][frame])
-        axes.plot(x, row.values[frame], color=colour, linewidth=width, label=f"{time:g} s")
+        axes.plot(x, row.values[frame], color=colour, linewidth=width, label=f"{time:g}{unit}")
         if known is not None:
             axes.plot(x, known[0](x, time), color="black", linewidth=0.8, linestyle=":",
                       label=known[1] if frame == chosen[-1] else None)
@@ -146,4 +147,4 @@ def draw_length(axes, run):
     axes.xaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
     axes.set_xlabel(panels.with_unit("time $t$", run.observables["time"]))
-    axes.set_ylabel(r"$2\pi/\langle q\rangle$ [mm]")
+    axes.set_ylabel(panels.with_unit(r"$2\pi/\langle q\rangle$", run.frames["x"]))

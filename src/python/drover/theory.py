@@ -1,10 +1,10 @@
-"""drover/theory.py: reads archives of drover stability and drover boundary, for scenes and tables."""
+"""drover/theory.py: reads archives of drover stability, drover boundary (of scenes and tables) and drover states."""
 from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
 
-from drover.archive import check_is_no_table, example_group, kind_of, open_once, read_head, read_run, settled
+from drover.archive import check_is_no_table, kind_of, open_once, read_head, read_run, settled
 from drover.error import DroverError
 from drover.stored import Store, StoreOwner, group_dataset, names_of
 
@@ -33,7 +33,8 @@ KNOWN = {"frequency": BRANCH, "slow_speed": SLOW, "slow_growth": SLOW, "slow_dam
 FACTORS = {"structure_factor_": ("angle", "wavenumber"), "dynamic_structure_factor_": ("angle", "frequency_axis")}
 
 
-MAIN = ("ordered", "along_the_field", "isotropic", "boundary", "line")  # the first of these groups that is there
+# The first of these groups that is there.
+MAIN = ("ordered", "along_the_field", "isotropic", "boundary", "line", "state")
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,8 @@ class Theory(StoreOwner):
 
     path: Path        # of the archive, or the name of the scene
     kind: str         # "stability", "boundary", "onset" (drover boundary TABLE) or "states"
-    groups: dict      # name -> xarray.Dataset: states ("ordered", ...), "boundary" and "map", or "curves" and "line"
+    groups: dict      # name -> xarray.Dataset: states ("ordered", ...), "boundary" and "map", "curves" and "line";
+                      # of drover states "state", "curve" and "frames"
     scene: dict       # all keys with their values: scene["relaxation"]["rate"]
     attributes: dict  # provenance: version, commit, host, ...
     store: Store | None = None   # None if computed
@@ -76,7 +78,7 @@ class Theory(StoreOwner):
 
 
 def open_theory(path):
-    """Opens an archive of drover stability or drover boundary.  Raises DroverError if it is not one, or is damaged."""
+    """Opens an archive of drover stability, boundary or states.  Raises DroverError if it is not one, or is damaged."""
     path = Path(path)
     return settled(path, lambda: open_once(path, read_theory))
 
@@ -100,8 +102,10 @@ def read_theory(store, path):
                           "drover.open_run")
     check_is_no_table(path, kind)
     if kind == "states":
-        raise DroverError(f"{path} holds states, which drover states wrote; open a group of it with "
-                          f'xarray.open_dataset("{path}", group="{example_group(store)}")')
+        groups = {name: group_dataset(store, name) for name in ("state", "curve") if name in store.file}
+        check_states(path, groups)
+        groups["frames"] = group_dataset(store, "/").rename(time="state")
+        return Theory(path, kind, groups, scene, attributes, store)
     names = [name for name in names_of(store.file)
              if isinstance(store.file.get(name, getlink=True), h5py.HardLink)]
     names = [name for name in names if isinstance(store.file[name], h5py.Group)]
@@ -111,6 +115,15 @@ def read_theory(store, path):
     for name, group in groups.items():
         check_group(path, name, group, needed["stability" if kind == "stability" else name])
     return Theory(path, kind, groups, scene, attributes, store)
+
+
+def check_states(path, groups):
+    for group, needed in (("state", ("speed", "growth_rate", "residual")),
+                          ("curve", ("curve_parameter", "curve_fold", "curve_growth_rate"))):
+        missing = [name for name in needed if name not in groups.get(group, needed)]
+        if missing or "state" not in groups:
+            raise DroverError(f"{path}: the group {group} has no {missing[0] if missing else 'speed'}; the file is "
+                              "from another version of drover, or damaged")
 
 
 def check_group(path, group, dataset, needed):

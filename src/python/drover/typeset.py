@@ -41,6 +41,19 @@ def simple_unit(unit):
     return " ".join(words) or "1"
 
 
+def named(unit, scene):
+    """A unit of mm, s and mg with the names that a scene (its tables) gives them; "1" where it has none.
+
+    >>> named("mm-2 s", {"units": {"length": "cm", "time": "none", "mass": "mg"}}), named("1/mm", {})
+    ('cm-2', 'mm-1')
+    """
+    for known, key in (("mm", "length"), ("s", "time"), ("mg", "mass")):
+        name = scene.get("units", {}).get(key, known)
+        part = r"1" if name == "none" else rf"{name}\1"
+        unit = re.sub(rf"(?<![A-Za-z]){known}(?![A-Za-z])(\^?-?\d+)?", part, unit)
+    return simple_unit(unit)
+
+
 def unit_text(unit):
     """A unit in UDUNITS ("mm-2") or scene ("mm^-2") notation as mathtext."""
     unit = drawable(simple_unit(unit) if "(" in unit else unit)
@@ -51,6 +64,11 @@ def unit_text(unit):
         base = word.rstrip("-+0123456789")
         words.append(f"{base}$^{{{word[len(base):]}}}$" if base and base != word else word)
     return " ".join(words)
+
+
+def spaced(unit):
+    """A unit after a number; nothing without one."""
+    return "" if unit == "1" else f" {unit_text(unit)}"
 
 
 def symbol_text(symbol, spin):
@@ -126,10 +144,11 @@ def keys_html(scene):
             if value is not None and value != row["default"]:
                 rows.append((f"{section['name']}.{row['name']}", value_words(value),
                              order_unit(row.get("unit", "1"), values), row["doc"]))
-    where = f"{values['time']['end']:g} s"
+    length, time = (spaced(named(unit, values)) for unit in ("mm", "s"))
+    where = f"{values['time']['end']:g}{time}"
     if scene.kind == "fields":
         grid = values["grid"]
-        where = f"{grid['nx']} × {grid['ny']} points, {grid['lx']:g} × {grid['ly']:g} mm, {where}"
+        where = f"{grid['nx']} × {grid['ny']} points, {grid['lx']:g} × {grid['ly']:g}{length}, {where}"
     return f"<b>{escape(printable(scene.name))}</b> ({where})" + table(("key", "value", "unit", "meaning"), rows)
 
 

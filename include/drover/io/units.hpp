@@ -1,0 +1,15 @@
+// io/units.hpp: names of units in results: drover computes in the numbers of a scene, whatever their units are called.
+#pragma once
+#include <string>
+
+namespace drover::io {
+
+/// What results call the units of the scene; "none": numbers without a unit.
+struct Units {
+    std::string length = "mm", time = "s", mass = "mg";
+};
+
+/// A unit of mm, s and mg with these names: "mm-2 s" with length "cm" is "cm-2 s", and with length "none" it is "s".
+std::string renamed(const std::string& unit, const Units& units);
+
+}  // namespace drover::io
