@@ -1,9 +1,11 @@
 """tests/app/test_dynamics.py: the measured S(q, omega) against exact solutions and the linear theory."""
 import numpy
 import pytest
+from pictures import overlaps
 from support import MODELS, SMALL
 
 import drover
+from drover import dynamics_figure, figure
 
 RELAXATION = {**SMALL, "relaxation.rate": 0.5, "current.speed": 0.0, "pressure.rods": 0.0, "elasticity.stiffness": 0.0,
               "elasticity.splay": 0.0, "noise.rods": 0.0, "time.dt": 0.2, "time.end": 6000.0,
@@ -25,6 +27,9 @@ def test_a_mode_that_relaxes_has_the_spectrum_of_its_exact_solution(tmp_path):
     deviation = ((values - expected) / errors)[:, away]
     assert abs(values[:, away].mean(axis=0) / expected[away] - 1).mean() < 0.1
     assert 0.8 < numpy.sqrt((deviation**2).mean()) < 1.3 and abs(deviation.mean()) < 0.2
+    # The linear theory is for all times, not for frames 0.4 s apart: near omega = 0 it is the same to (a T)^2/12.
+    linear = found.dynamic_structure_factor_polar_order_x_linear.values
+    assert linear == pytest.approx(numpy.broadcast_to(0.05 / (omega**2 + 0.25), linear.shape), rel=1e-9)
     # The sum rule: the integral over omega/(2 pi) is S(q), up to the error of a mean over 6000 s.
     total = values.sum(axis=1) * (omega[1] - omega[0]) / (2 * numpy.pi)
     assert total == pytest.approx(0.05, rel=0.15)
@@ -50,6 +55,70 @@ def test_waves_of_a_flock_have_the_spectrum_of_the_linear_theory(tmp_path):
     # The width of the windows, 0.05 /s, is a sixth of that of the peak; errors of 60 segments are known to a tenth.
     assert len(deviation) >= 12 and 0.6 < numpy.sqrt((deviation**2).mean()) < 1.5
     assert expected.max() > 3.0 * expected.min() and omega[values.argmax()] > 0.0
+    # The theory beside the measurement is that of drover stability about the state of the flock, whose direction has
+    # wandered from the x axis by some 0.2, and the peak with it by half of its square.
+    linear = found.dynamic_structure_factor_rod_density_linear
+    assert "ordered" in linear.comment
+    assert linear.values[0][inside] == pytest.approx(expected, rel=6e-2)
+
+
+def test_the_theory_of_a_flock_turns_with_its_order(tmp_path):
+    # A flock along y has along y what one along x has along x; and 90 degrees off, each component has the other one.
+    flock = {**SMALL, "relaxation.rate": -1.0, "relaxation.saturation": 1.0, "noise.order": 1e-4, "noise.rods": 1e-4,
+             "current.kind": "density-order", "pressure.rods": 0.3, "diffusion.rods": 2.0, "initial.kind": "formula",
+             "time.end": 20.0, "output.frame_every": 0.5}
+    found = {}
+    for axis in "xy":
+        scene = drover.Scene.from_dict({**flock, f"initial.polar_order_{axis}": "1"})
+        with scene.run(tmp_path / f"{axis}.h5") as run:
+            for along in "xy":
+                for part in ("rod_density", "polar_order_x", "polar_order_y"):
+                    data = drover.dynamic_structure_factor(run, part, along=along, segments=2, begin=0.0)
+                    found[axis, along, part] = data[f"dynamic_structure_factor_{part}_linear"].values
+    other = {"x": "y", "y": "x", "rod_density": "rod_density", "polar_order_x": "polar_order_y",
+             "polar_order_y": "polar_order_x"}
+    for (axis, along, part), values in found.items():
+        assert numpy.isfinite(values).all() and (values > 0.0).any()
+        # The direction of the order diffuses: by some 1e-3 within the run.
+        assert values == pytest.approx(found[other[axis], other[along], other[part]], rel=2e-2), (axis, along, part)
+    assert found["x", "x", "polar_order_x"] != pytest.approx(found["x", "x", "polar_order_y"], rel=0.1)
+
+
+def test_the_theory_of_a_model_of_ones_own_is_that_of_its_symbol(tmp_path):
+    model = drover.Model([drover.Field("a", "-2 a + b + lap a", noise=0.1),
+                          drover.Field("b", "-a - b", noise=0.3)])
+    scene = model.scene(points=(16, 1), side=(8.0, 1.0), dt=0.05, end=20.0).set("output.frame_every", 0.1)
+    with scene.run(tmp_path / "pair.h5") as run:
+        found = drover.dynamic_structure_factor(run, "a", modes=3, segments=2, begin=0.0)
+    for q, values in zip(found.wavenumber.values, found.dynamic_structure_factor_a_linear.values):
+        for omega, value in zip(found.frequency.values, values):
+            matrix = numpy.linalg.inv(-1j * omega * numpy.eye(2) - model.symbol((q, 0.0)))
+            assert value == pytest.approx((matrix @ numpy.diag([0.1, 0.3]) @ matrix.conj().T)[0, 0].real, rel=1e-10)
+
+
+def test_a_scene_without_noise_has_no_theory_of_fluctuations(tmp_path):
+    quiet = drover.Scene.from_dict({**SMALL, "noise.order": 0.0, "noise.rods": 0.0, "initial.kind": "uniform",
+                                    "output.frame_every": 1.0})
+    with quiet.run(tmp_path / "quiet.h5") as run:
+        found = drover.dynamic_structure_factor(run, "rod_density", segments=2)
+    linear = found.dynamic_structure_factor_rod_density_linear
+    assert numpy.isnan(linear.values).all() and "no noise" in linear.comment
+
+
+def test_the_map_is_drawn_measured_and_predicted_with_one_scale(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = drover.Scene.from_dict({**SMALL, "output.frame_every": 0.5, "time.end": 100.0})
+    with scene.run("waves.h5") as run:
+        axes = drover.plot.dynamics(run, "rod_density"), drover.plot.dynamics(run, "rod_density", linear=True)
+        norms = [one.collections[0].norm for one in axes]
+        assert [norm.vmin for norm in norms] == [norms[0].vmin] * 2 and norms[0].vmax == norms[1].vmax
+        assert axes[0].get_xlabel() == "wavenumber $q$ [mm$^{-1}$]" and axes[0].get_ylim() == axes[1].get_ylim()
+        drawn = dynamics_figure.draw(run, "rod_density")
+    assert overlaps(drawn) == [] and len(drawn.axes) == 6
+    assert figure.main(["waves.h5", "--dynamics", "rod_density", "--output", "waves.png"]) == 0
+    assert figure.main(["waves.h5", "--dynamics", "nothing"]) == 2
+    drover.Scene.load(MODELS / "isotropic.toml").set({"grid.nx": 16, "grid.ny": 16}).stability("theory.h5")
+    assert figure.main(["theory.h5", "--dynamics", "rod_density"]) == 2
 
 
 @pytest.mark.parametrize("changes, sentence", [

@@ -137,6 +137,49 @@ def test_a_run_that_fails_is_shown_and_can_be_mended():
         until(server, lambda now: now["state"] == "running" and now["time"] > 1.0)
 
 
+def test_warnings_are_shown_and_those_of_a_run_that_has_ended_too(tmp_path):
+    # A warm-up that does not fit is a warning of the results.
+    scene = drover.Scene.from_dict({**LONG, "time.end": 20.0, "analysis.warm_up": 30.0}, "long.toml")
+    with served(shown.LiveRun(scene)) as server:
+        ended = until(server, lambda now: now["state"] == "ended" and now["warnings"])
+        assert any("analysis.warm_up = 30" in words for words in ended["warnings"])
+        assert ended["warnings"] == shown_warnings(scene)
+    scene.run(tmp_path / "warned.h5").close()
+    with served(shown.ShownArchive(tmp_path / "warned.h5")) as server:
+        assert any("analysis.warm_up = 30" in words for words in state(server)["warnings"])
+
+
+def shown_warnings(scene):
+    run = scene.start()
+    run.advance()
+    return run.warnings
+
+
+def test_particles_take_other_numbers_from_their_state():
+    scene = drover.Scene.load(MODELS / "bead-flock.toml").set(
+        {"cell.lx": 20.0, "cell.ly": 20.0, "time.end": 1e3, "output.sample_every": 0.05, "beads.area_fraction": 0.3})
+    with served(shown.LiveRun(scene)) as server:
+        first = until(server, lambda now: now["state"] == "running" and now["time"] > 0.05)
+        keys = {row["key"] for row in first["coefficients"]}
+        assert {"kick.strength", "plates.amplitude", "restitution.rod_bead"} <= keys
+        assert not [key for key in keys if key.startswith(("beads", "rods", "cell", "contacts", "time"))]
+        do(server, "pause")
+        paused = until(server, lambda now: now["state"] == "paused")
+        do(server, "set", **{"plates.amplitude": 0.05})
+        taken = until(server, lambda now: any(row["key"] == "plates.amplitude" and row["value"] == 0.05
+                                              for row in now["coefficients"]))
+        assert not taken["error"]
+        # To the end of the period of the plates, 5 ms, in which a body moves by less than its speed of some 100 mm/s.
+        assert 0.0 <= taken["time"] - paused["time"] <= 5.01e-3
+        now = state(server)
+        moved = numpy.abs(numbers(now["bodies"]["rods"]) - numbers(paused["bodies"]["rods"])).reshape(-1, 4)[:, 2:]
+        assert moved.max() < 1.0
+        do(server, "resume")
+        until(server, lambda now: now["time"] > taken["time"] + 0.05)
+        do(server, "set", **{"plates.gap": 0.5})
+        assert "plates.gap" in until(server, lambda now: now["error"])["error"]
+
+
 def test_an_archive_is_shown_frame_by_frame(tmp_path):
     path = tmp_path / "small.h5"
     scene = drover.Scene.from_dict(SMALL, "small.toml")

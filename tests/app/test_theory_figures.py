@@ -118,7 +118,8 @@ def test_a_flock_that_bands_is_drawn_with_its_fastest_wave_and_the_line_where_no
     assert f"grows at {rate:.4g}" in words_of(picture).replace("\u00a0", " ") and "(star)" in words_of(picture)
 
 
-@pytest.mark.parametrize("scene, words", [("toner-tu", "ordered 2"), ("cahn-hilliard", "isotropic 1")])
+@pytest.mark.parametrize("scene, words", [("toner-tu", "ordered, density = 1.1, |polarity| = 0.316"),
+                                          ("cahn-hilliard", "isotropic, all fields 0")])
 def test_the_most_ordered_state_of_a_model_of_ones_own_is_drawn(scene, words, tmp_path):
     drover(tmp_path, "stability", MODELS / f"{scene}.toml", "-o", "own.h5")
     assert f"“{words}”" in words_of(picture_of(tmp_path / "own.h5"))

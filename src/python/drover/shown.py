@@ -12,6 +12,8 @@ from drover.pictures import picture_of
 PICTURES_PER_SECOND = 5
 WATCHED = 2.0    # s after a page asked last: pictures are made for a page alone
 SERIES = 1.0     # s between copies of the observables
+# Of particles the sections whose numbers may change while the bodies stay as they are.
+OF_BODIES = {"plates", "gravity", "restitution", "friction", "kick", "forces"}
 # Sections whose numbers are no coefficients.
 SETTINGS = {"grid", "dealiasing", "time", "initial", "output", "analysis", "accuracy", "run", "sweep", "stability",
             "calibrated", "boundary", "uniform", "table", "approximation", "fields", "model", "terms"}
@@ -22,7 +24,7 @@ class Shown:
 
     def __init__(self, name):
         self.name, self.state, self.error = name, "starting", ""
-        self.number, self.picture, self.observables = 0, None, None
+        self.number, self.picture, self.observables, self.warnings = 0, None, None, []
         self.changed = threading.Condition()
         self.asked = 0.0
 
@@ -48,11 +50,11 @@ class Shown:
 
 def coefficients_of(scene):
     """Keys of numbers of the model that a page may change, with their values, units and meanings."""
-    if scene.kind == "particles":
-        return []
     found = []
     for key in scene.keys():
         section = key.partition(".")[0].partition("[")[0]
+        if scene.kind == "particles" and section not in OF_BODIES:
+            continue
         if section in SETTINGS or section in ("field", "white_noise") and not key.endswith("noise"):
             continue
         value = scene[key]
@@ -123,6 +125,8 @@ class LiveRun(Shown):
                 continue
             took = time.monotonic() - began
             self.speed = steps / max(took, 1e-9)
+            if self._state() == "ended":
+                self._warn()
             steps = int(numpy.clip(steps * numpy.clip(1.0 / PICTURES_PER_SECOND / max(took, 1e-9), 0.25, 4.0), 1, 1e6))
             self._show()
 
@@ -150,7 +154,15 @@ class LiveRun(Shown):
 
     def _start(self, scene):
         self.run, self.scene = scene.start(), scene
+        self._warn()
         self._show(always=True)
+
+    def _warn(self):
+        """Reads the warnings of the scene or, of a run that has ended, of its results."""
+        try:
+            self.warnings = self.run.warnings if self._state() == "ended" else self.scene.check()
+        except DroverError as error:  # such as a disk that has no room for the archive, which is not written here
+            self.warnings = [str(error)]
 
     def _fulfil(self, action, values):
         try:
@@ -172,24 +184,40 @@ class LiveRun(Shown):
             self.publish(error=traceback.format_exc(limit=1).strip().splitlines()[-1])
 
     def _set(self, values):
-        """Goes on from the fields as they are, with other coefficients; the run is then one of its own."""
+        """Goes on from the fields or bodies as they are, with other coefficients; the run is then one of its own."""
         scene = self.scene.set(values)
         if self.run is None:
             self.before = 0.0
             self._start(scene)
             return
+        lift = self._to_whole_period(scene) if scene.kind == "particles" else 0.0
         run = scene.start()
         with run.edit() as fields:
             for name, array in self.run.frame.arrays.items():
-                fields[name][...] = array
+                if fields[name].flags.writeable:  # masses and shapes are not
+                    fields[name][...] = array
+                    if name.endswith("_position"):
+                        fields[name][:, 2] += lift
         self.before += self.run.time
         self.run, self.scene = run, scene
+        self._warn()
+
+    def _to_whole_period(self, scene):
+        """Ends the period of the plates, whose phase is 0 at the start of a run; returns how much higher they are in
+        the other scene then [mm]."""
+        frequency = self.scene["plates.frequency"]
+        periods = -(-self.run.time * frequency // 1.0)
+        steps = round(periods / frequency / self.run.dt) - self.run.step
+        if steps > 0:
+            self.run.advance(steps=steps, progress=False)
+        return 2.0 * (scene["plates.amplitude"] - self.scene["plates.amplitude"])
 
 
 class ShownArchive(Shown):
     """A run in an archive, finished or in progress, which is read again when it has grown."""
 
     shown = -1  # number of the frame
+    has_warned = False
 
     def __init__(self, path):
         super().__init__(str(path))
@@ -241,3 +269,6 @@ class ShownArchive(Shown):
         picture = picture_of(float(frame["time"]), {name: values.values for name, values in frame.data_vars.items()},
                              side, {name: values.attrs.get("units", "1") for name, values in frame.data_vars.items()})
         self.publish(picture, run.observables.load(), "ended" if run.summary is not None else "running", error="")
+        if run.summary is not None and not self.has_warned:
+            from drover.commands import info
+            self.has_warned, self.warnings = True, info(self.path).get("warnings", [])

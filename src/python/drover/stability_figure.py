@@ -40,6 +40,8 @@ def state_of(theory, name):
         # The states of a model of one's own come with ascending order.
         name = next((known for known in panels.STATES if known in names), names[-1])
     name = name.replace(" ", "_")
+    alike = [known for known in names if known.startswith(f"{name}_")]  # "isotropic" for the only "isotropic_1"
+    name = alike[0] if name not in names and len(alike) == 1 else name
     if name not in names:
         raise DroverError(f'{theory.path} has no state "{name}"; expected {" or ".join(names)}')
     return panels.State(name, theory.groups[name], theory.path)

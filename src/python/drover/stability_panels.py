@@ -20,6 +20,8 @@ PARTS = (("rods", r"rods, $S_\sigma$", "rods", ("-", BLUE)),
 PREFERRED = ("rods", "beads", "order_across_p0", "order_along_p0")  # preferred if one is drawn at several angles
 STATES = ("ordered", "along_the_field", "isotropic")  # the most ordered first
 SLOW_MODES = {1: ("slow mode",), 2: ("slower", "faster"), 3: ("slowest", "middle", "fastest")}  # by their speeds
+OF_STATES = ("free_direction", "stable", "fastest_rate", "fastest_wavenumber")  # numbers that are no fields
+COMPONENT = re.compile(r"_(x|y|xx|xy|1|2)$")
 DECADES = 5           # of growth rates on the larger side of a symmetric logarithmic axis
 SPIKE = 4.0           # curves are clipped at this multiple of their typical range
 
@@ -38,7 +40,20 @@ class State:
 
     @property
     def words(self):
-        return self.name.replace("_", " ")
+        """The state for a reader; of a model of one's own with its fields: "isotropic, cells = 1, signal = 1"."""
+        own = re.fullmatch(r"(isotropic|ordered)(__.*)?_\d+", self.name)
+        if not own:
+            return self.name.replace("_", " ")
+        sizes = {}
+        for name, value in self.data.data_vars.items():
+            if value.ndim == 0 and name not in OF_STATES:
+                stem = COMPONENT.sub("", str(name))
+                sizes.setdefault(stem, []).append(float(value))
+        fields = [f"{stem.replace('_', ' ')} = {parts[0]:.3g}" if len(parts) == 1 else
+                  f"|{stem.replace('_', ' ')}| = {numpy.hypot(*parts):.3g}"
+                  for stem, parts in sizes.items() if any(parts) or len(parts) == 1]
+        is_zero = not any(any(parts) for parts in sizes.values())
+        return f"{own[1]}, all fields 0" if is_zero else ", ".join([own[1], *fields])
 
     def array(self, name):
         return loaded(self.data[name], self.path)
@@ -129,7 +144,7 @@ def draw_growth_map(axes, bar_axes, state):
     most, linear = float(abs(rates).max()) or 1.0, linear_range(rates, fastest)
     norm = SymLogNorm(linear, linscale=1.0, vmin=-most, vmax=most)
     image = axes.pcolormesh(rates["wavenumber"], rates["angle"], rates.values, cmap="RdBu_r", norm=norm,
-                            shading="nearest", rasterized=True)
+                            shading="gouraud", rasterized=True)
     log_axes(axes, x_only=True)
     axes.set_xlim(float(rates["wavenumber"][0]), float(rates["wavenumber"][-1]))
     axes.set_ylim(float(rates["angle"][0]), float(rates["angle"][-1]))
