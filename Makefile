@@ -30,11 +30,11 @@ product: configure
 
 demo: configure  ## a flock of particles, a flock of fields, and theory, on one page in build/demo
 	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_program drover_python
-	@PYTHONPATH=$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) -m drover.demo --output $(DEMO)
+	@PYTHONPATH=$(CURDIR)/$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) -m drover.demo --output $(DEMO)
 
 docs: product  ## build the manual, build/docs/index.html (minutes the first time: notebooks and gallery are run)
 	@[ "$(SETUP)" = true ] || $(SETUP) docs
-	@PYTHONPATH=$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) src/docs/build.py --drover $(BUILD)/drover \
+	@PYTHONPATH=$(CURDIR)/$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) src/docs/build.py --drover $(BUILD)/drover \
 	    --output build/docs
 
 test: build  ## run the fast tests
