@@ -52,17 +52,20 @@ def test_bodies_that_are_given_back_unchanged_go_on_as_without():
     assert one.frame.bead_position == pytest.approx(other.frame.bead_position, abs=1e-12)
 
 
-def test_what_an_edit_does_to_the_energy_is_work_of_forces():
-    run = gas(20, **ELASTIC)
+@pytest.mark.parametrize("gravity", [0.0, -9810.0])
+def test_what_an_edit_does_to_the_kinetic_energy_is_work_of_forces_and_heights_are_none(gravity):
+    run = gas(20, **{**ELASTIC, "gravity.z": gravity})
+    run.advance(0.01)
     with run.edit() as bodies:
         bodies.bead_velocity[...] = 3.0
+        bodies.bead_position[:, 2] = 1.2 - bodies.bead_position[:, 2]  # mirrored in the middle of the gap
     run.advance(0.02)
     series = run.observables
-    works = [name for name in series if str(name).startswith("work_") or str(name).startswith("energy_")]
-    assert "energy_kinetic" in works
-    first = float(series.energy_kinetic[0])
-    balance = sum(float(series[name][-1]) for name in works if name != "energy_kinetic")
-    assert float(series.energy_kinetic[-1]) == pytest.approx(first + balance, rel=1e-9)
+    works = {name: float(series[name][-1]) for name in series if name.startswith("work_")}
+    first, last = (float(series.energy_kinetic[at]) for at in (0, -1))
+    assert last == pytest.approx(first + sum(works.values()), rel=1e-9) and len(works) == 6
+    assert gravity or works["work_gravity"] == 0.0
+    assert works["work_forces"] != 0.0
 
 
 def test_rods_turned_alike_have_the_order_one():
