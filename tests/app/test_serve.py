@@ -155,6 +155,12 @@ def shown_warnings(scene):
     return run.warnings
 
 
+def test_labels_have_the_units_of_the_scene():
+    with served(live(**{"units.length": "none", "units.time": "h"})) as server:
+        assert until(server, lambda now: now["state"] == "running")["units"] == {
+            "length": "", "wavenumber": "", "time": "h"}
+
+
 def test_particles_take_other_numbers_from_their_state():
     scene = drover.Scene.load(MODELS / "bead-flock.toml").set(
         {"cell.lx": 20.0, "cell.ly": 20.0, "time.end": 1e3, "output.sample_every": 0.05, "beads.area_fraction": 0.3})

@@ -127,7 +127,7 @@ def state_of(shown, wishes):
     number = shown.wait_for(seen, WAIT)
     state = {"number": number, "name": printable(Path(shown.name).name), "state": shown.state,
              "error": printable(shown.error), "warnings": [printable(words) for words in shown.warnings],
-             "progress": shown.progress, "speed": shown.speed,
+             "units": shown.units, "progress": shown.progress, "speed": shown.speed,
              "coefficients": shown.coefficients, "can_steer": isinstance(shown, LiveRun),
              "frames": getattr(shown, "frames", 0), "frame": getattr(shown, "shown", 0)}
     picture, observables = shown.picture, shown.observables

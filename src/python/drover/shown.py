@@ -8,6 +8,7 @@ import numpy
 from drover.error import DroverError
 from drover.particles import is_of_particles, sides_of
 from drover.pictures import picture_of
+from drover.typeset import named
 
 PICTURES_PER_SECOND = 5
 WATCHED = 2.0    # s after a page asked last: pictures are made for a page alone
@@ -19,6 +20,12 @@ SETTINGS = {"grid", "dealiasing", "time", "initial", "output", "analysis", "accu
             "calibrated", "boundary", "uniform", "table", "approximation", "fields", "model", "terms"}
 
 
+def units_of(values):
+    """Names of the units of length, of wavenumbers and of time in a scene, for labels; "" without one."""
+    found = {what: named(unit, values) for what, unit in (("length", "mm"), ("wavenumber", "mm-1"), ("time", "s"))}
+    return {what: "" if unit == "1" else unit for what, unit in found.items()}
+
+
 class Shown:
     """What a page asks for: a picture with a number that grows, and what else is known."""
 
@@ -26,7 +33,7 @@ class Shown:
         self.name, self.state, self.error = name, "starting", ""
         self.number, self.picture, self.observables, self.warnings = 0, None, None, []
         self.changed = threading.Condition()
-        self.asked = 0.0
+        self.asked, self.units = 0.0, units_of({})
 
     def publish(self, picture=None, observables=None, state=None, error=None):
         with self.changed:
@@ -154,6 +161,7 @@ class LiveRun(Shown):
 
     def _start(self, scene):
         self.run, self.scene = scene.start(), scene
+        self.units = units_of(scene.values)
         self._warn()
         self._show(always=True)
 
@@ -262,7 +270,7 @@ class ShownArchive(Shown):
             self.seen = now
 
     def _read(self, run):
-        last = self.frames - 1
+        last, self.units = self.frames - 1, units_of(run.scene)
         self.shown = last if self.chosen is None else int(numpy.clip(self.chosen, 0, last))
         frame = run.frames.isel(time=self.shown).load()
         side = sides_of(run) if is_of_particles(run.scene) else [run.scene["grid"][name] for name in ("lx", "ly")]
