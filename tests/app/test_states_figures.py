@@ -37,7 +37,8 @@ def test_the_figure_of_a_curve_draws_states_and_marks_unstable_ones_and_folds(cu
     unstable = line.curve_growth_rate.values > 1e-6
     for axes in numbers:
         _, stable_points, unstable_points, *_, folds = axes.lines
-        assert len(stable_points.get_xdata()) == (~unstable).sum() and len(unstable_points.get_xdata()) == unstable.sum()
+        assert len(stable_points.get_xdata()) == (~unstable).sum()
+        assert len(unstable_points.get_xdata()) == unstable.sum()
         assert to_hex(stable_points.get_markerfacecolor()) == BLUE.lower()
         assert len(folds.get_xdata()) == line.curve_fold.values.sum()
     assert overlaps(drawn) == []

@@ -1,4 +1,4 @@
-"""drover/dynamics_figure.py: S(q, omega) of a run of fields: maps measured and predicted, and cuts at some wavenumbers."""
+"""drover/dynamics_figure.py: S(q, omega) of a run of fields: maps measured and predicted, cuts at some wavenumbers."""
 import matplotlib
 import numpy
 from matplotlib.colors import LogNorm

@@ -1,4 +1,4 @@
-"""drover/states_figure.py: figure of the states of drover states: their fields along x, and the curve that they are on."""
+"""drover/states_figure.py: figure of the states of drover states: their fields along x, and the curve they are on."""
 import matplotlib
 import numpy
 from matplotlib.ticker import MaxNLocator
@@ -107,12 +107,12 @@ def boxes_of(count, column):
 
 @matplotlib.rc_context(STYLE)
 def draw(theory, frame=None):
-    """Draws states as a matplotlib Figure: all along a curve, or one `frame`.  Raises DroverError without that state."""
+    """Draws states as a matplotlib Figure: all along a curve, or one `frame`.  Raises DroverError without it."""
     frames, curve = theory.groups["frames"], theory.groups.get("curve")
     count = frames.sizes["state"]
     if frame is not None and not -count <= frame < count:
-        raise DroverError(f"{theory.path}: has no state {frame}; expected 0 to {count - 1}, or a negative number counted "
-                          "from the end")
+        raise DroverError(f"{theory.path}: has no state {frame}; expected 0 to {count - 1}, or a negative number "
+                          "counted from the end")
     states = chosen_states(count, None if frame is None else frame % count)
     names = arrays_of(frames)
     figure = new_figure()
