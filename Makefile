@@ -32,7 +32,7 @@ demo: configure  ## a flock of particles, a flock of fields, and theory, on one 
 	@cmake --build $(BUILD) --parallel $(JOBS) --target drover_program drover_python
 	@PYTHONPATH=$(CURDIR)/$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) -m drover.demo --output $(DEMO)
 
-docs: product  ## build the manual, build/docs/index.html (minutes the first time: notebooks and gallery are run)
+docs: product  ## build the manual, build/docs/index.html (ten core-minutes the first time: notebooks, gallery)
 	@[ "$(SETUP)" = true ] || $(SETUP) docs
 	@PYTHONPATH=$(CURDIR)/$(BUILD)/python PYTHONDONTWRITEBYTECODE=1 $(PYTHON) src/docs/build.py --drover $(BUILD)/drover \
 	    --output build/docs
