@@ -218,7 +218,9 @@ def observables(drover):
 def generic(name, scene):
     """The name of an observable of a scene with fields of its own, F for each of these."""
     values = tomllib.loads((TREE / "models" / f"{scene}.toml").read_text(encoding="utf-8"))
-    for field in sorted((field["name"] for field in values.get("field", [])), key=len, reverse=True):
+    names = [field["name"] + end for field in values.get("field", [])
+             for end in (("_re", "_im") if field.get("rank") == "complex" else ("",))]
+    for field in sorted(names, key=len, reverse=True):
         name = name.replace(field, "F")
     return name
 

@@ -19,7 +19,7 @@ struct RankName {
 constexpr std::array ranks{RankName{"scalar", 0}, RankName{"vector", 1}, RankName{"nematic", 2}};
 constexpr const char* complex_rank = "complex";  // two scalars
 
-bool is_complex(const DeclaredField& field) { return field.spin < 0 && field.rank == complex_rank; }
+bool is_complex(const DeclaredField& field) { return field.rank == complex_rank; }
 
 std::string field_table(std::size_t number) { return text("field[{}]", number); }
 std::string noise_table(std::size_t number) { return text("white_noise[{}]", number); }
@@ -83,6 +83,8 @@ int spin_of_rank(const std::string& name) {
 int spin_of(const DeclaredModel& declared, std::size_t n) {
     const DeclaredField& field = declared.fields[n];
     const int rank = spin_of_rank(field.rank);
+    require(field.spin < 0 || !is_complex(field), place_of(declared, n, "spin"),
+            "{} has rank = \"complex\" and spin = {}; expected no spin: it does not turn", field.symbol, field.spin);
     require(field.spin < 0 || declared.places[n].count("rank") == 0 || field.spin == rank,
             place_of(declared, n, "spin"), "{} has rank = \"{}\" and spin = {}; expected one of them", field.symbol,
             field.rank, field.spin);
@@ -236,16 +238,17 @@ model::GivenFunction function_of(const DeclaredTable& declared, const SourceLoca
             fail_input(where, "{}: {}", declared.symbol, error.message());
         }
     }();
-    const auto at = [table, declared, where](std::span<const double> place) {
+    // In one uniform state the scene is wrong, at the points of a grid the run has left the table.
+    const auto at = [table, declared, where](std::span<const double> place, bool is_of_run) {
         const numerics::TableValue found = table->at(place[0], place.size() > 1 ? place[1] : 0.0);
         if (std::isfinite(found.value) || !std::isfinite(place[0] + place.back())) return found;
         for (std::size_t k = 0; k < place.size(); ++k) {
             const std::vector<double>& nodes = k == 0 ? declared.first : declared.second;
             if (place[k] >= nodes.front() && place[k] <= nodes.back()) continue;
-            fail_input(where,
-                       "the table {} is read at {} = {:.6g}; expected {} to {}: give a wider table, or outside = "
-                       "\"hold\"",
-                       declared.symbol, declared.of[k], place[k], nodes.front(), nodes.back());
+            throw Error(is_of_run ? Fault::run : Fault::input, where,
+                        text("the table {} is read at {} = {:.6g}; expected {} to {}: give a wider table, or outside "
+                             "= \"hold\"",
+                             declared.symbol, declared.of[k], place[k], nodes.front(), nodes.back()));
         }
         return found;
     };
@@ -258,12 +261,12 @@ model::GivenFunction function_of(const DeclaredTable& declared, const SourceLoca
                     for (std::size_t i = 0; i < size; ++i) {
                         for (std::size_t a = 0; a < given.size(); ++a)
                             place[a] = given[a].values != nullptr ? given[a].values[i] : given[a].number;
-                        out[0][i] = at(std::span(place).first(given.size())).value;
+                        out[0][i] = at(std::span(place).first(given.size()), size > 1).value;
                     }
                 },
             .slopes =
                 [at](std::span<const double> place) {
-                    const numerics::TableValue found = at(place);
+                    const numerics::TableValue found = at(place, false);
                     std::vector<double> slopes{found.by_first, found.by_second};
                     slopes.resize(place.size());
                     return slopes;
@@ -279,6 +282,11 @@ void add_table(const DeclaredTable& table, const SourceLocation& where, model::M
     require((table.of.size() == 2) == !table.second.empty(), where,
             "{} is a table of {} and has {} numbers in `second`; expected {}", table.symbol, joined(table.of),
             table.second.size(), table.of.size() == 2 ? "the values of the second one" : "none");
+    require(table.first.size() != 1 && table.second.size() != 1, where,
+            "{} is a table with one number along an axis; expected two or more: without a slope it is a coefficient",
+            table.symbol);
+    require(table.outside == "refuse" || table.outside == "hold", where,
+            "{} has outside = \"{}\"; expected refuse or hold", table.symbol, table.outside);
     const std::string function = "tabulated_" + table.symbol;
     result.functions[function] = function_of(table, where);
     result.definitions.push_back({table.symbol, {text("{}({})", function, joined(table.of)), where}});

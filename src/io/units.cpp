@@ -27,6 +27,9 @@ std::string tidied(std::string unit) {
     while (unit.find("  ") != std::string::npos) unit.erase(unit.find("  "), 1);
     for (const auto& [from, to] : {std::pair{"( ", "("}, std::pair{" )", ")"}})
         while (unit.find(from) != std::string::npos) unit.replace(unit.find(from), 2, to);
+    for (const auto& [from, to] : {std::pair{"(/", "(1/"}, std::pair{"/)", ")"}})
+        while (unit.find(from) != std::string::npos) unit.replace(unit.find(from), 2, to);
+    if (unit.starts_with('/')) unit.insert(0, "1");
     while (!unit.empty() && (unit.back() == ' ' || unit.back() == '/')) unit.pop_back();
     unit.erase(0, std::min(unit.find_first_not_of(' '), unit.size()));
     return unit.empty() ? "1" : unit;

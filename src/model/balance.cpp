@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "conservation.hpp"
+
 namespace drover::model {
 
 bool has_products(const Algebra& algebra, const std::vector<Component>& total) {
@@ -67,6 +69,23 @@ Value solved_balance(Algebra& algebra, const Field& field, int first, const std:
         value.components.push_back(algebra.of_node(algebra.graph.make(Operation::divide, force, drag)));
     }
     return value;
+}
+
+void check_free_mean(Algebra& algebra, const Field& field, const std::vector<Component>& total,
+                     const std::function<bool(int component)>& is_in_balance, const std::vector<int>& solenoidal) {
+    for (const Component& component : total) {
+        const bool has_drag = std::any_of(component.linear.begin(), component.linear.end(), [&](const auto& entry) {
+            return entry.first.order == no_derivative && is_in_balance(entry.first.component);
+        });
+        const auto found = component.rest.find(no_derivative);
+        double number = 0.0;
+        if (has_drag || found == component.rest.end()) continue;
+        const Component source{{}, {*found}};
+        require(algebra.is_constant(source, number) || is_divergence(algebra, source, solenoidal), field.equation.where,
+                "the balance of {} leaves its mean free, and its products have a mean; expected products that are "
+                "divergences, or a term such as -c {}",
+                field.symbol, field.symbol);
+    }
 }
 
 }  // namespace drover::model

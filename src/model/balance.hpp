@@ -1,5 +1,6 @@
 // model/balance.hpp: fields in balance with products, solved at every point.
 #pragma once
+#include <functional>
 #include <set>
 
 #include "algebra.hpp"
@@ -16,5 +17,10 @@ std::set<int> components_of(const Algebra& algebra, const std::vector<Component>
 /// The field as an expression of the others, from 0 = total = force - drag * field at every point.  Throws an input
 /// Error for a total of another form.  first: the first component of the field.
 Value solved_balance(Algebra& algebra, const Field& field, int first, const std::vector<Component>& total);
+
+/// Throws an input Error where a balance leaves a mean of its field free, and products in it have a mean themselves.
+/// total: the right side.  solenoidal: as for is_divergence.
+void check_free_mean(Algebra& algebra, const Field& field, const std::vector<Component>& total,
+                     const std::function<bool(int component)>& is_in_balance, const std::vector<int>& solenoidal);
 
 }  // namespace drover::model

@@ -264,6 +264,17 @@ private:
         else
             for (const Summand& part : parts) add_part(part, part.value.components, true);
         if (field.conserved) check_conserved(index, parts);
+        const auto is_in_balance = [this](int component) { return c_.in_balance(component); };
+        if (field.left == LeftSide::balance)
+            check_free_mean(algebra_, field, total_of(index), is_in_balance, solenoidal());
+    }
+
+    /// The first components of divergence-free fields.
+    std::vector<int> solenoidal() const {
+        std::vector<int> result;
+        for (std::size_t i = 0; i < c_.model.fields.size(); ++i)
+            if (c_.model.fields[i].solenoidal) result.push_back(c_.first_component[i]);
+        return result;
     }
 
     /// Forces divided by the mass at every point: all forces have one linear form, so that it is transformed once.
@@ -400,9 +411,6 @@ private:
                 field.spin);
         require(field.left == LeftSide::rate, field.where,
                 "{} is conserved and in balance; expected a field with a rate", field.name);
-        std::vector<int> solenoidal;  // first components
-        for (std::size_t i = 0; i < c_.model.fields.size(); ++i)
-            if (c_.model.fields[i].solenoidal) solenoidal.push_back(c_.first_component[i]);
         const Summand* first = nullptr;  // of the parts that are no divergences, which together may be one
         Component total;
         for (const Summand& part : parts) {
@@ -416,11 +424,11 @@ private:
             Component source{rate.linear, {}};  // what is no derivative as a whole
             std::erase_if(source.linear, [](const auto& entry) { return entry.first.order != Order{}; });
             if (const auto found = rate.rest.find(Order{}); found != rate.rest.end()) source.rest.insert(*found);
-            if (algebra_.is_zero(source) || is_divergence(algebra_, source, solenoidal)) continue;
+            if (algebra_.is_zero(source) || is_divergence(algebra_, source, solenoidal())) continue;
             if (first == nullptr) first = &part;
             total = algebra_.sum(total, source);
         }
-        require(first == nullptr || algebra_.is_zero(total) || is_divergence(algebra_, total, solenoidal),
+        require(first == nullptr || algebra_.is_zero(total) || is_divergence(algebra_, total, solenoidal()),
                 first == nullptr ? field.where : first->summary.where,
                 "the term \"{}\" is no divergence, and {} is declared as conserved; expected a divergence such as "
                 "-div(...), or conserved = false",

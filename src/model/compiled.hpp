@@ -131,6 +131,7 @@ struct CompiledEquations {
     /// The inverse of the balances between held(), of a symbol at |q| along x; 0 for a mean that they leave free, and
     /// between parts along q of divergence-free fields.
     Symbol inverse_of_balance(const Symbol& m, double q) const;
+    bool reads_changing_mean() const;
     /// Throws an input Error unless the balances determine their fields at |q|; at 0 they may leave a mean free.
     void check_balance_at(double q) const;
     /// Whether a component follows the others by a linear balance, mode by mode.

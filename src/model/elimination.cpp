@@ -1,5 +1,6 @@
 // model/elimination.cpp: fields in balance: what they are of the others, mode by mode and in uniform states.
 #include <cmath>
+#include <limits>
 
 #include "compiled.hpp"
 #include "numerics/dense.hpp"
@@ -140,6 +141,20 @@ Symbol CompiledEquations::inverse_of_balance(const Symbol& m, double q) const {
     return result;
 }
 
+/// Whether a linear force that names a direction, as a weight "n e_y" does, is that of a field whose mean changes.
+bool CompiledEquations::reads_changing_mean() const {
+    for (const Output& force : forces)
+        for (const int slot : slots_read(force.value)) {
+            if (slot < first_atom || !constant_value(slope(force.value, slot))) continue;
+            for (const Output::Use& use : force.uses)
+                for (const auto& [derivative, coefficient] : atoms[static_cast<std::size_t>(slot - first_atom)])
+                    if (use.order == Order{} && derivative.order == Order{} &&
+                        !model.fields[field(derivative.component)].conserved)
+                        return true;
+        }
+    return false;
+}
+
 void CompiledEquations::check_balance_at(double q) const {
     const std::vector<int> held = this->held();
     if (held.empty()) return;
@@ -161,8 +176,12 @@ void CompiledEquations::check_balance_at(double q) const {
                 size += std::abs(part);
                 if (!model.fields[field(free[j])].conserved) force = std::max(force, std::abs(slope));
             }
+            const double product = forces.empty() ? 0.0 : uniform_products(at)(held[i]);
+            total += product;
+            size += std::abs(product);
             if (std::abs(total) > 1e-12 * size) force = std::max(force, std::abs(total));
         }
+        if (reads_changing_mean()) force = std::numeric_limits<double>::infinity();
         is_determined = force == 0.0 && of_held.cwiseAbs().maxCoeff() == 0.0;
     }
     const Field& first = model.fields[field(held[0])];

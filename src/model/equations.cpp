@@ -189,7 +189,7 @@ std::string Equations::latex(std::size_t index) const {
     };
     const std::string left = field.part == Part::whole ? field.symbol : field.symbol.substr(0, field.symbol.size() - 3);
     std::string right = field.equation.text.empty() ? "0" : typeset(field.equation);
-    if (field.solenoidal) right += text(" - \\nabla P, \\quad \\nabla \\cdot {} = 0", name(field.symbol));
+    if (field.solenoidal) right += text(" - \\nabla P_{{{0}}}, \\quad \\nabla \\cdot {0} = 0", name(field.symbol));
     if (field.left == LeftSide::balance) return "0 = " + right;
     const std::string mass = field.mass.text.empty() ? "" : typeset(field.mass) + "\\, ";
     return mass + "\\partial_t " + name(left) + " = " + right;

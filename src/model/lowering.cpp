@@ -385,6 +385,8 @@ std::vector<std::string> component_names(const Field& field) { return with_compo
 std::vector<std::string> dataset_names(const Field& field) { return with_components(field.name, field.spin); }
 
 Names::Names(const Model& model) {
+    for (const auto& [name, function] : model.functions) reserved_.insert(name);
+    if (reserved_.contains("conj")) reserved_.insert("i");
     add("x", {Kind::position, slot_x, 0}, {});
     add("y", {Kind::position, slot_y, 0}, {});
     add("t", {Kind::position, slot_t, 0}, {});
@@ -415,7 +417,7 @@ void Names::add(const std::string& name, const Meaning& meaning, const SourceLoc
             where, "the name \"{}\" of a field, noise, definition or coefficient; expected letters, digits and _",
             name);
     require(equation_notation().arguments_of(name) == 0 && !equation_notation().is_operator(name) && name != "pi" &&
-                name != "e_x" && name != "e_y",
+                name != "e_x" && name != "e_y" && !reserved_.contains(name),
             where, "the name {} is that of a function, an operator or a constant; expected another name", name);
     const auto [place, is_new] = meanings_.emplace(name, meaning);
     require(is_new, where.file.empty() ? places_[name] : where, "the name {} is used twice{}; expected another name",

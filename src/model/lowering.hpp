@@ -2,6 +2,7 @@
 #pragma once
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,7 @@ public:
 private:
     void add(const std::string& name, const Meaning& meaning, const SourceLocation& where);
     std::map<std::string, Meaning> meanings_;
+    std::set<std::string> reserved_;  // functions of the model, and the imaginary unit
     std::map<std::string, SourceLocation> places_;
     std::vector<std::string> component_names_;
     std::vector<int> first_components_;

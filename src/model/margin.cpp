@@ -47,6 +47,17 @@ public:
                 return {.value = -at_zero.rates(k).real(), .frequency = -at_zero.rates(k).imag(), .is_uniform = true};
         return {.value = std::numeric_limits<double>::infinity(), .is_uniform = true};
     }
+    /// The least stable change in the limit of long waves that is not slow: with a pressure it is not one at q = 0.
+    Margin limit(double angle) const {
+        Margin result{.value = std::numeric_limits<double>::infinity(), .angle = angle};
+        if (!at_.has_solenoidal()) return result;
+        const Eigen::VectorXcd rates = mode_rates(at_, at_.wavevector(1e-9 * search_.min, angle));
+        const double slow = 1e-10 * rates.cwiseAbs().maxCoeff();
+        for (const std::complex<double>& rate : rates)
+            if (std::abs(rate) > slow && -rate.real() < result.value)
+                result.value = -rate.real(), result.frequency = -rate.imag();
+        return result;
+    }
     /// In the limit of long waves; infinite without a slow mode.
     Margin slow(double angle) const {
         const SlowModes slow = slow_modes(at_, angle);
@@ -72,7 +83,8 @@ public:
         Margin least = uniform();
         Margin best{.value = std::numeric_limits<double>::infinity()};
         for (int a = 0; a < angles; ++a) {
-            if (const Margin long_wave = slow(a * step_angle); long_wave.value < least.value) least = long_wave;
+            for (const Margin& long_wave : {slow(a * step_angle), limit(a * step_angle)})
+                if (long_wave.value < least.value) least = long_wave;
             for (const double x : log_q)
                 if (const Margin here = wave(x, a * step_angle); here.value < best.value) best = here;
         }

@@ -90,6 +90,7 @@ struct ExplicitPart::Work {
     std::vector<const Complex*> given_;  // empty: point sources
     std::vector<const Complex*> force_components_;
     std::vector<Complex*> written_components_, to_, rates_;
+    std::vector<const Complex*> constant_rates_;
 };
 
 ExplicitPart::Work::Work(std::shared_ptr<const CompiledEquations> equations, std::vector<int> targets,
@@ -266,6 +267,7 @@ void ExplicitPart::Work::point_at(const Spectra& state, Spectra& rate) {
     }
     for (std::size_t k = 0; k < targets_.size(); ++k)
         rates_[static_cast<std::size_t>(targets_[k])] = rate[static_cast<int>(k)].data();
+    constant_rates_.assign(rates_.begin(), rates_.end());
     for (std::size_t i = 0; i < inputs_.size(); ++i)
         from_.push_back(inputs_[i].array >= 0
                             ? scratch_[inputs_[i].array].data()
@@ -344,7 +346,7 @@ void ExplicitPart::Work::assemble(Spectra& rate) const {
         driven_.apply(row, components_, rates_, true);
         if (!c_->is_isotropic) propagated_.apply(row, components_, rates_, true);
         if (forces_) carried_.apply(row, force_components_, rates_, true);
-        divergence_.apply(row, {rates_.begin(), rates_.end()}, rates_, true);
+        if (c_->has_solenoidal()) divergence_.apply(row, constant_rates_, rates_, true);
     });
     if (targets_ != c_->state) return;  // sources are parts of the balances
     for (const Assembled& one : assembled_) {

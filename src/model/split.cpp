@@ -193,9 +193,12 @@ private:
         const int first = c_.first_component[term.summary.field];
         std::vector<LinearForm> slopes(static_cast<std::size_t>(c_.components));
         Remainders whole, rest;
+        const bool is_force = is_directed_force(term);
         for (std::size_t k = 0; k < term.rows.size(); ++k) {
             const int component = first + static_cast<int>(k);
-            add(term.rows[k].linear, term.summary.where, c_.linear[static_cast<std::size_t>(component)]);
+            const LinearForm& form = term.rows[k].linear;
+            if (!is_force) add(form, term.summary.where, c_.linear[static_cast<std::size_t>(component)]);
+            else if (!form.empty()) add_remainder({component, Order{}}, graph_.slot(slot_of(form), "force"));
             for (const PointFunction& function : term.rows[k].functions) {
                 const int node = graph_.import(function.value.graph()).back();
                 whole[{component, function.order}] = node;
@@ -209,12 +212,35 @@ private:
         const bool is_apart = !c_.model.fields[term.summary.field].further.empty();
         const bool is_explicit =
             term.summary.is_placed || !c_.has_slopes(term, slots_) || (!is_apart && !c_.commutes_with_turns(slopes));
-        for (const auto& [target, node] : is_explicit ? whole : rest) {
-            const auto place = remainders_.emplace(target, graph_.number(0.0)).first;
-            place->second = graph_.make(Operation::add, place->second, node);
-        }
+        for (const auto& [target, node] : is_explicit ? whole : rest) add_remainder(target, node);
         for (std::size_t k = 0; k < slopes.size() && !is_explicit; ++k)
             add(slopes[k], term.summary.where, c_.linear[k]);
+    }
+
+    void add_remainder(const std::pair<int, Order>& target, int node) {
+        const auto place = remainders_.emplace(target, graph_.number(0.0)).first;
+        place->second = graph_.make(Operation::add, place->second, node);
+    }
+
+    /// Whether the linear part of a term in a balance names directions, and is one of other fields: a weight "n e_y".
+    bool is_directed_force(const Term& term) const {
+        const int first = c_.first_component[term.summary.field];
+        if (!c_.in_balance(first)) return false;
+        std::vector<LinearForm> rows(static_cast<std::size_t>(c_.components));
+        for (std::size_t k = 0; k < term.rows.size(); ++k) {
+            const LinearForm& form = rows[static_cast<std::size_t>(first) + k] = term.rows[k].linear;
+            for (const auto& [derivative, coefficient] : form)
+                if (c_.in_balance(derivative.component)) return false;
+        }
+        return !c_.commutes_with_turns(rows);
+    }
+
+    /// The slot of a linear form at points.
+    int slot_of(const LinearForm& form) {
+        const auto found = std::find(c_.atoms.begin(), c_.atoms.end(), form);
+        const auto place = static_cast<int>(found - c_.atoms.begin());
+        if (found == c_.atoms.end()) c_.atoms.push_back(form);
+        return first_atom + place;
     }
 
     static void add(const LinearForm& form, const SourceLocation& where, LinearForm& sum) {

@@ -357,4 +357,23 @@ bool turns_freely(const Equations& equations) {
     return UniformEquations(equations, equations.reference()).turns_freely();
 }
 
+const StationaryState* nearest_state(const StationaryStates& found, const Model& model, const UniformState& means) {
+    const auto distance = [&](const UniformState& state) {
+        double square = 0.0;
+        std::size_t at = 0;
+        for (const Field& field : model.fields) {
+            const double apart = components(field) == 1
+                                     ? means[at] - state[at]
+                                     : std::hypot(means[at], means[at + 1]) - std::hypot(state[at], state[at + 1]);
+            if (field.left == LeftSide::rate) square += apart * apart;
+            at += static_cast<std::size_t>(components(field));
+        }
+        return square;
+    };
+    const StationaryState* result = nullptr;
+    for (const StationaryState& state : found.states)
+        if (result == nullptr || distance(state.values) < distance(result->values)) result = &state;
+    return result;
+}
+
 }  // namespace drover::model

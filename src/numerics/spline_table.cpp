@@ -105,25 +105,25 @@ SplineTable::SplineTable(std::vector<double> first, std::vector<double> second, 
 }
 
 TableValue SplineTable::at(double at_first, double at_second) const {
-    const Cell bead = cell_of(first_, at_first), rod = cell_of(second_, at_second);
-    if ((!bead.inside || !rod.inside) && outside_ == Outside::refuse) {
+    const Cell one = cell_of(first_, at_first), two = cell_of(second_, at_second);
+    if ((!one.inside || !two.inside) && outside_ == Outside::refuse) {
         constexpr double none = std::numeric_limits<double>::quiet_NaN();
         return {none, none, none};
     }
-    const Hermite b = hermite(bead), r = hermite(rod);
+    const Hermite f = hermite(one), g = hermite(two);
     TableValue sum;
-    for (std::size_t i = 0; i < (bead.length == 0.0 ? 1u : 2u); ++i)
-        for (std::size_t k = 0; k < (rod.length == 0.0 ? 1u : 2u); ++k) {
-            const Node& node = nodes_[(bead.first + i) * second_.size() + rod.first + k];
-            const double along_value = node.value * r.value[k] + node.by_second * r.slope[k],
-                         along_slope = node.by_first * r.value[k] + node.by_both * r.slope[k];
-            sum.value += b.value[i] * along_value + b.slope[i] * along_slope;
-            sum.by_first += b.value_rate[i] * along_value + b.slope_rate[i] * along_slope;
-            sum.by_second += b.value[i] * (node.value * r.value_rate[k] + node.by_second * r.slope_rate[k]) +
-                             b.slope[i] * (node.by_first * r.value_rate[k] + node.by_both * r.slope_rate[k]);
+    for (std::size_t i = 0; i < (one.length == 0.0 ? 1u : 2u); ++i)
+        for (std::size_t k = 0; k < (two.length == 0.0 ? 1u : 2u); ++k) {
+            const Node& node = nodes_[(one.first + i) * second_.size() + two.first + k];
+            const double along_value = node.value * g.value[k] + node.by_second * g.slope[k],
+                         along_slope = node.by_first * g.value[k] + node.by_both * g.slope[k];
+            sum.value += f.value[i] * along_value + f.slope[i] * along_slope;
+            sum.by_first += f.value_rate[i] * along_value + f.slope_rate[i] * along_slope;
+            sum.by_second += f.value[i] * (node.value * g.value_rate[k] + node.by_second * g.slope_rate[k]) +
+                             f.slope[i] * (node.by_first * g.value_rate[k] + node.by_both * g.slope_rate[k]);
         }
-    if (!bead.inside) sum.by_first = 0.0;
-    if (!rod.inside) sum.by_second = 0.0;
+    if (!one.inside) sum.by_first = 0.0;
+    if (!two.inside) sum.by_second = 0.0;
     return sum;
 }
 
@@ -148,11 +148,11 @@ double SplineTable::standard_error(double at_first, double at_second) const {
     if (errors_.empty()) return 0.0;
     if (outside_ == Outside::refuse && (!cell_of(first_, at_first).inside || !cell_of(second_, at_second).inside))
         return std::numeric_limits<double>::quiet_NaN();
-    const std::vector<double> bead = node_weights(first_, at_first), rod = node_weights(second_, at_second);
+    const std::vector<double> one = node_weights(first_, at_first), two = node_weights(second_, at_second);
     double variance = 0.0;
-    for (std::size_t i = 0; i < bead.size(); ++i)
-        for (std::size_t k = 0; k < rod.size(); ++k) {
-            const double part = bead[i] * rod[k] * errors_[i * rod.size() + k];
+    for (std::size_t i = 0; i < one.size(); ++i)
+        for (std::size_t k = 0; k < two.size(); ++k) {
+            const double part = one[i] * two[k] * errors_[i * two.size() + k];
             variance += part * part;
         }
     return std::sqrt(variance);

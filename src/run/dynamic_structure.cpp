@@ -1,7 +1,6 @@
 // run/dynamic_structure.cpp: S(q, omega) about one uniform state, of rods and beads and of models of one's own.
 #include "drover/run/dynamic_structure.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -63,19 +62,6 @@ AboutState of_rods_and_beads(const io::Scene& scene, const Means& means) {
     return about;
 }
 
-/// How far means are from a state: sizes of spins alone, since their direction wanders.
-double distance_of(const model::Model& model, const model::UniformState& a, const model::UniformState& b) {
-    double square = 0.0;
-    std::size_t at = 0;
-    for (const model::Field& field : model.fields) {
-        const double apart =
-            model::components(field) == 2 ? std::hypot(a[at], a[at + 1]) - std::hypot(b[at], b[at + 1]) : a[at] - b[at];
-        if (field.left == model::LeftSide::rate) square += apart * apart;
-        at += static_cast<std::size_t>(model::components(field));
-    }
-    return square;
-}
-
 AboutState of_own_model(const io::Scene& scene, const Means& means) {
     AboutState about;
     const model::Equations equations(io::model_of(scene.declared));
@@ -93,9 +79,13 @@ AboutState of_own_model(const io::Scene& scene, const Means& means) {
             mean[at] = mean_of(means, name, mean[at]);
             ++at;
         }
-    const auto nearest = std::min_element(found.states.begin(), found.states.end(), [&](const auto& a, const auto& b) {
-        return distance_of(equations.model(), mean, a.values) < distance_of(equations.model(), mean, b.values);
-    });
+    const model::StationaryState* const nearest = model::nearest_state(found, equations.model(), mean);
+    if (nearest->is_of_family) {
+        about.why_none =
+            "the stationary states are a continuum, such as all phases of an amplitude, of which the theory "
+            "has one";
+        return about;
+    }
     about.name = nearest->name;
     const model::LinearisedAt linear(equations, nearest->values);
     if (nearest->has_free_direction) about.turn = model::direction_of(equations.model(), mean) - linear.direction();

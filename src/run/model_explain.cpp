@@ -47,11 +47,14 @@ List terms_of(const model::Equations& equations) {
     return list;
 }
 
-List coefficients_of(const model::Model& model) {
+List coefficients_of(const model::Model& model, const std::vector<io::DeclaredTable>& tables) {
     List list{.name = "coefficients", .heading = "coefficients", .row = "coefficient", .empty = "no coefficients"};
     for (const auto& [name, value] : model.coefficients)
         list.rows.push_back(
             {.entries = {words("name", "in equations", name), number("value", "1", "its value", value)}});
+    for (const io::DeclaredTable& table : tables)
+        list.rows.push_back({.entries = {words("name", "in equations", table.symbol),
+                                         words("value", "its value", text("a table of {}", joined(table.of)))}});
     for (const model::WhiteNoise& noise : model.noises)
         list.rows.push_back({.entries = {words("name", "in equations", noise.symbol + ", white noise"),
                                          number("value", "1", "its strength", 1.0)}});
@@ -96,7 +99,7 @@ Result explain_model(const io::Scene& scene) {
         root.entries.push_back(number("seconds", "s", "wall time of the run, estimated", cost.time->total));
         for (Entry* entry : {&root.entries.back(), &root.entries.end()[-2]}) entry->shown.text = false;
     }
-    root.lists = {fields_of(equations), terms_of(equations), coefficients_of(equations.model())};
+    root.lists = {fields_of(equations), terms_of(equations), coefficients_of(equations.model(), scene.declared.tables)};
     return result;
 }
 

@@ -130,19 +130,6 @@ model::UniformState mean_state(const model::Equations& equations, const measure:
     return state;
 }
 
-/// How far the means of a run are from a state: sizes of spins alone, since their direction wanders.
-double distance(const model::Model& model, const model::UniformState& a, const model::UniformState& b) {
-    double square = 0.0;
-    std::size_t at = 0;
-    for (const model::Field& field : model.fields) {
-        const bool is_spin = model::components(field) == 2;
-        const double apart = is_spin ? std::hypot(a[at], a[at + 1]) - std::hypot(b[at], b[at + 1]) : a[at] - b[at];
-        if (field.left == model::LeftSide::rate) square += apart * apart;
-        at += static_cast<std::size_t>(model::components(field));
-    }
-    return std::sqrt(square);
-}
-
 /// Structure factors and number fluctuations by the linear theory about the state nearest to the means of the run.
 /// About an ordered state the order is turned to the direction of its mean.
 void predict(const model::Equations& equations, const measure::ModelSetting& setting, Threads& threads,
@@ -157,9 +144,12 @@ void predict(const model::Equations& equations, const measure::ModelSetting& set
         return;
     }
     const model::UniformState mean = mean_state(equations, setting, report.summary);
-    const auto nearest = std::min_element(found.states.begin(), found.states.end(), [&](const auto& a, const auto& b) {
-        return distance(equations.model(), mean, a.values) < distance(equations.model(), mean, b.values);
-    });
+    const model::StationaryState* const nearest = model::nearest_state(found, equations.model(), mean);
+    if (nearest->is_of_family) {
+        report.no_prediction =
+            "the stationary states are a continuum, such as all phases of an amplitude, of which the theory has one";
+        return;
+    }
     const numerics::Grid& grid = setting.grid.grid;
     const model::StructureFactors modes =
         model::structure_factors(equations, *nearest, grid, setting.grid.degree, threads);

@@ -101,7 +101,7 @@ files::ResultTable maps_of(const io::Scene& scene, const Searched& at, Threads& 
     for (int k = 0; k < looks; ++k)
         wavenumbers.push_back(at.search.min * std::pow(at.search.max / at.search.min, k / (looks - 1.0)));
     const std::size_t width = wavenumbers.size(), size = angles.size() * width,
-                      count = at.linear.equations().state_components().size();
+                      count = static_cast<std::size_t>(model::mode_rates(at.linear, {1.0, 0.0}).size());
     const std::vector<std::string> parts = model::part_names(at.linear.equations());
     for (std::size_t b = 0; b < count; ++b) branches.push_back(static_cast<double>(b));
     std::vector<double> growth(size * count, nan), frequency(size * count, nan);

@@ -76,16 +76,16 @@ def pulse(x, centre):
 def test_a_profile_that_moves_unchanged_is_known_with_its_speed_after_several_turns_of_the_cell():
     times = np.arange(0.0, 101.0, 10.0)
     row = row_of(times, lambda x, t: 1.0 + pulse(x, 20.0 + 1.7 * t))  # 170 mm: more than twice around
-    profile, words = exact.travelling(row)
-    assert words == "start, 1.7 mm/s"
+    profile, words = exact.travelling(row, {})
+    assert words == "start, 1.7 mm s$^{-1}$"
     assert abs(profile(row["x"].values, 100.0) - row.values[-1]).max() < 0.02
-    at_rest = exact.travelling(row_of(times, lambda x, t: 1.0 + pulse(x, 20.0)))
+    at_rest = exact.travelling(row_of(times, lambda x, t: 1.0 + pulse(x, 20.0)), {})
     assert at_rest[1] == "start, at rest"
 
 
 @pytest.mark.parametrize("profile", [lambda x, t: 1.0 + (1.0 + 0.01 * t) * pulse(x, 20.0), lambda x, t: 1.0 + 0.0 * x])
 def test_a_profile_that_grows_or_is_uniform_is_not_a_travelling_one(profile):
-    assert exact.travelling(row_of(np.arange(0.0, 101.0, 10.0), profile)) is None
+    assert exact.travelling(row_of(np.arange(0.0, 101.0, 10.0), profile), {}) is None
 
 
 def test_the_solution_of_barenblatt_follows_from_the_start_and_the_scene():

@@ -191,6 +191,31 @@ def test_long_waves_of_a_flow_diffuse_with_its_viscosity():
     assert abs(found.frequency.values.ravel()[0]) == pytest.approx(carried, rel=1e-12)
 
 
+def test_waves_of_a_flow_are_asked_for_with_uniform_changes_among_them():
+    found = Model([NAVIER_STOKES], nu=0.3).growth_rates([0.0, 2.0]).growth_rate.values
+    assert found[0].tolist() == [0.0, 0.0] and found[1, 0] == pytest.approx(-1.2) and np.isnan(found[1, 1])
+
+
+def test_a_weight_drives_a_flow_that_has_a_pressure():
+    # Stokes flow: of n = cos(k x), a weight n e_y gives v_y = n/(eta k^2); of cos(k y) the pressure carries it.
+    x, y = grid()
+    model = Model([Field("n", "-v.grad n", conserved=True),
+                   Field("v", "eta lap v + n e_y", spin=1, balance=True, solenoidal=True)], eta=0.5)
+    for start, flow in ((np.cos(2 * x), np.cos(2 * x) / (0.5 * 4)), (np.cos(2 * y), 0 * y)):
+        n = start + 0.01 * np.sin(y)
+        run = model.start(POINTS, SIDE, dt=1e-4).set(n=n).advance(1e-4)
+        rate = (run.fields.n.values - n) / 1e-4  # -v_y d_y n to the first order
+        assert np.abs(rate + flow * 0.01 * np.cos(y)).max() < 1e-6
+
+
+@pytest.mark.parametrize("force", ["phi^2 e_y", "sin(x)^2 e_y", "phi e_y", "phi e_y - e_y"])
+def test_a_flow_without_drag_takes_no_force_that_has_a_mean(force):
+    fields = [Field("phi", "lap phi"), Field("v", f"lap v + {force}", spin=1, balance=True, solenoidal=True)]
+    with pytest.raises(Error, match="mean|does not determine it at wavenumber 0"):
+        Model(fields)
+    Model([fields[0], Field("v", f"-v + lap v + {force}", spin=1, balance=True, solenoidal=True)])
+
+
 @pytest.mark.parametrize("field, says", [
     (Field("s", "lap s", solenoidal=True), "expected a vector"),
     (Field("v", "lap v", spin=1, solenoidal=True, mass="1 + v.v"), "its mass is not constant"),

@@ -94,8 +94,10 @@ def test_a_one_dimensional_run_equals_a_two_dimensional_run_of_the_same_data(tmp
     for name in compared:
         found, expected = (report["results"][name]["mean"] for report in (one, two))
         if found is not None:
-            # Binder cumulants and susceptibilities are differences of numbers close to each other.
-            assert found == pytest.approx(expected, rel=1e-9, abs=1e-11), name
+            # Binder cumulants and susceptibilities are differences of numbers close to each other.  The estimate of the
+            # error evolves on fewer points, which are others in two dimensions.
+            rel = 0.1 if name == "step_error" else 1e-9
+            assert found == pytest.approx(expected, rel=rel, abs=1e-11), name
 
 
 def test_shells_and_boxes_of_a_one_dimensional_run_are_its_waves_and_segments(tmp_path):

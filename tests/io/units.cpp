@@ -42,6 +42,9 @@ TEST(Units, without_a_name_a_unit_leaves_no_trace) {
     const Units length{.length = "none"};
     EXPECT_EQ(renamed("(mm-2)^2 mm2 s", length), "s");
     EXPECT_EQ(renamed("mm4 s-2", length), "s-2");
+    EXPECT_EQ(renamed("mm/s", length), "1/s");
+    EXPECT_EQ(renamed("(mm/s)^2", length), "(1/s)^2");
+    EXPECT_EQ(renamed("(mg/mm)^2", length), "(mg)^2");
 }
 
 }  // namespace

@@ -50,6 +50,9 @@ public:
     /// on fields in balance act through these.
     Eigen::RowVectorXcd of_forces(const Eigen::RowVectorXcd& of_rates, const numerics::Wavevector& q) const;
 
+    /// Whether some field has no divergence, so that waves in the limit of small q are not those at q = 0.
+    bool has_solenoidal() const { return has_solenoidal_; }
+
     /// The direction from which the angles of waves are measured [rad]: direction_of(about()), or as given.
     double direction() const { return left_.direction; }
     /// Whether all directions of waves are equivalent: tried at some.

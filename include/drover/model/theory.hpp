@@ -46,6 +46,10 @@ StationaryStates stationary_states(const Equations& equations);
 /// of another size or with values that are not finite.
 StationaryStates stationary_states(const Equations& equations, const UniformState& means);
 
+/// The state nearest to the means of a run, by the components with a rate: of spins by their sizes alone, since
+/// directions wander.  nullptr if there is none.
+const StationaryState* nearest_state(const StationaryStates& found, const Model& model, const UniformState& means);
+
 /// Only what Newton's method finds from these means and from these guesses of all components, which take the conserved
 /// means of the first: for models that differ little from one whose states are known.
 StationaryStates stationary_states_near(const Equations& equations, const UniformState& means,

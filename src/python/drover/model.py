@@ -102,6 +102,10 @@ class Table:
     outside: str = "refuse"
 
     def __post_init__(self):
+        shape = (len(self.first), len(self.second)) if len(self.second) else (len(self.first),)
+        if np.ndim(self.values) > 1 and np.shape(self.values) != shape:
+            raise Error(f"the values of the table {self.symbol} have the shape {np.shape(self.values)}; expected "
+                        f"{shape}: rows of `first`, columns of `second`")
         for key in ("first", "second", "values"):
             object.__setattr__(self, key, tuple(np.ravel(np.asarray(getattr(self, key), dtype=float)).tolist()))
         object.__setattr__(self, "of", (self.of,) if isinstance(self.of, str) else tuple(self.of))
@@ -308,7 +312,10 @@ class Model:
         import xarray
 
         found = self._equations.mode_rates(self._of(state), waves_at(wavenumbers, angle))
-        rates, dims = np.array([sorted(at, key=lambda s: (-s.real, s.imag)) for at in found]), ("wavenumber", "branch")
+        found = [sorted(at, key=lambda s: (-s.real, s.imag)) for at in found]
+        rates, dims = np.full((len(found), max(map(len, found))), complex("nan+nanj")), ("wavenumber", "branch")
+        for row, at in zip(rates, found, strict=True):  # at q = 0 a solenoidal field has a mode more
+            row[:len(at)] = at
         return xarray.Dataset({"growth_rate": (dims, rates.real), "frequency": (dims, -rates.imag)},
                               {"wavenumber": np.atleast_1d(wavenumbers)})
 

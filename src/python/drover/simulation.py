@@ -294,7 +294,7 @@ class Simulation:
 
     @property
     def warnings(self):
-        """What to be careful about in the results so far, as a run that ends now would tell; a list of sentences."""
+        """The warnings about the results so far, as a run that ends now prints them; a list of sentences."""
         return self._session.warnings() if self.step > 0 else self._scene.check()
 
     def _summarise(self, found, name, unit, times, values, warm_up):

@@ -47,11 +47,13 @@ def named(unit, scene):
     >>> named("mm-2 s", {"units": {"length": "cm", "time": "none", "mass": "mg"}}), named("1/mm", {})
     ('cm-2', 'mm-1')
     """
-    for known, key in (("mm", "length"), ("s", "time"), ("mg", "mass")):
-        name = scene.get("units", {}).get(key, known)
-        part = r"1" if name == "none" else rf"{name}\1"
-        unit = re.sub(rf"(?<![A-Za-z]){known}(?![A-Za-z])(\^?-?\d+)?", part, unit)
-    return simple_unit(unit)
+    keys, names = {"mm": "length", "s": "time", "mg": "mass"}, scene.get("units", {})
+
+    def renamed(found):
+        name = names.get(keys[found[1]], found[1])
+        return "1" if name == "none" else name + (found[2] or "")
+
+    return simple_unit(re.sub(r"(?<![A-Za-z])(mm|s|mg)(?![A-Za-z])(\^?-?\d+)?", renamed, unit))
 
 
 def unit_text(unit):
