@@ -8,7 +8,7 @@ from drover.paper import STYLE, add_axes, new_figure, require_frame, write_title
 from drover.particles import sides_of
 from drover.text import drawable, scene_name
 
-MAP, WHEEL, BESIDE = (0.7, 1.15, 6.3, 5.85), (7.55, 5.15, 1.75, 1.75), (7.45, 5.45, 1.15, 1.15)  # inches
+MAP, WHEEL, BESIDE = (0.7, 1.15, 6.3, 5.85), (7.55, 5.15, 1.75, 1.75), (7.45, 5.5, 1.05, 1.05)  # inches
 WAKE, BAR = (9.4, 5.45, 1.25, 1.25), (10.75, 5.45, 0.1, 1.25)
 SERIES = ((7.95, 3.35, 3.4, 1.3), (7.95, 1.25, 3.4, 1.3))
 FLOW = ("bead_velocity_order", "bead_velocity_size", "energy_kinetic")  # the first available is drawn
