@@ -225,7 +225,8 @@ void add_complex(model::Field field, model::Model& result) {
 }  // namespace
 
 namespace {
-/// The value of a table at points; a refusal names the place.
+/// The value of a table at points of a run, where a refusal names the place; in one uniform state, which theory may
+/// only try, it is NaN.
 model::GivenFunction function_of(const DeclaredTable& declared, const SourceLocation& where) {
     const std::vector<double> second = declared.second.empty() ? std::vector<double>{0.0} : declared.second;
     const auto table = [&] {
@@ -238,14 +239,13 @@ model::GivenFunction function_of(const DeclaredTable& declared, const SourceLoca
             fail_input(where, "{}: {}", declared.symbol, error.message());
         }
     }();
-    // In one uniform state the scene is wrong, at the points of a grid the run has left the table.
     const auto at = [table, declared, where](std::span<const double> place, bool is_of_run) {
         const numerics::TableValue found = table->at(place[0], place.size() > 1 ? place[1] : 0.0);
-        if (std::isfinite(found.value) || !std::isfinite(place[0] + place.back())) return found;
+        if (!is_of_run || std::isfinite(found.value) || !std::isfinite(place[0] + place.back())) return found;
         for (std::size_t k = 0; k < place.size(); ++k) {
             const std::vector<double>& nodes = k == 0 ? declared.first : declared.second;
             if (place[k] >= nodes.front() && place[k] <= nodes.back()) continue;
-            throw Error(is_of_run ? Fault::run : Fault::input, where,
+            throw Error(Fault::run, where,
                         text("the table {} is read at {} = {:.6g}; expected {} to {}: give a wider table, or outside "
                              "= \"hold\"",
                              declared.symbol, declared.of[k], place[k], nodes.front(), nodes.back()));

@@ -44,7 +44,9 @@ Attempt newton(const UniformEquations& equations, Vector z) {
     }
     Attempt attempt{.z = z};
     if (!z.allFinite() || !f.allFinite()) return attempt;
-    attempt.residual = equations.relative(z, equations.jacobian(z)).maxCoeff(&attempt.row);
+    const Matrix slopes = equations.jacobian(z);
+    if (!slopes.allFinite()) return attempt;  // beyond the domain of a function, whatever the rates are there
+    attempt.residual = equations.relative(z, slopes).maxCoeff(&attempt.row);
     return attempt;
 }
 

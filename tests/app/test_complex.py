@@ -160,6 +160,7 @@ def test_a_scene_with_a_table_runs_and_keeps_it_in_its_archive(tmp_path):
     (tmp_path / "t.toml").write_text(TABLE)
     program(tmp_path, "run", "t.toml")
     program(tmp_path, "restart", "t.h5", "--set", "time.end=3")
+    program(tmp_path, "stability", "t.toml")  # which tries states beyond the table
     with drover.open_run(tmp_path / "t.h5") as run:
         assert run.scene["tabulated"][0]["values"] == [0.1, 0.2, 0.4]
     model = drover.Scene.load(tmp_path / "t.toml").model
