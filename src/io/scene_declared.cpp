@@ -222,9 +222,7 @@ void add_complex(model::Field field, model::Model& result) {
         result.fields.push_back(field);
     }
 }
-}  // namespace
 
-namespace {
 /// The value of a table at points of a run, where a refusal names the place; in one uniform state, which theory may
 /// only try, it is NaN.
 model::GivenFunction function_of(const DeclaredTable& declared, const SourceLocation& where) {

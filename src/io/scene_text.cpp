@@ -274,8 +274,7 @@ LocatedTables model_file(const LocatedValue& named, const std::string& scene) {
     for (const auto& [name, table] : tables) {
         require(is_declared_table(name), table.where,
                 "[{}] in a model that a scene names; expected [model], [[field]], [[white_noise]], [[tabulated]], "
-                "[equations], [define] "
-                "and [coefficients] alone",
+                "[equations], [define] and [coefficients] alone",
                 name);
         require(name != "model" || !table.values.contains("file"), table.where,
                 "model.file in a model that a scene names; expected the model itself");

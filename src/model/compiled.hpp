@@ -174,10 +174,11 @@ struct CompiledEquations {
                              const std::vector<int>& free, Symbol* balance);
     /// A symbol at q = |q| (cosine, sine) in the frame of q; back: the inverse.
     Symbol in_frame(const Symbol& m, double cosine, double sine, bool back = false) const;
-    /// Leaves out the parts along q of divergence-free fields of a matrix at q in this direction.
-    void leave_out_divergence(Symbol& m, double cosine, double sine) const;
+    /// Leaves out the parts along q of divergence-free fields of a matrix at q.
+    void leave_out_divergence(Symbol& m, const numerics::Wavevector& q) const;
     /// The same of a symbol, as pressures do; of a field in balance the part is held at 0.
-    void add_pressure(Symbol& m, double cosine, double sine) const;
+    void add_pressure(Symbol& m, const numerics::Wavevector& q) const;
+    void leave_out_along(Symbol& m, const numerics::Wavevector& q, bool holds_balances) const;
     bool is_solenoidal(int component) const { return model.fields[field(component)].solenoidal; }
     bool has_solenoidal() const;
     /// The average over the directions of q, without what couples the even and the odd block, at q along x.

@@ -159,13 +159,14 @@ void CompiledEquations::check_balance_at(double q) const {
     const std::vector<int> held = this->held();
     if (held.empty()) return;
     Symbol m = form_symbol(linear, {q, 0.0});
-    if (q > 0.0) add_pressure(m, 1.0, 0.0);
+    add_pressure(m, {q, 0.0});
     const Symbol of_held = m(held, held), of_others = m(held, free);
     if (is_regular_pair(of_held)) return;
     bool is_determined = numerics::is_invertible(of_held);
     if (!is_determined && q == 0.0) {
         // The equation of the mean must hold for any of its values: for means that do not change, at the references.
         const UniformState at = reference();
+        const Eigen::VectorXd products = uniform_products(at);
         double force = 0.0;
         for (std::size_t i = 0; i < held.size(); ++i) {
             double total = constants[static_cast<std::size_t>(held[i])], size = std::abs(total);
@@ -176,9 +177,8 @@ void CompiledEquations::check_balance_at(double q) const {
                 size += std::abs(part);
                 if (!model.fields[field(free[j])].conserved) force = std::max(force, std::abs(slope));
             }
-            const double product = forces.empty() ? 0.0 : uniform_products(at)(held[i]);
-            total += product;
-            size += std::abs(product);
+            total += products(held[i]);
+            size += std::abs(products(held[i]));
             if (std::abs(total) > 1e-12 * size) force = std::max(force, std::abs(total));
         }
         if (reads_changing_mean()) force = std::numeric_limits<double>::infinity();

@@ -167,7 +167,7 @@ Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wa
 Symbol Equations::symbol(const UniformState& about, const Wavevector& q) const {
     Symbol m = Symbol::Zero(components(), components());
     for (std::size_t n = 0; n < terms().size(); ++n) m += term_symbol(n, about, q);
-    if (const double size = std::hypot(q.x, q.y); size > 0.0) compiled_->add_pressure(m, q.x / size, q.y / size);
+    compiled_->add_pressure(m, q);
     return compiled_->eliminated(m);
 }
 
@@ -250,16 +250,15 @@ Symbol CompiledEquations::in_frame(const Symbol& m, double cosine, double sine, 
 
 Symbol CompiledEquations::averaged(const std::vector<LinearForm>& rows, double q) const {
     constexpr int directions = 16;  // exact for polynomials in q of degree and spins up to 15 together
-    Symbol sum = Symbol::Zero(components, components);
-    if (is_isotropic) sum = form_symbol(rows, {q, 0.0});
-    for (int n = 0; n < directions && !is_isotropic; ++n) {
+    Symbol sum = is_isotropic ? form_symbol(rows, {q, 0.0}) : Symbol(Symbol::Zero(components, components));
+    for (int n = 0; n < (is_isotropic ? 0 : directions); ++n) {
         const double angle = 2.0 * std::numbers::pi * n / directions, cosine = std::cos(angle), sine = std::sin(angle);
         sum += in_frame(form_symbol(rows, {q * cosine, q * sine}), cosine, sine) / directions;
     }
-    for (int i = 0; i < components; ++i)
+    for (int i = 0; i < components && !is_isotropic; ++i)
         for (int j = 0; j < components; ++j)
-            if (is_odd(i) != is_odd(j) && !model.chiral && !is_isotropic) sum(i, j) = 0.0;
-    if (q > 0.0) add_pressure(sum, 1.0, 0.0);
+            if (is_odd(i) != is_odd(j) && !model.chiral) sum(i, j) = 0.0;
+    add_pressure(sum, {q, 0.0});
     return sum;
 }
 
@@ -267,27 +266,22 @@ bool CompiledEquations::has_solenoidal() const {
     return std::any_of(model.fields.begin(), model.fields.end(), [](const Field& one) { return one.solenoidal; });
 }
 
-void CompiledEquations::leave_out_divergence(Symbol& m, double cosine, double sine) const {
-    if (!has_solenoidal()) return;
-    m = in_frame(m, cosine, sine);
-    for (int k = 0; k < components; ++k)
-        if (is_solenoidal(k) && part_of(k) == 0) {
-            m.row(k).setZero();
-            m.col(k).setZero();
-        }
-    m = in_frame(m, cosine, sine, true);
-}
+void CompiledEquations::leave_out_divergence(Symbol& m, const Wavevector& q) const { leave_out_along(m, q, false); }
 
-void CompiledEquations::add_pressure(Symbol& m, double cosine, double sine) const {
-    if (!has_solenoidal()) return;
-    leave_out_divergence(m, cosine, sine);
-    m = in_frame(m, cosine, sine);
-    for (int k = 0; k < components; ++k)
-        if (is_solenoidal(k) && part_of(k) == 0 && in_balance(k)) {
-            const double size = std::abs(m(k + 1, k + 1));  // so that the balance of both parts is as regular as of one
-            m(k, k) = size > 0.0 ? size : 1.0;
-        }
-    m = in_frame(m, cosine, sine, true);
+void CompiledEquations::add_pressure(Symbol& m, const Wavevector& q) const { leave_out_along(m, q, true); }
+
+void CompiledEquations::leave_out_along(Symbol& m, const Wavevector& q, bool holds_balances) const {
+    const double length = std::hypot(q.x, q.y);
+    if (length == 0.0 || !has_solenoidal()) return;
+    m = in_frame(m, q.x / length, q.y / length);
+    for (int k = 0; k < components; ++k) {
+        if (!is_solenoidal(k) || part_of(k) != 0) continue;
+        m.row(k).setZero();
+        m.col(k).setZero();
+        const double size = std::abs(m(k + 1, k + 1));  // so that the balance of both parts is as regular as of one
+        if (holds_balances && in_balance(k)) m(k, k) = size > 0.0 ? size : 1.0;
+    }
+    m = in_frame(m, q.x / length, q.y / length, true);
 }
 
 /// The size of a symbol at |q| without cancellations, between the fields of two components: turning mixes no others.

@@ -62,22 +62,22 @@ std::vector<Wavevector> sampled_modes(const numerics::Grid& grid, int degree) {
 /// Symbols at one q without fields in balance.
 class AtWave {
 public:
-    AtWave(const CompiledEquations& c, const Wavevector& q) : c_(c), length_(std::hypot(q.x, q.y)) {
-        if (length_ > 0.0) cosine_ = q.x / length_, sine_ = q.y / length_;
-        propagated_ = c.in_frame(c.eliminated(c.averaged(c.linear, length_)), cosine_, sine_, true);
-        linear_ = c.form_symbol(c.linear, q);
+    AtWave(const CompiledEquations& c, const Wavevector& q) : c_(c), q_(q), linear_(c.form_symbol(c.linear, q)) {
+        const double length = std::hypot(q.x, q.y), cosine = length > 0.0 ? q.x / length : 1.0,
+                     sine = length > 0.0 ? q.y / length : 0.0;
+        propagated_ = c.in_frame(c.eliminated(c.averaged(c.linear, length)), cosine, sine, true);
     }
     /// What the propagator does not have of the linear part and this one, of the state.
     Symbol rest(const Symbol& m) const {
         Symbol whole = linear_ + m;
-        if (length_ > 0.0) c_.add_pressure(whole, cosine_, sine_);
+        c_.add_pressure(whole, q_);
         return (c_.eliminated(whole) - propagated_)(c_.state, c_.state);
     }
 
 private:
     const CompiledEquations& c_;
-    double length_, cosine_ = 1.0, sine_ = 0.0;
-    Symbol propagated_, linear_;
+    Wavevector q_;
+    Symbol linear_, propagated_;
 };
 }  // namespace
 

@@ -346,7 +346,7 @@ void ExplicitPart::Work::assemble(Spectra& rate) const {
         driven_.apply(row, components_, rates_, true);
         if (!c_->is_isotropic) propagated_.apply(row, components_, rates_, true);
         if (forces_) carried_.apply(row, force_components_, rates_, true);
-        if (c_->has_solenoidal()) divergence_.apply(row, constant_rates_, rates_, true);
+        divergence_.apply(row, constant_rates_, rates_, true);
     });
     if (targets_ != c_->state) return;  // sources are parts of the balances
     for (const Assembled& one : assembled_) {

@@ -140,9 +140,7 @@ numerics::Spectra perturbed(const Start& start, const Equations& equations, cons
                            state);
     return state;
 }
-}  // namespace
 
-namespace {
 /// Of what remove_divergence() takes from a start that is given, as part of the variance.
 void warn_of_divergence(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
                         std::vector<std::string>& warnings) {

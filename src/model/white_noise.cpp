@@ -79,7 +79,7 @@ Symbol CompiledEquations::sum_noise(const Wavevector& q) const {
         const Field& one = model.fields[field(k)];
         strengths(k, k) += one.noise * (one.noise_conserves ? q.x * q.x + q.y * q.y : 1.0);
     }
-    if (const double size = std::hypot(q.x, q.y); size > 0.0) leave_out_divergence(strengths, q.x / size, q.y / size);
+    leave_out_divergence(strengths, q);
     return strengths;
 }
 
@@ -88,8 +88,7 @@ Symbol Equations::noise(const UniformState& about, const Wavevector& q) const {
     if (!has_product_noise()) return strengths;
     const Symbol shared = compiled_->product_symbol(about, q);
     strengths += shared * shared.adjoint();
-    if (const double size = std::hypot(q.x, q.y); size > 0.0)
-        compiled_->leave_out_divergence(strengths, q.x / size, q.y / size);
+    compiled_->leave_out_divergence(strengths, q);
     return strengths;
 }
 

@@ -127,9 +127,7 @@ void advance(GuardedEvolution& guarded, std::int64_t steps) {
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     }
 }
-}  // namespace
 
-namespace {
 using Wave = std::pair<double, double>;  // q_x and q_y
 }  // namespace
 
