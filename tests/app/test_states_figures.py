@@ -9,14 +9,21 @@ import drover
 from drover import figure, states_figure
 from drover.panels import BLUE
 
-BAND = drover.Scene.load(MODELS / "band.toml").set({"grid.nx": 192, "grid.lx": 96.0, "uniform.rod_density": 0.95})
+BAND = drover.Scene.load(MODELS / "band.toml").set({
+    "grid.nx": 192, "grid.lx": 96.0, "uniform.rod_density": 1.05,
+    "initial.rod_density": "1.05 + 0.25 * (tanh((x - 30) / 6) - tanh((x - 70) / 4) - 1)",
+    "initial.polar_order_x": "0.29 * (tanh((x - 30) / 6) - tanh((x - 70) / 4))"})
 
 
 @pytest.fixture(scope="module", name="curve")
 def curve_of(tmp_path_factory):
-    """Bands past their fold, where they become unstable."""
-    path = tmp_path_factory.mktemp("states") / "curve.h5"
-    return BAND.states(follow="uniform.rod_density = 0.99", points=40, output=path), path
+    """Bands past their fold, where they become unstable, of a scene whose path is longer than a page is wide."""
+    folder = tmp_path_factory.mktemp("states")
+    scene = folder / ("a-folder-with-a-long-name/" * 6) / ("band-" * 20 + "that-turns.toml")
+    scene.parent.mkdir(parents=True)
+    scene.write_text(BAND.to_toml())
+    path = folder / "curve.h5"
+    return drover.Scene.load(scene).states(follow="uniform.rod_density = 0.8", points=70, output=path), path
 
 
 def profile_lines(axes):
@@ -35,6 +42,7 @@ def test_the_figure_of_a_curve_draws_states_and_marks_unstable_ones_and_folds(cu
         for state, values in zip(shown, profile_lines(axes)):
             assert values == pytest.approx(frames[name].values[state, 0], rel=1e-12)
     unstable = line.curve_growth_rate.values > 1e-6
+    assert 0 < unstable.sum() < len(unstable) and line.curve_fold.values.sum() == 1
     for axes in numbers:
         _, stable_points, unstable_points, *_, folds = axes.lines
         assert len(stable_points.get_xdata()) == (~unstable).sum()

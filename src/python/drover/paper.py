@@ -58,6 +58,9 @@ def fitted(box, ratio):
 
 
 def write_title_and_caption(figure, title, caption):
-    figure.text(0.8 / SIZE[0], 1.0 - 0.32 / SIZE[1], title, fontsize=12, va="center")
+    """A title that would cross the edge of the page becomes smaller."""
+    written = figure.text(0.8 / SIZE[0], 1.0 - 0.32 / SIZE[1], title, fontsize=12, va="center")
+    page, extent = figure.bbox.x1, written.get_window_extent(figure.canvas.get_renderer())
+    written.set_fontsize(12.0 * min(1.0, 0.99 * (page - extent.x0) / extent.width))
     figure.text(0.8 / SIZE[0], 0.66 / SIZE[1], "\n".join(textwrap.wrap(caption, 172)), fontsize=8.5, va="top",
                 linespacing=1.3)

@@ -40,5 +40,5 @@ def drawable(text):
 
 
 def scene_name(run):
-    """The name of the scene of a run or a theory, for a figure."""
-    return drawable(run.attributes.get("scene_file", "?"))
+    """The name of the scene of a run or a theory, for a figure: without its folders."""
+    return drawable(str(run.attributes.get("scene_file", "?")).rsplit("/", 1)[-1])
