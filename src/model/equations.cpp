@@ -19,7 +19,8 @@ const std::vector<int>& Equations::state_components() const { return compiled_->
 const std::vector<TermSummary>& Equations::terms() const { return compiled_->summaries; }
 int Equations::degree() const { return compiled_->degree; }
 bool Equations::has_explicit_part() const {
-    return !compiled_->outputs.empty() || !compiled_->forces.empty() || !compiled_->is_isotropic || has_product_noise();
+    return !compiled_->outputs.empty() || !compiled_->forces.empty() || !compiled_->is_isotropic ||
+           has_product_noise() || compiled_->free.size() > compiled_->state.size();
 }
 bool Equations::has_finite_degree() const { return compiled_->has_finite_degree; }
 TransformCount Equations::transforms() const { return transforms_of(*compiled_); }
@@ -28,7 +29,7 @@ UniformState Equations::reference() const { return compiled_->reference(); }
 
 bool Equations::has_nonlinear_part() const {
     const std::vector<double>& constants = compiled_->constants;
-    return has_explicit_part() || compiled_->free.size() > compiled_->state.size() ||
+    return has_explicit_part() ||
            std::any_of(constants.begin(), constants.end(), [](double constant) { return constant != 0.0; });
 }
 

@@ -177,7 +177,7 @@ void PointFunctions::set_step(double dt) {
 
 double PointFunctions::mass_floor(std::size_t field) const {
     for (const Inverse& mass : masses_)
-        if (mass.field == field) return mass.floor;
+        if (mass.field == field) return mass.floor / mass.reference;
     return 0.0;
 }
 

@@ -12,8 +12,8 @@ public:
     /// Writes the values of the plan at the points of a strip of its inputs.
     void write(double t, const numerics::Strip& strip) const;
 
-    void set_step(double dt);  ///< see ExplicitPart
-    double mass_floor(std::size_t field) const;
+    void set_step(double dt);                    ///< see ExplicitPart
+    double mass_floor(std::size_t field) const;  ///< the same
 
 private:
     struct Inverse {

@@ -61,7 +61,7 @@ std::vector<StateComponent> components_of_state(const Equations& equations) {
     std::vector<StateComponent> result;
     for (std::size_t n = 0; n < equations.model().fields.size(); ++n) {
         const Field& field = equations.model().fields[n];
-        if (field.left == LeftSide::balance) continue;
+        if (field.left != LeftSide::rate) continue;
         const std::vector<std::string> names = dataset_names(field), symbols = component_names(field);
         for (std::size_t part = 0; part < names.size(); ++part)
             result.push_back({.name = names[part],

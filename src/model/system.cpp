@@ -45,10 +45,12 @@ struct ProductsOfNoise {
 };
 }  // namespace
 
-numerics::System Equations::system(const numerics::Grid& grid, Threads& threads, int kept_degree) const {
+numerics::System Equations::system(const numerics::Grid& grid, Threads& threads, int kept_degree,
+                                   std::shared_ptr<ExplicitPart>* seen) const {
     numerics::System system = linear_system(grid, kept_degree);
     if (!has_nonlinear_part()) return system;
     const auto part = std::make_shared<ExplicitPart>(*this, system, threads);
+    if (seen != nullptr) *seen = part;
     system.nonlinear = [part](double t, const numerics::Spectra& state, numerics::Spectra& rate) {
         (*part)(t, state, rate);
     };

@@ -8,7 +8,7 @@
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/equations.hpp"
-#include "drover/physics/right_hand_side.hpp"
+#include "drover/physics/integrated.hpp"
 
 namespace drover::physics {
 
@@ -18,12 +18,17 @@ using numerics::Spectra;
 /// One term by itself.
 struct Part {
     Part(const Equations& equations, const numerics::Grid& grid, const numerics::System& whole, Threads& threads)
-        : system(linear_system(equations, grid, reference(equations.model.uniform))),
-          linear((system.degree = whole.degree, system)),
-          rest(equations, system, reference(equations.model.uniform), threads) {}
+        : system(system_of(equations, grid, whole, threads)), linear(system) {}
+
+    static numerics::System system_of(const Equations& equations, const numerics::Grid& grid,
+                                      const numerics::System& whole, Threads& threads) {
+        model::Integrated what = integrated(equations, reference(equations.model.uniform));
+        what.kept_degree = whole.degree;
+        return model::system_of(what, grid, threads);
+    }
+
     numerics::System system;
     numerics::LinearOperator linear;
-    RightHandSide rest;
 };
 
 /// Integral over the cell of the product of two fields.
@@ -102,7 +107,7 @@ EnergyBudget EnergyMeter::measure(double t, const Spectra& state) const {
         budget.order += 0.5 * integral(grid, state[form.polar_order + i], state[form.polar_order + i]);
     for (Part& part : w.parts) {
         std::fill(rate.values.begin(), rate.values.end(), numerics::Complex(0.0));
-        part.rest(t, state, rate);
+        if (part.system.nonlinear) part.system.nonlinear(t, state, rate);
         part.linear.add(state, rate);
         double kinetic = 0.0, order = 0.0;
         if (moves && form.bead_density >= 0) kinetic += integral(grid, slopes[0], rate[form.bead_density]);

@@ -7,17 +7,11 @@ namespace drover::physics {
 
 WholeRate::WholeRate(const Equations& equations, const numerics::Grid& grid, const Reference& about, Threads& threads,
                      const Dealiasing& dealiasing)
-    : system(linear_system(equations, grid, about, dealiasing)),
-      linear(system),
-      rest(std::make_shared<RightHandSide>(equations, system, about, threads)) {
-    system.nonlinear = [shared = rest](double t, const numerics::Spectra& state, numerics::Spectra& rate) {
-        (*shared)(t, state, rate);
-    };
-}
+    : system(model::system_of(integrated(equations, about, dealiasing), grid, threads)), linear(system) {}
 
 void WholeRate::write(double t, const numerics::Spectra& state, numerics::Spectra& rate) const {
     std::fill(rate.values.begin(), rate.values.end(), numerics::Complex(0.0));
-    (*rest)(t, state, rate);
+    if (system.nonlinear) system.nonlinear(t, state, rate);
     linear.add(state, rate);
 }
 

@@ -99,7 +99,7 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const physics::Plane& p
                                              .grid = line.grid,
                                              .dealiasing = line.dealiasing};
     physics::TravellingSolver solver(problem, threads);
-    const physics::TravellingState first = find_state(rod_bead_guess(scene, line, threads), solver);
+    const physics::TravellingState first = find_state(travelling_guess(scene, line, threads), solver);
     const bool y_is_density = component_of(y, form) >= 0;
     Branches whole;
     BinodalLines found;

@@ -3,9 +3,8 @@
 #include <cmath>
 #include <memory>
 
-#include "drover/numerics/watched_stepper.hpp"
 #include "drover/physics/density_profile.hpp"
-#include "drover/run/model_simulation.hpp"
+#include "drover/run/field_simulation.hpp"
 #include "drover/run/signals.hpp"
 #include "run/model_coefficients.hpp"
 #include "run/number_lists.hpp"
@@ -129,16 +128,8 @@ StatesProblem declared_states(const io::Scene& scene, const std::string& follow,
         const model::Equations& here = (*at)(parameter);
         return here.reference()[static_cast<std::size_t>(here.state_components()[static_cast<std::size_t>(component)])];
     };
-    const auto start = [equations, grid = line.grid, degree, &threads](double dt, numerics::Spectra&) -> Advance {
-        const auto stepper = std::make_shared<numerics::WatchedStepper>(
-            numerics::StepControl{.method = settling_method, .dt = dt, .tolerance = settling_tolerance},
-            quiet_system(equations, grid, degree, threads), 0, threads, std::nullopt);
-        return [stepper](std::int64_t step, numerics::Spectra& state) { stepper->advance(step, state); };
-    };
-    states.guess = {.fields = average_over_y(initial_model_fields(scene, threads), line.grid),
-                    .settle = settle_by(line, start),
-                    .longest = line.time.end};
-    states.frames = model_frame_recording(scene, equations);
+    states.guess = travelling_guess(scene, line, threads);
+    states.frames = frame_recording(scene);
     states.entries = [at, lx = line.grid.lx](const auto& state, const auto& fields) {
         return entries_of_model(state, fields, (*at)(state.parameter), lx);
     };

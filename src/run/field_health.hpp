@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
 #include "drover/numerics/kept_modes.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/field_evolution.hpp"
+#include "run/field_problem.hpp"
 
 namespace drover::run {
 
@@ -25,20 +24,27 @@ struct FieldHealth {
     std::int64_t step = 0, earlier_step = 0;  ///< of both
 };
 
-FieldHealth make_field_health(const physics::FieldEvolution& evolution, const io::Scene& scene,
+FieldHealth make_field_health(const FieldProblem& problem, const numerics::System& linear,
                               const numerics::Spectra& initial);
 
 /// The record of a state read from a checkpoint.
 void restore_field_health(const numerics::System& system, const numerics::Spectra& state, std::int64_t step,
                           FieldHealth& health);
 
-/// Records a state that is finite and no larger than allowed; otherwise throws a run Error with field, place and cause.
-void check_field_health(physics::FieldEvolution& evolution, const io::Scene& scene, numerics::Transform& transform,
-                        const numerics::Spectra& state, std::int64_t step, FieldHealth& health);
+/// What a diagnosis needs of a run, whose last steps it may repeat.
+struct Diagnosed {
+    model::FieldEvolution& evolution;
+    const FieldProblem& problem;
+    double dt = 0.0;
+};
 
-/// Throws the run Error of a step in which a density failed, led by the field that changed most before it when that is
-/// not the bead density.  Repeats the last steps.
-[[noreturn]] void fail_step(physics::FieldEvolution& evolution, const FieldHealth& health, std::int64_t step, double dt,
-                            const physics::DensityFailure& error);
+/// Records a state that is finite and no larger than allowed; otherwise throws a run Error with field, place and cause.
+void check_field_health(const Diagnosed& run, numerics::Transform& transform, const numerics::Spectra& state,
+                        std::int64_t step, FieldHealth& health);
+
+/// Throws the run Error of a step in which a value was not allowed, led by the field that changed most before it when
+/// that is another one.
+[[noreturn]] void fail_step(const Diagnosed& run, const FieldHealth& health, std::int64_t step,
+                            const model::DomainFailure& error);
 
 }  // namespace drover::run

@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <optional>
 
 #include "drover/measure/fields.hpp"
+#include "drover/model/start.hpp"
 #include "drover/numerics/time_method.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/energy.hpp"
-#include "drover/physics/field_evolution.hpp"
+#include "numerics/coarse_error.hpp"
 #include "run/field_health.hpp"
-#include "run/field_moment.hpp"
+#include "run/field_problem.hpp"
 #include "run/grid_run.hpp"
 #include "run/sample_recording.hpp"
 #include "run/start_file.hpp"
@@ -26,86 +25,102 @@ using numerics::Complex;
 /// The state shared by the functions of one simulation.
 struct World {
     io::Scene scene;
-    physics::Form form;
-    physics::FieldEvolution evolution;
+    FieldProblem problem;
+    model::FieldEvolution evolution;
     numerics::Transform transform;
+    FieldObserver observer;
     numerics::Spectra state;
+    numerics::Fields fields, balanced;  // on the grid, in arrays that keep their places: they are lent out
     FieldHealth health;
-    FieldsOnGrid on_grid;
-    std::optional<physics::EnergyMeter> energy;
     double time = 0.0;
-    std::vector<double> fresh;  // saved by the evolution before any step
-    measure::FieldSetting setting;
+    std::vector<double> fresh;       // saved by the evolution before any step
     std::shared_ptr<StepBias> bias;  // nullptr: not measured
 
     World(const io::Scene& the_scene, Threads& threads);
     BiasedRun biased(Threads& threads) const;  // refers to this
-    void transform_to_grid() { to_grid(evolution, transform, time, state, on_grid); }
+    numerics::Spectra first_state(Threads& threads) const;
+    void to_grid();
+    Diagnosed diagnosed() { return {.evolution = evolution, .problem = problem, .dt = scene.time.dt}; }
 };
 
-numerics::Spectra spectra_of_file(const io::Scene& scene, const World& world) {
-    numerics::Spectra state(scene.grid, numerics::components(world.evolution.system().layout));
-    std::vector<FrameField> fields;
-    for (const physics::Component& one : physics::component_names(world.form)) fields.push_back({one.name, one.unit});
-    world.transform.forward(frame_of_file(scene, fields, world.evolution.system().degree), state);
-    return state;
-}
+bool makes_step_error(const FieldProblem& problem) { return problem.integrated.equations.has_explicit_part(); }
 
 World::World(const io::Scene& the_scene, Threads& threads)
     : scene(the_scene),
-      form(physics::form(scene.model)),
-      evolution(scene.model, scene.grid, scene.dealiasing,
+      problem(field_problem(scene)),
+      evolution(problem.integrated, scene.grid,
                 {.method = scene.time.stepper,
                  .dt = scene.time.dt,
                  .tolerance = scene.time.tolerance,
-                 .watches_error = scene.time.max_error > 0.0},
+                 .watches_error = scene.time.max_error > 0.0 && makes_step_error(problem)},
                 static_cast<std::uint64_t>(scene.run.seed), threads),
-      transform(scene.grid, evolution.system().degree, threads) {
-    on_grid.fields = numerics::Fields(scene.grid, numerics::components(evolution.system().layout));
-    const numerics::System& system = evolution.system();
-    if (scene.output.powers) energy.emplace(evolution.equations(), scene.grid, scene.dealiasing, threads);
-    setting = measure::make_field_setting(scene.grid, form, system.degree);
-    if (energy) setting.terms = energy->terms();
-    setting.watches_error = scene.time.max_error > 0.0;
-    state = scene.initial.kind == "file"
-                ? spectra_of_file(scene, *this)
-                : physics::initial_spectra(scene.initial, scene.model, system,
-                                           static_cast<std::uint64_t>(scene.run.seed), threads);
-    health = make_field_health(evolution, scene, state);
+      transform(scene.grid, evolution.linear().degree, threads),
+      observer(problem.observer(threads, true)),
+      state(first_state(threads)),
+      fields(scene.grid, state.count()),
+      balanced(scene.grid, static_cast<int>(problem.balanced.size())) {
+    health = make_field_health(problem, evolution.linear(), state);
     evolution.start(state);
     fresh = evolution.save();
-    if (why_no_step_bias(scene).empty() && physics::is_nonlinear(evolution.equations()))
+    if (why_no_step_bias(scene).empty() && makes_step_error(problem))
         bias = std::make_shared<StepBias>(scene, biased(threads));
 }
 
-BiasedRun World::biased(Threads& threads) const {
-    struct Observer {
-        measure::FieldSetting setting;
-        numerics::Transform transform;
-        measure::Observables<measure::FieldMoment> rows;
-        FieldsOnGrid on_grid = {};
+numerics::Spectra World::first_state(Threads& threads) const {
+    if (scene.initial.kind != "file") return problem.start(evolution.linear(), threads);
+    numerics::Spectra spectra(scene.grid, static_cast<int>(problem.components.size()));
+    std::vector<FrameField> wanted;
+    for (const files::Quantity& one : problem.components) wanted.push_back({one.name, one.unit});
+    transform.forward(frame_of_file(scene, wanted, evolution.linear().degree), spectra);
+    model::remove_divergence(problem.integrated.equations, scene.grid, spectra);
+    return spectra;
+}
 
-        Observer(const measure::FieldSetting& of_run, const numerics::Grid& grid, Threads& threads)
-            : setting(of_run), transform(grid, of_run.degree, threads) {
-            setting.terms.reset();
-            setting.watches_error = false;
-            rows = measure::field_observables(setting);
-        }
+void find_balanced(const model::FieldEvolution& evolution, double time, const numerics::Spectra& state,
+                   numerics::Fields& to) {
+    if (to.count() == 0) return;
+    const numerics::Fields now = evolution.balanced(time, state);
+    std::copy(now.values.begin(), now.values.end(), to.values.begin());
+}
+
+void World::to_grid() {
+    transform.backward(state, fields);
+    find_balanced(evolution, time, state, balanced);
+}
+
+BiasedRun World::biased(Threads& threads) const {
+    struct Observed {
+        Observed(const World& world, Threads& threads)
+            : observer(world.problem.observer(threads, false)),
+              transform(world.scene.grid, world.evolution.linear().degree, threads),
+              fields(world.scene.grid, world.fields.count()),
+              balanced(world.scene.grid, world.balanced.count()) {}
+
+        FieldObserver observer;
+        numerics::Transform transform;
+        numerics::Fields fields, balanced;
     };
-    const auto observer = std::make_shared<Observer>(setting, scene.grid, threads);
+    const auto observed = std::make_shared<Observed>(*this, threads);
     const auto make_twin = [this, &threads] {
         const auto twin =
-            std::make_shared<physics::FieldEvolution>(scene.model, scene.grid, scene.dealiasing,
-                                                      control_of_twin(scene.time),
-                                                      static_cast<std::uint64_t>(scene.run.seed), threads);
-        return twin_of(twin, [this, twin] { twin->follow(evolution); });
+            std::make_shared<model::FieldEvolution>(problem.integrated, scene.grid, control_of_twin(scene.time),
+                                                    static_cast<std::uint64_t>(scene.run.seed), threads);
+        return Twin{.follow = [this, twin] { twin->follow(evolution); },
+                    .advance = [twin](std::int64_t step, numerics::Spectra& at) { twin->advance(step, at); },
+                    .save = [twin] { return twin->save(); },
+                    .restore = [twin](std::span<const double> values) { twin->restore(values); }};
     };
-    return {.values = count_values(observer->rows),
-            .components = numerics::components(evolution.system().layout),
+    return {.values = observed->observer.values,
+            .components = state.count(),
             .observe =
-                [this, observer](double t, const numerics::Spectra& at) {
-                    to_grid(evolution, observer->transform, t, at, observer->on_grid);
-                    return values_of(observer->rows, moment_of(observer->setting, at, observer->on_grid));
+                [this, observed](double t, const numerics::Spectra& at) {
+                    observed->transform.backward(at, observed->fields);
+                    find_balanced(evolution, t, at, observed->balanced);
+                    std::vector<double> values;
+                    for (const std::vector<double>& row : observed->observer.measure(
+                             {.time = t, .spectra = at, .fields = observed->fields, .balanced = observed->balanced}))
+                        values.insert(values.end(), row.begin(), row.end());
+                    return values;
                 },
             .known_error = [this] { return evolution.known_error(); },
             .make_twin = make_twin};
@@ -113,18 +128,15 @@ BiasedRun World::biased(Threads& threads) const {
 
 }  // namespace
 
+FieldProblem field_problem(const io::Scene& scene) {
+    return scene.kind == io::SceneKind::model ? declared_problem(scene) : rod_bead_problem(scene);
+}
+
 files::Recording frame_recording(const io::Scene& scene) {
-    const physics::Form form = physics::form(scene.model);
+    const FieldProblem problem = field_problem(scene);
     files::Recording recording = frames_on(scene.grid);
-    for (const physics::Component& component : physics::component_names(form))
-        recording.quantities.push_back({component.name, component.unit, component.meaning, {"y", "x"}});
-    if (form.velocity == physics::Velocity::slaved)
-        for (const char* axis : {"x", "y"})
-            recording.quantities.push_back(
-                {text("bead_velocity_{}", axis),
-                 "mm s-1",
-                 text("velocity of the beads along {}, in balance with the forces on them", axis),
-                 {"y", "x"}});
+    recording.quantities = problem.components;
+    recording.quantities.insert(recording.quantities.end(), problem.balanced.begin(), problem.balanced.end());
     return recording;
 }
 
@@ -143,10 +155,12 @@ int choose_threads(const io::Scene& scene) {
 std::string field_size(const io::Scene& scene) { return text("{} by {} points", scene.grid.nx, scene.grid.ny); }
 
 double field_disk_bytes(const io::Scene& scene) {
+    const FieldProblem problem = field_problem(scene);
+    const auto components = static_cast<double>(problem.components.size());
     const double frame = static_cast<double>(numerics::points(scene.grid)) *
-                         numerics::components(physics::layout(physics::form(scene.model)));
+                         static_cast<double>(problem.components.size() + problem.balanced.size());
     const double shells = 0.5 * (scene.grid.ny == 1 ? scene.grid.nx : std::min(scene.grid.nx, scene.grid.ny));
-    return recorded_bytes(scene, frame, 16.0 + shells * (4.0 + 2.0 * measure::direction_sectors) + 32.0);
+    return recorded_bytes(scene, frame, components * (8.0 + shells * (3.0 + 2.0 * measure::direction_sectors)) + 64.0);
 }
 
 TimedScene timed_fields(const io::Scene& scene) {
@@ -165,67 +179,72 @@ TimedScene timed_fields(const io::Scene& scene) {
     return {timed, work(scene.grid) / work(timed.grid)};
 }
 
-namespace {
-double twin_bytes(const io::Scene& scene, const physics::Equations& equations) {
-    if (!why_no_step_bias(scene).empty() || !io::has_noise(scene) || !physics::is_nonlinear(equations)) return 0.0;
-    numerics::System system =
-        physics::linear_system(equations, scene.grid, physics::reference(scene.model.uniform), scene.dealiasing);
-    system.nonlinear = [](double, const auto&, auto&) {};
-    return twin_stepper_bytes(system, scene.time) +
-           physics::right_hand_side_bytes(equations, scene.grid, system.degree);
-}
-}  // namespace
-
 double field_simulation_bytes(const io::Scene& scene) {
-    const physics::Equations equations(scene.model);
-    numerics::System system =
-        physics::linear_system(equations, scene.grid, physics::reference(scene.model.uniform), scene.dealiasing);
-    if (physics::is_nonlinear(equations)) system.nonlinear = [](double, const auto&, auto&) {};
+    const FieldProblem problem = field_problem(scene);
+    const model::Integrated& what = problem.integrated;
+    numerics::System system = what.equations.linear_system(scene.grid, what.kept_degree);
+    const bool evaluates = what.equations.has_nonlinear_part();
+    if (evaluates) system.nonlinear = [](double, const auto&, auto&) {};
     const double spectra = static_cast<double>(numerics::modes(scene.grid)) * sizeof(Complex);
     const double reals = static_cast<double>(numerics::points(scene.grid)) * sizeof(double);
     const int count = numerics::components(system.layout);
+    const double explicit_part = evaluates ? model::explicit_bytes(what, scene.grid, system.degree) : 0.0;
+    constexpr int halvings = 1;  // of the steps that are repeated to measure their error
+    double more = 0.0;
+    if (makes_step_error(problem) && what.equations.has_noise() && why_no_step_bias(scene).empty())
+        more += twin_stepper_bytes(system, scene.time) + explicit_part;
+    if (makes_step_error(problem) && scene.time.max_error > 0.0) {
+        const numerics::Grid coarse =
+            numerics::coarse_grid(scene.grid, what.equations.has_noise() ? 1 : system.degree, what.shortest);
+        constexpr double states = 20.0;  // of the estimate and of the steps of the error
+        more += static_cast<double>(numerics::points(coarse)) / static_cast<double>(numerics::points(scene.grid)) *
+                (explicit_part + states * count * spectra);
+    }
     // The state, the last two healthy ones, a copy for the checkpoint and its file; fields, and a frame of them with
     // its compressed bytes; scratch; shells, sectors and powers.
-    constexpr int halvings = 1;  // of the steps that are repeated to measure their error
     return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers_bytes(system, scene.time, 2) +
-           2.0 * physics::right_hand_side_bytes(equations, scene.grid, system.degree) + twin_bytes(scene, equations) +
-           (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
+           explicit_part + more + (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
 }
 
 namespace {
 ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
     const io::Scene& scene = world->scene;
     const auto observe = [world] {
-        world->transform_to_grid();
+        world->to_grid();
         std::vector<std::span<const double>> arrays;
-        for (const numerics::Fields* fields :
-             {&std::as_const(world->on_grid.fields), &std::as_const(world->on_grid.slaved)})
+        for (const numerics::Fields* fields : {&std::as_const(world->fields), &std::as_const(world->balanced)})
             for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
         return arrays;
     };
-    return {frame_recording(world->scene), io::whole_steps(scene, "output.frame_every", scene.output.frame_every),
-            observe};
+    return {frame_recording(scene), io::whole_steps(scene, "output.frame_every", scene.output.frame_every), observe};
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
-    return sample_recording(world->scene, field_samples_group, measure::field_observables(world->setting), [world] {
-        world->transform_to_grid();
-        std::optional<physics::EnergyBudget> energy;
-        if (world->energy) energy = world->energy->measure(world->time, world->state);
-        measure::FieldMoment moment = moment_of(world->setting, world->state, world->on_grid);
-        moment.energy = std::move(energy);
-        moment.step_error = world->evolution.step_error().error;
-        return moment;
-    });
+    const io::Scene& scene = world->scene;
+    const auto values = std::make_shared<std::vector<std::vector<double>>>();
+    const auto observe = [world, values] {
+        world->to_grid();
+        return lend(*values, world->observer.measure({.time = world->time,
+                                                      .spectra = world->state,
+                                                      .fields = world->fields,
+                                                      .balanced = world->balanced,
+                                                      .step_error = world->evolution.step_error().error}));
+    };
+    return {{.group = field_samples_group,
+             .axes = file_axes(world->observer.axes),
+             .quantities = world->observer.quantities,
+             .rows_per_chunk = samples_per_chunk(scene)},
+            io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
+            observe};
 }
 }  // namespace
 
 namespace {
 /// The choices of the adaptive stepper.
-std::string describe(const physics::FieldEvolution& evolution, const io::Scene& scene) {
+std::string describe(const model::FieldEvolution& evolution, const io::Scene& scene) {
     std::string words = steps_text(evolution.stepper(), scene);
     if (const auto changes = evolution.reference_changes(); changes > 0)
-        words += text("{}the reference density changed {} time{}", words.empty() ? "" : "; ", changes,
+        words += text("{}the reference of the linear part changed {} time{}", words.empty() ? "" : "; ", changes,
                       changes == 1 ? "" : "s");
     return words;
 }
@@ -266,17 +285,16 @@ namespace {
 /// Other fields start another run: without the history of the stepper and the error so far.
 void accept(World& world, std::int64_t step) {
     std::vector<std::string> names;
-    for (const physics::Component& one : physics::component_names(world.form)) names.push_back(one.name);
-    require_finite(world.on_grid.fields, names, world.scene.grid);
-    world.transform.forward(world.on_grid.fields, world.state);
+    for (const files::Quantity& one : world.problem.components) names.push_back(one.name);
+    require_finite(world.fields, names, world.scene.grid);
+    world.transform.forward(world.fields, world.state);
+    model::remove_divergence(world.problem.integrated.equations, world.scene.grid, world.state);
     world.evolution.restore(world.fresh);
     world.evolution.start(world.state);
-    world.health = make_field_health(world.evolution, world.scene, world.state);
-    restore_field_health(world.evolution.system(), world.state, step, world.health);
+    world.health = make_field_health(world.problem, world.evolution.linear(), world.state);
+    restore_field_health(world.evolution.linear(), world.state, step, world.health);
 }
-}  // namespace
 
-namespace {
 std::vector<double> save(const World& world) {
     return numbers_of_run(world.evolution.save(), world.time, world.state,
                           world.bias ? world.bias->save() : std::vector<double>{});
@@ -287,7 +305,7 @@ void restore(World& world, std::span<const double> all) {
     world.evolution.restore(saved.stepper);
     world.time = saved.time;
     take_numbers(saved.state, world.state);
-    restore_field_health(world.evolution.system(), world.state, std::llround(world.time / world.scene.time.dt),
+    restore_field_health(world.evolution.linear(), world.state, std::llround(world.time / world.scene.time.dt),
                          world.health);
     if (world.bias) world.bias->restore(saved.bias);
 }
@@ -314,14 +332,14 @@ Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::
         try {
             world->evolution.advance(step, world->state);
             if (world->bias) world->bias->advance(step + 1, world->state);
-        } catch (const physics::DensityFailure& error) {
-            fail_step(world->evolution, world->health, step, world->scene.time.dt, error);
+        } catch (const model::DomainFailure& error) {
+            fail_step(world->diagnosed(), world->health, step, error);
         }
         world->time = static_cast<double>(step + 1) * world->scene.time.dt;
     };
     simulation.check_health = [world](std::int64_t step) {
         check_chosen_step(world->scene.time, world->evolution.step_error(), step);
-        check_field_health(world->evolution, world->scene, world->transform, world->state, step, world->health);
+        check_field_health(world->diagnosed(), world->transform, world->state, step, world->health);
     };
     simulation.accept = [world](std::int64_t step) { accept(*world, step); };
     simulation.describe = [world] { return describe(world->evolution, world->scene); };

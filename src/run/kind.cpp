@@ -4,7 +4,6 @@
 #include "drover/io/scene_text.hpp"
 #include "drover/io/trajectory.hpp"
 #include "drover/run/field_simulation.hpp"
-#include "drover/run/model_simulation.hpp"
 #include "drover/run/particle_simulation.hpp"
 #include "drover/run/warnings.hpp"
 
@@ -63,9 +62,6 @@ const Kind& kind_of(const io::Scene& scene) {
                                 .report = make_particle_report};
     static const Kind declared = [] {
         Kind kind = fields;  // of the same grid, with other equations
-        kind.make = simulation_of<make_model_simulation>;
-        kind.memory_bytes = model_simulation_bytes;
-        kind.disk_bytes = model_disk_bytes;
         kind.warnings = model_warnings;
         kind.report = report_of<make_model_report>;
         return kind;

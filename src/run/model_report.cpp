@@ -7,11 +7,12 @@
 #include "drover/model/theory.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/run/field_simulation.hpp"
-#include "drover/run/model_simulation.hpp"
+#include "drover/run/report.hpp"
 #include "drover/run/warnings.hpp"
 #include "run/growing_waves.hpp"
 #include "run/model_stability.hpp"
 #include "run/sample_recording.hpp"
+#include "run/text_resolution.hpp"
 
 namespace drover::run {
 
@@ -111,6 +112,7 @@ std::vector<std::string> model_warnings(const io::Scene& scene) {
             "/s: {:.3g} in a step of time.dt = {}; expected less than 1, or the run may diverge: choose time.dt = "
             "{:.2g}, or a coarser grid",
             rate, part, scene.time.dt, scene.time.dt / (2.0 * part)));
+    for (std::string& warning : text_resolution_warnings(scene)) warnings.push_back(std::move(warning));
     if (scene.initial.kind != "uniform" || equations.has_noise()) return warnings;
     if (equations.uniform_rates(equations.reference()).cwiseAbs().maxCoeff() == 0.0)
         warnings.emplace_back(

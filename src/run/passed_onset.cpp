@@ -6,7 +6,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/physics/right_hand_side.hpp"
+#include "drover/physics/integrated.hpp"
 
 namespace drover::run {
 
@@ -18,16 +18,16 @@ double growth_of_order(const io::Scene& scene, double t) {
     numerics::Grid small = scene.grid;
     small.nx = std::min(small.nx, 8);
     small.ny = std::min(small.ny, 8);
-    const numerics::System system = physics::linear_system(equations, small, about, scene.dealiasing);
     Threads one(1);
-    physics::RightHandSide remainder(equations, system, about, one);
+    const numerics::System system =
+        model::system_of(physics::integrated(equations, about, scene.dealiasing), small, one);
     numerics::Spectra state(small, numerics::components(system.layout)), rate = state;
     const int order = equations.form.polar_order;
     if (equations.form.bead_density >= 0) state[equations.form.bead_density][0] = scene.model.uniform.bead_density;
     if (equations.form.rod_density >= 0) state[equations.form.rod_density][0] = scene.model.uniform.rod_density;
     constexpr double tiny = 1e-6;
     state[order][0] = tiny;
-    remainder(t, state, rate);
+    if (system.nonlinear) system.nonlinear(t, state, rate);
     double growth = rate[order][0].real() / tiny;
     const numerics::Block even = system.linear(0.0).even;
     const numerics::BlockParts parts = numerics::block_parts(system.layout);

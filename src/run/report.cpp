@@ -123,7 +123,8 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
                                                       sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
     report.step_bias =
-        step_biases(archive, scene, !physics::is_nonlinear(equations), biased_rows_of(setting), report.summary);
+        step_biases(archive, scene, !equations.solver(physics::reference(scene.model.uniform)).has_explicit_part(),
+                    biased_rows_of(setting), report.summary);
     report.setting = std::move(setting);
     if (const std::string missing = physics::missing_function(scene.model); !missing.empty()) {
         report.warnings = {missing + ": no linear theory and no warnings here; the archive has both"};

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "drover/physics/density_profile.hpp"
-#include "drover/physics/right_hand_side.hpp"
+#include "drover/physics/integrated.hpp"
 #include "drover/physics/travelling_problem.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/signals.hpp"
@@ -105,7 +105,7 @@ StatesProblem rod_bead_states(const io::Scene& scene, const std::string& follow,
                          .followed = family.followed,
                          .grid = line.grid,
                          .degree = physics::linear_system(line.model, line.grid, line.dealiasing).degree,
-                         .guess = rod_bead_guess(scene, line, threads),
+                         .guess = travelling_guess(scene, line, threads),
                          .frames = frame_recording(scene),
                          .entries = [form, lx = line.grid.lx](const auto& at, const auto& fields) {
                              return entries_of(at, fields, form, lx);

@@ -24,14 +24,6 @@ struct Twin {
     std::function<void(std::span<const double>)> restore;
 };
 
-/// twin: a FieldEvolution or a WatchedStepper.
-template <class Steps>
-Twin twin_of(const std::shared_ptr<Steps>& twin, std::function<void()> follow) {
-    return {.follow = std::move(follow),
-            .advance = [twin](std::int64_t step, numerics::Spectra& state) { twin->advance(step, state); },
-            .save = [twin] { return twin->save(); },
-            .restore = [twin](std::span<const double> values) { twin->restore(values); }};
-}
 numerics::StepControl control_of_twin(const io::TimeControl& time);
 
 /// What is measured of a run of fields, whatever their equations.
@@ -42,23 +34,6 @@ struct BiasedRun {
     std::function<std::optional<numerics::Spectra>()> known_error;  ///< numerics::StepError::known()
     std::function<Twin()> make_twin;
 };
-
-/// The values of all observables of a moment, one after another.
-template <class Moment>
-std::vector<double> values_of(const measure::Observables<Moment>& rows, const Moment& moment) {
-    std::vector<double> values;
-    for (const auto& row : rows) {
-        const std::vector<double> measured = measure::measure_one(row, moment);
-        values.insert(values.end(), measured.begin(), measured.end());
-    }
-    return values;
-}
-template <class Moment>
-std::size_t count_values(const measure::Observables<Moment>& rows) {
-    std::size_t count = 0;
-    for (const auto& row : rows) count += measure::size_of(row.axes);
-    return count;
-}
 
 /// Measures the change of the observables of one run by its time step, within accuracy.effort of the steps.
 ///

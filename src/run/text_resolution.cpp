@@ -10,10 +10,11 @@
 #include <utility>
 
 #include "drover/base/threads.hpp"
+#include "drover/model/start.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/time_method.hpp"
 #include "drover/numerics/wavenumbers.hpp"
-#include "drover/physics/right_hand_side.hpp"
+#include "run/field_problem.hpp"
 
 namespace drover::run {
 
@@ -23,61 +24,62 @@ using numerics::Grid;
 using numerics::Spectra;
 
 /// The explicit right-hand side of a scene on a grid, at a smooth state with those of the longest waves in every field
-/// that `coarsest` keeps in the scene's products.
+/// that `coarsest` keeps in the scene's products.  keeps_all: all modes of the grid.
 class Rates {
 public:
-    Rates(const io::Scene& scene, const Grid& grid, const Grid& coarsest, const physics::Dealiasing& dealiasing)
-        : equations_(scene.model),
-          system_(physics::linear_system(equations_, grid, physics::reference(scene.model.uniform), dealiasing)),
-          rate_(grid, numerics::components(system_.layout)),
-          state_(grid, numerics::components(system_.layout)),
-          remainder_(equations_, system_, physics::reference(scene.model.uniform), one_) {
-        const physics::Form& form = equations_.form;
-        const int degree = physics::kept_degree(equations_, scene.dealiasing);
-        const auto set = [&](int c, double mean, double wave) {
-            if (c < 0) return;
-            state_[c][0] = mean;
-            if (coarsest.nx > 2 && numerics::is_kept(coarsest, degree, 1, 0)) state_[c][1] = wave;
-            const std::size_t row = numerics::columns(grid);
-            if (coarsest.ny > 2 && numerics::is_kept(coarsest, degree, 0, 1))
-                state_[c][row] = state_[c][(static_cast<std::size_t>(grid.ny) - 1) * row] = wave;
-        };
+    Rates(const FieldProblem& problem, const Grid& grid, const Grid& coarsest, bool keeps_all)
+        : system_(model::system_of(problem.integrated, grid, one_, keeps_all)),
+          rate_(grid, static_cast<int>(problem.components.size())),
+          state_(rate_) {
+        const model::Equations& equations = problem.integrated.equations;
+        const int degree = equations.linear_system(coarsest, problem.integrated.kept_degree).degree;
+        const model::UniformState reference = equations.reference();
+        const std::vector<model::StateComponent> components = model::components_of_state(equations);
         constexpr double part = 0.02;
-        const physics::UniformState& uniform = scene.model.uniform;
-        set(form.bead_density, uniform.bead_density, part * uniform.bead_density);
-        set(form.rod_density, uniform.rod_density, part * uniform.rod_density);
-        for (const int first : {form.bead_velocity, form.polar_order}) {
-            if (first < 0) continue;
-            set(first, 0.3, part);
-            set(first + 1, 0.2, part);
+        for (std::size_t c = 0; c < components.size(); ++c) {
+            const double mean = reference[static_cast<std::size_t>(equations.state_components()[c])];
+            if (mean != 0.0) set(static_cast<int>(c), mean, part * mean, coarsest, degree);
+            else set(static_cast<int>(c), components[c].part == 0 ? 0.3 : 0.2, part, coarsest, degree);
         }
     }
     Rates(const Rates&) = delete;
     Rates& operator=(const Rates&) = delete;
 
     const Spectra& at(double t) {
-        remainder_(t, state_, rate_);
+        if (system_.nonlinear) system_.nonlinear(t, state_, rate_);
         return rate_;
     }
     const numerics::System& system() const { return system_; }
 
 private:
-    physics::Equations equations_;
-    numerics::System system_;
+    void set(int c, double mean, double wave, const Grid& coarsest, int degree) {
+        const Grid& grid = system_.grid;
+        state_[c][0] = mean;
+        if (coarsest.nx > 2 && numerics::is_kept(coarsest, degree, 1, 0)) state_[c][1] = wave;
+        const std::size_t row = numerics::columns(grid);
+        if (coarsest.ny > 2 && numerics::is_kept(coarsest, degree, 0, 1))
+            state_[c][row] = state_[c][(static_cast<std::size_t>(grid.ny) - 1) * row] = wave;
+    }
+
     Threads one_{1};
+    numerics::System system_;
     Spectra rate_;
     Spectra state_;
-    physics::RightHandSide remainder_;
 };
 
-bool any_text_mentions(const physics::Model& model, const std::vector<std::string>& names) {
-    for (const physics::TextTerm& term : model.text_terms) {
+bool any_text_mentions(const io::Scene& scene, const std::vector<std::string>& names) {
+    for (const physics::TextTerm& term : scene.model.text_terms) {
         if (term.call) continue;
         for (const auto* expressions : {&term.value, &term.flux})
             for (const physics::WrittenExpression& one : *expressions)
                 if (mentions(one.text, names)) return true;
     }
-    return false;
+    if (scene.kind != io::SceneKind::model) return false;
+    const model::Model model = io::model_of(scene.declared);
+    return std::any_of(model.fields.begin(), model.fields.end(),
+                       [&](const model::Field& field) { return mentions(field.equation.text, names); }) ||
+           std::any_of(model.definitions.begin(), model.definitions.end(),
+                       [&](const model::Definition& one) { return mentions(one.value.text, names); });
 }
 
 /// Squares of amplitudes of one component.
@@ -106,13 +108,14 @@ SpaceError space_error(const Grid& grid, int degree, std::span<const Complex> co
 std::optional<std::string> space_warning(const io::Scene& scene) {
     constexpr std::size_t max_points = std::size_t{512} * 512;
     const Grid& grid = scene.grid;
-    if (!any_text_mentions(scene.model, {"x", "y"}) || numerics::points(grid) > max_points) return std::nullopt;
+    if (!any_text_mentions(scene, {"x", "y"}) || numerics::points(grid) > max_points) return std::nullopt;
     Grid finer = grid;
     finer.nx = grid.nx == 1 ? 1 : 2 * grid.nx;
     finer.ny = grid.ny == 1 ? 1 : 2 * grid.ny;
     // Twice the grid with all its waves: products of the smooth state have none that would need to be cut.
-    Rates here(scene, grid, grid, scene.dealiasing), there(scene, finer, grid, {.rule = "none"});
-    const physics::Form form = physics::form(scene.model);
+    const FieldProblem problem = field_problem(scene);
+    const std::vector<model::StateComponent> components = model::components_of_state(problem.integrated.equations);
+    Rates here(problem, grid, grid, false), there(problem, finer, grid, true);
     // A jump loses and folds a few per cent on 100 points, and makes an error of less; on 32 points it is moved by half
     // of a cell, which can make an error of a tenth.
     constexpr double max_aliased = 0.005, max_lost = 0.05;
@@ -121,7 +124,8 @@ std::optional<std::string> space_warning(const io::Scene& scene) {
         const Spectra &coarse = here.at(t), &fine = there.at(t);
         for (int c = 0; c < coarse.count(); ++c) {
             SpaceError error = space_error(grid, here.system().degree, coarse[c], finer, fine[c]);
-            if (c == form.bead_velocity || c == form.polar_order) {  // both components of a vector
+            const std::size_t first = static_cast<std::size_t>(c);
+            if (first + 1 < components.size() && components[first + 1].part == 1) {  // both components of a vector
                 ++c;
                 const SpaceError other = space_error(grid, here.system().degree, coarse[c], finer, fine[c]);
                 error.aliased += other.aliased;
@@ -133,7 +137,7 @@ std::optional<std::string> space_warning(const io::Scene& scene) {
             return text(
                 "the grid does not resolve a term written as text: the rate of {} that it gives is wrong by {:.2g} of "
                 "its waves, beside twice the grid (terms of x and y): choose {}, or a smoother text",
-                physics::component_names(form)[static_cast<std::size_t>(c)].name, wrong,
+                components[first].name, wrong,
                 grid.ny == 1 ? text("grid.nx = {}", finer.nx)
                              : text("grid.nx = {} and grid.ny = {}", finer.nx, finer.ny));
         }
@@ -207,14 +211,14 @@ private:
 };
 
 std::optional<std::string> time_warning(const io::Scene& scene) {
-    if (scene.time.dt == 0.0 || !any_text_mentions(scene.model, {"t"})) return std::nullopt;
+    if (scene.time.dt == 0.0 || !any_text_mentions(scene, {"t"})) return std::nullopt;
     const double dt = scene.time.dt;
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
     const bool has_stages = scene.time.tolerance == 0.0 && method.name == "arkode-ark436l2sa";
     Grid small = scene.grid;
     small.nx = std::min(small.nx, 8);
     small.ny = std::min(small.ny, 8);
-    Rates rates(scene, small, small, scene.dealiasing);
+    Rates rates(field_problem(scene), small, small, false);
     const int count = rates.at(0.0).count();
     const auto values_at = [&](double t) {  // the mean rate of each component, and its longest wave
         std::vector<double> values;

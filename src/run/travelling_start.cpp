@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "drover/base/log.hpp"
-#include "drover/physics/field_evolution.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/signals.hpp"
+#include "run/field_problem.hpp"
 
 namespace drover::run {
 
@@ -25,6 +25,14 @@ numerics::Spectra average_over_y(const numerics::Spectra& fields, const numerics
     return average;
 }
 
+namespace {
+constexpr const char* settling_method = "etdrk4-krogstad";
+constexpr double settling_tolerance = 1e-4;
+
+/// Takes a step of a state.
+using Advance = std::function<void(std::int64_t step, numerics::Spectra& state)>;
+
+/// By equal steps of at most time.dt of the line.  `start` makes ready for steps of dt from a state.
 Settle settle_by(const io::Scene& line, std::function<Advance(double dt, numerics::Spectra& state)> start) {
     return [line, start = std::move(start)](double duration, numerics::Spectra& state) {
         const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
@@ -37,15 +45,19 @@ Settle settle_by(const io::Scene& line, std::function<Advance(double dt, numeric
     };
 }
 
-TravellingGuess rod_bead_guess(const io::Scene& scene, const io::Scene& line, Threads& threads) {
+}  // namespace
+
+TravellingGuess travelling_guess(const io::Scene& scene, const io::Scene& line, Threads& threads) {
     const auto start = [line, &threads](double dt, numerics::Spectra& state) -> Advance {
+        model::Integrated what = field_problem(line).integrated;
+        what.is_quiet = true;
         const auto evolution =
-            std::make_shared<physics::FieldEvolution>(line.model, line.grid, line.dealiasing,
-                                                      numerics::StepControl{.method = settling_method,
-                                                                            .dt = dt,
-                                                                            .tolerance = settling_tolerance,
-                                                                            .watches_error = false},
-                                                      0, threads);
+            std::make_shared<model::FieldEvolution>(std::move(what), line.grid,
+                                                    numerics::StepControl{.method = settling_method,
+                                                                          .dt = dt,
+                                                                          .tolerance = settling_tolerance,
+                                                                          .watches_error = false},
+                                                    0, threads);
         evolution->start(state);
         return [evolution](std::int64_t step, numerics::Spectra& at) { evolution->advance(step, at); };
     };

@@ -14,13 +14,6 @@ io::Scene line_of(const io::Scene& scene);
 /// A guess evolves for some time [s], which brings it nearer to a stable state.
 using Settle = std::function<void(double duration, numerics::Spectra& state)>;
 
-/// Takes a step of a state.
-using Advance = std::function<void(std::int64_t step, numerics::Spectra& state)>;
-inline constexpr const char* settling_method = "etdrk4-krogstad";
-inline constexpr double settling_tolerance = 1e-4;
-/// By equal steps of at most time.dt of the line.  `start` makes ready for steps of dt from a state.
-Settle settle_by(const io::Scene& line, std::function<Advance(double dt, numerics::Spectra& state)> start);
-
 /// How a state is looked for.
 struct TravellingGuess {
     numerics::Spectra fields;
@@ -34,8 +27,8 @@ struct TravellingGuess {
 /// Fields averaged over y, on one row of points.
 numerics::Spectra average_over_y(const numerics::Spectra& fields, const numerics::Grid& line);
 
-/// The initial fields of a scene of rods and beads, averaged over y.  `line`: line_of(scene), which they settle by.
-TravellingGuess rod_bead_guess(const io::Scene& scene, const io::Scene& line, Threads& threads);
+/// The initial fields of a scene of fields, averaged over y.  `line`: line_of(scene), which they settle by.
+TravellingGuess travelling_guess(const io::Scene& scene, const io::Scene& line, Threads& threads);
 
 /// Throws as the solver.
 numerics::TravellingState find_state(const TravellingGuess& from, numerics::TravellingSolver& solver);

@@ -9,9 +9,8 @@
 #include "drover/files/archive.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/field_evolution.hpp"
 #include "drover/physics/initial_state.hpp"
-#include "drover/physics/right_hand_side.hpp"
+#include "drover/physics/integrated.hpp"
 
 namespace drover {
 namespace {
@@ -70,13 +69,7 @@ numerics::Grid grid_of(const benchmark::State& state) {
 
 /// A system with its right-hand side, if it has one.
 numerics::System system_of(const physics::Model& model, const numerics::Grid& grid, Threads& threads) {
-    const physics::Equations equations(model);
-    numerics::System system = physics::linear_system(model, grid);
-    if (!physics::is_nonlinear(equations)) return system;
-    const auto rest =
-        std::make_shared<physics::RightHandSide>(equations, system, physics::reference(model.uniform), threads);
-    system.nonlinear = [rest](double t, const numerics::Spectra& a, numerics::Spectra& rate) { (*rest)(t, a, rate); };
-    return system;
+    return model::system_of(physics::integrated(model), grid, threads);
 }
 
 /// Of a step of ETDRK2: two right-hand sides.
@@ -111,15 +104,15 @@ void flock_watch(benchmark::State& state) {
     using Clock = std::chrono::steady_clock;
     Threads threads(static_cast<int>(state.range(1)));
     const auto evolution = [&](bool watches) {
-        return physics::FieldEvolution(flock, grid_of(state), {},
-                                       {.method = "etdrk2", .dt = 0.02, .tolerance = 0.0, .watches_error = watches}, 1,
-                                       threads);
+        return model::FieldEvolution(physics::integrated(flock), grid_of(state),
+                                     {.method = "etdrk2", .dt = 0.02, .tolerance = 0.0, .watches_error = watches}, 1,
+                                     threads);
     };
-    std::array<physics::FieldEvolution, 2> evolutions{evolution(false), evolution(true)};
+    std::array<model::FieldEvolution, 2> evolutions{evolution(false), evolution(true)};
     std::array<numerics::Spectra, 2> fields;
     for (std::size_t k : {0, 1}) {
         fields[k] =
-            physics::initial_spectra({.kind = "random", .amplitude = 0.01}, flock, evolutions[k].system(), 1, threads);
+            physics::initial_spectra({.kind = "random", .amplitude = 0.01}, flock, evolutions[k].linear(), 1, threads);
         evolutions[k].start(fields[k]);
     }
     std::array<double, 2> seconds{};
@@ -160,9 +153,10 @@ void flock_transforms(benchmark::State& state) {
 void flock_start(benchmark::State& state) {
     Threads threads(static_cast<int>(state.range(1)));
     for (auto _ : state) {
-        physics::FieldEvolution evolution(flock, grid_of(state), {}, {.method = "etdrk2", .dt = 0.02}, 1, threads);
+        model::FieldEvolution evolution(physics::integrated(flock), grid_of(state), {.method = "etdrk2", .dt = 0.02}, 1,
+                                        threads);
         numerics::Spectra fields =
-            physics::initial_spectra({.kind = "random", .amplitude = 0.01}, flock, evolution.system(), 1, threads);
+            physics::initial_spectra({.kind = "random", .amplitude = 0.01}, flock, evolution.linear(), 1, threads);
         evolution.start(fields);
         evolution.advance(0, fields);
     }

@@ -1,5 +1,5 @@
 // tests/physics/field_evolution.cpp: the adaptive step and the reference density that follows the beads.
-#include "drover/physics/field_evolution.hpp"
+#include "drover/physics/integrated.hpp"
 
 #include <gtest/gtest.h>
 
@@ -40,8 +40,8 @@ Case flock() {
             .end = 4.0};
 }
 
-FieldEvolution evolution_of(const Case& run, Threads& threads) {
-    return {run.model, run.grid, {}, run.control, 0, threads};
+model::FieldEvolution evolution_of(const Case& run, Threads& threads) {
+    return {integrated(run.model), run.grid, run.control, 0, threads};
 }
 
 struct Evolved {
@@ -54,8 +54,8 @@ struct Evolved {
 
 Evolved evolve(const Case& run) {
     Threads threads(1);
-    FieldEvolution evolution = evolution_of(run, threads);
-    numerics::Spectra state = initial_spectra(run.initial, run.model, evolution.system(), 1, threads);
+    model::FieldEvolution evolution = evolution_of(run, threads);
+    numerics::Spectra state = initial_spectra(run.initial, run.model, evolution.linear(), 1, threads);
     evolution.start(state);
     const auto steps = static_cast<std::int64_t>(std::lround(run.end / run.control.dt));
     for (std::int64_t step = 0; step < steps; ++step) evolution.advance(step, state);
@@ -118,8 +118,8 @@ TEST(AdaptiveStep, it_is_divided_for_a_fast_start_and_grows_when_the_run_is_slow
 /// <|p_q|^2> L^2/S of linear theory over the modes of a noisy run, in its standard errors from 1, by bands of q^2.
 std::vector<double> deviations_from_linear_theory(const Case& scene, numerics::StepCount& count) {
     Threads threads(1);
-    FieldEvolution evolution(scene.model, scene.grid, {}, scene.control, 7, threads);
-    numerics::Spectra state = initial_spectra(scene.initial, scene.model, evolution.system(), 1, threads);
+    model::FieldEvolution evolution(integrated(scene.model), scene.grid, scene.control, 7, threads);
+    numerics::Spectra state = initial_spectra(scene.initial, scene.model, evolution.linear(), 1, threads);
     evolution.start(state);
     const std::vector<double> bands{2.5, 8.5, 1e9};
     std::vector<double> sums(bands.size()), variances(bands.size()), numbers(bands.size());
@@ -130,7 +130,7 @@ std::vector<double> deviations_from_linear_theory(const Case& scene, numerics::S
         if (step < warm_up) continue;
         for (std::size_t j = 0; j < static_cast<std::size_t>(scene.grid.ny); ++j)
             for (std::size_t i = 1; i < numerics::columns(scene.grid); ++i) {  // column 0 has conjugate pairs
-                if (!numerics::is_kept(scene.grid, evolution.system().degree, i, j)) continue;
+                if (!numerics::is_kept(scene.grid, evolution.linear().degree, i, j)) continue;
                 const double kx = static_cast<double>(i), ky = numerics::mode_number_y(scene.grid, j),
                              squared = kx * kx + ky * ky;
                 const double rate =
@@ -234,11 +234,11 @@ TEST(FieldEvolution, a_restored_evolution_continues_bit_for_bit) {
     scene.initial.bead_density = "1 + 0.7 * cos(2*pi*x/20)";
     scene.control.tolerance = 1e-5;
     Threads threads(1);
-    FieldEvolution first = evolution_of(scene, threads);
-    numerics::Spectra state = initial_spectra(scene.initial, scene.model, first.system(), 1, threads);
+    model::FieldEvolution first = evolution_of(scene, threads);
+    numerics::Spectra state = initial_spectra(scene.initial, scene.model, first.linear(), 1, threads);
     first.start(state);
     for (std::int64_t step = 0; step < 3; ++step) first.advance(step, state);
-    FieldEvolution second = evolution_of(scene, threads);
+    model::FieldEvolution second = evolution_of(scene, threads);
     second.restore(first.save());
     numerics::Spectra again = state;
     for (std::int64_t step = 3; step < 8; ++step) {
@@ -256,13 +256,13 @@ TEST(FieldEvolution, a_restored_evolution_continues_bit_for_bit_while_the_divisi
     scene.initial.bead_density = "1 + 0.7 * cos(2*pi*x/20)";
     scene.control.tolerance = 1e-4;
     Threads threads(1);
-    FieldEvolution first = evolution_of(scene, threads);
-    numerics::Spectra state = initial_spectra(scene.initial, scene.model, first.system(), 1, threads);
+    model::FieldEvolution first = evolution_of(scene, threads);
+    numerics::Spectra state = initial_spectra(scene.initial, scene.model, first.linear(), 1, threads);
     first.start(state);
     // A restart at every step: none of them depends on what an earlier step left in memory.
     int changes = 0;
     for (std::int64_t step = 0; step < 60; ++step) {
-        FieldEvolution second = evolution_of(scene, threads);
+        model::FieldEvolution second = evolution_of(scene, threads);
         second.restore(first.save());
         numerics::Spectra again = state;
         const int division = first.stepper().division();

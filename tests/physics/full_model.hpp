@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "drover/numerics/linear_operator.hpp"
-#include "drover/physics/right_hand_side.hpp"
+#include "drover/physics/integrated.hpp"
 #include "drover/physics/whole_rate.hpp"
 
 namespace drover::physics {

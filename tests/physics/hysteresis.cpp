@@ -6,7 +6,7 @@
 
 #include "band_model.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/field_evolution.hpp"
+#include "drover/physics/integrated.hpp"
 #include "drover/physics/travelling_problem.hpp"
 
 namespace drover::physics::hysteresis_tests {
@@ -47,8 +47,9 @@ double order_of(const numerics::Spectra& state) {
 /// Waits at a threshold for 300 s, from a state with a small disturbance of the order.
 void wait_at(double threshold, Threads& threads, numerics::Spectra& state) {
     constexpr double dt = 0.25;
-    FieldEvolution evolution(model_at(threshold), grid, {},
-                             {.method = "etdrk2", .dt = dt, .tolerance = 0.0, .watches_error = false}, 1, threads);
+    model::FieldEvolution evolution(integrated(model_at(threshold)), grid,
+                                    {.method = "etdrk2", .dt = dt, .tolerance = 0.0, .watches_error = false}, 1,
+                                    threads);
     state[1][0] += 1e-3;
     for (std::size_t k = 1; k <= 4; ++k) state[1][k] += std::polar(1e-3, 1.0 * static_cast<double>(k));
     evolution.start(state);

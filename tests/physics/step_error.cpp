@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "drover/physics/field_evolution.hpp"
 #include "drover/physics/initial_state.hpp"
+#include "drover/physics/integrated.hpp"
 
 namespace drover::physics::step_error_tests {
 namespace {
@@ -90,9 +90,10 @@ struct Ended {
 Ended run(const Model& model, const std::string& method, double dt, bool watches = true,
           const InitialState& start = waves) {
     Threads threads(1);
-    FieldEvolution evolution(model, grid, {}, {.method = method, .dt = dt, .tolerance = 0.0, .watches_error = watches},
-                             7, threads);
-    Ended ended{.state = initial_spectra(start, model, evolution.system(), 7, threads),
+    model::FieldEvolution evolution(integrated(model), grid,
+                                    {.method = method, .dt = dt, .tolerance = 0.0, .watches_error = watches}, 7,
+                                    threads);
+    Ended ended{.state = initial_spectra(start, model, evolution.linear(), 7, threads),
                 .estimate = {},
                 .fluctuations = {physics::form(model), has_noise(model.noise)}};
     evolution.start(ended.state);
@@ -199,9 +200,10 @@ TEST(StepError, counts_the_first_and_the_last_step) {
                                             {"etdrk4-krogstad", 0.1},
                                             {"cvode-bdf", 0.01},
                                             {"arkode-ark437l2sa", 1e-2}}) {
-        FieldEvolution evolution(model, grid, {}, {.method = method, .dt = length, .tolerance = tolerance}, 1, threads);
+        model::FieldEvolution evolution(integrated(model), grid,
+                                        {.method = method, .dt = length, .tolerance = tolerance}, 1, threads);
         numerics::Spectra state =
-            initial_spectra({.kind = "formula", .polar_order_x = "0.1"}, model, evolution.system(), 1, threads);
+            initial_spectra({.kind = "formula", .polar_order_x = "0.1"}, model, evolution.linear(), 1, threads);
         evolution.start(state);
         try {
             evolution.advance(0, state);
@@ -210,7 +212,7 @@ TEST(StepError, counts_the_first_and_the_last_step) {
             EXPECT_EQ(tolerance, 0.0) << method;
             continue;
         }
-        const double wrong = std::abs(state[evolution.equations().form.polar_order][0].real() - exact) / fluctuation;
+        const double wrong = std::abs(state[form(model).polar_order][0].real() - exact) / fluctuation;
         EXPECT_GT(evolution.step_error().error, std::min(wrong, 1.0) / 3.0) << method << ", tolerance " << tolerance;
         EXPECT_LT(evolution.step_error().error, 3.0 * wrong) << method << ", tolerance " << tolerance;
     }
@@ -269,15 +271,16 @@ double velocity_far_from_dip(double least, double dt) {
                            .bead_density = text("1 - {} * exp(-((x-16)^2+(y-16)^2)/8)", 1.0 - least),
                            .polar_order_x = "0.5"};
     Threads threads(1);
-    FieldEvolution evolution(model, square, {},
-                             {.method = "etdrk2", .dt = dt, .tolerance = 0.0, .watches_error = false}, 7, threads);
-    numerics::Spectra state = initial_spectra(dip, model, evolution.system(), 7, threads);
+    model::FieldEvolution evolution(integrated(model), square,
+                                    {.method = "etdrk2", .dt = dt, .tolerance = 0.0, .watches_error = false}, 7,
+                                    threads);
+    numerics::Spectra state = initial_spectra(dip, model, evolution.linear(), 7, threads);
     evolution.start(state);
     const auto steps = static_cast<std::int64_t>(std::lround(1.0 / dt));
     for (std::int64_t step = 0; step < steps; ++step) evolution.advance(step, state);
     numerics::Fields fields(square, state.count());
-    numerics::Transform(square, evolution.system().degree, threads).backward(state, fields);
-    return fields[evolution.equations().form.bead_velocity][0];
+    numerics::Transform(square, evolution.linear().degree, threads).backward(state, fields);
+    return fields[form(model).bead_velocity][0];
 }
 
 TEST(StepError, of_the_velocity_far_from_a_dip_in_the_density_is_below_one_percent) {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "drover/numerics/time_method.hpp"
-#include "drover/physics/field_evolution.hpp"
+#include "drover/physics/integrated.hpp"
 #include "solver_support.hpp"
 
 namespace drover::physics::sundials_tests {
@@ -18,8 +18,8 @@ struct Case {
 
     numerics::Spectra by(const std::string& method, double tolerance, int parts = 1, int thread_count = 1) const {
         Threads threads(thread_count);
-        FieldEvolution evolution(model, grid, {}, {.method = method, .dt = dt / parts, .tolerance = tolerance}, 1,
-                                 threads);
+        model::FieldEvolution evolution(integrated(model), grid,
+                                        {.method = method, .dt = dt / parts, .tolerance = tolerance}, 1, threads);
         numerics::Spectra state = start;
         evolution.start(state);
         const auto steps = static_cast<std::int64_t>(std::lround(end * parts / dt));
@@ -75,7 +75,8 @@ TEST(Sundials, runs_whose_reference_density_changes_agree_with_etdrk4) {
     const numerics::Spectra exact = run.by("etdrk4-krogstad", 0.0, 64);
     for (const std::string method : {"cvode-bdf", "arkode-ark548l2sa"}) {
         Threads threads(1);
-        FieldEvolution evolution(run.model, grid, {}, {.method = method, .dt = 0.1, .tolerance = 1e-9}, 1, threads);
+        model::FieldEvolution evolution(integrated(run.model), grid, {.method = method, .dt = 0.1, .tolerance = 1e-9},
+                                        1, threads);
         numerics::Spectra state = run.start;
         evolution.start(state);
         for (std::int64_t step = 0; step < 8; ++step) evolution.advance(step, state);
@@ -89,7 +90,8 @@ TEST(Sundials, the_step_error_of_a_run_is_of_the_size_of_its_error) {
     const numerics::Spectra exact = run.by("etdrk4-krogstad", 0.0, 64);
     for (const std::string method : {"cvode-bdf", "arkode-ark436l2sa"}) {
         Threads threads(1);
-        FieldEvolution evolution(run.model, grid, {}, {.method = method, .dt = run.dt, .tolerance = 1e-4}, 1, threads);
+        model::FieldEvolution evolution(integrated(run.model), grid,
+                                        {.method = method, .dt = run.dt, .tolerance = 1e-4}, 1, threads);
         numerics::Spectra state = run.start;
         evolution.start(state);
         for (std::int64_t step = 0; step < 8; ++step) evolution.advance(step, state);

@@ -15,6 +15,8 @@ namespace drover::model {
 
 struct CompiledEquations;  // src/model/compiled.hpp
 
+class ExplicitPart;  // model/explicit_part.hpp
+
 class Equations {
 public:
     /// Throws an input Error, at its column, for a name, rank or parity that does not fit.
@@ -72,8 +74,9 @@ public:
     bool has_finite_degree() const;  ///< false: some are no polynomials, and count as products of two
 
     /// L, N and Q on a grid.  N keeps what it needs of these equations.  kept_degree: the degree that decides which
-    /// modes are kept; 0: that of the products.
-    numerics::System system(const numerics::Grid& grid, Threads& threads, int kept_degree = 0) const;
+    /// modes are kept; 0: that of the products.  part: what evaluates N; nullptr where N is 0.
+    numerics::System system(const numerics::Grid& grid, Threads& threads, int kept_degree = 0,
+                            std::shared_ptr<ExplicitPart>* part = nullptr) const;
     /// Without N: see ExplicitPart.
     numerics::System linear_system(const numerics::Grid& grid, int kept_degree = 0) const;
     TransformCount transforms() const;

@@ -29,7 +29,7 @@ public:
     /// is replaced.  There the field follows the balance of forces anyway, and the explicit part could not follow it
     /// faster.  With mass^16 in the bound, masses above twice the floor change by less than 1e-6.  0: no bound.
     void set_step(double dt);
-    /// The lower bound of the mass of a field; 0 for none.
+    /// The lower bound of the mass of a field, as a part of the mass at the references; 0 for none.
     double mass_floor(std::size_t field) const;
 
     /// The modes of the given components, in their order, in place of those of their point sources, for the calls to

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "drover/model/field_evolution.hpp"
 #include "drover/physics/compiled_model.hpp"
 
 namespace drover::physics {
@@ -13,22 +14,13 @@ struct Extremes {
     double min_rod = std::numeric_limits<double>::infinity(), max_rod = -min_rod;
 };
 
-/// Of some points; nullptr: the density is not on the grid.
-Extremes extremes_of(const double* bead_density, const double* rod_density, std::size_t size);
-Extremes of_both(const Extremes& a, const Extremes& b);
-
 /// What a right-hand side divides by at points.
 struct Divisors {
     bool by_bead_density = false, by_drag = false;
 };
 
-/// The run Error of check_extremes(): what went wrong is often another field, which a caller can look for.
-struct DensityFailure : Error {
-    using Error::Error;
-};
-
-/// Throws a DensityFailure where the equations divide by a density or a drag that is not positive, or a density leaves
-/// the table of a coefficient.  NaN is left to the health check, which locates it.
+/// Throws a model::DomainFailure where the equations divide by a density or a drag that is not positive, or a density
+/// leaves the table of a coefficient.  NaN is left to the health check, which locates it.
 void check_extremes(const CompiledModel& model, const Extremes& extremes, const Divisors& divisors);
 
 }  // namespace drover::physics

@@ -1,9 +1,7 @@
 // physics/whole_rate.hpp: the complete right-hand side of the equations, without splitting.
 #pragma once
-#include <memory>
-
 #include "drover/numerics/linear_operator.hpp"
-#include "drover/physics/right_hand_side.hpp"
+#include "drover/physics/integrated.hpp"
 
 namespace drover::physics {
 
@@ -19,7 +17,6 @@ public:
 
     numerics::System system;  ///< with its nonlinear part
     numerics::LinearOperator linear;
-    std::shared_ptr<RightHandSide> rest;
 };
 
 }  // namespace drover::physics

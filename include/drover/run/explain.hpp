@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drover/io/scene.hpp"
-#include "drover/physics/right_hand_side.hpp"
+#include "drover/physics/integrated.hpp"
 #include "drover/run/cost.hpp"
 #include "drover/run/run_scene.hpp"
 

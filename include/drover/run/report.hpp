@@ -33,8 +33,10 @@ struct Report {
 /// Whether a report includes linear theory, which for a large grid takes longer than all else.
 enum class Theory { included, omitted };
 
-/// The report of an archive of fields; see make_report() of run/kind.hpp.
+/// The report of an archive of rods and beads; see make_report() of run/kind.hpp.
 Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
+/// The same of a declared model.
+Report make_model_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 
 /// The samples of an archive that are on the schedule of its scene.
 struct Sampling {

@@ -1,40 +1,35 @@
-// physics/quasi_linear.cpp: derivatives along the short waves, by differences that are exact for cubics.
+// model/quasi_linear.cpp: derivatives along the short waves, by differences that are exact for cubics.
 #include "quasi_linear.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace drover::physics {
+namespace drover::model {
 
 using numerics::Complex;
 using numerics::Spectra;
 
 namespace {
-/// Whether the rate of a uniform state is not uniform, or has sources.
+/// Whether the rate of a uniform state is not uniform, or has sources at points.
 bool depends_on_place(const Equations& equations) {
-    for (std::size_t n = 0; n < equations.terms().size(); ++n) {
-        const std::string& name = equations.terms()[n];
-        if (name == "force" || name == "orienting_field" || equations.forces().terms()[n].is_placed) return true;
-    }
-    return false;
+    const std::vector<Field>& fields = equations.model().fields;
+    return equations.placed_term() != nullptr ||
+           std::any_of(fields.begin(), fields.end(), [](const Field& one) { return one.left == LeftSide::given; });
 }
 }  // namespace
 
-int evaluations(const Equations& equations) {
-    return equations.model.approximation.quasi_linear ? (depends_on_place(equations) ? 5 : 4) : 1;
-}
+int quasi_linear_evaluations(const Equations& equations) { return depends_on_place(equations) ? 5 : 4; }
 
-QuasiLinear::QuasiLinear(const Equations& equations, const numerics::Grid& grid, int degree)
+QuasiLinear::QuasiLinear(const Equations& equations, double long_waves, const numerics::Grid& grid, int degree)
     : depends_on_place_(depends_on_place(equations)) {
-    const Approximation& approximation = equations.model.approximation;
-    if (!approximation.quasi_linear) return;
+    if (std::isinf(long_waves)) return;
     for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j)
         for (std::size_t i = 0; i < numerics::columns(grid); ++i) {
             const numerics::Wavevector q = numerics::wavevector(grid, i, j);
-            if (numerics::is_kept(grid, degree, i, j) && std::hypot(q.x, q.y) > approximation.quasi_linear_above)
+            if (numerics::is_kept(grid, degree, i, j) && std::hypot(q.x, q.y) > long_waves)
                 short_.push_back(j * numerics::columns(grid) + i);
         }
-    if (!short_.empty()) displaced_ = other_ = Spectra(grid, static_cast<int>(component_names(equations.form).size()));
+    if (!short_.empty()) displaced_ = other_ = Spectra(grid, static_cast<int>(equations.state_components().size()));
 }
 
 /// The state with its short waves times a factor.
@@ -72,4 +67,4 @@ void QuasiLinear::write(const Spectra& state, const Rate& full, Spectra& rate) {
     of_short([&](Complex& to, Complex source) { to += source; });
 }
 
-}  // namespace drover::physics
+}  // namespace drover::model

@@ -1,15 +1,15 @@
-// physics/quasi_linear.hpp: short waves that meet the long ones, and not each other.
+// model/quasi_linear.hpp: short waves that meet the long ones, and not each other.
 #pragma once
 #include <functional>
 #include <vector>
 
+#include "drover/model/equations.hpp"
 #include "drover/numerics/field.hpp"
-#include "drover/physics/equations.hpp"
 
-namespace drover::physics {
+namespace drover::model {
 
 /// The generalised quasi-linear approximation (Marston, Chini & Tobias, Phys. Rev. Lett. 116, 214501 (2016)) of a
-/// rate N: with long waves l, |q| <= quasi_linear_above, and short waves h,
+/// rate N: with long waves l, |q| <= long_waves, and short waves h,
 ///     long:  N(l) + N''(l) h h/2,     short:  N'(l) h + N(mean).
 /// N(mean) is what acts on short waves from outside.  Exact for products of up to three fields.
 class QuasiLinear {
@@ -17,9 +17,9 @@ public:
     using Rate = std::function<void(const numerics::Spectra& state, numerics::Spectra& rate)>;
 
     /// `degree`: as for numerics::is_kept.
-    QuasiLinear(const Equations& equations, const numerics::Grid& grid, int degree);
+    QuasiLinear(const Equations& equations, double long_waves, const numerics::Grid& grid, int degree);
 
-    /// As many evaluations as evaluations() says; one where no kept wave is short.
+    /// As many evaluations as quasi_linear_evaluations() says; one where no kept wave is short.
     void write(const numerics::Spectra& state, const Rate& full, numerics::Spectra& rate);
 
 private:
@@ -30,7 +30,7 @@ private:
     numerics::Spectra displaced_, other_;
 };
 
-/// Evaluations of N for one of the model: 1 unless it is quasi-linear.
-int evaluations(const Equations& equations);
+/// Evaluations of N for one of the approximation.
+int quasi_linear_evaluations(const Equations& equations);
 
-}  // namespace drover::physics
+}  // namespace drover::model

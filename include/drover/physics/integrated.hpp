@@ -1,0 +1,20 @@
+// physics/integrated.hpp: the equations of rods and beads as a run integrates them.
+#pragma once
+#include "drover/model/field_evolution.hpp"
+#include "drover/physics/evaluation_cost.hpp"
+#include "drover/physics/linear_theory.hpp"
+
+namespace drover::physics {
+
+/// With the linear part about a reference.  Evaluations throw a model::DomainFailure where the equations divide by a density
+/// or a drag that is not positive, or a density leaves the table of a coefficient.
+model::Integrated integrated(const Equations& equations, const Reference& about, const Dealiasing& dealiasing = {});
+/// The same about the uniform densities of a model.
+model::Integrated integrated(const Model& model, const Dealiasing& dealiasing = {});
+
+/// The velocity of the beads of a slaved form on the grid, two components, in balance with the forces at every point.
+/// `linear`: the linear part about the scene's uniform densities.
+numerics::Fields slaved_velocity(const Equations& equations, const numerics::System& linear, double t,
+                                 const numerics::Spectra& state);
+
+}  // namespace drover::physics

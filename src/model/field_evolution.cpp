@@ -1,0 +1,280 @@
+// model/field_evolution.cpp: N with its checks, and the reference that follows a run.
+#include "drover/model/field_evolution.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "drover/model/start.hpp"
+#include "quasi_linear.hpp"
+
+namespace drover::model {
+
+using numerics::Spectra;
+
+/// N, its checks, and the values that the reference follows.
+class RightHandSide {
+public:
+    /// followed: a component of which values() are found; -1: none.
+    RightHandSide(const Integrated& what, int followed, const numerics::System& linear,
+                  std::shared_ptr<ExplicitPart> part)
+        : part_(std::move(part)),
+          followed_(followed),
+          watched_(what.watched),
+          check_(what.check),
+          quasi_linear_(what.equations, what.long_waves, linear.grid, linear.degree) {
+        if (followed_ >= 0) part_->watch(followed_);
+        for (const int k : watched_)
+            if (k != followed_) part_->watch(k);
+    }
+
+    void operator()(double t, const Spectra& state, Spectra& rate) {
+        *values_ = {};
+        quasi_linear_.write(
+            state, [&](const Spectra& at, Spectra& to) { evaluate(t, at, to); }, rate);
+    }
+
+    std::shared_ptr<const Range> values() const { return values_; }
+
+private:
+    void evaluate(double t, const Spectra& state, Spectra& rate) {
+        (*part_)(t, state, rate);
+        if (followed_ >= 0) {
+            const Range found = part_->range(followed_);
+            *values_ = {.min = std::min(values_->min, found.min), .max = std::max(values_->max, found.max)};
+        }
+        if (!check_) return;
+        ranges_.clear();
+        for (const int k : watched_) ranges_.push_back(part_->range(k));
+        check_(ranges_);
+    }
+
+    std::shared_ptr<ExplicitPart> part_;
+    int followed_;
+    std::vector<int> watched_;
+    std::function<void(std::span<const Range>)> check_;
+    QuasiLinear quasi_linear_;
+    std::vector<Range> ranges_;
+    std::shared_ptr<Range> values_ = std::make_shared<Range>();  // of the followed scalar
+};
+
+int followed_rung(bool by_largest, double part, int rung) {
+    if (!std::isfinite(part) || part <= 0.0) return rung;
+    // Allowed: at most 1.7 times the smallest value, or at least 1/1.7 of the largest.
+    const double exact = 2.0 * std::log2(part), margin = 2.0 * std::log2(1.7);
+    if (by_largest) {
+        if (rung < exact - margin) rung = static_cast<int>(std::ceil(exact - margin));
+        if (rung > 0 && rung - 1.5 > exact - margin)
+            rung = std::max(0, static_cast<int>(std::ceil(exact - margin + 0.5)));
+    } else {
+        if (rung > exact + margin) rung = static_cast<int>(std::floor(exact + margin));
+        if (rung < 0 && rung + 1.5 < exact + margin)
+            rung = std::min(0, static_cast<int>(std::floor(exact + margin - 0.5)));
+    }
+    return rung;
+}
+
+namespace {
+UniformState with_factor(UniformState state, int component, double factor) {
+    state[static_cast<std::size_t>(component)] *= factor;
+    return state;
+}
+
+/// What damps each component of a state at |q| about the references, one of them times a factor.
+std::vector<double> dampings(const Equations& equations, int component, double factor, double q) {
+    const numerics::System system = equations.about(with_factor(equations.reference(), component, factor))
+                                        .linear_system({.nx = 8, .ny = 8, .lx = 1.0, .ly = 1.0}, 1);
+    const numerics::IsotropicBlocks blocks = system.linear(q);
+    const numerics::BlockParts parts = numerics::block_parts(system.layout);
+    std::vector<double> result(equations.state_components().size());
+    for (const auto& [block, list] : {std::pair{&blocks.even, &parts.even}, std::pair{&blocks.odd, &parts.odd}})
+        for (int k = 0; k < block->size; ++k)
+            result[static_cast<std::size_t>((*list)[static_cast<std::size_t>(k)].component)] = -(*block)(k, k);
+    return result;
+}
+}  // namespace
+
+std::optional<Followed> followed_scalar(const Equations& equations, double shortest) {
+    constexpr double least = 1.5;  // of the ratio of dampings where a scalar is doubled
+    const std::vector<StateComponent> components = components_of_state(equations);
+    std::optional<Followed> found;
+    for (std::size_t c = 0; c < components.size(); ++c) {
+        const Field& field = equations.model().fields[components[c].field];
+        if (field.spin != 0 || field.odd || !(field.reference > 0.0)) continue;
+        const int component = equations.state_components()[c];
+        std::vector<double> once, twice;
+        try {
+            once = dampings(equations, component, 1.0, shortest);
+            twice = dampings(equations, component, 2.0, shortest);
+        } catch (const Error& error) {  // outside a table, or without slopes: the values of a run decide whether it may
+            if (error.fault() != Fault::input) throw;
+            continue;
+        }
+        for (std::size_t k = 0; k < once.size(); ++k) {
+            if (!(once[k] > 0.0 && twice[k] > 0.0)) continue;
+            if (twice[k] * least <= once[k])
+                return Followed{.component = component, .by_largest = false, .moved = components[k].field};
+            if (twice[k] >= least * once[k] && !found) found = {.component = component, .by_largest = true};
+        }
+    }
+    return found;
+}
+
+namespace {
+struct Solved {
+    numerics::System system;
+    std::shared_ptr<ExplicitPart> part;  // nullptr: N is 0
+    std::shared_ptr<const Range> followed;
+};
+
+Solved solved(const Integrated& what, const numerics::Grid& grid, Threads& threads, bool keeps_all, int followed = -1) {
+    Solved result;
+    result.system = what.equations.system(grid, threads, keeps_all ? 1 : what.kept_degree, &result.part);
+    if (what.is_quiet) {
+        result.system.noise = {};
+        result.system.product_noise = {};
+    }
+    if (!result.part) return result;
+    const auto whole = std::make_shared<RightHandSide>(what, followed, result.system, result.part);
+    result.followed = whole->values();
+    result.system.nonlinear = [whole](double t, const Spectra& state, Spectra& rate) { (*whole)(t, state, rate); };
+    return result;
+}
+}  // namespace
+
+numerics::System system_of(const Integrated& what, const numerics::Grid& grid, Threads& threads, bool keeps_all) {
+    return solved(what, grid, threads, keeps_all).system;
+}
+
+TransformCount transforms_of(const Integrated& what) {
+    const TransformCount count = what.equations.transforms();
+    const int times = std::isinf(what.long_waves) ? 1 : quasi_linear_evaluations(what.equations);
+    return {.inverse = count.forward > 0 ? times * count.inverse : 0, .forward = times * count.forward};
+}
+
+double explicit_bytes(const Integrated& what, const numerics::Grid& grid, int degree) {
+    const double displaced =
+        std::isinf(what.long_waves) ? 0.0 : 2.0 * static_cast<double>(what.equations.state_components().size());
+    return ExplicitPart::bytes(what.equations, grid, degree) +
+           displaced * static_cast<double>(numerics::modes(grid)) * sizeof(numerics::Complex);
+}
+
+namespace {
+double largest_wavenumber(const numerics::Grid& grid) {
+    return std::numbers::pi * std::hypot(grid.nx > 1 ? grid.nx / grid.lx : 0.0, grid.ny > 1 ? grid.ny / grid.ly : 0.0);
+}
+}  // namespace
+
+FieldEvolution::FieldEvolution(Integrated what, const numerics::Grid& grid, const numerics::StepControl& control,
+                               std::uint64_t seed, Threads& threads)
+    : what_(std::move(what)),
+      followed_(what_.equations.has_explicit_part() ? followed_scalar(what_.equations, largest_wavenumber(grid))
+                                                    : std::nullopt),
+      grid_(grid),
+      threads_(threads),
+      linear_(what_.equations.linear_system(grid, what_.kept_degree)),
+      split_(split_at(0)),
+      stepper_(control, split_.system, seed, threads, control.watches_error ? std::optional(watched()) : std::nullopt) {
+}
+
+Integrated FieldEvolution::at_rung(int rung) const {
+    Integrated what = what_;
+    if (rung != 0)
+        what.equations =
+            what.equations.about(with_factor(what.equations.reference(), followed_->component, std::exp2(0.5 * rung)));
+    return what;
+}
+
+numerics::ErrorEquations::OnGrid FieldEvolution::equations_on_grid(int rung) const {
+    return [what = at_rung(rung)](const numerics::Grid& grid, bool keeps_all, Threads& threads) {
+        return system_of(what, grid, threads, keeps_all);
+    };
+}
+
+numerics::ErrorEquations FieldEvolution::watched() const {
+    numerics::ErrorEquations result{.fields = {},
+                                    .on_grid = equations_on_grid(0),
+                                    .degree = linear_.degree,
+                                    .noisy = what_.equations.has_noise() && !what_.is_quiet,
+                                    .shortest = what_.shortest,
+                                    .turning = what_.turning};
+    const std::vector<StateComponent> components = components_of_state(what_.equations);
+    for (std::size_t c = 0; c < components.size(); ++c) {
+        const Field& field = what_.equations.model().fields[components[c].field];
+        if (components[c].part == 0)
+            result.fields.push_back({static_cast<int>(c), model::components(field), field.name});
+    }
+    return result;
+}
+
+FieldEvolution::Split FieldEvolution::split_at(int rung) const {
+    Solved found = solved(at_rung(rung), grid_, threads_, false, followed_ ? followed_->component : -1);
+    return {.system = std::move(found.system), .followed = std::move(found.followed), .part = std::move(found.part)};
+}
+
+void FieldEvolution::set_reference(int rung) {
+    rung_ = rung;
+    split_ = split_at(rung);
+    stepper_.set_system(split_.system, equations_on_grid(rung));
+}
+
+void FieldEvolution::follow(const FieldEvolution& other) {
+    stepper_.begin_anew();
+    if (rung_ != other.rung_) set_reference(other.rung_);
+}
+
+/// Of the last evaluation, the value that the reference follows: the smallest as that of the mass that moves.
+double FieldEvolution::part_of_reference() const {
+    if (!followed_ || !split_.part) return 0.0;
+    const double reference = what_.equations.reference()[static_cast<std::size_t>(followed_->component)];
+    if (followed_->by_largest) return split_.followed->max / reference;
+    const double part = split_.followed->min / reference, floor = split_.part->mass_floor(followed_->moved);
+    return part * std::pow(1.0 + std::pow(floor / part, 16.0), 1.0 / 16.0);
+}
+
+void FieldEvolution::follow_values(double part) {
+    if (!followed_) return;
+    const int rung = followed_rung(followed_->by_largest, part, rung_);
+    if (rung == rung_) return;
+    set_reference(rung);
+    ++changes_;
+}
+
+void FieldEvolution::start(const Spectra& state) {
+    if (!followed_ || !split_.part) return;
+    Spectra rate(grid_, state.count());
+    split_.system.nonlinear(0.0, state, rate);
+    if (split_.system.set_step) split_.system.set_step(stepper().dt());
+    follow_values(part_of_reference());
+}
+
+void FieldEvolution::advance(std::int64_t step, Spectra& state) {
+    stepper_.advance(step, state);
+    const double part = part_of_reference();  // of the step, not of what measures its error
+    stepper_.watch(step, state);
+    follow_values(part);
+}
+
+numerics::Fields FieldEvolution::balanced(double t, const Spectra& state) const {
+    Threads one(1);
+    return ExplicitPart(what_.equations, linear_, one).balanced(t, state);
+}
+
+std::vector<double> FieldEvolution::save() const {
+    std::vector<double> values = stepper_.save();
+    values.insert(values.begin(), static_cast<double>(rung_));
+    return values;
+}
+
+void FieldEvolution::restore(std::span<const double> values) {
+    constexpr double most = 200.0;
+    const double rung = values.empty() ? NAN : values[0];
+    require(std::abs(rung) <= most && rung == std::round(rung) && (rung == 0.0 || followed_), {},
+            "the checkpoint contains {}; expected an integer from {} to {}; use the other checkpoint", rung, -most,
+            most);
+    set_reference(static_cast<int>(rung));
+    stepper_.restore(values.subspan(1));
+}
+
+}  // namespace drover::model

@@ -1,0 +1,72 @@
+// run/declared_problem.cpp: a run of the fields of a declared model.
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "drover/measure/model_fields.hpp"
+#include "drover/model/start.hpp"
+#include "drover/run/warnings.hpp"
+#include "run/field_problem.hpp"
+#include "run/growing_waves.hpp"
+
+namespace drover::run {
+
+namespace {
+/// A quarter above the largest wavenumber at which the state of the references is unstable: patterns have such waves,
+/// and errors of a pattern that is not resolved would seem to grow without limit.
+double shortest_of_patterns(const model::Equations& equations, const numerics::Grid& grid, int degree) {
+    const numerics::System system = equations.linear_system(grid, degree);
+    const auto cut = [&](int points, double length) {
+        return points > 1 ? 2.0 * std::numbers::pi / length * points / (system.degree + 1) : 0.0;
+    };
+    const double most = std::hypot(cut(grid.nx, grid.lx), cut(grid.ny, grid.ly));
+    return 1.25 * largest_growing(system, most);
+}
+
+std::string likely_cause(const numerics::Grid& grid, double dt, double tail) {
+    const bool coarse = tail > max_spectral_tail;
+    return text(
+        "the time step is too long for the products, {}no term of the equations limits its growth: choose "
+        "time.dt = {}{}",
+        coarse ? text("the grid is too coarse ({:.2g} of the variance is in the shortest waves), or ", tail) : "or ",
+        0.5 * dt, coarse ? text(", or {}", grid_keys(grid, 2)) : "");
+}
+}  // namespace
+
+FieldProblem declared_problem(const io::Scene& scene) {
+    const model::Equations equations(io::model_of(scene.declared));
+    const int degree = io::kept_degree(scene, equations);
+    const auto setting = std::make_shared<const measure::ModelSetting>(
+        measure::make_model_setting(equations, scene.grid, degree, scene.time.max_error > 0.0));
+    FieldProblem problem{.integrated = {.equations = equations, .kept_degree = degree}};
+    int spin = 0;  // of the order: the first field that turns
+    for (const measure::MeasuredField& field : setting->fields) {
+        if (spin == 0) spin = field.spin;
+        if (field.spin != 0 && field.spin == spin) problem.integrated.turning.push_back(field.first);
+    }
+    problem.integrated.shortest = shortest_of_patterns(equations, scene.grid, degree);
+    for (const model::StateComponent& one : setting->components)
+        problem.components.push_back({one.name, one.unit, one.meaning, {"y", "x"}});
+    problem.sizes.assign(problem.components.size(), 0.0);
+    problem.start = [scene, equations](const numerics::System& linear, Threads& threads) {
+        return model::start_spectra(io::start_of(scene), equations, linear, static_cast<std::uint64_t>(scene.run.seed),
+                                    threads);
+    };
+    problem.observer = [setting](Threads&, bool whole) {
+        const auto own = std::make_shared<measure::ModelSetting>(*setting);
+        own->grid.watches_error = own->grid.watches_error && whole;
+        return field_observer(measure::model_observables(*own), [own](const FieldState& state) {
+            return measure::ModelMoment{.setting = *own,
+                                        .spectra = state.spectra,
+                                        .fields = state.fields,
+                                        .step_error = state.step_error};
+        });
+    };
+    problem.likely_cause = [grid = scene.grid, dt = scene.time.dt](const numerics::System&, double tail) {
+        return likely_cause(grid, dt, tail);
+    };
+    problem.term_not_finite = [](double, const numerics::Spectra&) { return std::string(); };
+    return problem;
+}
+
+}  // namespace drover::run

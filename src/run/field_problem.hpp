@@ -1,0 +1,68 @@
+// run/field_problem.hpp: what a run of fields needs of its equations, whatever they are.
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "drover/files/archive.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/measure/observable.hpp"
+#include "drover/model/field_evolution.hpp"
+
+namespace drover::run {
+
+/// A state as observables need it.
+struct FieldState {
+    double time = 0.0;
+    const numerics::Spectra& spectra;
+    const numerics::Fields& fields;    ///< the same on the grid
+    const numerics::Fields& balanced;  ///< of FieldProblem::balanced, on the grid
+    double step_error = 0.0;           ///< so far
+};
+
+/// The observables of fields.
+struct FieldObserver {
+    std::vector<measure::Axis> axes;
+    std::vector<files::Quantity> quantities;
+    std::size_t values = 0;  ///< of all quantities
+    std::function<std::vector<std::vector<double>>(const FieldState&)> measure;
+};
+
+/// Observers of rows, whose moment is made of a state.
+template <class Moment, class MakeMoment>
+FieldObserver field_observer(measure::Observables<Moment> rows, MakeMoment moment_of) {
+    FieldObserver result{.axes = measure::axes_of(rows), .quantities = {}, .measure = {}};
+    for (const auto& row : rows) {
+        result.quantities.push_back({row.name, row.unit, row.formula, measure::names_of(row.axes)});
+        result.values += measure::size_of(row.axes);
+    }
+    result.measure = [rows = std::move(rows), moment_of = std::move(moment_of)](const FieldState& state) {
+        const Moment moment = moment_of(state);
+        std::vector<std::vector<double>> values;
+        for (const auto& row : rows) values.push_back(measure::measure_one(row, moment));
+        return values;
+    };
+    return result;
+}
+
+struct FieldProblem {
+    model::Integrated integrated;
+    std::vector<files::Quantity> components;  ///< of a state, as frames have them
+    std::vector<files::Quantity> balanced;    ///< components in balance that frames have, too
+    std::vector<double> sizes;                ///< of each component: its size in the model; 0: unknown
+    /// The state at t = 0, unless it is that of a file.  linear: L and the modes that are kept.
+    std::function<numerics::Spectra(const numerics::System& linear, Threads& threads)> start;
+    /// whole: with what a run alone can tell, its energy budget and its step error.
+    std::function<FieldObserver(Threads& threads, bool whole)> observer;
+    /// Why a run may have diverged, for people.  tail: the part of the variance of the field in its shortest waves.
+    std::function<std::string(const numerics::System& linear, double tail)> likely_cause;
+    /// The text of a term that is not finite somewhere in a state; "" if all are.
+    std::function<std::string(double t, const numerics::Spectra& state)> term_not_finite;
+};
+
+/// Throws an input Error for equations that a run cannot integrate.
+FieldProblem field_problem(const io::Scene& scene);
+FieldProblem rod_bead_problem(const io::Scene& scene);
+FieldProblem declared_problem(const io::Scene& scene);
+
+}  // namespace drover::run

@@ -1,0 +1,64 @@
+"""tests/app/test_own_limits.py: models of one's own whose texts or fields a grid and a step cannot follow say so."""
+import re
+
+import pytest
+from support import drover
+
+SCENE = """
+[[field]]
+symbol = "u"
+reference = 1.0
+[[field]]
+symbol = "w"
+[equations]
+u = "lap u + {source}"
+w = "-w + w^2"
+[grid]
+nx = 48
+ny = 1
+lx = 24.0
+ly = 1.0
+[time]
+stepper = "etdrk2"
+dt = {dt}
+end = {end}
+[output]
+frame_every = 0.0
+sample_every = 0.0
+[initial]
+kind = "formula"
+w = "{start}"
+"""
+
+
+def checked(folder, source="0", dt=0.1, end=10.0, start="0"):
+    (folder / "own.toml").write_text(SCENE.format(source=source, dt=dt, end=end, start=start))
+    return drover(folder, "check", "own.toml")
+
+
+# On 48 points of 24 mm: 4 waves are smooth; 48 waves are the constant 1 at the points; a jump on 48 points is moved by
+# up to half a cell.
+@pytest.mark.parametrize("source, is_resolved", [
+    ("cos(8 pi x / 24)", True), ("cos(96 pi x / 24)", False), ("exp(-(x - 12)^2 / 0.02)", False)])
+def test_the_grid_is_compared_with_a_source_of_x(source, is_resolved, tmp_path):
+    warning = checked(tmp_path, source).stderr
+    assert ("the grid does not resolve a term" in warning and "choose grid.nx = 96" in warning) != is_resolved, warning
+
+
+# sin^2(10 pi t) is 0 at each multiple of 0.1 and its mean is 1/2: steps of 0.1 s see no source at all.
+@pytest.mark.parametrize("source, is_resolved", [("sin(0.5 t)^2", True), ("sin(10 pi t)^2", False)])
+def test_the_step_is_compared_with_a_source_of_t(source, is_resolved, tmp_path):
+    warning = checked(tmp_path, source).stderr
+    assert ("time.dt = 0.1 does not resolve a term" in warning) != is_resolved, warning
+
+
+def test_a_run_that_diverges_says_which_field_did_and_where(tmp_path):
+    # w = 3 for x above 12 mm blows up at t = ln(3/2); u does not feel it.
+    checked(tmp_path, start="3 (1 + tanh(4 sin(2 pi (x - 12) / 24))) / 2", dt=0.02, end=2.0)
+    ended = drover(tmp_path, "run", "own.toml", "--quiet", "--set", "time.max_error=0", status=1)
+    told = re.search(r"became NaN or infinite at or before step (\d+) .*: (\w+), mode .*; its largest value was (\S+) in "
+                     r"cell \((\d+), 0\)", ended.stderr)
+    assert told, ended.stderr
+    assert told[2] == "w" and float(told[3]) > 3.0 and 24 < int(told[4]) < 48
+    # The numerical solution is infinite within a few steps of the exact one, and checks are ten steps apart.
+    assert 0.4055 / 0.02 <= int(told[1]) <= 0.4055 / 0.02 + 20
