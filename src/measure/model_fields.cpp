@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "drover/base/text.hpp"
 #include "drover/measure/fields.hpp"
@@ -35,19 +36,21 @@ void for_stored_modes(const numerics::Grid& grid, See see) {
         for (std::size_t column = 0; column < numerics::columns(grid); ++column) see(mode++, column, row);
 }
 
-FieldPowers powers_of_field(const numerics::Grid& grid, const MeasuredField& field, const numerics::Spectra& spectra) {
+FieldPowers powers_of_field(const MeasuredField& field, const ModelMoment& moment) {
     FieldPowers powers;
     if (field.spin == 0) {
-        for (const Complex value : spectra[field.first]) powers.along.push_back(std::norm(value));
+        for (const Complex value : moment.modes(field.first)) powers.along.push_back(std::norm(value));
         return powers;
     }
-    powers.along.resize(spectra.size);
-    powers.across.resize(spectra.size);
-    const auto first = spectra[field.first], second = spectra[field.first + 1];
+    const auto first = moment.modes(field.first), second = moment.modes(field.first + 1);
+    powers.along.resize(first.size());
+    powers.across.resize(first.size());
+    const numerics::Grid& grid = moment.setting.grid.grid;
     for_stored_modes(grid, [&](std::size_t mode, std::size_t column, std::size_t row) {
         const numerics::Wavevector q = numerics::wavevector(grid, column, row);
         const double angle = field.spin * std::atan2(q.y, q.x), cosine = std::cos(angle), sine = std::sin(angle);
-        powers.along[mode] = std::norm(cosine * first[mode] + sine * second[mode]);
+        if (mode == 0 || !field.is_solenoidal)
+            powers.along[mode] = std::norm(cosine * first[mode] + sine * second[mode]);
         powers.across[mode] = std::norm(cosine * second[mode] - sine * first[mode]);
     });
     return powers;
@@ -66,10 +69,10 @@ std::vector<double> by_shell(const FieldSetting& setting, const std::vector<doub
     return means;
 }
 
-double mean_of(const ModelMoment& moment, int component) { return moment.spectra[component][0].real(); }
+double mean_of(const ModelMoment& moment, int component) { return moment.modes(component)[0].real(); }
 
 double largest_size(const ModelMoment& moment, int first) {
-    const auto x = moment.fields[first], y = moment.fields[first + 1];
+    const auto x = moment.points(first), y = moment.points(first + 1);
     double square = 0.0;
     for (std::size_t i = 0; i < x.size(); ++i) square = std::max(square, x[i] * x[i] + y[i] * y[i]);
     return std::sqrt(square);
@@ -99,9 +102,9 @@ void add_means(const ModelSetting& setting, const MeasuredField& field, ModelRow
     }
     if (field.spin == 0) {
         add(rows, "min_" + field.name, field.unit, "smallest " + field.name + " on the grid",
-            [first](const ModelMoment& moment) { return std::ranges::min(moment.fields[first]); });
+            [first](const ModelMoment& moment) { return std::ranges::min(moment.points(first)); });
         add(rows, "max_" + field.name, field.unit, "largest " + field.name + " on the grid",
-            [first](const ModelMoment& moment) { return std::ranges::max(moment.fields[first]); });
+            [first](const ModelMoment& moment) { return std::ranges::max(moment.points(first)); });
         return;
     }
     add(rows, "size_mean_" + field.name, field.unit, "size of the mean of " + field.name + " over the cell",
@@ -173,7 +176,7 @@ void add_pair(const ModelSetting& setting, const MeasuredField& a, const Measure
         text("cross structure factor of {} and {}: area Re({}_q^* {}_q), mean over a shell of |q|", a.name, b.name,
              a.symbol, b.symbol),
         [first = a.first, second = b.first](const ModelMoment& moment) {
-            const auto one = moment.spectra[first], other = moment.spectra[second];
+            const auto one = moment.modes(first), other = moment.modes(second);
             std::vector<double> products;
             for (std::size_t mode = 0; mode < one.size(); ++mode)
                 products.push_back((std::conj(one[mode]) * other[mode]).real());
@@ -183,10 +186,13 @@ void add_pair(const ModelSetting& setting, const MeasuredField& a, const Measure
 }  // namespace
 
 ModelSetting make_model_setting(const model::Equations& equations, const numerics::Grid& grid, int degree,
-                                bool watches_error) {
+                                bool watches_error, bool with_balanced) {
     ModelSetting setting{.grid = make_field_setting(grid, physics::Form{}, degree),
                          .fields = {},
                          .components = model::components_of_state(equations)};
+    setting.of_state = static_cast<int>(setting.components.size());
+    if (with_balanced)
+        std::ranges::copy(model::components_in_balance(equations), std::back_inserter(setting.components));
     setting.grid.watches_error = watches_error;
     for (std::size_t c = 0; c < setting.components.size(); ++c) {
         const model::StateComponent& component = setting.components[c];
@@ -198,15 +204,15 @@ ModelSetting make_model_setting(const model::Equations& equations, const numeric
                                   .spin = field.spin,
                                   .odd = field.odd,
                                   .first = static_cast<int>(c),
-                                  .is_density = field.spin == 0 && field.conserved && field.reference > 0.0});
+                                  .is_density = field.spin == 0 && field.conserved && field.reference > 0.0,
+                                  .is_solenoidal = field.solenoidal});
     }
     return setting;
 }
 
-std::vector<FieldPowers> ModelMoment::powers_of(const ModelSetting& setting, const numerics::Spectra& spectra) {
+std::vector<FieldPowers> ModelMoment::powers_of(const ModelMoment& moment) {
     std::vector<FieldPowers> powers;
-    for (const MeasuredField& field : setting.fields)
-        powers.push_back(powers_of_field(setting.grid.grid, field, spectra));
+    for (const MeasuredField& field : moment.setting.fields) powers.push_back(powers_of_field(field, moment));
     return powers;
 }
 

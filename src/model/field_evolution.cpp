@@ -257,8 +257,8 @@ void FieldEvolution::advance(std::int64_t step, Spectra& state) {
 }
 
 numerics::Fields FieldEvolution::balanced(double t, const Spectra& state) const {
-    Threads one(1);
-    return ExplicitPart(what_.equations, linear_, one).balanced(t, state);
+    if (!balances_) balances_ = std::make_unique<ExplicitPart>(what_.equations, linear_, threads_);
+    return balances_->balanced(t, state);
 }
 
 std::vector<double> FieldEvolution::save() const {

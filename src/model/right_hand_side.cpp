@@ -75,11 +75,12 @@ struct ExplicitPart::Work {
     std::vector<int> outputs_;     // array of each output; -1: straight to a rate
     std::vector<Assembled> assembled_;
     std::vector<double> sources_, held_means_;
-    FrameOperator balance_;         // components in balance, of the others
-    FrameOperator driven_;          // less the rates by given components, which the propagator does not have
-    FrameOperator propagated_;      // of anisotropic equations: what the propagator has of the linear part
-    FrameOperator divergence_;      // of divergence-free fields: their parts along q
-    std::unique_ptr<Work> forces_;  // products in balances; nullptr: none
+    FrameOperator balance_;           // components in balance, of the others
+    FrameOperator driven_;            // less the rates by given components, which the propagator does not have
+    FrameOperator propagated_;        // of anisotropic equations: what the propagator has of the linear part
+    FrameOperator divergence_;        // of divergence-free fields: their parts along q
+    std::unique_ptr<Work> forces_;    // products in balances; nullptr: none
+    std::unique_ptr<Work> balances_;  // for balanced(), once it was asked for
     Spectra force_;
     FrameOperator response_, carried_;  // less components in balance, and rates, by them
     std::vector<Watched> watched_;
@@ -408,9 +409,12 @@ std::shared_ptr<const CompiledEquations> with_balances_as_outputs(const Compiled
 }  // namespace
 
 numerics::Fields ExplicitPart::balanced(double t, const Spectra& state) const {
-    numerics::System system{.grid = work_->grid_};
-    system.degree = work_->degree_;
-    Work values(with_balances_as_outputs(*work_->c_), system, work_->threads_);
+    if (!work_->balances_) {
+        numerics::System system{.grid = work_->grid_};
+        system.degree = work_->degree_;
+        work_->balances_ = std::make_unique<Work>(with_balances_as_outputs(*work_->c_), system, work_->threads_);
+    }
+    Work& values = *work_->balances_;
     numerics::Fields result(work_->grid_, static_cast<int>(values.outputs_.size()));
     Spectra rate(work_->grid_, state.count());
     values.find_forces(t, state);

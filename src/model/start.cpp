@@ -57,11 +57,12 @@ void check_stationary(const Equations& equations, const LocationOf& place) {
 }
 }  // namespace
 
-std::vector<StateComponent> components_of_state(const Equations& equations) {
+namespace {
+std::vector<StateComponent> components_with(const Equations& equations, LeftSide left) {
     std::vector<StateComponent> result;
     for (std::size_t n = 0; n < equations.model().fields.size(); ++n) {
         const Field& field = equations.model().fields[n];
-        if (field.left != LeftSide::rate) continue;
+        if (field.left != left) continue;
         const std::vector<std::string> names = dataset_names(field), symbols = component_names(field);
         for (std::size_t part = 0; part < names.size(); ++part)
             result.push_back({.name = names[part],
@@ -71,6 +72,15 @@ std::vector<StateComponent> components_of_state(const Equations& equations) {
                               .part = static_cast<int>(part)});
     }
     return result;
+}
+}  // namespace
+
+std::vector<StateComponent> components_of_state(const Equations& equations) {
+    return components_with(equations, LeftSide::rate);
+}
+
+std::vector<StateComponent> components_in_balance(const Equations& equations) {
+    return components_with(equations, LeftSide::balance);
 }
 
 void check(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,

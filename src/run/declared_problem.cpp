@@ -5,6 +5,7 @@
 
 #include "drover/measure/model_fields.hpp"
 #include "drover/model/start.hpp"
+#include "drover/numerics/transform.hpp"
 #include "drover/run/warnings.hpp"
 #include "run/field_problem.hpp"
 #include "run/growing_waves.hpp"
@@ -31,6 +32,17 @@ std::string likely_cause(const numerics::Grid& grid, double dt, double tail) {
         coarse ? text("the grid is too coarse ({:.2g} of the variance is in the shortest waves), or ", tail) : "or ",
         0.5 * dt, coarse ? text(", or {}", grid_keys(grid, 2)) : "");
 }
+
+struct Observer {
+    Observer(const measure::ModelSetting& of_run, Threads& threads)
+        : setting(of_run),
+          transform(of_run.grid.grid, of_run.grid.degree, threads),
+          balanced(of_run.grid.grid, static_cast<int>(of_run.components.size()) - of_run.of_state) {}
+
+    measure::ModelSetting setting;
+    numerics::Transform transform;
+    numerics::Spectra balanced;
+};
 }  // namespace
 
 FieldProblem declared_problem(const io::Scene& scene) {
@@ -41,24 +53,30 @@ FieldProblem declared_problem(const io::Scene& scene) {
     FieldProblem problem{.integrated = {.equations = equations, .kept_degree = degree}};
     int spin = 0;  // of the order: the first field that turns
     for (const measure::MeasuredField& field : setting->fields) {
+        if (field.first >= setting->of_state) break;
         if (spin == 0) spin = field.spin;
         if (field.spin != 0 && field.spin == spin) problem.integrated.turning.push_back(field.first);
     }
     problem.integrated.shortest = shortest_of_patterns(equations, scene.grid, degree);
-    for (const model::StateComponent& one : setting->components)
-        problem.components.push_back({one.name, one.unit, one.meaning, {"y", "x"}});
+    for (const model::StateComponent& one : setting->components) {
+        const bool is_state = static_cast<int>(problem.components.size()) < setting->of_state;
+        (is_state ? problem.components : problem.balanced).push_back({one.name, one.unit, one.meaning, {"y", "x"}});
+    }
     problem.sizes.assign(problem.components.size(), 0.0);
     problem.start = [scene, equations](const numerics::System& linear, Threads& threads) {
         return model::start_spectra(io::start_of(scene), equations, linear, static_cast<std::uint64_t>(scene.run.seed),
                                     threads);
     };
-    problem.observer = [setting](Threads&, bool whole) {
-        const auto own = std::make_shared<measure::ModelSetting>(*setting);
-        own->grid.watches_error = own->grid.watches_error && whole;
-        return field_observer(measure::model_observables(*own), [own](const FieldState& state) {
-            return measure::ModelMoment{.setting = *own,
-                                        .spectra = state.spectra,
-                                        .fields = state.fields,
+    problem.observer = [setting](Threads& threads, bool whole) {
+        const auto own = std::make_shared<Observer>(*setting, threads);
+        own->setting.grid.watches_error = setting->grid.watches_error && whole;
+        return field_observer(measure::model_observables(own->setting), [own](const FieldState& state) {
+            if (own->balanced.count() > 0) own->transform.forward(state.balanced, own->balanced);
+            return measure::ModelMoment{.setting = own->setting,
+                                        .state = state.spectra,
+                                        .state_on_grid = state.fields,
+                                        .balanced = own->balanced,
+                                        .balanced_on_grid = state.balanced,
                                         .step_error = state.step_error};
         });
     };

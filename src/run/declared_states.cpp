@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 
+#include "drover/model/explicit_part.hpp"
 #include "drover/physics/density_profile.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/signals.hpp"
@@ -130,6 +131,11 @@ StatesProblem declared_states(const io::Scene& scene, const std::string& follow,
     };
     states.guess = travelling_guess(scene, line, threads);
     states.frames = frame_recording(scene);
+    if (!model::components_in_balance(equations).empty())
+        states.further = [at, grid = line.grid, degree, &threads](const auto& state) {
+            const model::Equations& here = (*at)(state.parameter);
+            return model::ExplicitPart(here, here.linear_system(grid, degree), threads).balanced(0.0, state.state);
+        };
     states.entries = [at, lx = line.grid.lx](const auto& state, const auto& fields) {
         return entries_of_model(state, fields, (*at)(state.parameter), lx);
     };

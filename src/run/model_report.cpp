@@ -126,7 +126,7 @@ namespace {
 model::UniformState mean_state(const model::Equations& equations, const measure::ModelSetting& setting,
                                const measure::Summary& summary) {
     model::UniformState state = equations.reference();
-    for (std::size_t c = 0; c < setting.components.size(); ++c)
+    for (std::size_t c = 0; c < static_cast<std::size_t>(setting.of_state); ++c)
         if (const auto* row = measure::find_row(summary, "mean_" + setting.components[c].name))
             state[static_cast<std::size_t>(equations.state_components()[c])] = row->estimates.front().mean;
     return state;
@@ -207,8 +207,11 @@ Report make_model_report(const files::ArchiveReader& archive, const io::Scene& s
     const model::Equations equations(io::model_of(scene.declared));
     // Archives of before November 2026 have no estimate.
     const bool watches = scene.time.max_error > 0.0 && archive.has(std::string(field_samples_group) + "/step_error");
+    const std::vector<model::StateComponent> balanced = model::components_in_balance(equations);
+    const bool with_balanced =
+        !balanced.empty() && archive.has(std::string(field_samples_group) + "/mean_" + balanced.front().name);
     const measure::ModelSetting setting =
-        measure::make_model_setting(equations, scene.grid, io::kept_degree(scene, equations), watches);
+        measure::make_model_setting(equations, scene.grid, io::kept_degree(scene, equations), watches, with_balanced);
     const Sampling sampling = sampling_of(archive, scene, field_samples_group);
     measure::Recorded recorded =
         measure::model_recording(setting, read_series(archive, field_samples_group, measure::model_observables(setting),

@@ -77,7 +77,7 @@ public:
     const numerics::System& linear() const { return linear_; }
     const numerics::AdaptiveStepper& stepper() const { return stepper_.stepper(); }
     std::int64_t reference_changes() const { return changes_; }
-    /// All components in balance on the grid, in their order.
+    /// All components in balance on the grid, in their order.  Not by two threads at once.
     numerics::Fields balanced(double t, const numerics::Spectra& state) const;
 
     /// The estimated error of the time steps so far; none of a linear model, which is exact.
@@ -114,6 +114,7 @@ private:
     numerics::System linear_;
     Split split_;
     numerics::WatchedStepper stepper_;
+    mutable std::unique_ptr<ExplicitPart> balances_;  // about the references of the model
     int rung_ = 0;
     std::int64_t changes_ = 0;
 };

@@ -18,6 +18,8 @@ struct StateComponent {
 };
 /// In the order of Equations::state_components().
 std::vector<StateComponent> components_of_state(const Equations& equations);
+/// Those in balance, in the order of ExplicitPart::balanced().
+std::vector<StateComponent> components_in_balance(const Equations& equations);
 
 /// A perturbation of the reference state.
 struct Start {

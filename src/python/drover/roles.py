@@ -80,7 +80,8 @@ def roles_of(run):
     return [Role(field.name or field.symbol, symbol_text(field.symbol, field.spin), field.spin, field.components,
                  named(field.unit, run.scene),
                  is_noisy and field.spin == 0 and field.conserved and reference_of(field, reference) > 0.0,
-                 reference_of(field, reference)) for field in model.parts if not field.balance]
+                 reference_of(field, reference)) for field in model.parts
+            if not field.balance or set(field.components) <= set(run.frames.data_vars)]
 
 
 def chosen(run, field):
