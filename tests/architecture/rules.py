@@ -2,6 +2,7 @@
 
 Usage: rules.py [TREE]    prints file:line and the problem for each violation; exit status 1 if there is any.
 """
+import ast
 import fnmatch
 import re
 import subprocess
@@ -244,6 +245,17 @@ def check_sentences(tree):
                        "an enum")
 
 
+def check_defects(tree):
+    """Each defect that tests/defects/plant.py plants has its place in the sources."""
+    source = ast.parse((tree / "tests/defects/plant.py").read_text())
+    tables = [ast.literal_eval(node.value) for node in source.body
+              if isinstance(node, ast.Assign) and node.targets[0].id == "DEFECTS"]
+    for defect, path, text, *_ in tables[0] if tables else ():
+        count = (tree / path).read_text().count(text) if (tree / path).exists() else 0
+        if count != 1:
+            yield f"tests/defects/plant.py: {defect!r}: {path} has its text {count} times; expected once"
+
+
 def files(tree, folders, suffixes):
     """The files below some folders, relative to the tree, sorted."""
     found = (path for folder in folders for path in (tree / folder).rglob("*") if path.suffix in suffixes)
@@ -253,7 +265,7 @@ def files(tree, folders, suffixes):
 def broken_rules(tree):
     tree = Path(tree).resolve()
     return [*check_sources(tree), *check_file_access(tree), *check_sentences(tree), *check_cycles(tree),
-            *check_files(tree), *check_columns(tree), *check_top_level(tree)]
+            *check_files(tree), *check_columns(tree), *check_top_level(tree), *check_defects(tree)]
 
 
 def main(arguments):
