@@ -303,7 +303,10 @@ std::string resolved_text(const Scene& scene) {
     std::string model;
     if (scene.kind == SceneKind::fields) model = model_text(scene.model);
     if (scene.kind == SceneKind::model) model = declared_text(scene.declared);
-    const std::string rest = chosen_text(scene, [](const std::string&) { return true; });
+    // Without a step the run chooses its method too, unless the scene gives one.
+    const bool is_method_open = has_grid(scene.kind) && scene.time.dt == 0.0 && !scene.places.contains("time.stepper");
+    const std::string rest =
+        chosen_text(scene, [&](const std::string& key) { return !(is_method_open && key == "time.stepper"); });
     return model.empty() || rest.empty() ? model + rest : model + "\n" + rest;
 }
 

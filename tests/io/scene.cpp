@@ -70,13 +70,25 @@ TEST(Scene, errors_name_the_line_or_the_override) {
               "scene.toml:3:1: time.end = 1.05 is not a whole number of steps of time.dt = 0.1; choose 1 or 1.1");
 }
 
+// The run chooses the method along with the step, and does so of the text too.
+TEST(Scene, resolved_text_leaves_the_method_open_where_the_step_is) {
+    const auto names_method = [](const std::string& time) {
+        const std::string text = resolved_text(parse_scene("[time]\nend = 1\n" + time, "scene.toml"));
+        return text.find("\nstepper = ") != std::string::npos;
+    };
+    EXPECT_FALSE(names_method(""));
+    EXPECT_TRUE(names_method("stepper = \"etdrk2\"\n"));
+    EXPECT_TRUE(names_method("dt = 0.1\n"));
+}
+
 TEST(Scene, resolved_text_contains_every_key_of_its_kind) {
     constexpr const char* own =
         "[[field]]\nsymbol = \"phi\"\n[[white_noise]]\nsymbol = \"xi\"\n[equations]\nphi = \"-k phi + f\"\n[define]\n"
         "f = \"lap phi\"\n[[tabulated]]\nsymbol = \"a\"\nof = [\"phi\"]\nfirst = [0, 1]\nvalues = [1, 2]\n"
         "[coefficients]\nk = 1\n[time]\ndt = 0.1\n";
-    for (const auto& [kind, given] :
-         {std::pair{SceneKind::fields, ""}, {SceneKind::particles, "[cell]\n"}, {SceneKind::model, own}}) {
+    for (const auto& [kind, given] : {std::pair{SceneKind::fields, "[time]\ndt = 0.1\n"},
+                                      {SceneKind::particles, "[cell]\n"},
+                                      {SceneKind::model, own}}) {
         const std::string text = resolved_text(parse_scene(given, "scene.toml"));
         EXPECT_EQ(resolved_text(parse_scene(text, "again.toml")), text);
         std::set<std::string> belonging;
