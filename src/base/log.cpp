@@ -1,6 +1,7 @@
 // base/log.cpp: logging to standard error by spdlog.
 #include "drover/base/log.hpp"
 
+#include "drover/base/log_pause.hpp"
 #include "drover/base/text.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -34,11 +35,17 @@ spdlog::level::level_enum level_of(LogLevel level) {
     }
     return spdlog::level::info;
 }
+
+thread_local int pauses = 0;
 }  // namespace
+
+LogPause::LogPause() { ++pauses; }
+LogPause::~LogPause() { --pauses; }
 
 void set_log_level(LogLevel level) { logger().set_level(level_of(level)); }
 
 void log_line(LogLevel level, std::string_view line) {
+    if (pauses > 0) return;
     logger().log(level_of(level), "{}{}", level == LogLevel::warning ? "warning: " : "", printable(line));
 }
 

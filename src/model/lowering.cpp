@@ -438,8 +438,8 @@ std::string Names::expected(const std::string& name) const {
 
 std::string expected_name(const std::string& name, const std::vector<std::string>& known) {
     const std::string near = name.size() < 3 ? "" : nearest_name(name, known);  // any letter is near another
-    return text("{}one of {}, pi, e_x, e_y, or a function", near.empty() ? "" : text("{} (did you mean that?), ", near),
-                joined(known));
+    return text("{}one of {}, pi, e_x, e_y, an operator such as grad or lap, a function, or a coefficient with a value",
+                near.empty() ? "" : text("{} (did you mean that?), ", near), joined(known));
 }
 
 }  // namespace drover::model

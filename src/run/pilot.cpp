@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "drover/base/error.hpp"
+#include "drover/base/log_pause.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/signals.hpp"
@@ -28,7 +29,10 @@ double append_sample(const ScheduledRecording& samples, Pilot& pilot) {
 Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error) {
     io::Scene pilot_alone = scene;
     pilot_alone.accuracy.effort = 0.0;
-    Simulation simulation = kind_of(pilot_alone).make(pilot_alone, threads, {});
+    Simulation simulation = [&] {
+        const LogPause quiet;  // the run itself says what its start has to say
+        return kind_of(pilot_alone).make(pilot_alone, threads, {});
+    }();
     const auto samples =
         std::find_if(simulation.recordings.begin(), simulation.recordings.end(),
                      [](const auto& scheduled) { return scheduled.recording.group == field_samples_group; });

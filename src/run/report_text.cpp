@@ -201,11 +201,13 @@ std::string report_text(const Report& report) {
     if (report.scene.kind == io::SceneKind::fields) add_field_arrays(report, out);
     else add_arrays(report, out);
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
-    std::string reason;
+    const measure::SummaryRow* slowest = nullptr;  // the one that needs the longest run
     for (const measure::SummaryRow& row : summary.rows)
-        if (reason.empty() && row.axes.empty() && !row.estimates.front().error)
-            reason = row.name + ": " + row.estimates.front().refusal;
-    if (!reason.empty()) out += "\nnote: " + reason + "\n";
+        if (row.axes.empty() && !row.estimates.front().error &&
+            (slowest == nullptr ||
+             row.estimates.front().autocorrelation_time > slowest->estimates.front().autocorrelation_time))
+            slowest = &row;
+    if (slowest != nullptr) out += "\nnote: " + slowest->name + ": " + slowest->estimates.front().refusal + "\n";
     return out;
 }
 

@@ -280,7 +280,8 @@ void write_sweep_dataset(const std::filesystem::path& file, const io::Scene& sce
     const std::size_t kept = std::min(means.warnings.size(), max_warnings);
     table.warnings.assign(means.warnings.begin(), means.warnings.begin() + static_cast<std::ptrdiff_t>(kept));
     if (kept < means.warnings.size())
-        table.warnings.push_back(text("{} more: drover sweep --collect prints them", means.warnings.size() - kept));
+        table.warnings.push_back(
+            text("{} more: drover sweep --collect --json prints them", means.warnings.size() - kept));
     files::write_archive(file, {}, shared_provenance(shared, "sweep"),
                          [&](files::Archive& archive) { archive.replace(table); });
 }

@@ -1,6 +1,8 @@
 // run/sweep_table.cpp: the table of a sweep as text.
 #include "drover/run/sweep_table.hpp"
 
+#include <algorithm>
+
 #include "drover/base/text.hpp"
 
 namespace drover::run {
@@ -16,7 +18,11 @@ std::string table_text(const SweepTable& table) {
             if (table.names[i].starts_with("size_mean_") || table.names[i].starts_with("variance_"))
                 chosen.push_back(i);
     std::string out;
-    for (const std::string& warning : table.warnings) out += "warning: " + warning + "\n";
+    constexpr std::size_t max_warnings = 10;  // many runs often have the same one
+    for (std::size_t i = 0; i < std::min(max_warnings, table.warnings.size()); ++i)
+        out += "warning: " + table.warnings[i] + "\n";
+    if (table.warnings.size() > max_warnings)
+        out += text("warning: {} more: with --json all are printed\n", table.warnings.size() - max_warnings);
     for (const std::string& key : table.keys) out += text("{:>20} ", key);
     out += text("{:>6} {:>5}", "branch", "seeds");
     for (const std::size_t i : chosen) out += text(" {:>26} {:>9}", table.names[i], "error");

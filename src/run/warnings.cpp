@@ -431,11 +431,13 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     warnings.push_back(
         text("time.dt = {} is too long: its estimated error is {:.2g} of a field's fluctuation at t = {:.6g} s "
              "(step_error){}; expected "
-             "at most time.max_error = {}: choose time.dt = {}{}",
+             "at most time.max_error = {}: choose time.dt = {}{}{}",
              scene.time.dt, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
              *worst >= 1.0 ? ", so the fields are unrelated to the exact ones, and at best their means are right" : "",
              scene.time.max_error, scene.time.dt * std::exp2(-halvings),
-             order < 4.0 && scene.time.stepper != "etdrk4-krogstad" ? ", or time.stepper = \"etdrk4-krogstad\"" : ""));
+             order < 4.0 && scene.time.stepper != "etdrk4-krogstad" ? ", or time.stepper = \"etdrk4-krogstad\"" : "",
+             scene.time.chosen == "means" ? " if the fields matter; it was chosen for means, whose column is step"
+                                          : ""));
 }
 
 std::vector<std::string> field_scene_warnings(const io::Scene& scene) {

@@ -57,6 +57,14 @@ def test_the_fields_of_a_run_without_a_step_have_the_error_that_is_asked_for(tmp
     assert not [warning for warning in result["warnings"] if "time.dt" in warning]
 
 
+def test_a_run_of_a_sweep_chooses_step_and_method_as_it_does_alone_and_the_sweep_resumes(tmp_path):
+    run(tmp_path, "alone", **SMOOTH)
+    words = ("sweep", "alone.toml", "--vary", "relaxation.rate = 0.3, 0.4", "-o", "both", "--quiet")
+    drover(tmp_path, *words)
+    drover(tmp_path, *words)  # all runs are there, and are those of this scene
+    assert time_table(tmp_path / "both" / "point-0000-seed-1.h5") == time_table(tmp_path / "alone.h5")
+
+
 OSCILLATION = """model = {name = "oscillation"}
 field = [{symbol = "X"}, {symbol = "Y"}]
 grid = {nx = 8, ny = 8, lx = 8.0, ly = 8.0}
@@ -213,3 +221,12 @@ def test_a_run_that_fails_with_its_chosen_step_starts_again_with_a_shorter_one(t
     assert "is too long: its estimated error" not in said  # fields that may part are no reason to warn
     with h5py.File(tmp_path / "harder.h5") as file:
         assert file["time"][-1] == 100.0 and time_table(tmp_path / "harder.h5")["dt"] == dt[-1] <= dt[0] / 2
+
+
+def test_a_start_from_another_grid_is_told_once_and_not_by_each_pilot_run(tmp_path):
+    write_scene(tmp_path, SMOOTH, name="first.toml", base={**FLOCK, "time.dt": 0.1, "time.end": 0.5})
+    drover(tmp_path, "run", "first.toml", "-o", "first.h5")
+    start = {"initial.kind": "file", "initial.file": "first.h5", "grid.nx": 64}
+    write_scene(tmp_path, start, name="finer.toml", base={**FLOCK, "time.end": 1.0})
+    said = drover(tmp_path, "run", "finer.toml", "-o", "finer.h5").stderr
+    assert "pilot run" in said and said.count("by their Fourier modes") == 1, said

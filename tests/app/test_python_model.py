@@ -175,3 +175,10 @@ def test_a_model_shows_its_equations():
         r"m\, \rho\, \partial_t \boldsymbol{v} &= -\frac{\Gamma\, \boldsymbol{v}}{2} + "
         r"\alpha_{0}\, \left|\boldsymbol{v}\right|\, \boldsymbol{v}\end{aligned}")
     assert model.terms[0] == ("rho", "-div(rho v)") and model.components == ("rho", "v_x", "v_y")
+
+
+def test_a_word_that_an_equation_does_not_know_is_an_operator_or_a_coefficient_to_be_given():
+    for equation in ("laplace u", "-decay u"):
+        with pytest.raises(drover.Error, match="expected one of .* an operator such as grad or lap, a function, or a "
+                                               "coefficient with a value"):
+            Model([Field("u", equation)], D=1.0)

@@ -288,3 +288,12 @@ def test_a_run_that_failed_leaves_a_gap_in_the_dataset(tmp_path):
     drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = -200, 1", "--quiet", status=1)
     with xarray.open_dataset(tmp_path / "flock.sweep" / "table.nc") as data:
         assert np.isnan(data.polar_order).values.tolist() == [True, False] and data.seeds.values.tolist() == [0, 1]
+
+
+def test_of_many_like_warnings_ten_are_printed_and_with_json_all(tmp_path):
+    scene = write_scene(tmp_path, {**BRIEF, "time.end": 1.0, "time.max_error": 1e-9, "advection.strength": 0.5})
+    words = ("sweep", scene, "--vary", "relaxation.rate = 0.4:0.6:12", "--keep", "table", "-o", "many", "--quiet")
+    said = drover(tmp_path, *words).stdout
+    every = drover(tmp_path, *words, "--json").stderr.count("warning: point-")
+    assert every >= 12 and said.count("warning: point-") == 10
+    assert f"warning: {every - 10} more: with --json" in said

@@ -85,3 +85,12 @@ def test_a_sweep_lists_the_warnings_of_its_runs(tmp_path):
     ended = drover(tmp_path, "sweep", "flock.toml", "--vary", "elasticity.stiffness = 0.05, 5", "-q")
     assert [text.split(": ")[:2] for text in printed(ended.stdout)] == [
         ["point-0000-seed-1", "the grid does not resolve polar_order with grid.nx = 64 and grid.ny = 4"]]
+
+
+def test_the_note_names_the_observable_that_needs_the_longest_run(tmp_path):
+    # 40 samples are enough for observables that forget at once, and not for slow ones.
+    scene = write_scene(tmp_path, {"time.end": 25.0, "relaxation.rate": 0.05})
+    said = drover(tmp_path, "run", scene, "-o", "x.h5").stdout
+    rows = [line.split() for line in said.split("\n\n")[0].splitlines() if line.count(" n/a ") == 1]
+    taus = {row[0]: float(row[row.index("n/a") + 1]) for row in rows}
+    assert len(set(taus.values())) > 1 and f"note: {max(taus, key=taus.get)}: no error estimate" in said
