@@ -50,13 +50,13 @@ class Scene:
         return cls.parse(scene_text(sections), name)
 
     def set(self, key, value=None):
-        """A scene with other values: set("driving.strength", 12), or set({"grid.nx": 64, "grid.ny": 64}).
+        """A scene with other values: set("driving.strength", 12), or of several keys or sections.
 
-        >>> Scene.from_dict({}).set({"grid.nx": 64, "grid.lx": 32.0})
-        <drover.Scene scene.toml: fields, grid.nx=64, grid.lx=32.0>
+        >>> Scene.from_dict({}).set({"grid": {"nx": 64, "lx": 32.0}, "time.end": 5.0})
+        <drover.Scene scene.toml: fields, grid.nx=64, grid.lx=32.0, time.end=5.0>
         """
         changes = key if isinstance(key, dict) else {key: value}
-        settings = [*self._settings, *(f"{name}={value_text(value)}" for name, value in changes.items())]
+        settings = [*self._settings, *(f"{name}={value_text(value)}" for name, value in flat(changes))]
         return restored(self._text, self._name, settings, self._functions)
 
     def term(self, of, value=None, *, flux=None, degree=None, **parameters):
@@ -294,6 +294,13 @@ class Scene:
             raise Error(f'wave = "{wave}"; expected "x", along which the state varies and travels')
         return computed(_drover.states, self, output, overwrite, threads=threads, speed=speed, settle=settle,
                         follow=follow, points=points)
+
+
+def flat(changes):
+    """("section.key", value) of {"section.key": value} or {"section": {"key": value}}."""
+    for name, value in changes.items():
+        yield from ((f"{name}.{key}", part) for key, part in value.items()) if isinstance(value, dict) else [
+            (name, value)]
 
 
 def computed(function, scene, output, overwrite, **options):

@@ -89,7 +89,9 @@ class Simulation:
         """
         name = function.__name__ if name is None else name
         is_reserved = name == "warm_up" or name.endswith(("_error", "_linear", "_autocorrelation_time"))  # of summary
-        if not name.isidentifier() or is_reserved or name in self.observables:
+        if name in self.observables:
+            raise Error(f'the run measures "{name}" already; expected a new name: give name=')
+        if not name.isidentifier() or is_reserved:
             raise Error(f'an observable cannot be called "{name}"; expected a new name: give name=')
         self._sample_steps = self._sample_steps or self.whole_steps(self._scene["output.sample_every"])
         if self._sample_steps < 1:
