@@ -56,6 +56,23 @@ def covered(picture):
     return found
 
 
+def odd_ticks(picture):
+    """Axes whose tick labels an offset completes, or mix plain numbers with powers of ten; or with fewer than two."""
+    picture.canvas.draw()
+    found = []
+    for axes in picture.axes:
+        for axis in (axes.xaxis, axes.yaxis) if axes.axison and axes.get_visible() else ():
+            low, high = sorted(axis.get_view_interval())
+            texts = [tick.label1.get_text() for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]
+                     if low <= tick.get_loc() <= high and (tick.label1.get_visible() or tick.label2.get_visible())]
+            texts = [text for text in texts if text]
+            powers = sum("10^" in text for text in texts)
+            if axis.get_offset_text().get_text() or 0 < powers < len(texts) or (
+                    axis.get_scale() == "log" and high > 10.0 * low and len(texts) < 2):
+                found.append((axes.get_title(loc="left") or axes.get_ylabel(), texts))
+    return found
+
+
 def unlabelled(picture):
     """Panels with curves and without labels; number fluctuations share the x axis of the panel below them."""
     return [axes.get_title(loc="left") for axes in picture.axes if axes.lines and axes.axison

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 import xarray
 from matplotlib import image
-from pictures import covered, overlaps
+from matplotlib.quiver import Quiver
+from pictures import covered, odd_ticks, overlaps
 from support import MODELS, SMALL, drover as program, write_scene
 
 import drover
@@ -96,6 +97,53 @@ def test_every_panel_draws_on_the_axes_that_it_is_given(tmp_path, monkeypatch):
         drover.plot.series("small.h5", "nothing")
     with pytest.raises(drover.Error, match="drover.plot.map"):
         drover.plot.structure(particles().start())
+
+
+def test_a_panel_alone_fits_on_its_page_with_its_labels_and_a_colour_bar_as_high_as_the_map(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with fields(**{"grid.ly": 2.0, "grid.ny": 8}).run("wide.h5") as run:
+        for draw in (drover.plot.map, drover.plot.structure, drover.plot.numbers, drover.plot.order):
+            page = draw(run).figure
+            assert not overlaps(page) and not odd_ticks(page), draw
+        shown, bar = drover.plot.map(run).figure.axes
+        shown.apply_aspect()
+        assert bar.get_position().y1 == pytest.approx(shown.get_position().y1, abs=1e-3)
+    own = drover.Scene.load(MODELS / "cahn-hilliard.toml").set({"grid": {"nx": 32, "ny": 16, "ly": 48.0},
+                                                                "time.end": 1.0}).start()
+    own.advance()
+    for draw in (drover.plot.map, drover.plot.means, drover.plot.structure, drover.plot.growth):
+        assert not overlaps(draw(own).figure), draw
+    size = drover.plot.map(own).get_window_extent()
+    assert size.width / size.height == pytest.approx(2.0, rel=1e-3)
+
+
+def test_ticks_of_a_logarithmic_axis_are_plain_or_powers_and_never_both_nor_fewer_than_two():
+    for low, high, tall in ((0.15, 0.4, 2.0), (0.06, 2.3, 2.0), (1e-5, 0.3, 0.7), (2e-6, 9.0, 0.7), (1e-12, 1.0, 2.0),
+                            (0.002, 0.0031, 1.0)):
+        page = pyplot.figure(figsize=(3.0, 2 * tall))
+        axes = page.add_axes((0.3, 0.25, 0.6, 0.5))
+        axes.plot([low, high], [low, high])
+        panels.log_axes(axes)
+        axes.set(xlim=(low, high), ylim=(low, high))
+        assert not odd_ticks(page), (low, high)
+
+
+def test_arrows_of_a_resolved_field_on_few_points_stay_within_the_cell():
+    run = fields(**{"grid.nx": 8, "grid.ny": 8, "noise.order": 0, "noise.rods": 0,
+                    "initial.kind": "formula", "initial.polar_order_x": "0.3"}).start()
+    axes = drover.plot.map(run)
+    arrows = next(child for child in axes.get_children() if isinstance(child, Quiver))
+    half = 0.5 * np.hypot(arrows.U, arrows.V).max() / arrows.scale
+    left, right = axes.get_xlim()
+    assert (arrows.X - half).min() >= left and (arrows.X + half).max() <= right
+
+
+def test_lines_of_a_flow_leave_the_edges_of_a_map_where_they_are():
+    run = drover.Scene.load(MODELS / "point-force.toml").set({"grid": {"nx": 64, "ny": 64}, "time.end": 1.0}).start()
+    run.advance()
+    axes = drover.plot.map(run)
+    assert axes.collections and axes.get_xlim() == pytest.approx(axes.images[0].get_extent()[:2])
+    assert axes.get_ylim() == pytest.approx(axes.images[0].get_extent()[2:])
 
 
 def test_a_map_shows_every_point_of_a_smooth_field_and_averages_of_a_noisy_one():

@@ -9,6 +9,7 @@ from drover.error import DroverError
 from drover.panels import STEPS, with_unit
 from drover.paper import SIZE, STYLE, add_axes, new_figure, write_title_and_caption
 from drover.text import drawable, scene_name
+from drover.typeset import symbol_text
 
 PLANE, KEYS_LEFT = (0.9, 1.35, 7.3, 5.6), 8.5  # inches
 AREA_FRACTIONS = {"bead_area_fraction": r"area fraction of beads $\Phi_b$",
@@ -68,7 +69,8 @@ def plane_of(theory):
 
 def label_of(theory, groups, axis):
     name = drawable(theory.attributes.get(f"boundary_{axis}", axis))
-    name = AREA_FRACTIONS.get(name, name.removeprefix("coefficients."))
+    own = name.removeprefix("coefficients.")
+    name = AREA_FRACTIONS.get(name, name) if own == name else f"${symbol_text(own, 0)}$"
     if "boundary" in groups:
         return with_unit(name, groups["boundary"][axis])
     return with_unit(name, groups["map"][f"map_{axis}"]) if "map" in groups else name

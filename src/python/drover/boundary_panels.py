@@ -110,6 +110,11 @@ def draw_band(axes, band):
     return True
 
 
+def apart(angle):
+    """The angle between two lines: a wave at 120 degrees is the one at 60 degrees on the other side."""
+    return min(angle % 180.0, 180.0 - angle % 180.0)
+
+
 def write_angles(axes, lines, origin, sides):
     """Writes the angle of the first unstable wave at a few points of each oblique line; returns whether any was."""
     written = []
@@ -125,8 +130,8 @@ def write_angles(axes, lines, origin, sides):
             along = places[min(n + 1, len(places) - 1)] - places[max(n - 1, 0)]
             aside = numpy.array([abs(along[1]), -numpy.copysign(1.0, along[1]) * along[0]])  # to the right
             offset = 9.0 * aside / (numpy.hypot(*aside) or 1.0)
-            axes.annotate(f"{line.angles[n]:.0f}°", line.places[n], offset, textcoords="offset points", ha="left",
-                          va="center", fontsize=8, color="#00664a", zorder=6,
+            axes.annotate(f"{apart(line.angles[n]):.0f}°", line.places[n], offset, textcoords="offset points",
+                          ha="left", va="center", fontsize=8, color="#00664a", zorder=6,
                           path_effects=[withStroke(linewidth=2, foreground="white")])
             written.append(places[n])
     return bool(written)

@@ -42,6 +42,10 @@ STRETCH = {"profiles": (0.0, 1.0), "structure": (0.0, 1.0), "numbers": (0.45, 0.
 SMOOTH_BOXES = {"profiles": (6.55, 5.3, 4.85, 1.65), "growth": (6.55, 3.2, 2.0, 1.35), "length": (9.4, 3.2, 2.0, 1.35)}
 SMOOTH_WIDE = {"profiles": (0.8, 3.05, 9.5, 1.25), "growth": (0.9, 1.25, 2.8, 1.0), "length": (4.6, 1.25, 2.8, 1.0),
                "order": (8.4, 1.25, 3.0, 1.0)}
+# Of runs without order, such as of beads alone: the panels below have its place.
+DISORDERED_BOXES = {"map": (0.8, 2.75, 4.2, 4.2), "profiles": (6.55, 4.4, 4.85, 2.55), "growth": (6.55, 1.45, 1.9, 2.1),
+                    "length": (9.5, 1.45, 1.9, 2.1)}
+DISORDERED_WIDE = {**SMOOTH_WIDE, "growth": (0.9, 1.25, 4.3, 1.0), "length": (6.7, 1.25, 4.3, 1.0)}
 SMOOTH_TITLES = {"map": "(a) {}", "profiles": "(b) along $x$ through the middle", "growth": "(c) deviations",
                  "length": "(d) length of the pattern", "order": "(e) order of the cell"}
 
@@ -59,6 +63,9 @@ def draw(run, frame=-1):
     if smooth:
         layout = {"map": layout["map"], "order": layout["order"],
                   **(SMOOTH_WIDE if is_wide else SMOOTH_BOXES)}
+        if not panels.has_order(run):
+            layout.update(DISORDERED_WIDE if is_wide else DISORDERED_BOXES if layout["map"] is SQUARE["map"] else {})
+            del layout["order"]
     with matplotlib.rc_context(STYLE):
         figure = new_figure()
         boxes = {**layout, "map": layout["map"] if one_row else fitted(layout["map"], ratio)}
@@ -70,16 +77,20 @@ def draw(run, frame=-1):
         else:
             blocks = panels.draw_map(axes["map"], add_axes(figure, bar_box(boxes["map"])), run, frame)
         drawn = [] if smooth else panels.draw_structure(axes["structure"], run)
+        dotted = ""
         if smooth:
-            smooth_panels.draw_profiles(axes["profiles"], run)
+            dotted = smooth_panels.draw_profiles(axes["profiles"], run)
             smooth_panels.draw_growth(axes["growth"], run)
             smooth_panels.draw_length(axes["length"], run)
         else:
             drawn += panels.draw_numbers(axes["numbers"], axes["exponents"], run)
-        panels.draw_order(axes["order"], run)
+        if "order" in axes:
+            panels.draw_order(axes["order"], run)
         for name, words in (SMOOTH_TITLES if smooth else TITLES).items():
-            axes[name].set_title(words.format(panels.map_title(run, frame)) if name == "map" else words, loc="left")
-        write_title_and_caption(figure, title(run, frame), (smooth_caption if smooth else caption)(run, drawn, blocks))
+            if name in axes:
+                axes[name].set_title(words.format(panels.map_title(run, frame)) if name == "map" else words, loc="left")
+        write_title_and_caption(figure, title(run, frame), smooth_caption(run, dotted, blocks) if smooth else
+                                caption(run, drawn, blocks))
     return figure
 
 
@@ -148,12 +159,12 @@ def block_words(run, blocks):
     return f"Colours are {colours}, " + (f"arrows over {arrow}" if arrow else "lines follow the flow")
 
 
-def smooth_caption(run, _, blocks):
+def smooth_caption(run, dotted, blocks):
     """Explains the figure of a run without noise."""
     words = [] if blocks is None else [f"(a) {block_words(run, blocks)}."]
-    words.append("(b) Dotted, where it is known: the start moved at a constant speed, or the exact solution. (c) "
-                 "Standard deviations over the cell; those of densities are relative to their means. (d) 2π over the "
-                 "mean wavenumber of the spectrum of the order, or of a density where there is none.")
+    words.append(f"(b) Dotted: {dotted}. " * bool(dotted) + "(c) Standard deviations over the cell; those of densities "
+                 "are relative to their means. (d) 2π over the mean wavenumber of the spectrum of the order, or of a "
+                 "density where there is none.")
     if run.summary is None:
         words.append(f"{results.without_means(run)}.")
     words.append("Without noise there are no fluctuations to compare with linear theory.")

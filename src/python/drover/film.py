@@ -26,11 +26,13 @@ from drover.text import printable, scene_name
 DOTS, SIDE = 100, 7.2        # per inch; inches of the longer side of the picture
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WHEEL = 0.9                  # inches
+KEY_AT = 0.14                # inches above the lower edge: the scale of arrows
 MAP_EDGE, MAP_ROOM = 0.62, (1.72, 0.85)  # inches left of a map; for all that is not the map, across and upwards
 # What ffmpeg is told of the film; a .gif has one palette, of the colours of all pictures.
 CODECS = {".mp4": ["-c:v", "libx264", "-preset", "fast", "-crf", "20", "-pix_fmt", "yuv420p", "-movflags",
                    "+faststart", "-f", "mp4"],
           ".gif": ["-filter_complex", "split[a][b];[a]palettegen[c];[b][c]paletteuse=dither=none", "-f", "gif"]}
+RATIOS = (0.3, 8.0)          # of the sides of a picture; longer cells leave a margin
 SAMPLED = 24                 # frames that set the colours and the scale of arrows
 
 
@@ -203,7 +205,7 @@ def cell_of(run):
 def size_of(run):
     """Inches of the picture."""
     left, right, bottom, top = cell_of(run)
-    ratio = numpy.clip((right - left) / (top - bottom), 0.5, 2.5)
+    ratio = numpy.clip((right - left) / (top - bottom), *RATIOS)
     if "grid" in run.scene and run.scene["grid"]["ny"] == 1:
         ratio = 2.0
     sides = SIDE * min(1.0, ratio), SIDE * min(1.0, 1.0 / ratio)
@@ -272,7 +274,8 @@ def map_shown(figure, run, density, sampled, label):
     def averages(frame):
         return panels.shown_means(xarray.DataArray(density(frame), places, ("y", "x")))
 
-    pixel = max((averages(frame)[1] for frame in (sampled[0], sampled[-1])), key=max)
+    # Not of the first: the noise of a random start does not last where equations have none.
+    pixel = max((averages(frame)[1] for frame in (sampled[len(sampled) // 2], sampled[-1])), key=max)
     steps = [max(1, round(size * count / side)) for size, count, side in
              zip(pixel[::-1], (len(places["y"]), len(places["x"])), (top - bottom, right - left))]
 
@@ -285,7 +288,7 @@ def map_shown(figure, run, density, sampled, label):
     figure.colorbar(image, cax=figure.add_axes((room[0] + room[2] + 0.1 / width, room[1], 0.16 / width, room[3])),
                     label=label, extend=extend)
     axes.set(xlabel=axis_label("x", run), ylabel=axis_label("y", run))
-    vector = next(part for part in panels.ARROWS if f"{part[0]}_x" in sampled[0])[0]
+    vector, _, symbol = next(part for part in panels.ARROWS if f"{part[0]}_x" in sampled[0])
     side = max(right - left, top - bottom) / panels.MAX_ARROWS
     strides = [panels.nearest_divisor(count, side * count / length) for count, length in
                ((len(places["y"]), top - bottom), (len(places["x"]), right - left))]
@@ -299,6 +302,7 @@ def map_shown(figure, run, density, sampled, label):
     arrows = axes.quiver(x, y, *(numpy.zeros_like(x),) * 2, color="white", edgecolor="black", linewidth=0.3,
                          pivot="mid", angles="xy", scale_units="xy", scale=longest / length, units="inches",
                          width=0.022, headwidth=4, headlength=4, headaxislength=3.5)
+    panels.add_arrow_key(axes, arrows, longest, length, symbol, run.frames[f"{vector}_x"], KEY_AT)
 
     def show(frame):
         image.set_data(drawn(frame))

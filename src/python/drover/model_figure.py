@@ -7,9 +7,9 @@ import matplotlib
 import numpy
 
 from drover import model_panels as panels, results
-from drover.panels import length_text, time_text
+from drover.panels import is_resolved, length_text, time_text
 from drover.paper import add_axes, new_figure, require_frame
-from drover.roles import roles_of
+from drover.roles import arrays_at, roles_of
 from drover.text import drawable, scene_name
 
 STYLE = {"font.size": 7, "axes.titlesize": 7.5, "axes.labelsize": 7, "axes.labelpad": 2, "xtick.labelsize": 6.5,
@@ -40,13 +40,14 @@ class Page:
         self.letter += 1
         return f"({chr(96 + self.letter)})" if self.letter <= 26 else f"({self.letter})"
 
-    def axes(self, left, width, height, title="", above=0.0):
-        """Axes whose title, and a legend, have `above` inches."""
+    def axes(self, left, width, height, title="", above=0.0, lines=1):
+        """Axes whose title, of as many lines as its neighbours' at most, and a legend have `above` inches."""
         axes = add_axes(self.figure, (left, self.top - above - height, width, height))
         axes.yaxis.set_label_coords(-LABELS_AT / width, 0.5)
         if title:
             page = self.figure.get_size_inches()
-            self.figure.text((left - 0.02) / page[0], (self.top - 0.01) / page[1], title, va="top",
+            down = LINE * (lines - 1 - title.count("\n"))
+            self.figure.text((left - 0.02) / page[0], (self.top - 0.01 - down) / page[1], title, va="top",
                              fontsize=STYLE["axes.titlesize"], linespacing=1.15)
         return axes
 
@@ -59,7 +60,7 @@ def draw(run, frame=-1):
     groups = groups_of(roles)
     structure = panels.structure_parts(run, roles)
     lines = textwrap.wrap(title(run, frame), TITLE_LETTERS)
-    words = textwrap.wrap(caption(run, roles, structure, letters_of(len(roles))), CAPTION_LETTERS)
+    words = textwrap.wrap(caption(run, roles, structure, frame), CAPTION_LETTERS)
     boxes = map_boxes(run, roles)
     above = [LINE + LEGEND_LINE * rows_of(labels) for labels in
              ([role.symbol for role in roles], panels.variance_labels(run, roles),
@@ -121,17 +122,24 @@ def map_title(letter, role, columns):
     return f"{first}{chr(10) if letters > most else ' '}{value}".lstrip()
 
 
-def title_height(roles, columns):
-    return LINE * max(map_title("(a)", role, columns).count("\n") + 1 for role in roles) + 0.03
+def title_lines(roles, number, columns):
+    """Lines of the longest title in the row of a map."""
+    first = number - number % columns
+    return max(map_title("(a)", role, columns).count("\n") + 1 for role in roles[first:first + columns])
+
+
+def title_height(lines):
+    return LINE * lines + 0.03
 
 
 def map_boxes(run, roles):
     """(left, width, height of the map, whether x and y are labelled, height of its row or 0 inside a row)."""
     grid, columns = run.scene["grid"], columns_of(run, roles)
-    above = title_height(roles, columns)
+    above = [title_height(title_lines(roles, number, columns)) for number in range(len(roles))]
     if grid["ny"] == 1:
         return [(LEFT, WIDTH - LEFT - RIGHT, PROFILE, role is roles[-1], True,
-                 above + PROFILE + (LABELLED if role is roles[-1] else TICKS)) for role in roles]
+                 above[number] + PROFILE + (LABELLED if role is roles[-1] else TICKS))
+                for number, role in enumerate(roles)]
     ratio = grid["lx"] / grid["ly"]
     beside = BAR_GAP + BAR + BAR_LABELS
     width = (WIDTH - LEFT - columns * beside - (columns - 1) * MAP_GAP) / columns
@@ -141,7 +149,7 @@ def map_boxes(run, roles):
     for number in range(len(roles)):
         column, is_last = number % columns, number + columns >= len(roles)
         last_of_row = number - column + columns - 1
-        row = above + height + (LABELLED if last_of_row + columns >= len(roles) else TICKS)
+        row = above[number] + height + (LABELLED if last_of_row + columns >= len(roles) else TICKS)
         boxes.append((LEFT + column * (width + beside + MAP_GAP), drawn, height, is_last, column == 0,
                       0.0 if column else row))
     return boxes
@@ -149,12 +157,13 @@ def map_boxes(run, roles):
 
 def draw_fields(page, run, roles, boxes, frame):
     row, columns = 0.0, columns_of(run, roles)
-    above = title_height(roles, columns)
-    for role, (left, width, height, has_x, has_y, new_row) in zip(roles, boxes):
+    for number, (role, (left, width, height, has_x, has_y, new_row)) in enumerate(zip(roles, boxes)):
         if new_row:
             page.top -= row
             row = new_row
-        axes = page.axes(left, width, height, map_title(page.next_letter(), role, columns), above)
+        lines = title_lines(roles, number, columns)
+        above = title_height(lines)
+        axes = page.axes(left, width, height, map_title(page.next_letter(), role, columns), above, lines)
         if run.scene["grid"]["ny"] == 1:
             panels.draw_profile(axes, run, role, frame)
         else:
@@ -205,14 +214,24 @@ def title(run, frame):
     return f"{name}, {time_text(format(float(run.frames['time'][frame]), 'g'), run)}"
 
 
-def caption(run, roles, structure, letters):
+def averaged_words(run, roles, frame):
+    """Which maps show averages over blocks."""
+    averaged = [number for number, role in enumerate(roles)
+                if not is_resolved(run, panels.averages_of(role, arrays_at(run, role, frame))[1])]
+    if not averaged:
+        return "."
+    letters = "" if len(averaged) == len(roles) else " ".join(f"({chr(97 + number)})" for number in averaged)
+    return f"; {letters or 'maps'} {'are' if len(averaged) > 1 or not letters else 'is'} averaged over blocks."
+
+
+def caption(run, roles, structure, frame):
     """Explains the figure to a reader."""
-    words, grid = [], run.scene["grid"]
+    words, grid, letters = [], run.scene["grid"], letters_of(len(roles))
     if grid["ny"] > 1:
         directions = {1: "arrows show vectors", 2: "lines without heads the directors of nematics"}
         drawn = [directions[spin] for spin in (1, 2) if any(role.spin == spin for role in roles)]
         words.append(f"Colours of maps show {'values and sizes' if any(role.spin for role in roles) else 'values'}"
-                     + "".join(f", {part}" for part in drawn) + "; noisy fields are averaged over blocks.")
+                     + "".join(f", {part}" for part in drawn) + averaged_words(run, roles, frame))
     bands = "" if all(role.spin for role in roles) else "Bands: one standard deviation of the field in the cell. "
     words.append(f"{letters[0]} {bands}Thin line: time of the {'maps' if grid['ny'] > 1 else 'profiles'}.")
     shows_warm_up = run.summary is not None and float(run.summary.get("warm_up", 0.0)) > 0.0
@@ -227,6 +246,6 @@ def caption(run, roles, structure, letters):
                      + ("" if is_sure else " (open: the run is too short for an error estimate)")
                      + (", lines: linear theory." if has_linear else "."))
     sides = (f"{grid[one]:g}\xa0×\xa0{grid[other]:g}" for one, other in (("nx", "ny"), ("lx", "ly")))
-    words.append("{} points, {}{}, seed {}.".format(*sides, length_text(run),
+    words.append("{} points, {}{}, seed\xa0{}.".format(*sides, length_text(run),
                                                     drawable(run.attributes.get("seed", "?"))))
     return " ".join(words)

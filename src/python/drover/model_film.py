@@ -1,5 +1,6 @@
 """drover/model_film.py: pictures of a film of a run with fields of its own: a map of each field, or profiles."""
 import numpy
+import xarray
 
 from drover import model_panels as panels
 from drover.model_figure import columns_of, map_title
@@ -75,13 +76,27 @@ def line_shown(axes, run, role, sampled):
     return update
 
 
+def pixels_of(run, role, frame):
+    """Points along y and x of the averages that the figure of a noisy field shows; 1 and 1 of a smooth one."""
+    places = {axis: run.frames[axis].values for axis in "yx"}
+    pixel = panels.averages_of(role, {name: xarray.DataArray(frame[name], places, ("y", "x"))
+                                      for name in role.components})[1]
+    return [max(1, round(side / float(place[1] - place[0]))) for side, place in zip(pixel[::-1], places.values())]
+
+
 def map_shown(axes, bar_axes, run, role, sampled):
     """Colours for the value or size of a field, with limits of all frames, and its directions."""
     grid = run.scene["grid"]
-    colours, low, high, extend = panels.colours_for(role, numpy.stack([role.size(frame) for frame in sampled]))
-    def drawn(frame):
-        return role.size({part: refined_values(frame[part]) for part in role.components})
+    pixels = pixels_of(run, role, sampled[len(sampled) // 2])
 
+    def size(frame, finer=lambda values: values):
+        return role.size({part: finer(frame[part]) if pixels == [1, 1] else block_values(frame[part], pixels)
+                          for part in role.components})
+
+    def drawn(frame):
+        return size(frame, refined_values)
+
+    colours, low, high, extend = panels.colours_for(role, numpy.stack([size(frame) for frame in sampled]))
     image = axes.imshow(drawn(sampled[0]), origin="lower", extent=(0.0, grid["lx"], 0.0, grid["ly"]), cmap=colours,
                         vmin=low, vmax=high, interpolation="nearest", aspect="auto")
     axes.figure.colorbar(image, cax=bar_axes, extend=extend)

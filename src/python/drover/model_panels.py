@@ -5,7 +5,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from drover import panels, results
 from drover.archive import loaded
-from drover.panels import BLUE, GREEN, PURPLE, STEPS, VERMILLION, block_means, shown_means
+from drover.panels import BLUE, GREEN, PURPLE, STEPS, VERMILLION, block_means, plain, shown_means
 from drover.roles import arrays_at
 from drover.typeset import simple_unit, unit_text
 
@@ -16,7 +16,7 @@ ARROW_SPACE, ARROWS = 0.11, (6, 16)   # inches of a map for an arrow; their numb
 UNIFORM = 1e-9                        # relative to the size of a field: smaller means are rounding errors
 LOG_FROM = 10.0                       # ratio of values from which an axis is logarithmic
 DECADES = 1e-20                       # of variances, relative to the largest: smaller ones are rounding errors
-LONGEST_TICK = 6                      # letters; longer ones are written as 5e-4 where that is shorter
+ALIKE = 0.05                          # relative difference of curves that hide each other
 WARM_UP = "#e0e0e0"
 MARKERS = {"": "o", "_along": "s", "_across": "^"}
 MARKED = (("_along", r"along $\mathbf{q}$"), ("_across", r"across $\mathbf{q}$"))
@@ -24,6 +24,12 @@ MARKED = (("_along", r"along $\mathbf{q}$"), ("_across", r"across $\mathbf{q}$")
 
 def colour_of(number):
     return COLOURS[number % len(COLOURS)]
+
+
+def excess(values, later):
+    """Points by which a curve, or its markers, are larger, so that they show below those which are drawn later."""
+    hidden = sum((abs(values - other) <= ALIKE * (abs(values) + abs(other))).mean() > 0.5 for other in later)
+    return 1.2 * min(hidden, 2)
 
 
 def line_of(number):
@@ -41,16 +47,6 @@ def plain_ticks(axis, count):
     axis.set_major_formatter(FuncFormatter(plain))
 
 
-def plain(value, _):
-    """A tick without the offset of matplotlib, which other texts would cover."""
-    text = f"{round(value, 15):.10g}"
-    if len(text) > LONGEST_TICK:
-        mantissa, _, power = f"{value:.3e}".partition("e")
-        short = f"{float(mantissa):g}e{int(power)}"
-        text = short if len(short) < len(text) else text
-    return text.replace("-", "\N{MINUS SIGN}")
-
-
 def averages_of(role, arrays):
     """What a map shows, block averages of a noisy field and every point of a smooth one, and the size of a pixel."""
     if not role.spin:
@@ -61,8 +57,7 @@ def averages_of(role, arrays):
         float(array.var()) for array in arrays.values())
     if lost:
         return role.size({name: array for name, (array, _) in means.items()}), means[role.components[0]][1]
-    first = arrays[role.components[0]]
-    return role.size(arrays), tuple(float(first[axis][1] - first[axis][0]) for axis in "xy")
+    return role.size(arrays), panels.steps_of(arrays[role.components[0]])
 
 
 def colours_for(role, values):
@@ -83,8 +78,8 @@ def draw_map(axes, bar_axes, run, role, frame):
     colours, low, high, extend = colours_for(role, shown.values)
     drawn, size = shown, pixel
     if panels.is_resolved(run, pixel):
-        fine = {name: panels.refined(array) for name, array in arrays.items()}
-        drawn, size = role.size({name: array for name, (array, _) in fine.items()}), fine[role.components[0]][1]
+        arrays = {name: panels.refined(array)[0] for name, array in arrays.items()}
+        drawn, size = role.size(arrays), panels.steps_of(arrays[role.components[0]])
     image = axes.imshow(drawn.values, origin="lower", cmap=colours, norm=Normalize(low, high), aspect="auto",
                         extent=panels.extent_of(drawn, size), interpolation="nearest")
     inches = axes.get_position().size * axes.figure.get_size_inches()
@@ -149,15 +144,16 @@ def draw_means(axes, run, roles, numbers):
     `numbers`: of their colours.
     """
     most = 0.0
-    for role, number in zip(roles, numbers):
+    means = [loaded(run.observables[("size_mean_" if role.spin else "mean_") + role.name], run.path) for role in roles]
+    for place, (role, number, mean) in enumerate(zip(roles, numbers, means)):
         style = {"color": colour_of(number), "linestyle": line_of(number)}
-        mean = loaded(run.observables[("size_mean_" if role.spin else "mean_") + role.name], run.path)
         deviation = numpy.sqrt(numpy.maximum(loaded(run.observables[f"variance_{role.name}"], run.path).values, 0.0))
         values = numpy.where(abs(mean.values) > UNIFORM * deviation, mean.values, 0.0)
         if not role.spin:
             axes.fill_between(mean["time"], values - deviation, values + deviation, color=style["color"], alpha=0.25,
                               linewidth=0)
-        axes.plot(mean["time"], values, linewidth=1.1, **style, label=rf"$|\langle {role.symbol}\rangle|$"
+        wide = excess(mean.values, [other.values for other in means[place + 1:]])
+        axes.plot(mean["time"], values, linewidth=1.1 + wide, **style, label=rf"$|\langle {role.symbol}\rangle|$"
                   if role.spin else rf"$\langle {role.symbol}\rangle$")
         most = max(most, float(deviation.max()))
     keep_off_rounding(axes, most)
@@ -195,8 +191,8 @@ def draw_variances(axes, run, roles):
         if shown is None:
             continue
         least = min(least, float(numpy.nanmin(shown)))
-        axes.plot(array["time"], shown, color=colour_of(number), linestyle=line_of(number), linewidth=1.1,
-                  label=label)
+        axes.plot(array["time"], shown, color=colour_of(number), linestyle=line_of(number), label=label,
+                  linewidth=1.1 + excess(shown, [other.values for other in series[number + 1:]]))
     axes.set_ylabel("variance" + (bracket(series[0].attrs.get("units", "1")) if shared else ""))
     if not max(most) > 0.0:
         panels.write_instead(axes, "uniform fields")
@@ -230,7 +226,8 @@ def structure_parts(run, roles):
             if panels.is_drawable(result):
                 unit = run.observables[f"structure_factor_{role.name}{end}"].attrs.get("units", "1")
                 found.append((number, f"${role.symbol}$", simple_unit(unit), MARKERS[end], result))
-    return found
+    most = max((result.mean.max() for *_, result in found), default=0.0)
+    return [part for part in found if part[-1].mean.max() > panels.DECADES_SHOWN * most]
 
 
 def structure_unit(parts):
@@ -259,8 +256,9 @@ def draw_structure(axes, run, roles):
         return parts
     most = max(result.mean.max() for *_, result in parts)
     for number, _, _, marker, result in parts:
+        later = [other.mean for place, *_, kind, other in parts if place > number and kind == marker]
         panels.draw_result(axes, panels.above_rounding(result, most), colour_of(number), marker,
-                           panels.spread_shells(result.x))
+                           panels.spread_shells(result.x), excess(result.mean, later))
     panels.log_axes(axes)
     axes.set_xlabel(panels.with_unit("wavenumber $q$", run.observables["wavenumber"]))
     axes.set_ylabel("$S(q)$" + bracket(structure_unit(parts) or "1"))

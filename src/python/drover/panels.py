@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
+from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator
 
 from drover import results
 from drover.archive import loaded
@@ -34,6 +34,10 @@ NO_ORDER = 1e-6                    # order below is rounding
 COLOUR_PART = 0.99                 # fraction of pixels inside the colour range
 FROM_ZERO = 0.6                    # colours start at 0 where the least density is below this part of the largest
 LEGEND_COLUMN = 2.2                # inches
+BESIDE_TITLE_FROM = 8.0            # inches: wider panels of the order have their legend beside the title
+LONGEST_TICK = 6                   # letters; longer ones are written as 5e-4 where that is shorter
+FEW_DECADES, ONE_DECADE = 40.0, 4.0  # ratios of the ends of an axis below which labels are 0.5 and 2, and 3, 4, ... too
+DECADE_ROOM = 0.2                  # inches of an axis for each labelled decade
 LEAST_PIXELS = 12                  # along the longer side, of averages that make a noisy density positive
 
 
@@ -43,8 +47,17 @@ def with_unit(label, array):
 
 
 def with_error(value, error):
-    """A mean with its standard error; exact means have the error 0."""
-    return f"{value:.3g}" + (rf" $\pm$ {error:.2g}" if error > 0.0 else "" if error == 0.0 else ", no error estimate")
+    """A mean with its standard error, to two digits of it; exact means have the error 0.
+
+    >>> with_error(1061.24, 0.82), with_error(0.8113, 0.0049)
+    ('1061.24 $\\\\pm$ 0.82', '0.8113 $\\\\pm$ 0.0049')
+    """
+    if not error > 0.0:
+        return f"{value:.3g}" + ("" if error == 0.0 else ", no error estimate")
+    digits = 1 - int(numpy.floor(numpy.log10(error)))
+    if not 0 <= digits <= LONGEST_TICK:
+        return rf"{value:.3g} $\pm$ {error:.2g}"
+    return rf"{value:.{digits}f} $\pm$ {error:.{digits}f}"
 
 
 def length_text(run):
@@ -104,7 +117,7 @@ def draw_map(axes, bar_axes, run, frame):
     bar = axes.figure.colorbar(image, cax=bar_axes, ax=None if bar_axes is not None else axes, extend=extend)
     bar.locator = MaxNLocator(7, steps=STEPS)
     bar.set_label(with_unit(f"{words} ${symbol}$", density))
-    return pixel, draw_arrows(axes, run, frame)
+    return pixel, draw_arrows(axes, run, frame, is_resolved(run, pixel))
 
 
 def extent_of(array, pixel):
@@ -148,28 +161,41 @@ def draw_profile(axes, run, frame):
     axes.legend(handles=lines, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
 
 
-def draw_arrows(axes, run, frame):
-    """Draws block averages of the polar order or flow as arrows; returns the block size, or None for streamlines."""
+def draw_arrows(axes, run, frame, resolved):
+    """Draws block averages of the polar order or flow as arrows; returns the block size, or None for streamlines.
+
+    Those of a resolved field are over blocks within the cell, also where its grid has few points.
+    """
     parts, _, symbol = arrows_of(run, frame)
-    (p_x, block), (p_y, _) = (block_means(part, MAX_ARROWS) for part in parts)
+    (p_x, block), (p_y, _) = (block_means(refined(part)[0] if resolved else part, MAX_ARROWS) for part in parts)
     lengths = numpy.hypot(p_x, p_y).values
     longest = float(lengths.max())
     if not longest > 0.0:
         return block
     if symbol == ARROWS[-1][-1] and STREAM_FROM * longest < numpy.median(lengths) < STREAM_TO * longest:
+        limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
         axes.streamplot(parts[0]["x"].values, parts[0]["y"].values, *(part.values for part in parts), color="white",
                         linewidth=0.6, arrowsize=0.7, density=1.4)
+        axes.set(**limits)
         return None
-    length, key = 0.95 * min(block) / longest, float(f"{longest:.0e}")
+    length = 0.95 * min(block)
     arrows = axes.quiver(p_x["x"], p_x["y"], p_x.values, p_y.values, color="white", edgecolor="black",
-                         linewidth=0.3, pivot="mid", angles="xy", scale_units="xy", scale=1.0 / length,
+                         linewidth=0.3, pivot="mid", angles="xy", scale_units="xy", scale=longest / length,
                          units="inches", width=0.018, headwidth=4, headlength=4, headaxislength=3.5)
-    inches, box = axes.figure.get_size_inches(), axes.get_position()
-    inches_per_mm = box.width * inches[0] / abs(numpy.diff(axes.get_xlim())[0])
-    axes.quiverkey(arrows, box.x1 * inches[0] - key * length * inches_per_mm - 0.05, box.y0 * inches[1] - 0.58, key,
-                   coordinates="inches", labelpos="W", color="black",
-                   label=with_value(rf"arrow: $|{symbol}|={key:g}$", p_x))
+    add_arrow_key(axes, arrows, longest, length, symbol, p_x)
     return block
+
+
+def add_arrow_key(axes, arrows, longest, length, symbol, array, above=None):
+    """The scale of arrows at the lower right of a map, inches above the page or below the axes.
+
+    `longest` is their largest value, drawn with `length`; `array` has the unit.
+    """
+    inches, box, key = axes.figure.get_size_inches(), axes.get_position(), float(f"{longest:.0e}")
+    inches_per_mm = box.width * inches[0] / abs(numpy.diff(axes.get_xlim())[0])
+    axes.quiverkey(arrows, box.x1 * inches[0] - key * length / longest * inches_per_mm - 0.05,
+                   box.y0 * inches[1] - 0.58 if above is None else above, key, coordinates="inches", labelpos="W",
+                   color="black", label=with_value(rf"arrow: $|{symbol}|={key:g}$", array))
 
 
 def shown_means(array, is_density=True):
@@ -177,13 +203,14 @@ def shown_means(array, is_density=True):
 
     The noise of few bodies in a cell of the grid makes their density negative there: blocks grow until none is.
     """
-    shown, pixel = array, tuple(float(array[axis][1] - array[axis][0]) for axis in "xy")
+    shown, pixel = array, steps_of(array)
     pixels = MAX_PIXELS
     while pixels == MAX_PIXELS or (
             is_density and float(shown.min()) < 0.0 < float(shown.mean()) and pixels >= LEAST_PIXELS):
         means, block = block_means(array, pixels)
         pixels /= 2
-        if float(means.var()) < (1.0 - MAX_LOST) * float(shown.var()):
+        lost = float(shown.var()) - float(means.var())
+        if lost > MAX_LOST * float(shown.var()) and lost > (ROUNDING * float(shown.mean()))**2:
             shown, pixel = means, block
     return shown, pixel
 
@@ -202,6 +229,11 @@ def refined(array):
     for axis in "xy":
         drawn[axis].attrs.update(array[axis].attrs)
     return drawn, (steps["x"], steps["y"])
+
+
+def steps_of(array):
+    """The spacing of its points along x and y."""
+    return tuple(float(array[axis][1] - array[axis][0]) for axis in "xy")
 
 
 def refined_values(values):
@@ -224,7 +256,7 @@ def fourier_series(values, axis, factor):
 
 def block_means(array, count):
     """Averages over blocks, about `count` along the longer side of the cell, and the size of a block."""
-    steps = {axis: float(array[axis][1] - array[axis][0]) for axis in "xy"}
+    steps = dict(zip("xy", steps_of(array)))
     side = max(steps[axis] * array.sizes[axis] for axis in "xy") / count
     cells = {axis: nearest_divisor(array.sizes[axis], side / steps[axis]) for axis in "xy"}
     means = array.coarsen(cells).mean(keep_attrs=True)
@@ -239,11 +271,11 @@ def nearest_divisor(points, wish):
     return min(divisors, key=lambda n: abs(numpy.log(n / wish)))
 
 
-def draw_result(axes, result, colour, marker, shown=slice(None)):
-    """Draws points with error bars (open symbols without), and the theory as a line."""
+def draw_result(axes, result, colour, marker, shown=slice(None), excess=0.0):
+    """Draws points with error bars (open symbols without), and the theory as a line; `excess` in size, in points."""
     x, mean, error = result.x[shown], result.mean[shown], result.error[shown]
     sure = numpy.isfinite(error)
-    style = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 4.5, "zorder": 3}
+    style = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 4.5 + excess, "zorder": 3}
     axes.errorbar(x[sure], mean[sure], error[sure], capsize=2, elinewidth=1, **style)
     axes.plot(x[~sure], mean[~sure], markerfacecolor="white", **style)
     axes.plot(result.x, result.linear, color=colour, linewidth=1.2, zorder=2, marker="_" if len(result.x) == 1 else "")
@@ -271,14 +303,38 @@ def log_axes(axes, x_only=False):
 
 
 def minor_ticks(axis):
+    """Ticks of a logarithmic axis: powers of ten or, where it spans few decades, plain numbers between them too."""
+    box, inches = axis.axes.get_position(), axis.axes.figure.get_size_inches()
+    room = box.width * inches[0] / 2.0 if axis.axis_name == "x" else box.height * inches[1]
+    axis.set_major_locator(LogLocator(numticks=max(3, int(room / DECADE_ROOM))))
     axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=20))
-    axis.set_minor_formatter(FuncFormatter(lambda value, _: minor_label(value, axis)))
+    powers = LogFormatterSciNotation()
+    powers.set_axis(axis)
+    axis.set_major_formatter(FuncFormatter(
+        lambda value, place: plain(value, place) if span_of(axis) < FEW_DECADES else powers(value, place)))
+    axis.set_minor_formatter(FuncFormatter(lambda value, place: minor_label(value, place, axis)))
 
 
-def minor_label(value, axis):
-    """Labels 2 and 5 of each decade on axes that span few decades."""
+def span_of(axis):
     low, high = axis.get_view_interval()
-    return f"{value:g}" if high < 40.0 * low and f"{value:.3e}"[:5] in ("2.000", "5.000") else ""
+    return high / low if low > 0.0 else numpy.inf
+
+
+def minor_label(value, place, axis):
+    """Labels 2 and 5 of each decade on axes that span few decades, and all where they span less than one."""
+    span = span_of(axis)
+    labelled = span < ONE_DECADE or (span < FEW_DECADES and f"{value:.3e}"[:5] in ("2.000", "5.000"))
+    return plain(value, place) if labelled else ""
+
+
+def plain(value, _):
+    """A tick without the offset of matplotlib, which other texts would cover."""
+    text = f"{round(value, 15):.10g}"
+    if len(text) > LONGEST_TICK:
+        mantissa, _, power = f"{value:.3e}".partition("e")
+        short = f"{float(mantissa):g}e{int(power)}"
+        text = short if len(short) < len(text) else text
+    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def make_room_below(axes, entries):
@@ -383,6 +439,12 @@ def number_keys(numbers, what):
     return [key_of("this run", BLUE, "o"), *theory, key_of(rf"independent {what}s, $\sqrt{{N}}$", line=":")]
 
 
+def has_order(run):
+    """Whether the rods or the flow have any, beyond rounding."""
+    return any(name in run.observables and float(loaded(run.observables[name], run.path).max()) > NO_ORDER
+               for name in ("polar_order", "bead_velocity_order"))
+
+
 def draw_order(axes, run):
     """Draws the order of the rods and of the flow over time; of a noisy run the warm-up, shaded, and the mean."""
     order = loaded(run.observables["polar_order"], run.path)
@@ -400,18 +462,20 @@ def draw_order(axes, run):
         most = max(most, float(flow.max()))
     if run.summary is not None and any(run.scene.get("noise", {}).values()):
         draw_mean(axes, run, times)
-    width = axes.get_position().width * axes.figure.get_size_inches()[0]
-    columns = max(1, int(width / LEGEND_COLUMN))
-    axes.legend(loc="upper right", ncol=columns)
+    width, height = axes.get_position().size * axes.figure.get_size_inches()
+    columns, entries = max(1, int(width / LEGEND_COLUMN)), len(axes.get_legend_handles_labels()[0])
     axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
-    axes.set_ylim(0.0, most)
-    make_room_above(axes, -(-len(axes.get_legend_handles_labels()[0]) // columns))
+    axes.set_ylim(0.0, 1.05 * most)
+    if width > BESIDE_TITLE_FROM:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=entries, frameon=False, borderaxespad=0.1)
+    elif entries > 1:
+        axes.legend(loc="upper right", ncol=columns)
+        make_room_above(axes, -(-entries // columns))
     axes.xaxis.set_major_locator(MaxNLocator(max(4, int(width)), steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
     axes.set_xlabel(with_unit("time $t$", order["time"]))
-    axes.set_ylabel("order" if shows_flow else
-                    r"polar order $|\langle\mathbf{p}\rangle|/\langle\sigma\rangle$" if density else
-                    r"polar order $|\langle\mathbf{p}\rangle|$")
+    symbol = r"$|\langle\mathbf{p}\rangle|/\langle\sigma\rangle$" if density else r"$|\langle\mathbf{p}\rangle|$"
+    axes.set_ylabel("order" if shows_flow else f"polar order {symbol}" if height > LEGEND_COLUMN else symbol)
 
 
 def draw_mean(axes, run, times):

@@ -11,6 +11,8 @@ from drover.text import drawable, scene_name
 MAP, WHEEL, BESIDE = (0.7, 1.15, 6.3, 5.85), (7.55, 5.15, 1.75, 1.75), (7.45, 5.5, 1.05, 1.05)  # inches
 WAKE, BAR = (9.4, 5.45, 1.25, 1.25), (10.75, 5.45, 0.1, 1.25)
 SERIES = ((7.95, 3.35, 3.4, 1.3), (7.95, 1.25, 3.4, 1.3))
+TALL_SERIES = ((7.95, 4.65, 3.4, 2.3), (7.95, 1.25, 3.4, 2.3))  # without a colour wheel
+TITLE_AT = 0.016  # of the width of the map: above the edge of the cell
 FLOW = ("bead_velocity_order", "bead_velocity_size", "energy_kinetic")  # the first available is drawn
 
 
@@ -22,7 +24,7 @@ def draw(run, frame=-1):
     axes = add_axes(figure, MAP)
     about = draw_map(axes, run, frame)
     axes.set_title("(a) " + " and ".join(f"{name}{'s' * (count(run, name) > 1)}" for name in ("rod", "bead")
-                                      if count(run, name)), loc="left")
+                                      if count(run, name)), loc="left", x=TITLE_AT)
     has_wake = run.summary is not None and "flow_velocity_along" in run.summary
     if count(run, "rod"):
         box = BESIDE if has_wake else WHEEL
@@ -31,7 +33,8 @@ def draw(run, frame=-1):
         wake = add_axes(figure, WAKE)
         motion.draw_wake(wake, run, add_axes(figure, BAR))
         wake.set_title("(b) beads around a rod", loc="left")
-    for letter, (words, its_draw), box in zip("cd" if has_wake else "bc", chosen(run, frame), SERIES):
+    boxes = SERIES if count(run, "rod") else TALL_SERIES
+    for letter, (words, its_draw), box in zip("cd" if has_wake else "bc", chosen(run, frame), boxes):
         panel = add_axes(figure, box)
         its_draw(panel)
         panel.set_title(f"({letter}) {words}", loc="left")

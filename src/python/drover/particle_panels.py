@@ -7,7 +7,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from drover.archive import loaded
-from drover.panels import BLUE, ROUNDING, STEPS, VERMILLION, unit_text, with_error
+from drover.panels import BLUE, ROUNDING, STEPS, VERMILLION, unit_text, with_error, with_unit
 
 BEAD, BEAD_EDGE, LIGHTNESS, CHROMA = "#d4d4d4", "#9a9a9a", 66.0, 40.0
 WORDS = {"polar_order": ("polar order", r"$|\langle\mathbf{n}\rangle|$"),
@@ -217,6 +217,6 @@ def draw_series(axes, run, name, now):
     axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
-    label = WORDS.get(name, (name, name))[1] or name
+    label = WORDS.get(name, (name, name))[1] if "cell" in run.scene else words_of(name)  # n is of rods
     axes.set_ylabel(label if unit == "1" else f"{label} [{unit_text(unit)}]")
-    axes.set_xlabel("time $t$ [s]")
+    axes.set_xlabel(with_unit("time $t$", run.observables["time"]))

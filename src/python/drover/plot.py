@@ -9,6 +9,9 @@ A run is the path of an archive, an open run, or a run in memory.  Without axes 
 from drover.error import Error
 from drover.moments import run_of
 
+# Inches: a panel alone, the left and lower edge of its axes, and what is right of them, for a bar or a second axis too.
+PAGE, CORNER, RIGHT, BESIDE, ABOVE = (5.0, 4.0), (0.9, 0.75), 0.2, 0.95, 0.35
+
 
 def figure(thing, frame=None, state=None):
     """The figure of python3 -P -m drover.figure: of a run (at a frame), or of linear theory (of a state).
@@ -40,12 +43,16 @@ def map(run, axes=None, frame=-1, field=None):
 
     Of a scene with fields of its own: `field`, by name or symbol; default: the first.
     """
-    run, axes = run_of(run), axes_of(axes)
     from drover import panels, particle_figure
     from drover.particles import ParticleRun
     from drover.roles import has_own_fields
+    run = run_of(run)
+    bar = None
+    if axes is None and "grid" in run.scene and run.frames.sizes["y"] > 1:
+        axes, bar = map_axes(run.scene["grid"]["lx"] / run.scene["grid"]["ly"])
+    axes = axes_of(axes, RIGHT if isinstance(run, ParticleRun) else BESIDE)
     if has_own_fields(run):
-        own_map(run, axes, frame, field)
+        own_map(run, axes, bar, frame, field)
     elif field is not None:
         raise Error(f'field = "{field}" chooses a field of a scene with fields of its own; expected none')
     elif isinstance(run, ParticleRun):
@@ -53,11 +60,11 @@ def map(run, axes=None, frame=-1, field=None):
     elif run.frames.sizes["y"] == 1:
         panels.draw_profile(axes, run, frame)
     else:
-        panels.draw_map(axes, None, run, frame)
+        panels.draw_map(axes, bar, run, frame)
     return axes
 
 
-def own_map(run, axes, frame, field):
+def own_map(run, axes, bar, frame, field):
     """One field of a scene with fields of its own."""
     from drover import model_panels
     from drover.roles import chosen
@@ -65,7 +72,7 @@ def own_map(run, axes, frame, field):
     if run.frames.sizes["y"] == 1:
         model_panels.draw_profile(axes, run, role, frame)
     else:
-        model_panels.draw_map(axes, None, run, role, frame)
+        model_panels.draw_map(axes, bar, run, role, frame)
     axes.set_title(f"{role.title_words} ${role.size_symbol}$".strip() + model_panels.bracket(role.unit), loc="left")
 
 
@@ -101,7 +108,7 @@ def structure(run, axes=None):
 def dynamics(run, field, axes=None, *, along="x", modes=None, linear=False):
     """S(q, omega) of a field of an archive over wavenumber and frequency, measured or of the linear theory."""
     from drover import dynamics_figure as figures
-    run, axes = fields_of(run), axes_of(axes)
+    run, axes = fields_of(run), axes_of(axes, BESIDE)
     measured, _, theory = figures.arrays_of(figures.found_of(run, field, along, modes))
     norm, reach = figures.norm_of(measured, theory), figures.last_frequency(measured, theory)
     image = figures.draw_map(axes, theory if linear else measured, norm, reach)
@@ -190,7 +197,7 @@ def paths(run, axes=None, frame=-1):
 def wake(run, axes=None):
     """The mean velocity of the beads in the frame of a rod, of a finished run of rods and beads."""
     from drover.particle_motion import draw_wake
-    run, axes = particles_of(run), axes_of(axes)
+    run, axes = particles_of(run), axes_of(axes, BESIDE)
     if run.summary is None or "flow_velocity_along" not in run.summary:
         raise Error("the run has no mean flow of beads around a rod; expected a finished run of rods and beads")
     draw_wake(axes, run)
@@ -230,8 +237,22 @@ def rods_only(run, instead):
         raise Error(f"this run is of a scene with fields of its own; expected one of rods and beads: see {instead}")
 
 
-def axes_of(axes):
+def map_axes(ratio):
+    """Axes of a map with this ratio of its sides, and of its colour bar, in a new figure."""
+    from matplotlib import pyplot
+    from drover.paper import add_axes, bar_box, fitted
+    box, figure = fitted(inner_box(BESIDE), ratio), pyplot.figure(figsize=PAGE)
+    return add_axes(figure, box), add_axes(figure, bar_box(box))
+
+
+def inner_box(right):
+    return (*CORNER, PAGE[0] - CORNER[0] - right, PAGE[1] - CORNER[1] - ABOVE)
+
+
+def axes_of(axes, right=RIGHT):
+    """The axes, or those of a new figure, with inches on their right for a second axis or a bar."""
     if axes is not None:
         return axes
     from matplotlib import pyplot
-    return pyplot.figure(figsize=(5.0, 4.0)).add_subplot()
+    from drover.paper import add_axes
+    return add_axes(pyplot.figure(figsize=PAGE), inner_box(right))

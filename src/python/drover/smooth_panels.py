@@ -55,6 +55,7 @@ def draw_profiles(axes, run, exact=None):
     """Draws a field along x through the middle of the cell at several times, and what is known exactly, dotted.
 
     `exact` is a function of x and t; without it the solution of Barenblatt, or the start where it moves unchanged.
+    Returns words for what is dotted, or "".
     """
     field, symbol = varying_field(run)
     row = field.isel(y=field.sizes["y"] // 2)
@@ -73,10 +74,13 @@ def draw_profiles(axes, run, exact=None):
     columns = max(2, int(axes.get_position().width * axes.figure.get_size_inches()[0] / LEGEND_COLUMN))
     panels.make_room_above(axes, -(-len(axes.get_legend_handles_labels()[0]) // columns))
     axes.legend(loc="upper right", ncols=columns, frameon=False, handlelength=1.4, columnspacing=1.0)
-    axes.xaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
+    axes.xaxis.set_major_locator(MaxNLocator(8 if columns > PROFILES else 6, steps=STEPS))  # as that of a wide map
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     axes.set_xlabel(panels.with_unit("$x$", field["x"]))
     axes.set_ylabel(panels.with_unit(f"${symbol}$", field))
+    if known is None or not known[1].startswith("start"):
+        return "" if known is None else "the exact solution"
+    return "the start" + (", moved at this speed" if "rest" not in known[1] else "")
 
 
 def draw_growth(axes, run):
@@ -93,7 +97,7 @@ def draw_growth(axes, run):
             continue
         deviation = numpy.where(deviation > ROUNDING, deviation, numpy.nan)
         unit = "" if name in run.frames else unit_of(run, name)
-        axes.plot(variance["time"], deviation, color=colour, linewidth=2.4 - 0.4 * drawn, label=label + unit)
+        axes.plot(variance["time"], deviation, color=colour, linewidth=3.4 - 0.8 * drawn, label=label + unit)
         drawn += 1
     if not drawn:
         panels.write_instead(axes, "uniform fields")
