@@ -102,9 +102,10 @@ def draw_pages(folder, drover, runs):
     """Pictures that the blocks of a page draw; without runs an empty one for each that there is not yet."""
     drawn = folder / "drawn"
     drawn.mkdir(exist_ok=True)
-    for page in sorted(folder.glob("*.md")):
+    for page in sorted(folder.rglob("*.md")):
         text = page.read_text(encoding="utf-8")
-        missing = [name for name in re.findall(r"!\[[^\]]*\]\(([\w-]+\.png)\)", text) if not (folder / name).exists()]
+        missing = [name for name in re.findall(r"!\[[^\]]*\]\(([\w-]+\.png)\)", text)
+                   if not (page.parent / name).exists()]
         key, kept = hashlib.sha256(text.encode()).hexdigest(), drawn / f"{page.stem}.key"
         if missing and runs and not (kept.exists() and kept.read_text() == key):
             print(f"docs: running the blocks of {page.name}", flush=True)
@@ -114,7 +115,7 @@ def draw_pages(folder, drover, runs):
                     shutil.copy(Path(scratch) / name, drawn)
             kept.write_text(key)
         for name in missing:
-            (folder / name).write_bytes((drawn / name).read_bytes() if (drawn / name).exists() else EMPTY)
+            (page.parent / name).write_bytes((drawn / name).read_bytes() if (drawn / name).exists() else EMPTY)
 
 
 def executed(path, text):
