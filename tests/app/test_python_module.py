@@ -358,6 +358,8 @@ def test_the_summary_has_the_mean_and_error_of_an_observable_of_the_user():
     for name in ("warm_up", "own_error", "two words"):
         with pytest.raises(drover.Error, match="cannot be called"):
             run.observe(lambda frame: 0.0, name)
+    with pytest.raises(drover.Error, match='measures "polar_order" already'):
+        run.observe(lambda frame: 0.0, "polar_order")
 
 
 def test_an_observable_of_the_user_is_sampled_with_those_of_the_run_and_changes_nothing():

@@ -8,7 +8,9 @@ import xarray
 from matplotlib.figure import Figure
 from support import MODELS
 
-from drover import exact, particle_motion as motion
+import drover
+from drover import exact, model_film, model_panels, moments, particle_motion as motion
+from drover.roles import roles_of
 
 matplotlib.use("Agg")
 
@@ -100,3 +102,19 @@ def test_the_solution_of_barenblatt_follows_from_the_start_and_the_scene():
         expected = np.maximum(0.0, 1.0 - (x - 16.0)**2 / (16.0 * np.sqrt(1.0 + t))) / np.sqrt(1.0 + t)
         assert profile(x, t) == pytest.approx(expected, abs=1e-9)
     assert exact.spreading(run, field.rename("rod_density"), start) is None
+
+
+def test_a_curve_that_a_like_one_would_hide_is_wider():
+    values = np.geomspace(1e-6, 1.0, 50)
+    assert model_panels.excess(values, [1.01 * values]) > 0.0
+    assert model_panels.excess(values, [2.0 * values]) == 0.0 == model_panels.excess(values, [])
+    assert model_panels.excess(np.full(50, np.nan), [values]) == 0.0
+
+
+def test_a_film_averages_a_noisy_field_as_its_figure_does_and_not_a_smooth_one():
+    noisy = drover.Scene.load(MODELS / "model-b.toml").start()  # 128 points, in maps of 64
+    smooth = drover.Scene.load(MODELS / "cahn-hilliard.toml").set({"initial": {
+        "kind": "formula", "composition": "0.1 cos(2 pi x / lx)", "amplitude": 0.0}}).start()
+    for run, expected in ((noisy, [2, 2]), (smooth, [1, 1])):
+        seen = moments.run_of(run)
+        assert model_film.pixels_of(seen, roles_of(seen)[0], run.frame.arrays) == expected

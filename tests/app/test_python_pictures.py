@@ -151,6 +151,8 @@ def test_a_map_shows_every_point_of_a_smooth_field_and_averages_of_a_noisy_one()
     wave = np.sin(2 * np.pi * x / 64.0)
     smooth = xarray.DataArray(wave[:, None] * wave[None, :], {"y": x, "x": x}, ("y", "x"))
     assert panels.shown_means(smooth)[0].shape == (256, 256)
+    pattern = smooth.copy(data=np.sin(2 * np.pi * x / 2.0)[:, None] + 0.0 * x)  # 8 points for each wave
+    assert panels.shown_means(pattern)[0].shape == (256, 256)
     noise = smooth.copy(data=np.random.default_rng(1).normal(size=(256, 256)))
     assert panels.shown_means(noise)[0].shape == (64, 64)
 

@@ -73,7 +73,7 @@ def draw_cut(axes, found, number, reach):
     axes.set_yscale("log")
     axes.set_ylim(max(0.5 * float(values[values > 0.0].min(initial=top)), DECADES * top), 2.0 * top)
     minor_ticks(axes.yaxis)
-    axes.set_xlim(-reach, reach)
+    axes.set_xlim(-1.03 * reach, 1.03 * reach)  # points at the ends are whole
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     axes.set_xlabel(with_unit(r"frequency $\omega$", measured["frequency"]))
 

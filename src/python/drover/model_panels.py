@@ -55,7 +55,7 @@ def averages_of(role, arrays):
     means = {name: block_means(array, panels.MAX_PIXELS) for name, array in arrays.items()}
     lost = sum(float(array.var()) for array, _ in means.values()) < (1.0 - panels.MAX_LOST) * sum(
         float(array.var()) for array in arrays.values())
-    if lost:
+    if lost and any(map(panels.is_noisy, arrays.values())):
         return role.size({name: array for name, (array, _) in means.items()}), means[role.components[0]][1]
     return role.size(arrays), panels.steps_of(arrays[role.components[0]])
 

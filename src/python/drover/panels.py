@@ -26,6 +26,8 @@ FINE = 384                       # pixels along the longer side of a resolved fi
 MAX_PIXELS, MAX_ARROWS = 64, 16  # along the longer side of the cell, roughly
 STREAM_FROM, STREAM_TO = 1e-3, 0.1  # of the longest arrow: medians between are of a flow around one place, as lines
 MAX_LOST = 0.1                     # of the variance, by averaging over pixels: a field that loses less is smooth
+SHORTEST, NOISY, KEPT = 2 / 3, 0.01, 1e-20  # part of the waves, of variance in these; of the power of a wave that is
+LEAST_KEPT = 0.2                            # per point: products of four factors leave these waves
 SHELLS_PER_DECADE = 12             # points drawn of S(q)
 STEPS = (1, 2, 2.5, 5, 10)           # of ticks
 DECADES_SHOWN = 1e-10              # of S(q), relative to the largest value: smaller values are rounding errors
@@ -35,9 +37,9 @@ COLOUR_PART = 0.99                 # fraction of pixels inside the colour range
 FROM_ZERO = 0.6                    # colours start at 0 where the least density is below this part of the largest
 LEGEND_COLUMN = 2.2                # inches
 BESIDE_TITLE_FROM = 8.0            # inches: wider panels of the order have their legend beside the title
-LONGEST_TICK = 6                   # letters; longer ones are written as 5e-4 where that is shorter
+LONGEST_TICK = 5                   # letters; longer ones are written as 5e-4 where that is shorter
 FEW_DECADES, ONE_DECADE = 40.0, 4.0  # ratios of the ends of an axis below which labels are 0.5 and 2, and 3, 4, ... too
-DECADE_ROOM = 0.2                  # inches of an axis for each labelled decade
+DECADE_ROOM = 0.25                 # inches of an axis for each labelled decade
 LEAST_PIXELS = 12                  # along the longer side, of averages that make a noisy density positive
 
 
@@ -55,7 +57,7 @@ def with_error(value, error):
     if not error > 0.0:
         return f"{value:.3g}" + ("" if error == 0.0 else ", no error estimate")
     digits = 1 - int(numpy.floor(numpy.log10(error)))
-    if not 0 <= digits <= LONGEST_TICK:
+    if not 0 <= digits <= 6:
         return rf"{value:.3g} $\pm$ {error:.2g}"
     return rf"{value:.{digits}f} $\pm$ {error:.{digits}f}"
 
@@ -210,7 +212,7 @@ def shown_means(array, is_density=True):
         means, block = block_means(array, pixels)
         pixels /= 2
         lost = float(shown.var()) - float(means.var())
-        if lost > MAX_LOST * float(shown.var()) and lost > (ROUNDING * float(shown.mean()))**2:
+        if lost > MAX_LOST * float(shown.var()) and lost > (ROUNDING * float(shown.mean()))**2 and is_noisy(array):
             shown, pixel = means, block
     return shown, pixel
 
@@ -229,6 +231,15 @@ def refined(array):
     for axis in "xy":
         drawn[axis].attrs.update(array[axis].attrs)
     return drawn, (steps["x"], steps["y"])
+
+
+def is_noisy(array):
+    """Whether the shortest waves that a field has hold variance, as those of noise do and those of a pattern do not."""
+    values = array.transpose("y", "x").values
+    power = abs(numpy.fft.fft2(values - values.mean()))**2
+    waves = numpy.maximum(*numpy.meshgrid(*(abs(numpy.fft.fftfreq(size)) for size in values.shape), indexing="ij"))
+    kept = max(waves[power > KEPT * power.max()].max(), LEAST_KEPT)
+    return bool(power[waves > SHORTEST * kept].sum() > NOISY * power.sum())
 
 
 def steps_of(array):

@@ -143,7 +143,7 @@ def memory_of(run):
 def draw_memory(axes, run):
     """Draws how long rods keep their direction, with the exponential of the measured rotational diffusion."""
     lags, memory = memory_of(run)
-    axes.plot(lags, memory, "o", color=BLUE, markersize=3, label="this run")
+    axes.plot(lags, memory, "o", color=BLUE, markersize=3, label="this run", clip_on=False)  # also at the edges
     if run.summary is not None and "rotational_diffusion" in run.summary:
         rate, error = (float(loaded(run.summary[f"rotational_diffusion{end}"], run.path)) for end in ("", "_error"))
         if rate > 0.0:
