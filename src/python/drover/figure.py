@@ -43,8 +43,8 @@ SMOOTH_BOXES = {"profiles": (6.55, 5.3, 4.85, 1.65), "growth": (6.55, 3.2, 2.0, 
 SMOOTH_WIDE = {"profiles": (0.8, 3.05, 9.5, 1.25), "growth": (0.9, 1.25, 2.8, 1.0), "length": (4.6, 1.25, 2.8, 1.0),
                "order": (8.4, 1.25, 3.0, 1.0)}
 # Of runs without order, such as of beads alone: the panels below have its place.
-DISORDERED_BOXES = {"map": (0.8, 2.9, 4.05, 4.05), "profiles": (6.55, 4.4, 4.85, 2.55), "growth": (6.55, 1.45, 1.9, 2.1),
-                    "length": (9.5, 1.45, 1.9, 2.1)}
+DISORDERED_BOXES = {"map": (0.8, 2.9, 4.05, 4.05), "profiles": (6.55, 4.4, 4.85, 2.55),
+                    "growth": (6.55, 1.45, 1.9, 2.1), "length": (9.5, 1.45, 1.9, 2.1)}
 DISORDERED_WIDE = {**SMOOTH_WIDE, "growth": (0.9, 1.25, 4.3, 1.0), "length": (6.7, 1.25, 4.3, 1.0)}
 SMOOTH_TITLES = {"map": "(a) {}", "profiles": "(b) along $x$ through the middle", "growth": "(c) deviations",
                  "length": "(d) length of the pattern", "order": "(e) order of the cell"}
