@@ -6,8 +6,8 @@
 
 namespace drover::physics {
 
-/// With the linear part about a reference.  Evaluations throw a model::DomainFailure where the equations divide by a density
-/// or a drag that is not positive, or a density leaves the table of a coefficient.
+/// With the linear part about a reference.  Evaluations throw a model::DomainFailure where the equations divide by a
+/// density or a drag that is not positive, or a density leaves the table of a coefficient.
 model::Integrated integrated(const Equations& equations, const Reference& about, const Dealiasing& dealiasing = {});
 /// The same about the uniform densities of a model.
 model::Integrated integrated(const Model& model, const Dealiasing& dealiasing = {});
