@@ -21,7 +21,7 @@ PAGES = ["README.md", "src/README.md", "src/files/README.md", "tests/bench/READM
          "notebooks/README.md",
          *(path.relative_to(TREE).as_posix() for path in sorted((TREE / "src" / "docs").rglob("*.md")))]
 # Pages that the build of the manual writes, and pictures that the blocks of a page draw.
-GENERATED = re.compile(r"src/docs/(?:(?:gallery|cpp|python|reference/[\w-]+)\.md|\w+\.png)")
+GENERATED = re.compile(r"src/docs/(?:(?:gallery|cpp|python|reference/[\w-]+)\.md|(?:checks/)?[\w-]+\.png)")
 # Replacements that shorten what a line computes.
 SHORT = (("noisy-flock.toml ", "noisy-flock.toml --set time.end=200 "), ("time.end=16000", "time.end=300"),
          ("phase-boundary.toml ", "phase-boundary.toml --set boundary.map=8 "), ('"time.end", 1000', '"time.end", 300'))
