@@ -66,8 +66,9 @@ void print_explanation(const io::Scene& scene, const run::FieldExplanation& e) {
                     e.growth.q);
     if (!e.beyond_growth.empty())
         std::printf(
-            "  this leaves out %s, which depend on direction, position or time, or have no derivative: see drover "
-            "stability\n",
+            "  this leaves out %s, which depend on direction, position or time, have no derivative, or are explicit: "
+            "see "
+            "drover stability\n",
             joined(e.beyond_growth).c_str());
     print_cost(scene, e.cost, "on a smaller grid");
 }

@@ -40,6 +40,7 @@ void print_terms() {
 # of = "order"               # whose equation: bead_density, rod_density, bead_velocity (a force), order
 # value = ["...", "..."]     # x and y components; of a density one text
 # flux = ["...", "..."]      # of a density instead of a value: d_t = -div flux
+# explicit = true            # nothing of it is in the exact linear part: evaluated at points, as products are
 # parameters = { W = 0.7 }   # numbers in the texts: terms.W for --set, sweep and boundary
 )",
                stdout);

@@ -46,6 +46,7 @@ TextTerm read_term(const LocatedTable& table, const std::string& name) {
             term.of = given<std::string>(found, whole, "the name of a field in quotes");
         } else if (key == "value") term.value = texts_of(found, whole);
         else if (key == "flux") term.flux = texts_of(found, whole);
+        else if (key == "explicit") term.is_explicit = given<bool>(found, whole, "true or false");
         else if (key == "parameter_names") term.parameters = std::get<std::vector<std::string>>(found.value);
         else if (key == "function") term.function = given<std::string>(found, whole, "its name in quotes");
         else if (key == "source") term.source = given<std::string>(found, whole, "its text in quotes");
@@ -56,7 +57,7 @@ TextTerm read_term(const LocatedTable& table, const std::string& name) {
             require(degree >= 0 && degree <= max_degree, found.where, "{} = {}; expected 1 to {}, or 0: not known",
                     whole, degree, max_degree);
             term.degree = static_cast<int>(degree);
-        } else fail_input(found.where, "unknown key {}; expected of, value, flux or parameters", whole);
+        } else fail_input(found.where, "unknown key {}; expected of, value, flux, explicit or parameters", whole);
     }
     return term;
 }
@@ -95,6 +96,7 @@ std::string term_text(const TextTerm& term, const physics::Model& model) {
     if (!term.function.empty())
         result += "function = " + toml_text(term.function) + "\narguments = " + toml_text(term.arguments) +
                   "\ndegree = " + toml_text(std::int64_t{term.degree}) + "\nsource = " + toml_text(term.source) + "\n";
+    if (term.is_explicit) result += "explicit = true\n";
     std::vector<std::string> parameters;
     for (const std::string& name : term.parameters)
         parameters.push_back(name + " = " + toml_text(model.parameters.at(name)));

@@ -300,14 +300,16 @@ private:
             return algebra_.of_node(algebra_.graph.make(Operation::multiply, algebra_.at_points(force), inverse));
         };
         const auto width = static_cast<std::size_t>(components(field));
-        std::vector<Component> straight(width), placed(width);
+        std::vector<Component> straight(width), placed(width), whole(width);
         for (const Summand& part : parts) {
             std::vector<Component> rates = part.value.components;
             double number_of_row = 0.0;
             const bool is_uniform = std::all_of(rates.begin(), rates.end(), [&](const Component& c) {
                 return algebra_.is_constant(c, number_of_row);
             });
-            std::vector<Component>& total = is_uniform || depends_on_position(rates) ? placed : straight;
+            std::vector<Component>& total = part.summary.is_explicit                   ? whole
+                                            : is_uniform || depends_on_position(rates) ? placed
+                                                                                       : straight;
             for (std::size_t k = 0; k < width; ++k)
                 if (!part.is_acceleration) {
                     total[k] = algebra_.sum(total[k], rates[k]);
@@ -321,9 +323,13 @@ private:
                      is_constant && !part.is_acceleration ? 1.0 / number : 1.0);
         }
         if (is_constant) return;
-        for (std::vector<Component>* total : {&straight, &placed}) {
+        for (std::vector<Component>* total : {&straight, &placed, &whole}) {
             for (Component& c : *total) c = divided(c);
-            if (!parts.empty()) add_evaluated({.field = parts[0].summary.field, .where = field.equation.where}, *total);
+            if (!parts.empty())
+                add_evaluated({.field = parts[0].summary.field,
+                               .where = field.equation.where,
+                               .is_explicit = total == &whole},
+                              *total);
         }
     }
 

@@ -16,7 +16,10 @@ std::string text_of(const Value& a) { return rank_text(a.rank, a.parity); }
 
 const Notation& equation_notation() {
     static const Notation notation{
-        .arguments_of = [](const std::string& name) { return name == "outer" ? 2 : function_arguments(name); },
+        .arguments_of =
+            [](const std::string& name) {
+                return name == "outer" ? 2 : name == explicit_name ? 1 : function_arguments(name);
+            },
         .is_operator =
             [](const std::string& name) {
                 constexpr std::array operators{"grad", "div", "lap", "curl", "perp", "sym", "d_x", "d_y"};
@@ -327,6 +330,8 @@ Value Lowering::call(const FormulaText& text, const Formula& f) {
         return function->values ? given_call(text, f, *function) : part_of_complex(text, f);
     }
     if (f.name == "outer") return outer(text, f);
+    if (f.name == explicit_name)
+        text.fail_with(f.at, "explicit(...) stands within a formula; expected it as a whole summand of an equation");
     std::vector<Value> arguments;
     Parity parity = Parity::even;
     for (const Formula& argument : f.arguments) {

@@ -12,8 +12,11 @@
 
 namespace drover::model {
 
-/// The notation of equations: the functions of expressions, outer, and the prefix operators grad, div, lap, curl, perp,
-/// sym, d_x and d_y.
+/// A summand "explicit(...)" of an equation is evaluated as a whole: nothing of it is in the exact linear part.
+inline constexpr const char* explicit_name = "explicit";
+
+/// The notation of equations: the functions of expressions, outer, explicit, and the prefix operators grad, div, lap,
+/// curl, perp, sym, d_x and d_y.
 const Notation& equation_notation();
 /// The same with functions that are no formulas.
 Notation notation_with(const std::map<std::string, GivenFunction>& functions);

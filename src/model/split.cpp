@@ -193,12 +193,12 @@ private:
         const int first = c_.first_component[term.summary.field];
         std::vector<LinearForm> slopes(static_cast<std::size_t>(c_.components));
         Remainders whole, rest;
-        const bool is_force = is_directed_force(term);
+        const bool is_demanded = term.summary.is_explicit, is_whole = is_demanded || is_directed_force(term);
         for (std::size_t k = 0; k < term.rows.size(); ++k) {
             const int component = first + static_cast<int>(k);
             const LinearForm& form = term.rows[k].linear;
-            if (!is_force) add(form, term.summary.where, c_.linear[static_cast<std::size_t>(component)]);
-            else if (!form.empty()) add_remainder({component, Order{}}, graph_.slot(slot_of(form), "force"));
+            if (!is_whole) add(form, term.summary.where, c_.linear[static_cast<std::size_t>(component)]);
+            else if (!form.empty()) add_remainder({component, Order{}}, graph_.slot(slot_of(form), "form"));
             for (const PointFunction& function : term.rows[k].functions) {
                 const int node = graph_.import(function.value.graph()).back();
                 whole[{component, function.order}] = node;
@@ -206,12 +206,12 @@ private:
                     without_slopes(function, node, slopes[static_cast<std::size_t>(component)]);
             }
         }
-        // What names directions, or has no derivative, stays in the explicit part as a whole.  Of an equation with
-        // terms that are written apart the propagator takes the average over directions: a mass may join them with
-        // stiff forces.
+        // What names directions, has no derivative, or is said to, stays in the explicit part as a whole.  Of an
+        // equation with terms that are written apart the propagator takes the average over directions: a mass may join
+        // them with stiff forces.
         const bool is_apart = !c_.model.fields[term.summary.field].further.empty();
-        const bool is_explicit =
-            term.summary.is_placed || !c_.has_slopes(term, slots_) || (!is_apart && !c_.commutes_with_turns(slopes));
+        const bool is_explicit = is_demanded || term.summary.is_placed || !c_.has_slopes(term, slots_) ||
+                                 (!is_apart && !c_.commutes_with_turns(slopes));
         for (const auto& [target, node] : is_explicit ? whole : rest) add_remainder(target, node);
         for (std::size_t k = 0; k < slopes.size() && !is_explicit; ++k)
             add(slopes[k], term.summary.where, c_.linear[k]);

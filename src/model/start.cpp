@@ -47,6 +47,11 @@ void check_stationary(const Equations& equations, const LocationOf& place) {
         "initial.kind = \"stationary\", and the term \"{}\" depends on position or time; expected none such: choose "
         "another initial.kind",
         placed != nullptr ? placed->text : "");
+    for (const TermSummary& term : equations.terms())
+        require(!term.is_explicit, place("initial.kind"),
+                "initial.kind = \"stationary\" draws from the exact linear part, and the term \"{}\" is not in it; "
+                "expected no explicit(...): choose another initial.kind",
+                term.text);
     require(equations.uniform_rates(equations.reference()).isZero(0.0), place("initial.kind"),
             "initial.kind = \"stationary\" draws about the references, which the equations change; expected references "
             "that are stationary: choose others, or another initial.kind");

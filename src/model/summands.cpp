@@ -62,6 +62,17 @@ bool equal(const Formula& a, const Formula& b) {
            std::equal(a.arguments.begin(), a.arguments.end(), b.arguments.begin(), equal_parts);
 }
 
+/// Whether a summand is "explicit(...)" or "-explicit(...)", which is then what it contains.
+bool remove_explicit(Formula& formula) {
+    Formula* inner = &formula;
+    while (inner->kind == Formula::Kind::negative) inner = &inner->arguments[0];
+    if (inner->kind != Formula::Kind::call || inner->name != explicit_name) return false;
+    const char sign = inner->sign;
+    *inner = Formula(inner->arguments[0]);
+    inner->sign = sign;
+    return true;
+}
+
 /// Takes the factors of the mass away from the front of a product, if they are there.
 bool remove_mass(Formula& formula, const Formula& mass) {
     if (formula.kind != Formula::Kind::product) return false;
@@ -86,7 +97,10 @@ bool remove_mass(Formula& formula, const Formula& mass) {
 Summand SummandReader::written(std::size_t index, const WrittenTerm& term) {
     const Field& field = model_.fields[index];
     Summand result;
-    result.summary = {.field = index, .text = term.name, .where = term.texts.at(0).where};
+    result.summary = {.field = index,
+                      .text = term.name,
+                      .where = term.texts.at(0).where,
+                      .is_explicit = term.is_explicit};
     result.value = lowering_.value_of(term);
     const FormulaText text(term.texts[0].text, term.texts[0].where);
     lowering_.check(text, {}, result.value, {0, field.spin}, field.odd ? Parity::odd : Parity::even);
@@ -102,6 +116,11 @@ Summand SummandReader::summand(std::size_t index, const FormulaText& text, Formu
     result.summary.text = text.text().substr(begin, end - begin);
     result.summary.text.erase(result.summary.text.find_last_not_of(" \n\t") + 1);
     result.summary.where = text.location(begin);
+    result.summary.is_explicit = remove_explicit(formula);
+    require(!result.summary.is_explicit || field.left == LeftSide::rate, result.summary.where,
+            "the term \"{}\" is explicit, and {} is in balance: it is solved at every instant; expected the term "
+            "without explicit(...)",
+            result.summary.text, field.symbol);
     if (mass) result.is_acceleration = remove_mass(formula, *mass);
     result.value = lowering_.value_of(text, formula);
     if (field.part == Part::imaginary) {

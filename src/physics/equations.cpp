@@ -189,7 +189,8 @@ std::vector<ActiveTerm> active_terms(const Equations& equations) {
     const model::Equations& forces = equations.forces();
     for (std::size_t n = 0; n < described.size(); ++n) {
         result.push_back({equations.terms()[n], described[n]});
-        if (!forces.terms()[n].is_placed && !forces.has_derivative(n, forces.reference()))
+        if (forces.terms()[n].is_explicit) result.back().equation += ", explicit";
+        else if (!forces.terms()[n].is_placed && !forces.has_derivative(n, forces.reference()))
             result.back().equation += ", explicit: it has no derivative where its fields are at rest";
     }
     std::stable_sort(result.begin(), result.end(), [](const ActiveTerm& a, const ActiveTerm& b) {

@@ -79,7 +79,7 @@ void check_stationary(const Model& model, const numerics::Grid& grid, const Deal
     require(
         beyond.empty(), place("initial.kind"),
         "initial.kind = \"stationary\" draws from the isotropic linear theory, and {} depend on direction, position "
-        "or time, or have no derivative; expected none: choose another initial.kind",
+        "or time, have no derivative, or are explicit; expected none: choose another initial.kind",
         joined(beyond));
     require(
         equations.uniform_forces(at_rest(reference(model.uniform))).isZero(0.0), place("initial.kind"),

@@ -53,7 +53,9 @@ std::string nonuniform_term(const Equations& equations) {
 std::vector<std::string> terms_beyond_propagator(const Equations& equations) {
     std::vector<std::string> names;
     for (std::size_t n = 0; n < equations.terms().size(); ++n)
-        if (!is_uniform(equations, n) || !equations.forces().is_isotropic(n)) names.push_back(equations.terms()[n]);
+        if (!is_uniform(equations, n) || equations.forces().terms()[n].is_explicit ||
+            !equations.forces().is_isotropic(n))
+            names.push_back(equations.terms()[n]);
     return names;
 }
 

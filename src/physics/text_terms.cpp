@@ -85,6 +85,7 @@ std::vector<SceneTerm> scene_terms(const CompiledModel& model) {
         terms.push_back(written.function.empty() ? text_term(model, written, target, scope)
                                                  : function_term(model, written, target, n + 1));
         terms.back().written.name = text("terms[{}]", n + 1);
+        terms.back().written.is_explicit = written.is_explicit;
     }
     return terms;
 }
@@ -104,6 +105,10 @@ void check_admissible(const CompiledModel& model, const TextTerm& term, const mo
                            [velocity](int k) { return k == velocity || k == velocity + 1; });
     };
     const bool is_force = term.of == "bead_velocity";
+    require(!is_force || !term.is_explicit, where,
+            "{}: explicit = true, and a slaved velocity balances its forces at every instant; expected "
+            "fields.bead_velocity = \"dynamic\", or explicit = false",
+            name);
     require(!is_force || !has_velocity(summary.reads), where,
             "{}: a force that depends on the bead velocity needs fields.bead_velocity = \"dynamic\"; a slaved velocity "
             "balances forces with drag.coefficient only",

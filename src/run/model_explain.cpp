@@ -32,17 +32,29 @@ List fields_of(const model::Equations& equations) {
     return list;
 }
 
+/// Why a term is evaluated as a whole, without an exact linear part; "": it is not.
+const char* why_explicit(const model::Equations& equations, std::size_t term) {
+    if (term >= equations.terms().size()) return "";  // noise
+    const model::TermSummary& summary = equations.terms()[term];
+    if (summary.is_explicit) return "as written";
+    if (summary.is_placed) return "depends on position or time";
+    return equations.has_derivative(term, equations.reference()) ? "" : "no derivative at the references";
+}
+
 List terms_of(const model::Equations& equations) {
     List list{.name = "terms", .heading = "terms of the equations", .row = "term"};
     std::vector<model::TermSummary> terms = equations.terms();
     terms.insert(terms.end(), equations.noise_terms().begin(), equations.noise_terms().end());
-    for (const model::TermSummary& term : terms) {
+    for (std::size_t n = 0; n < terms.size(); ++n) {
+        const model::TermSummary& term = terms[n];
         const model::Field& field = equations.model().fields[term.field];
         const std::string left = field.left == model::LeftSide::balance ? "0"
                                  : field.mass.text.empty()              ? "d_t " + field.symbol
                                                                         : field.mass.text + " d_t " + field.symbol;
         list.rows.push_back(
-            {.entries = {words("of", "left side of its equation", left), words("term", "as written", term.text)}});
+            {.entries = {words("of", "left side of its equation", left), words("term", "as written", term.text),
+                         words("explicit", "why nothing of it is in the exact linear part, if so",
+                               why_explicit(equations, n))}});
     }
     return list;
 }

@@ -5,7 +5,10 @@ import math
 import h5py
 import pytest
 from rejection import rejected
+from scipy.integrate import solve_ivp
 from support import drover, drover_json
+
+from drover import Scene
 
 SCENE = """
 [fields]
@@ -87,3 +90,47 @@ def test_a_text_without_a_derivative_is_explicit_and_called_so(tmp_path):
 def test_a_run_from_a_state_where_a_text_is_not_finite_names_the_text(tmp_path):
     failed = drover(tmp_path, "run", write(tmp_path, f"P/{SIZE}", initial='kind = "uniform"'), "--quiet", status=1)
     assert f"order_x/{SIZE}" in failed.stderr and "is not finite" in failed.stderr
+
+
+# A friction of constant size that is smooth at rest, over s = 1e-3: its slope there is W/s = 500 /s.
+FRICTION = "-W P/sqrt(order_x^2 + order_y^2 + 1e-6)"
+
+
+def friction_scene(folder, more=""):
+    scene = folder / write(folder, FRICTION)
+    scene.write_text(scene.read_text().replace("[grid]", f"{more}\nparameters = {{ W = 0.5 }}\n[grid]"))
+    return ["kink.toml", "--set", "time.end=0.4", "--set", "output.frame_every=0.4", "--set", "output.sample_every=0.4"]
+
+
+def slowed(rate, friction, start, end):
+    """|p| of d_t |p| = -rate |p| - friction |p|/sqrt(|p|^2 + s^2), by a method of its own."""
+    found = solve_ivp(lambda t, p: -rate * p - friction * p / (p * p + 1e-6) ** 0.5, (0.0, end), [start], rtol=1e-12,
+                      atol=1e-13)
+    return found.y[0, -1]
+
+
+def test_an_explicit_text_is_not_split_by_a_slope_that_holds_at_rest_alone(tmp_path):
+    exact = slowed(1.0, 0.5, 0.5, 0.4)
+    errors = []
+    for more in ("", "explicit = true"):
+        drover(tmp_path, "run", *friction_scene(tmp_path, more), "--quiet", "--overwrite", status=None)
+        with h5py.File(tmp_path / "kink.h5") as file:
+            errors.append(abs(math.hypot(file["polar_order_x"][-1][0, 0], file["polar_order_y"][-1][0, 0]) - exact))
+    # With the term whole the method sees rates of 1/|p|, so that it has an error of (dt)^4 times a factor below 10;
+    # with the slope at rest it decays by exp(-5) in each step, and the rest must undo that.
+    assert errors[1] < 1e-7 and errors[0] > 1e3 * errors[1]
+
+
+def test_an_explicit_text_is_called_so_and_kept(tmp_path):
+    arguments = friction_scene(tmp_path, "explicit = true")
+    explained = drover(tmp_path, "explain", *arguments).stdout
+    assert ", explicit\n" in explained and "leaves out terms[1]" in explained
+    # Theory has its slope all the same: it says nothing else of the scene.
+    without = drover(tmp_path, "stability", *friction_scene(tmp_path)).stdout
+    assert drover(tmp_path, "stability", *friction_scene(tmp_path, "explicit = true")).stdout == without
+    (tmp_path / "resolved.toml").write_text(drover(tmp_path, "check", *arguments, "--resolved").stdout)
+    assert ", explicit\n" in drover(tmp_path, "explain", "resolved.toml").stdout
+    more = Scene.load(tmp_path / "kink.toml").term("order", ["-order_x", "-order_y"], explicit=True)
+    assert [term["explicit"] for term in more.values["terms"]] == [True, True]
+    wrong = friction_scene(tmp_path, "explicit = 1")
+    rejected(tmp_path, ["explain", *wrong], ["terms[1].explicit = 1", "true or false"])

@@ -49,6 +49,7 @@ struct WrittenTerm {
     std::string name;                         ///< of its TermSummary
     std::vector<Text> texts;                  ///< one of the rank of the field, or one for each component
     bool is_flux = false;                     ///< the texts are those of a vector J, and the term is -div J
+    bool is_explicit = false;                 ///< nothing of it is in the exact linear part
     std::shared_ptr<const Scope> scope = {};  ///< nullptr: the names of the model
 };
 

@@ -35,6 +35,7 @@ struct TextTerm {
     std::vector<WrittenExpression> value;  ///< one for a density; the x and y components for a vector
     std::vector<WrittenExpression> flux;   ///< alternative to value, densities only: d_t = -div flux
     std::vector<std::string> parameters;   ///< names of its parameters, in Model::parameters
+    bool is_explicit = false;              ///< nothing of it is in the exact linear part
     SourceLocation where;
 
     std::string function;                       ///< name of a function instead of texts; empty: none

@@ -59,13 +59,14 @@ class Scene:
         settings = [*self._settings, *(f"{name}={value_text(value)}" for name, value in flat(changes))]
         return restored(self._text, self._name, settings, self._functions)
 
-    def term(self, of, value=None, *, flux=None, degree=None, **parameters):
+    def term(self, of, value=None, *, flux=None, degree=None, explicit=False, **parameters):
         """A scene with one more term, as text or as a function, and its parameters as keys terms.W.
 
         >>> Scene.from_dict({}).term("order", ["-W order_x", "-W order_y"], W=0.7)["terms.W"]
         0.7
 
         `of` is the equation (bead_density, rod_density, bead_velocity or order); a density takes a text or a flux.
+        `explicit`: nothing of the term is in the exact linear part.
 
         A function returns the x and y components at points from arrays of what its arguments name: fields (order_x),
         derivatives (d_x_order_x, lap_order_x, div_order, curl_order), x, y, t, or its parameters, which are numbers.
@@ -90,6 +91,8 @@ class Scene:
             raise Error(f"degree = {degree} of a term as text, whose degree is known; expected none")
         else:
             table = {"of": of, **({"value": value} if flux is None else {"flux": flux})}
+        if explicit:
+            table["explicit"] = True
         if parameters:
             table["parameters"] = parameters
         text = self._text.rstrip("\n") + "\n\n" + scene_text({"terms": [table]})
