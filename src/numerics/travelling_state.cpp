@@ -2,6 +2,7 @@
 #include "drover/numerics/travelling_state.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "drover/base/error.hpp"
@@ -16,7 +17,23 @@ using travelling::Values;
 
 namespace {
 constexpr double vanished = 1e-3;  // of the variation of a state: it is uniform
+
+/// The distance of two states, in parts of the deviation of the second from its mean; fields count by their sizes.
+double change_of(const Spectra& state, const Spectra& guess) {
+    double moved = 0.0, deviation = 0.0;
+    for (int c = 0; c < guess.count(); ++c) {
+        double difference = 0.0, variance = 0.0, mean = 0.0;
+        for (std::size_t m = 0; m < guess.size; ++m) {
+            difference += (m > 0 ? 2.0 : 1.0) * std::norm(state[c][m] - guess[c][m]);
+            (m > 0 ? variance : mean) += (m > 0 ? 2.0 : 1.0) * std::norm(guess[c][m]);
+        }
+        if (variance + mean == 0.0) continue;
+        moved += difference / (variance + mean);
+        deviation += variance / (variance + mean);
+    }
+    return std::sqrt(moved / deviation);
 }
+}  // namespace
 
 struct TravellingSolver::Work : TravellingEquations {
     using TravellingEquations::TravellingEquations;
@@ -57,6 +74,8 @@ TravellingState TravellingSolver::find(const Spectra& guess, std::optional<doubl
     u.push_back(*speed);
     const double variation = w.variation(Values(u).first(n));
     TravellingState found = w.solve(std::move(u));
+    found.guessed_speed = *speed;
+    found.change = change_of(found.state, guess);
     Numbers values(n);
     w.modes->pack(found.state, values);
     if (w.variation(values) < vanished * variation)

@@ -139,6 +139,11 @@ Result make_states(const io::Scene& scene, const StatesOptions& options, Threads
                             .value = states.front().residual,
                             .digits = 2,
                             .rounding = 1e-14});
+    root.entries.push_back({.name = "change",
+                            .unit = "1",
+                            .meaning = "of the fields from their guess, in parts of the variation of the guess",
+                            .value = states.front().change,
+                            .digits = 2});
     root.entries.push_back({.name = "iterations",
                             .unit = "1",
                             .meaning = "of Newton's method",

@@ -66,6 +66,26 @@ TravellingGuess travelling_guess(const io::Scene& scene, const io::Scene& line, 
             .longest = line.time.end};
 }
 
+namespace {
+constexpr double far = 0.5;  // of the variation of a guess
+
+/// The state nearest to a guess that has no speed: where the first is far from it, those from other speeds as well.
+numerics::TravellingState nearest_state(const numerics::Spectra& guess, numerics::TravellingSolver& solver) {
+    numerics::TravellingState best = solver.find(guess);
+    const double first = best.guessed_speed;
+    for (const double factor : {0.0, 0.5, 2.0, -1.0}) {
+        if (best.change <= far) return best;
+        try {
+            numerics::TravellingState other = solver.find(guess, factor * first);
+            if (other.change < best.change) best = std::move(other);
+        } catch (const Error& error) {
+            if (error.fault() != Fault::run || stop_signal() != 0) throw;
+        }
+    }
+    return best;
+}
+}  // namespace
+
 numerics::TravellingState find_state(const TravellingGuess& from, numerics::TravellingSolver& solver) {
     std::vector<double> durations{from.time.value_or(0.0)};
     if (!from.time)
@@ -75,7 +95,14 @@ numerics::TravellingState find_state(const TravellingGuess& from, numerics::Trav
         try {
             numerics::Spectra settled = from.fields;
             if (duration > 0.0) from.settle(duration, settled);
-            numerics::TravellingState found = solver.find(settled, from.speed);
+            numerics::TravellingState found =
+                from.speed ? solver.find(settled, from.speed) : nearest_state(settled, solver);
+            if (found.change > far)
+                log_warning(
+                    "warning: the state differs from its guess by {:.2g} of the variation of the guess, so that it may "
+                    "be on another branch than the one meant; expected less than {}: give a nearer guess, --speed, or "
+                    "--settle",
+                    found.change, far);
             if (!problem.empty()) log_information("the state was found from a guess that settled for {} s", duration);
             return found;
         } catch (const Error& error) {

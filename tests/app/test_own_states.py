@@ -50,6 +50,16 @@ def rates_of_plane_wave(b, c, count):
     return sorted((rate for rate in rates if abs(rate) > 1e-9), key=lambda rate: -rate.real)
 
 
+@pytest.mark.parametrize("size", [0.9, 0.6])
+def test_a_state_far_from_its_guess_is_told(tmp_path, size):
+    # The guess is the wave but for its size, and the position is kept: the state is the same wave, of its exact size.
+    scene = write(tmp_path, GINZBURG_LANDAU.replace("0.9 ", f"{size} "))
+    ended = drover(tmp_path, "states", scene, "--wave", "x", "--json")
+    amplitude = math.sqrt(1.0 - (2.0 * math.pi / LENGTH)**2)
+    assert json.loads(ended.stdout)["change"] == pytest.approx(amplitude / size - 1.0, rel=1e-8)
+    assert ("another branch" in ended.stderr) == (size == 0.6)
+
+
 def test_a_plane_wave_has_its_exact_speed_amplitude_and_stability(tmp_path):
     found = states(tmp_path, write(tmp_path, GINZBURG_LANDAU), "-o", "wave.h5")
     assert found["speed"] == pytest.approx(speed_of_plane_wave(0.5, -0.4), rel=1e-11)

@@ -22,6 +22,8 @@ struct TravellingState {
     double speed_error = 0.0;  ///< of rounding and of the residual
     double residual = 0.0;     ///< the largest rate of a mode, relative to the rates of the linear terms
     int iterations = 0;        ///< of Newton's method
+    double guessed_speed = 0.0;
+    double change = 0.0;  ///< of the fields from their guess, in parts of the variation of the guess
 };
 
 }  // namespace drover::numerics
