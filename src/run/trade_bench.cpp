@@ -213,13 +213,18 @@ std::vector<std::string> TradeBench::drift_notes(const Measured& run) const {
         const Bias drift = drift_of(run.numbers[w]);
         if (std::abs(drift.value) <= std::max(clear * drift.error, allowed[w])) continue;
         notes.push_back(
-            text("{} drifts: its mean over the second half of the trials of {:.6g} s is {:.3g} +- {:.1g} {} than over "
-                 "the first, more than the {:.2g} allowed: errors and durations given here hold only once it has "
-                 "settled; give a larger --budget or analysis.warm_up",
-                 wishes_[w].text, duration, std::abs(drift.value), drift.error,
-                 drift.value > 0.0 ? "larger" : "smaller", allowed[w]));
+            drift_note(w,
+                       text("over the second half of the trials of {:.6g} s is {:.3g} +- {:.1g} {} than over the first",
+                            duration, std::abs(drift.value), drift.error, drift.value > 0.0 ? "larger" : "smaller")));
     }
     return notes;
+}
+
+std::string TradeBench::drift_note(std::size_t wish, const std::string& what) const {
+    return text(
+        "{} drifts: its mean {}, more than the {:.2g} allowed: errors and durations given here hold only once it "
+        "has settled; give a larger --budget or analysis.warm_up",
+        wishes_[wish].text, what, allowed[wish]);
 }
 
 std::vector<std::vector<std::string>> TradeBench::other_seeds(const std::vector<std::string>& overrides) const {

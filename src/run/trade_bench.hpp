@@ -86,6 +86,9 @@ public:
     /// not those of a longer one.  None where the duration is that of the run.
     std::vector<std::string> drift_notes(const Measured& run) const;
 
+    /// That the mean of a wanted number is another one than that of the trials.
+    std::string drift_note(std::size_t wish, const std::string& what) const;
+
     /// Trials of other seeds; none where nothing is statistical.
     std::vector<Trial> reseeded(const std::vector<std::string>& overrides) const;
 

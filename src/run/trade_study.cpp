@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drover/base/error.hpp"
+#include "run/trade_checks.hpp"
 #include "run/trade_start.hpp"
 
 namespace drover::run {
@@ -22,10 +23,16 @@ public:
         found_.stopped = !fit_into_budget();
         while (!found_.stopped) {
             found_.stopped = !measure_axes();
-            if (found_.stopped || !bench_.statistical || !wants_longer()) break;
-            bench_.duration *= 2.0;
+            if (found_.stopped) break;
+            double longer = bench_.statistical && wants_longer() ? 2.0 * bench_.duration : 0.0;
+            if (longer == 0.0) {
+                found_.stopped = !check_recommended();
+                if (found_.stopped || !bench_.statistical || (longer = drifts_by()) == 0.0) break;
+                bench_.warm_up = 0.0;  // that of the longer trials
+                found_.checked.clear();
+            }
+            bench_.duration = longer;
         }
-        if (!found_.stopped) found_.stopped = !check_recommended();
         return findings();
     }
 
@@ -118,7 +125,7 @@ private:
         found_.notes.clear();
         if (io::has_grid(bench_.scene.kind) && levels.size() == 1)
             found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
-        if (!converges(found_.grids)) {
+        if (!converges(bench_, found_.grids)) {
             // Noise reaches the shortest waves: the grid is part of the model, as given.
             collect({levels.begin(), levels.end() - 1}, on_level, found_.grids);
             grid_is_model_ = true;
@@ -151,20 +158,6 @@ private:
                          "run will have others; only their relative errors carry over",
                          found_.grids[given].level.name));
             found_.grids[given].level.name = given_grid_;
-        }
-        return true;
-    }
-
-    /// Whether the last difference between noisy grids is small, or at most two thirds of the one before.
-    bool converges(const std::vector<LevelFound>& grids) const {
-        const std::size_t n = grids.size();
-        if (!bench_.statistical || n < 2 || is_given(grids[n - 1].level) || !grids[n - 1].is_measured()) return true;
-        for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
-            const Bias last = grids[n - 2].biases[w];
-            const bool small = std::abs(last.value) < std::max(0.25 * bench_.allowed[w], 4.0 * last.error);
-            const bool shrinks = n > 2 && grids[n - 3].is_measured() &&
-                                 std::abs(last.value) < 2.0 / 3.0 * std::abs(grids[n - 3].biases[w].value - last.value);
-            if (!small && !shrinks) return false;
         }
         return true;
     }
@@ -476,10 +469,17 @@ private:
         return true;
     }
 
-    static bool changes_grid(const Level& level) {
-        return std::any_of(level.overrides.begin(), level.overrides.end(),
-                           [](const std::string& change) { return change.starts_with("grid."); });
+    /// The duration at which the recommended run leaves the means of the trials, where these may last as long; else 0.
+    double drifts_by() {
+        const std::vector<Candidate> front = front_of(findings(), bench_.scene);
+        const Candidate* best = recommended(front, options_.run_budget);
+        if (best == nullptr || best->step == nullptr) return 0.0;
+        const LaterDrift drift = later_drift(bench_, *best, found_.references);
+        found_.stopped = drift.stopped;
+        if (drift.affordable == 0.0) add_unsettled(drift.notes);
+        return drift.affordable;
     }
+
     static constexpr const char* grid_is_model = "not considered: the given grid is part of the model";
 
     TradeBench bench_;
