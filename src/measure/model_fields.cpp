@@ -240,6 +240,7 @@ Recorded model_recording(const ModelSetting& setting, std::vector<RecordedSeries
     Recorded recorded{.series = std::move(series), .area = numerics::area(setting.grid.grid)};
     const auto points = static_cast<double>(numerics::points(setting.grid.grid));
     for (const MeasuredField& field : setting.fields) {
+        if (field.first >= setting.of_state) break;  // what is in balance follows the others
         if (const RecordedSeries* variance = find_row(recorded.series, "variance_" + field.name))
             recorded.indicators.push_back(variance->values);
         if (const RecordedSeries* mean = find_row(recorded.series, "size_mean_" + field.name))

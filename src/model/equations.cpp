@@ -125,6 +125,13 @@ UniformState CompiledEquations::completed(const UniformState& at) const {
     return all;
 }
 
+double Equations::varying_mass(std::size_t field, const UniformState& at) const {
+    const CompiledEquations& c = *compiled_;
+    for (const Mass& mass : c.masses)
+        if (mass.field == field) return evaluate(c.calls[mass.call].values[0], c.slots_at(c.balanced(at), false));
+    return 1.0;
+}
+
 const TermSummary* Equations::placed_term() const {
     for (const std::vector<Term>* terms : {&compiled_->terms, &compiled_->substitutes})
         for (const Term& term : *terms)

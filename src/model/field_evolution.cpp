@@ -16,14 +16,20 @@ using numerics::Spectra;
 /// N, its checks, and the values that the reference follows.
 class RightHandSide {
 public:
-    /// followed: a component of which values() are found; -1: none.
-    RightHandSide(const Integrated& what, int followed, const numerics::System& linear,
+    RightHandSide(const Integrated& what, const std::optional<Followed>& followed, const numerics::System& linear,
                   std::shared_ptr<ExplicitPart> part)
         : part_(std::move(part)),
-          followed_(followed),
+          followed_(followed ? followed->component : -1),
           watched_(what.watched),
           check_(what.check),
           quasi_linear_(what.equations, what.long_waves, linear.grid, linear.degree) {
+        if (followed && !followed->by_largest) {
+            const std::vector<int>& state = what.equations.state_components();
+            array_ = static_cast<int>(std::find(state.begin(), state.end(), followed_) - state.begin());
+            const std::vector<Field>& fields = what.equations.model().fields;
+            mass_of_ = fields[components_of_state(what.equations)[static_cast<std::size_t>(array_)].field].name;
+            moved_ = text("the equation of {}", fields[followed->moved].name);
+        }
         if (followed_ >= 0) part_->watch(followed_);
         for (const int k : watched_)
             if (k != followed_) part_->watch(k);
@@ -44,20 +50,35 @@ private:
             const Range found = part_->range(followed_);
             *values_ = {.min = std::min(values_->min, found.min), .max = std::max(values_->max, found.max)};
         }
-        if (!check_) return;
+        if (!check_) return require_mass();
         ranges_.clear();
         for (const int k : watched_) ranges_.push_back(part_->range(k));
         check_(ranges_);
     }
 
+    void require_mass() const {
+        if (mass_of_.empty() || values_->min > 0.0) return;
+        throw DomainFailure(
+            text("{} reached {:.4g} on the grid, and {} divides by it; expected a value above 0: take a "
+                 "finer grid, a smaller time.dt or less noise",
+                 mass_of_, values_->min, moved_),
+            array_);
+    }
+
     std::shared_ptr<ExplicitPart> part_;
     int followed_;
+    std::string mass_of_, moved_;  // the fields of a mass that the reference follows; "": none
+    int array_ = -1;               // of the first of them, in a state
     std::vector<int> watched_;
     std::function<void(std::span<const Range>)> check_;
     QuasiLinear quasi_linear_;
     std::vector<Range> ranges_;
     std::shared_ptr<Range> values_ = std::make_shared<Range>();  // of the followed scalar
 };
+
+namespace {
+constexpr int largest_rung = 200;  // a factor of 1e30
+}  // namespace
 
 int followed_rung(bool by_largest, double part, int rung) {
     if (!std::isfinite(part) || part <= 0.0) return rung;
@@ -72,7 +93,7 @@ int followed_rung(bool by_largest, double part, int rung) {
         if (rung < 0 && rung + 1.5 < exact + margin)
             rung = std::min(0, static_cast<int>(std::floor(exact + margin - 0.5)));
     }
-    return rung;
+    return std::clamp(rung, -largest_rung, largest_rung);
 }
 
 namespace {
@@ -96,26 +117,32 @@ std::vector<double> dampings(const Equations& equations, int component, double f
 }  // namespace
 
 std::optional<Followed> followed_scalar(const Equations& equations, double shortest) {
-    constexpr double least = 1.5;  // of the ratio of dampings where a scalar is doubled
+    constexpr double least = 1.5;  // of the ratio of masses, or of dampings, where a scalar is doubled
+    const UniformState reference = equations.reference();
     const std::vector<StateComponent> components = components_of_state(equations);
     std::optional<Followed> found;
     for (std::size_t c = 0; c < components.size(); ++c) {
         const Field& field = equations.model().fields[components[c].field];
         if (field.spin != 0 || field.odd || !(field.reference > 0.0)) continue;
         const int component = equations.state_components()[c];
-        std::vector<double> once, twice;
+        for (std::size_t moved = 0; moved < equations.model().fields.size(); ++moved)
+            if (equations.varying_mass(moved, reference) >=
+                least * equations.varying_mass(moved, with_factor(reference, component, 0.5)))
+                return Followed{.component = component, .by_largest = false, .moved = moved};
+        if (found) continue;
         try {
-            once = dampings(equations, component, 1.0, shortest);
-            twice = dampings(equations, component, 2.0, shortest);
-        } catch (const Error& error) {  // outside a table, or without slopes: the values of a run decide whether it may
+            // What grows is a damping of short waves: a reaction is as fast in long ones.
+            const double longer = shortest / 64.0;
+            const std::vector<double> once = dampings(equations, component, 1.0, shortest),
+                                      twice = dampings(equations, component, 2.0, shortest),
+                                      once_longer = dampings(equations, component, 1.0, longer),
+                                      twice_longer = dampings(equations, component, 2.0, longer);
+            for (std::size_t k = 0; k < once.size(); ++k)
+                if (once[k] > 0.0 && twice[k] >= least * once[k] &&
+                    twice[k] - once[k] >= 2.0 * (twice_longer[k] - once_longer[k]))
+                    found = {.component = component, .by_largest = true};
+        } catch (const Error& error) {  // outside a table, or without slopes
             if (error.fault() != Fault::input) throw;
-            continue;
-        }
-        for (std::size_t k = 0; k < once.size(); ++k) {
-            if (!(once[k] > 0.0 && twice[k] > 0.0)) continue;
-            if (twice[k] * least <= once[k])
-                return Followed{.component = component, .by_largest = false, .moved = components[k].field};
-            if (twice[k] >= least * once[k] && !found) found = {.component = component, .by_largest = true};
         }
     }
     return found;
@@ -128,7 +155,8 @@ struct Solved {
     std::shared_ptr<const Range> followed;
 };
 
-Solved solved(const Integrated& what, const numerics::Grid& grid, Threads& threads, bool keeps_all, int followed = -1) {
+Solved solved(const Integrated& what, const numerics::Grid& grid, Threads& threads, bool keeps_all,
+              const std::optional<Followed>& followed = std::nullopt) {
     Solved result;
     result.system = what.equations.system(grid, threads, keeps_all ? 1 : what.kept_degree, &result.part);
     if (what.is_quiet) {
@@ -209,7 +237,7 @@ numerics::ErrorEquations FieldEvolution::watched() const {
 }
 
 FieldEvolution::Split FieldEvolution::split_at(int rung) const {
-    Solved found = solved(at_rung(rung), grid_, threads_, false, followed_ ? followed_->component : -1);
+    Solved found = solved(at_rung(rung), grid_, threads_, false, followed_);
     return {.system = std::move(found.system), .followed = std::move(found.followed), .part = std::move(found.part)};
 }
 
@@ -257,6 +285,7 @@ void FieldEvolution::advance(std::int64_t step, Spectra& state) {
 }
 
 numerics::Fields FieldEvolution::balanced(double t, const Spectra& state) const {
+    if (split_.part) return split_.part->balanced(t, state);
     if (!balances_) balances_ = std::make_unique<ExplicitPart>(what_.equations, linear_, threads_);
     return balances_->balanced(t, state);
 }
@@ -268,11 +297,13 @@ std::vector<double> FieldEvolution::save() const {
 }
 
 void FieldEvolution::restore(std::span<const double> values) {
-    constexpr double most = 200.0;
     const double rung = values.empty() ? NAN : values[0];
-    require(std::abs(rung) <= most && rung == std::round(rung) && (rung == 0.0 || followed_), {},
-            "the checkpoint contains {}; expected an integer from {} to {}; use the other checkpoint", rung, -most,
-            most);
+    require(rung == 0.0 || followed_, {},
+            "the checkpoint holds a reference that follows a field, and none is followed here: it is that of another "
+            "version or model; run the scene again");
+    require(std::abs(rung) <= largest_rung && rung == std::round(rung), {},
+            "the checkpoint contains {}; expected an integer from {} to {}; use the other checkpoint", rung,
+            -largest_rung, largest_rung);
     set_reference(static_cast<int>(rung));
     stepper_.restore(values.subspan(1));
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <utility>
 
 #include "drover/measure/model_fields.hpp"
 #include "drover/model/start.hpp"
@@ -34,10 +35,10 @@ std::string likely_cause(const numerics::Grid& grid, double dt, double tail) {
 }
 
 struct Observer {
-    Observer(const measure::ModelSetting& of_run, Threads& threads)
-        : setting(of_run),
-          transform(of_run.grid.grid, of_run.grid.degree, threads),
-          balanced(of_run.grid.grid, static_cast<int>(of_run.components.size()) - of_run.of_state) {}
+    Observer(measure::ModelSetting of_run, Threads& threads)
+        : setting(std::move(of_run)),
+          transform(setting.grid.grid, setting.grid.degree, threads),
+          balanced(setting.grid.grid, static_cast<int>(setting.components.size()) - setting.of_state) {}
 
     measure::ModelSetting setting;
     numerics::Transform transform;
@@ -48,28 +49,30 @@ struct Observer {
 FieldProblem declared_problem(const io::Scene& scene) {
     const model::Equations equations(io::model_of(scene.declared));
     const int degree = io::kept_degree(scene, equations);
-    const auto setting = std::make_shared<const measure::ModelSetting>(
-        measure::make_model_setting(equations, scene.grid, degree, scene.time.max_error > 0.0));
     FieldProblem problem{.integrated = {.equations = equations, .kept_degree = degree}};
+    const auto quantity = [](const model::StateComponent& one) {
+        return files::Quantity{one.name, one.unit, one.meaning, {"y", "x"}};
+    };
     int spin = 0;  // of the order: the first field that turns
-    for (const measure::MeasuredField& field : setting->fields) {
-        if (field.first >= setting->of_state) break;
-        if (spin == 0) spin = field.spin;
-        if (field.spin != 0 && field.spin == spin) problem.integrated.turning.push_back(field.first);
+    for (const model::StateComponent& one : model::components_of_state(equations)) {
+        const int here = equations.model().fields[one.field].spin, first = static_cast<int>(problem.components.size());
+        problem.components.push_back(quantity(one));
+        if (one.part != 0 || here == 0) continue;
+        if (spin == 0) spin = here;
+        if (here == spin) problem.integrated.turning.push_back(first);
     }
+    for (const model::StateComponent& one : model::components_in_balance(equations))
+        problem.balanced.push_back(quantity(one));
     problem.integrated.shortest = shortest_of_patterns(equations, scene.grid, degree);
-    for (const model::StateComponent& one : setting->components) {
-        const bool is_state = static_cast<int>(problem.components.size()) < setting->of_state;
-        (is_state ? problem.components : problem.balanced).push_back({one.name, one.unit, one.meaning, {"y", "x"}});
-    }
     problem.sizes.assign(problem.components.size(), 0.0);
     problem.start = [scene, equations](const numerics::System& linear, Threads& threads) {
         return model::start_spectra(io::start_of(scene), equations, linear, static_cast<std::uint64_t>(scene.run.seed),
                                     threads);
     };
-    problem.observer = [setting](Threads& threads, bool whole) {
-        const auto own = std::make_shared<Observer>(*setting, threads);
-        own->setting.grid.watches_error = setting->grid.watches_error && whole;
+    problem.observer = [equations, degree, grid = scene.grid, watches = scene.time.max_error > 0.0](Threads& threads,
+                                                                                                    bool whole) {
+        const auto own =
+            std::make_shared<Observer>(measure::make_model_setting(equations, grid, degree, watches && whole), threads);
         return field_observer(measure::model_observables(own->setting), [own](const FieldState& state) {
             if (own->balanced.count() > 0) own->transform.forward(state.balanced, own->balanced);
             return measure::ModelMoment{.setting = own->setting,

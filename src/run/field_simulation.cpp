@@ -132,13 +132,16 @@ FieldProblem field_problem(const io::Scene& scene) {
     return scene.kind == io::SceneKind::model ? declared_problem(scene) : rod_bead_problem(scene);
 }
 
-files::Recording frame_recording(const io::Scene& scene) {
-    const FieldProblem problem = field_problem(scene);
-    files::Recording recording = frames_on(scene.grid);
+namespace {
+files::Recording frames_of(const FieldProblem& problem, const numerics::Grid& grid) {
+    files::Recording recording = frames_on(grid);
     recording.quantities = problem.components;
     recording.quantities.insert(recording.quantities.end(), problem.balanced.begin(), problem.balanced.end());
     return recording;
 }
+}  // namespace
+
+files::Recording frame_recording(const io::Scene& scene) { return frames_of(field_problem(scene), scene.grid); }
 
 numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
     return World(start_alone(scene), threads).state;
@@ -156,9 +159,8 @@ std::string field_size(const io::Scene& scene) { return text("{} by {} points", 
 
 double field_disk_bytes(const io::Scene& scene) {
     const FieldProblem problem = field_problem(scene);
-    const auto components = static_cast<double>(problem.components.size());
-    const double frame = static_cast<double>(numerics::points(scene.grid)) *
-                         static_cast<double>(problem.components.size() + problem.balanced.size());
+    const auto components = static_cast<double>(problem.components.size() + problem.balanced.size());
+    const double frame = static_cast<double>(numerics::points(scene.grid)) * components;
     const double shells = 0.5 * (scene.grid.ny == 1 ? scene.grid.nx : std::min(scene.grid.nx, scene.grid.ny));
     return recorded_bytes(scene, frame, components * (8.0 + shells * (3.0 + 2.0 * measure::direction_sectors)) + 64.0);
 }
@@ -190,7 +192,8 @@ double field_simulation_bytes(const io::Scene& scene) {
     const int count = numerics::components(system.layout);
     const double explicit_part = evaluates ? model::explicit_bytes(what, scene.grid, system.degree) : 0.0;
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
-    double more = 0.0;
+    const auto balanced = static_cast<double>(problem.balanced.size());
+    double more = balanced == 0.0 ? 0.0 : explicit_part + 2.0 * balanced * (reals + spectra);
     if (makes_step_error(problem) && what.equations.has_noise() && why_no_step_bias(scene).empty())
         more += twin_stepper_bytes(system, scene.time) + explicit_part;
     if (makes_step_error(problem) && scene.time.max_error > 0.0) {
@@ -216,7 +219,8 @@ ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
             for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
         return arrays;
     };
-    return {frame_recording(scene), io::whole_steps(scene, "output.frame_every", scene.output.frame_every), observe};
+    return {frames_of(world->problem, scene.grid),
+            io::whole_steps(scene, "output.frame_every", scene.output.frame_every), observe};
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<World>& world) {

@@ -32,6 +32,7 @@ void warn_of_tails(const io::Scene& scene, const model::Equations& equations, co
     // Noise feeds all waves, so that the tail says nothing about the products.
     if (equations.degree() == 1 || equations.has_noise()) return;
     for (const measure::MeasuredField& field : setting.fields) {
+        if (field.first >= setting.of_state) break;  // what is in balance follows the others
         const auto *tails = measure::find_row(series, "spectral_tail_" + field.name),
                    *variances = measure::find_row(series, "variance_" + field.name);
         if (tails == nullptr || variances == nullptr) continue;

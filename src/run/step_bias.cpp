@@ -113,7 +113,7 @@ void StepBias::advance(std::int64_t step, const numerics::Spectra& state) {
     Work& w = *work_;
     if (!w.noisy) return;
     if (w.length > 0) w.advance_piece(step, state);
-    if (w.length == 0) w.begin_piece(step, state);
+    if (w.length == 0 && w.completed != step) w.begin_piece(step, state);  // the sums are recorded first
 }
 
 ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, const numerics::Spectra& state) {
@@ -159,8 +159,8 @@ std::vector<double> StepBias::save() const {
     const Work& w = *work_;
     std::vector<double> values{static_cast<double>(w.begin), static_cast<double>(w.length), w.spent,
                                static_cast<double>(w.completed), static_cast<double>(w.completed_length)};
-    if (w.length == 0) return values;
     for (const auto* sums : {&w.early, &w.late}) values.insert(values.end(), sums->begin(), sums->end());
+    if (w.length == 0) return values;
     append_numbers(w.twin_state, values);
     const std::vector<double> evolution = w.twin->save();
     values.insert(values.end(), evolution.begin(), evolution.end());
@@ -169,27 +169,25 @@ std::vector<double> StepBias::save() const {
 
 void StepBias::restore(std::span<const double> values) {
     Work& w = *work_;
-    constexpr std::size_t fixed = 5;
-    const std::size_t sums = w.early.size(),
+    const std::size_t sums = w.early.size(), fixed = 5, complete = fixed + 2 * sums,
                       modes = 2 * numerics::Spectra(w.scene.grid, w.run.components).values.size();
-    require(values.size() == fixed || values.size() > fixed + 2 * sums + modes, {},
+    require(values.size() == complete || values.size() > complete + modes, {},
             "the checkpoint contains {} numbers of the step bias; expected {}, or more than {}; use the other "
             "checkpoint",
-            values.size(), fixed, fixed + 2 * sums + modes);
+            values.size(), complete, complete + modes);
     w.begin = static_cast<std::int64_t>(values[0]);
     w.length = static_cast<std::int64_t>(values[1]);
     w.spent = values[2];
     w.completed = static_cast<std::int64_t>(values[3]);
     w.completed_length = static_cast<std::int64_t>(values[4]);
-    if (values.size() == fixed) return;
     const auto from = [&](std::size_t first) { return values.begin() + static_cast<std::ptrdiff_t>(first); };
     std::copy(from(fixed), from(fixed + sums), w.early.begin());
-    std::copy(from(fixed + sums), from(fixed + 2 * sums), w.late.begin());
+    std::copy(from(fixed + sums), from(complete), w.late.begin());
+    if (values.size() == complete) return;
     w.twin_state = numerics::Spectra(w.scene.grid, w.run.components);
-    const std::size_t first = fixed + 2 * sums;
-    take_numbers(values.subspan(first), w.twin_state);
+    take_numbers(values.subspan(complete), w.twin_state);
     w.twin = w.run.make_twin();
-    w.twin->restore(values.subspan(first + modes));
+    w.twin->restore(values.subspan(complete + modes));
 }
 
 numerics::StepControl control_of_twin(const io::TimeControl& time) {

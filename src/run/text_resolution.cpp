@@ -77,7 +77,9 @@ bool any_text_mentions(const io::Scene& scene, const std::vector<std::string>& n
     if (scene.kind != io::SceneKind::model) return false;
     const model::Model model = io::model_of(scene.declared);
     return std::any_of(model.fields.begin(), model.fields.end(),
-                       [&](const model::Field& field) { return mentions(field.equation.text, names); }) ||
+                       [&](const model::Field& field) {
+                           return mentions(field.equation.text, names) || mentions(field.mass.text, names);
+                       }) ||
            std::any_of(model.definitions.begin(), model.definitions.end(),
                        [&](const model::Definition& one) { return mentions(one.value.text, names); });
 }
@@ -132,6 +134,8 @@ std::optional<std::string> space_warning(const io::Scene& scene) {
                 error.lost += other.lost;
                 error.all += other.all;
             }
+            if (!std::isfinite(error.all + error.aliased + error.lost))
+                continue;  // the smooth state lies outside the domain of a function
             if (error.aliased <= max_aliased * error.all && error.lost <= max_lost * error.all) continue;
             const double wrong = std::min(1.0, std::sqrt((error.aliased + error.lost) / std::max(error.all, 1e-300)));
             return text(

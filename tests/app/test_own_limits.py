@@ -1,6 +1,8 @@
 """tests/app/test_own_limits.py: models of one's own whose texts or fields a grid and a step cannot follow say so."""
 import re
 
+import h5py
+import numpy
 import pytest
 from support import drover
 
@@ -62,3 +64,38 @@ def test_a_run_that_diverges_says_which_field_did_and_where(tmp_path):
     assert told[2] == "w" and float(told[3]) > 3.0 and 24 < int(told[4]) < 48
     # The numerical solution is infinite within a few steps of the exact one, and checks are ten steps apart.
     assert 0.4055 / 0.02 <= int(told[1]) <= 0.4055 / 0.02 + 20
+
+
+def test_a_mass_that_vanishes_is_named(tmp_path):
+    # d_t n = -1 from 1: n reaches 0 at t = 1, and n d_t v = -v divides by it.
+    (tmp_path / "own.toml").write_text("""
+field = [{symbol = "n", name = "beads", reference = 1.0}, {symbol = "v", name = "flow", mass = "n"}]
+equations = {n = "-1", v = "1 - v"}
+grid = {nx = 16, ny = 1, lx = 8.0, ly = 1.0}
+time = {stepper = "etdrk2", dt = 0.01, end = 2.0}
+output = {frame_every = 0.0, sample_every = 0.0}
+""")
+    ended = drover(tmp_path, "run", "own.toml", "--quiet", status=1)
+    told = re.search(r"beads reached (\S+) on the grid, and the equation of flow divides by it", ended.stderr)
+    assert told and -0.02 < float(told[1]) <= 0.0, ended.stderr
+
+
+# With much effort each piece begins as soon as the one before has ended.
+@pytest.mark.parametrize("effort", [0.5, 5.0])
+def test_a_restart_of_a_run_that_has_ended_leaves_its_step_biases_as_they_were(effort, tmp_path):
+    (tmp_path / "own.toml").write_text(f"""
+field = [{{symbol = "f", noise = "0.2"}}]
+equations = {{f = "-f - f^3 + lap f"}}
+grid = {{nx = 16, ny = 16, lx = 16.0, ly = 16.0}}
+time = {{dt = 0.5, end = 400.0}}
+output = {{frame_every = 0.0, sample_every = 1.0}}
+accuracy = {{effort = {effort}}}
+""")
+    drover(tmp_path, "run", "own.toml", "--quiet")
+    with h5py.File(tmp_path / "own.h5") as file:
+        before = {name: file[f"step_bias/{name}"][:] for name in ("early", "late")}
+    assert all((abs(numpy.nan_to_num(rows)).max(axis=1) > 0.0).all() for rows in before.values())
+    drover(tmp_path, "restart", "own.h5", "--quiet")
+    with h5py.File(tmp_path / "own.h5") as file:
+        for name, rows in before.items():
+            assert numpy.array_equal(file[f"step_bias/{name}"][:], rows, equal_nan=True)

@@ -41,6 +41,11 @@ TEST(FollowedScalar, is_one_with_which_a_damping_grows_or_that_a_mass_is_made_of
     EXPECT_FALSE(found(one_scalar("div(n grad n)", 0.0))) << "there is nothing to multiply";
     EXPECT_FALSE(found(one_scalar("lap n - n^3", 0.5))) << "at short waves the damping is that of the Laplacian";
     EXPECT_FALSE(found(one_scalar("lap n + 0.1 div(n grad n)", 0.5))) << "the exact part is stable as it is";
+    EXPECT_FALSE(found(one_scalar("0.01 lap n - 4 n^2", 1.0))) << "a reaction is as fast in long waves";
+    EXPECT_FALSE(found(one_scalar("-n/(1 + n)", 1.0))) << "a damping that falls is no mass";
+    Model falling = beads_with_drag(3.0);
+    falling.fields[1].equation = {"F - (20 - 12 n) v", {}};
+    EXPECT_TRUE(found(falling)) << "a mass is followed whatever the drag is";
 }
 
 TEST(FollowedScalar, has_a_rung_within_the_limits_of_stability) {
@@ -53,6 +58,9 @@ TEST(FollowedScalar, has_a_rung_within_the_limits_of_stability) {
                 else EXPECT_LE(reference, part * 1.7 * (1.0 + 1e-12)) << part << " at " << rung;
                 EXPECT_EQ(followed_rung(by_largest, part, next), next) << "the same values ask for the same rung";
             }
+    // A checkpoint has rungs up to 200.
+    EXPECT_EQ(followed_rung(false, 1e-300, 0), -200);
+    EXPECT_EQ(followed_rung(true, 1e300, 0), 200);
 }
 
 struct Ended {

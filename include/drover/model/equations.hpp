@@ -50,6 +50,8 @@ public:
     /// The linearisation about any uniform state.  Fields in balance are eliminated: their rows and columns are zero.
     /// Throws an input Error for a term that depends on position or time.
     Symbol symbol(const UniformState& about, const numerics::Wavevector& q) const;
+    /// The mass of a field in a uniform state, at x = y = t = 0; 1 unless it varies.
+    double varying_mass(std::size_t field, const UniformState& at) const;
     /// Whether a term that does not depend on position or time has a finite derivative in a uniform state.
     bool has_derivative(std::size_t term, const UniformState& at) const;
     /// Whether the linearisation of a term about the references exists, and commutes with turns and reflections.

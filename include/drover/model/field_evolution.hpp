@@ -25,8 +25,8 @@ struct Followed {
 /// and forth.
 int followed_rung(bool by_largest, double part, int rung);
 
-/// A true scalar of positive reference with which a damping at the wavenumber `shortest` grows in proportion, or nearly
-/// so, or falls, as a mass makes it.  shortest: the largest wavenumber of the grid.
+/// The first true scalar of positive reference to which a mass is proportional, or nearly so; else the last with which
+/// a damping of short waves is.  shortest: the largest wavenumber of the grid.
 std::optional<Followed> followed_scalar(const Equations& equations, double shortest);
 
 /// The run Error of Integrated::check: what went wrong is often another field, which a caller can look for.
@@ -114,7 +114,7 @@ private:
     numerics::System linear_;
     Split split_;
     numerics::WatchedStepper stepper_;
-    mutable std::unique_ptr<ExplicitPart> balances_;  // about the references of the model
+    mutable std::unique_ptr<ExplicitPart> balances_;  // where N is 0
     int rung_ = 0;
     std::int64_t changes_ = 0;
 };
