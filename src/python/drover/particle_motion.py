@@ -147,9 +147,9 @@ def draw_memory(axes, run):
     if run.summary is not None and "rotational_diffusion" in run.summary:
         rate, error = (float(loaded(run.summary[f"rotational_diffusion{end}"], run.path)) for end in ("", "_error"))
         if rate > 0.0:
-            sign = rf" $\pm$ {error / rate**2:.1g}" if error > 0.0 else ""
+            known = rf" $\pm$ {error / rate**2:.1g} s" if error > 0.0 else " s, error unknown"
             axes.plot(lags, numpy.exp(-rate * lags), color=VERMILLION,
-                      label=rf"$e^{{-D_r t}}$, $1/D_r$ = {1.0 / rate:.3g}{sign} s")
+                      label=rf"$e^{{-D_r t}}$, $1/D_r$ = {1.0 / rate:.3g}{known}")
     axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=0)
     low = min(0.0, float(memory.min()))
     axes.set_ylim(1.1 * low, 1.0)
