@@ -4,32 +4,22 @@
 #include <algorithm>
 #include <deque>
 
-#include "drover/numerics/linear_operator.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/equations.hpp"
-#include "drover/physics/integrated.hpp"
+#include "drover/physics/whole_rate.hpp"
 
 namespace drover::physics {
 
 namespace {
 using numerics::Spectra;
 
-/// One term by itself.
-struct Part {
-    Part(const Equations& equations, const numerics::Grid& grid, const numerics::System& whole, Threads& threads)
-        : system(system_of(equations, grid, whole, threads)), linear(system) {}
-
-    static numerics::System system_of(const Equations& equations, const numerics::Grid& grid,
-                                      const numerics::System& whole, Threads& threads) {
-        model::Integrated what = integrated(equations, reference(equations.model.uniform));
-        what.kept_degree = whole.degree;
-        return model::system_of(what, grid, threads);
-    }
-
-    numerics::System system;
-    numerics::LinearOperator linear;
-};
+/// The rates by some terms, on the modes that the whole system keeps.
+numerics::System system_of(const Equations& terms, const numerics::System& whole, Threads& threads) {
+    model::Integrated what = integrated(terms, reference(terms.model.uniform));
+    what.kept_degree = whole.degree;
+    return model::system_of(what, whole.grid, threads);
+}
 
 /// Integral over the cell of the product of two fields.
 double integral(const numerics::Grid& grid, std::span<const numerics::Complex> a,
@@ -47,7 +37,7 @@ struct EnergyMeter::Work {
     numerics::System whole;
     numerics::Transform transform;
     std::vector<std::string> names;
-    std::deque<Part> parts;
+    std::deque<WholeRate> parts;
 
     Work(const Equations& equations, const numerics::Grid& grid, const Dealiasing& dealiasing, Threads& threads)
         : e(equations),
@@ -63,7 +53,7 @@ struct EnergyMeter::Work {
             std::vector<std::string> chosen = forces;
             chosen.push_back(e.terms()[n]);
             names.push_back(e.terms()[n]);
-            parts.emplace_back(e.only(chosen), grid, whole, threads);
+            parts.emplace_back(system_of(e.only(chosen), whole, threads));
         }
     }
     /// Slopes of the kinetic energy in rho and v; of the order it is p itself.
@@ -105,10 +95,8 @@ EnergyBudget EnergyMeter::measure(double t, const Spectra& state) const {
     if (moves) w.kinetic_slopes(state, budget.kinetic, slopes);
     for (int i = 0; i < 2; ++i)
         budget.order += 0.5 * integral(grid, state[form.polar_order + i], state[form.polar_order + i]);
-    for (Part& part : w.parts) {
-        std::fill(rate.values.begin(), rate.values.end(), numerics::Complex(0.0));
-        if (part.system.nonlinear) part.system.nonlinear(t, state, rate);
-        part.linear.add(state, rate);
+    for (const WholeRate& part : w.parts) {
+        part.write(t, state, rate);
         double kinetic = 0.0, order = 0.0;
         if (moves && form.bead_density >= 0) kinetic += integral(grid, slopes[0], rate[form.bead_density]);
         for (int i = 0; i < 2; ++i) {

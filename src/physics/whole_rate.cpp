@@ -7,7 +7,7 @@ namespace drover::physics {
 
 WholeRate::WholeRate(const Equations& equations, const numerics::Grid& grid, const Reference& about, Threads& threads,
                      const Dealiasing& dealiasing)
-    : system(model::system_of(integrated(equations, about, dealiasing), grid, threads)), linear(system) {}
+    : WholeRate(model::system_of(integrated(equations, about, dealiasing), grid, threads)) {}
 
 void WholeRate::write(double t, const numerics::Spectra& state, numerics::Spectra& rate) const {
     std::fill(rate.values.begin(), rate.values.end(), numerics::Complex(0.0));

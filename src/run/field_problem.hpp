@@ -8,6 +8,7 @@
 #include "drover/io/scene.hpp"
 #include "drover/measure/observable.hpp"
 #include "drover/model/field_evolution.hpp"
+#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
@@ -31,16 +32,11 @@ struct FieldObserver {
 /// Observers of rows, whose moment is made of a state.
 template <class Moment, class MakeMoment>
 FieldObserver field_observer(measure::Observables<Moment> rows, MakeMoment moment_of) {
-    FieldObserver result{.axes = measure::axes_of(rows), .quantities = {}, .measure = {}};
-    for (const auto& row : rows) {
-        result.quantities.push_back({row.name, row.unit, row.formula, measure::names_of(row.axes)});
-        result.values += measure::size_of(row.axes);
-    }
+    FieldObserver result{.axes = measure::axes_of(rows), .quantities = quantities_of(rows), .measure = {}};
+    for (const auto& row : rows) result.values += measure::size_of(row.axes);
     result.measure = [rows = std::move(rows), moment_of = std::move(moment_of)](const FieldState& state) {
         const Moment moment = moment_of(state);
-        std::vector<std::vector<double>> values;
-        for (const auto& row : rows) values.push_back(measure::measure_one(row, moment));
-        return values;
+        return measure_all(rows, moment);
     };
     return result;
 }

@@ -224,26 +224,17 @@ ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
-    const io::Scene& scene = world->scene;
-    const auto values = std::make_shared<std::vector<std::vector<double>>>();
-    const auto observe = [world, values] {
-        world->to_grid();
-        return lend(*values, world->observer.measure({.time = world->time,
-                                                      .spectra = world->state,
-                                                      .fields = world->fields,
-                                                      .balanced = world->balanced,
-                                                      .step_error = world->evolution.step_error().error}));
-    };
-    return {{.group = field_samples_group,
-             .axes = file_axes(world->observer.axes),
-             .quantities = world->observer.quantities,
-             .rows_per_chunk = samples_per_chunk(scene)},
-            io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
-            observe};
+    return sample_recording(world->scene, field_samples_group, world->observer.axes, world->observer.quantities,
+                            [world] {
+                                world->to_grid();
+                                return world->observer.measure({.time = world->time,
+                                                                .spectra = world->state,
+                                                                .fields = world->fields,
+                                                                .balanced = world->balanced,
+                                                                .step_error = world->evolution.step_error().error});
+                            });
 }
-}  // namespace
 
-namespace {
 /// The choices of the adaptive stepper.
 std::string describe(const model::FieldEvolution& evolution, const io::Scene& scene) {
     std::string words = steps_text(evolution.stepper(), scene);

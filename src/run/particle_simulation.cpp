@@ -161,14 +161,17 @@ void accept(Shared& shared, std::int64_t step) {
 }
 
 ScheduledRecording samples_of(const std::shared_ptr<Shared>& shared) {
-    return sample_recording(shared->scene, io::series_group, measure::particle_observables(shared->setting), [shared] {
-        return measure::ParticleMoment{.setting = shared->setting,
-                                       .bodies = shared->world.bodies(),
-                                       .time = shared->time,
-                                       .balance = shared->world.balance(),
-                                       .counts = shared->world.counts(),
-                                       .energy_kinetic = shared->world.energy_kinetic()};
-    });
+    const auto rows = measure::particle_observables(shared->setting);
+    return sample_recording(shared->scene, io::series_group, measure::axes_of(rows), quantities_of(rows),
+                            [shared, rows] {
+                                const measure::ParticleMoment moment{.setting = shared->setting,
+                                                                     .bodies = shared->world.bodies(),
+                                                                     .time = shared->time,
+                                                                     .balance = shared->world.balance(),
+                                                                     .counts = shared->world.counts(),
+                                                                     .energy_kinetic = shared->world.energy_kinetic()};
+                                return measure_all(rows, moment);
+                            });
 }
 
 void check_health(const Shared& shared, std::int64_t step) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <tuple>
 
 #include "base/constants.hpp"
@@ -141,6 +142,18 @@ std::vector<files::Axis> file_axes(const std::vector<measure::Axis>& axes) {
     std::vector<files::Axis> result;
     for (const measure::Axis& axis : axes) result.push_back({axis.name, axis.unit, axis.meaning, axis.values});
     return result;
+}
+
+ScheduledRecording sample_recording(const io::Scene& scene, const char* group, const std::vector<measure::Axis>& axes,
+                                    std::vector<files::Quantity> quantities,
+                                    std::function<std::vector<std::vector<double>>()> measure) {
+    const auto values = std::make_shared<std::vector<std::vector<double>>>();
+    return {{.group = group,
+             .axes = file_axes(axes),
+             .quantities = std::move(quantities),
+             .rows_per_chunk = samples_per_chunk(scene)},
+            io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
+            [measure = std::move(measure), values] { return lend(*values, measure()); }};
 }
 
 const Prediction* find_prediction(const Report& report, const std::string& name) {

@@ -1,6 +1,6 @@
 // run/sample_recording.hpp: observables of any kind of moment, into an archive and back.
 #pragma once
-#include <memory>
+#include <functional>
 #include <utility>
 
 #include "drover/measure/summary.hpp"
@@ -11,25 +11,23 @@ namespace drover::run {
 
 std::vector<files::Axis> file_axes(const std::vector<measure::Axis>& axes);
 
-/// Records the observables in a group of the archive.  make_moment() returns the present moment of the run.
-template <class Moment, class MakeMoment>
-ScheduledRecording sample_recording(const io::Scene& scene, const char* group, measure::Observables<Moment> rows,
-                                    MakeMoment make_moment) {
-    files::Recording recording{.group = group,
-                               .axes = file_axes(measure::axes_of(rows)),
-                               .quantities = {},
-                               .rows_per_chunk = samples_per_chunk(scene)};
-    for (const auto& row : rows)
-        recording.quantities.push_back({row.name, row.unit, row.formula, measure::names_of(row.axes)});
-    const auto values = std::make_shared<std::vector<std::vector<double>>>();
-    const auto observe = [rows = std::move(rows), make_moment = std::move(make_moment), values] {
-        const Moment moment = make_moment();
-        std::vector<std::vector<double>> measured;
-        for (const auto& row : rows) measured.push_back(measure::measure_one(row, moment));
-        return lend(*values, std::move(measured));
-    };
-    return {std::move(recording), io::whole_steps(scene, "output.sample_every", scene.output.sample_every), observe};
+template <class Moment>
+std::vector<files::Quantity> quantities_of(const measure::Observables<Moment>& rows) {
+    std::vector<files::Quantity> quantities;
+    for (const auto& row : rows) quantities.push_back({row.name, row.unit, row.formula, measure::names_of(row.axes)});
+    return quantities;
 }
+template <class Moment>
+std::vector<std::vector<double>> measure_all(const measure::Observables<Moment>& rows, const Moment& moment) {
+    std::vector<std::vector<double>> measured;
+    for (const auto& row : rows) measured.push_back(measure::measure_one(row, moment));
+    return measured;
+}
+
+/// Records observables in a group of the archive, at output.sample_every.  measure() returns their present values.
+ScheduledRecording sample_recording(const io::Scene& scene, const char* group, const std::vector<measure::Axis>& axes,
+                                    std::vector<files::Quantity> quantities,
+                                    std::function<std::vector<std::vector<double>>()> measure);
 
 /// The first `samples` samples of the observables that such a recording holds.
 template <class Moment>

@@ -88,7 +88,7 @@ Ended run(const Model& model, const numerics::Grid& line, const std::function<do
 
 TEST(FieldEvolution, follows_a_damping_that_grows_with_a_density) {
     // d_t n = div(n grad n): a peak of 40 times the reference, which damps 40 times as fast, spreads.  About the
-    // reference alone steps of 4 ms, 20 times the stability limit of the remainder, 1/(n q^2), diverge.
+    // reference alone steps of 4 ms, 9 times the stability limit of the remainder, 1/(n q^2), diverge.
     const numerics::Grid line{.nx = 96, .ny = 1, .lx = 12.0, .ly = 1.0};
     const auto start = [](double x) { return 0.2 + 8.0 * std::exp(-(x - 6.0) * (x - 6.0) / 2.0); };
     const Model model = one_scalar("div(n grad n)", 0.2);

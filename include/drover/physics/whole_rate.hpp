@@ -1,5 +1,7 @@
 // physics/whole_rate.hpp: the complete right-hand side of the equations, without splitting.
 #pragma once
+#include <utility>
+
 #include "drover/numerics/linear_operator.hpp"
 #include "drover/physics/integrated.hpp"
 
@@ -8,6 +10,7 @@ namespace drover::physics {
 /// d_t a = L a + N(t, a): for implicit steppers, budgets and tests.  Independent of the reference, to rounding.
 class WholeRate {
 public:
+    explicit WholeRate(numerics::System whole) : system(std::move(whole)), linear(system) {}
     WholeRate(const Equations& equations, const numerics::Grid& grid, const Reference& about, Threads& threads,
               const Dealiasing& dealiasing = {});
 
