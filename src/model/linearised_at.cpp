@@ -166,13 +166,19 @@ Symbol LinearisedAt::resolved(const Symbol& m, const Wavevector& q) const {
 Eigen::RowVectorXcd LinearisedAt::of_forces(const Eigen::RowVectorXcd& of_rates, const Wavevector& q) const {
     const Parts& parts = parts_at(q);
     Eigen::RowVectorXcd result = Eigen::RowVectorXcd::Zero(equations_.components());
-    result(parts.state) = of_rates;
+    const Eigen::RowVectorXcd of_state = of_rates.cwiseQuotient(left_.moved(parts.state).transpose());
+    result(parts.state) = of_state;
     if (!parts.held.empty()) {
         const Symbol m = resolved(whole(q), q);
         const Symbol of_held = m(parts.held, parts.held), by_held = m(parts.state, parts.held);
-        result(parts.held) = -of_rates * by_held * numerics::inverse(of_held);
+        result(parts.held) = -of_state * by_held * numerics::inverse(of_held);
     }
     return has_solenoidal_ ? Eigen::RowVectorXcd(result * turn_of(q)) : result;
+}
+
+Symbol LinearisedAt::term_symbol(std::size_t term, const Wavevector& q) const {
+    const double factor = left_.factors.empty() ? 1.0 : left_.factors[term];
+    return factor * equations_.term_symbol(term, about_, q);
 }
 
 Wavevector LinearisedAt::wavevector(double q, double angle) const {
@@ -186,24 +192,56 @@ Symbol LinearisedAt::along_and_across(const Symbol& of_components, const Wavevec
 }
 
 /// Turning mixes the components of a field alone: rounding is relative to the entries between two fields.
-bool LinearisedAt::is_isotropic() const {
+Eigen::MatrixXd LinearisedAt::sizes(double q) const {
     const CompiledEquations& c = *equations_.compiled_;
     const auto count = static_cast<Eigen::Index>(c.model.fields.size());
-    for (const double q : {0.31, 1.0, 2.7}) {
-        Eigen::MatrixXd of_fields = Eigen::MatrixXd::Zero(count, count);
-        for (const Power& power : powers_)
-            for (int i = 0; i < c.components; ++i)
-                for (int j = 0; j < c.components; ++j)
-                    of_fields(static_cast<int>(c.field(i)), static_cast<int>(c.field(j))) +=
-                        std::abs(power.factors(i, j)) * std::pow(q, power.x + power.y);
-        const Eigen::MatrixXd sizes = of_fields(c.field_of, c.field_of);
+    Eigen::MatrixXd of_fields = Eigen::MatrixXd::Zero(count, count);
+    for (const Power& power : powers_)
+        for (int i = 0; i < c.components; ++i)
+            for (int j = 0; j < c.components; ++j)
+                of_fields(static_cast<int>(c.field(i)), static_cast<int>(c.field(j))) +=
+                    std::abs(power.factors(i, j)) * std::pow(q, power.x + power.y);
+    return of_fields(c.field_of, c.field_of);
+}
+
+namespace {
+constexpr std::array some_wavenumbers{0.31, 1.0, 2.7};
+constexpr std::array some_angles{0.7, 2.1};
+
+bool are_equal(const Symbol& a, const Symbol& b, const Eigen::MatrixXd& sizes) {
+    return ((a - b).cwiseAbs().array() <= 1e-12 * sizes.array()).all();
+}
+}  // namespace
+
+bool LinearisedAt::is_isotropic() const {
+    for (const double q : some_wavenumbers) {
+        const Eigen::MatrixXd scale = sizes(q);
         const Symbol along_x = whole({q, 0.0});
-        for (const double angle : {0.7, 2.1}) {
+        for (const double angle : some_angles) {
             const double cosine = std::cos(angle), sine = std::sin(angle);
-            const Symbol turned = c.in_frame(whole({q * cosine, q * sine}), cosine, sine);
-            if (((turned - along_x).cwiseAbs().array() > 1e-12 * sizes.array()).any()) return false;
+            const Symbol turned = equations_.compiled_->in_frame(whole({q * cosine, q * sine}), cosine, sine);
+            if (!are_equal(turned, along_x, scale)) return false;
         }
     }
+    return true;
+}
+
+bool LinearisedAt::is_mirrored() const {
+    const CompiledEquations& c = *equations_.compiled_;
+    Eigen::VectorXd parity = Eigen::VectorXd::Ones(c.components);  // in the frame of the direction
+    int first = 0;
+    for (const Field& field : c.model.fields) {
+        for (int k = 0; k < components(field); ++k)
+            parity(first + k) = (field.odd ? -1.0 : 1.0) * (k == 1 ? -1.0 : 1.0);
+        first += components(field);
+    }
+    const double cosine = std::cos(direction()), sine = std::sin(direction());
+    for (const double q : some_wavenumbers)
+        for (const double angle : some_angles) {
+            const Symbol one = c.in_frame(whole(wavevector(q, angle)), cosine, sine),
+                         other = c.in_frame(whole(wavevector(q, -angle)), cosine, sine);
+            if (!are_equal(one, parity.asDiagonal() * other * parity.asDiagonal(), sizes(q))) return false;
+        }
     return true;
 }
 

@@ -5,10 +5,10 @@
 
 #include "drover/model/theory.hpp"
 #include "numerics/extremum.hpp"
+#include "refined_wave.hpp"
 
 namespace drover::model {
 
-namespace {
 void check(const GrowthSearch& search) {
     require(search.min > 0.0 && search.min < search.max && std::isfinite(search.max), {},
             "a search from |q| = {} to {}; expected 0 < min < max", search.min, search.max);
@@ -16,6 +16,7 @@ void check(const GrowthSearch& search) {
             "a search of {} wavenumbers at {} angles; expected at least 3 and 1", search.wavenumbers, search.angles);
 }
 
+namespace {
 std::vector<double> log_wavenumbers(const GrowthSearch& search) {
     return numerics::even_logarithms(search.min, search.max, search.wavenumbers);
 }
@@ -75,25 +76,12 @@ std::vector<Band> growth_bands(const LinearisedAt& at, double angle, const Growt
     return bands;
 }
 
-FastestWave fastest_wave(const LinearisedAt& at, const GrowthSearch& search, Threads& threads) {
-    check(search);
-    const std::vector<double> log_q = log_wavenumbers(search);
-    const int angles = at.is_isotropic() ? 1 : search.angles;
-    const double step_angle = std::numbers::pi / angles;
-    const auto rate_at = [&](double angle) {
-        return [&at, angle](double x) { return growth_rate(at, std::exp(x), angle); };
-    };
-    std::vector<numerics::Largest> best(static_cast<std::size_t>(angles));
-    threads.for_chunks(best.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t a = begin; a < end; ++a)
-            best[a] = numerics::largest_of(log_q, rate_at(static_cast<double>(a) * step_angle));
-    });
-    const auto top =
-        std::max_element(best.begin(), best.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
-    std::pair<double, double> place{top->place, static_cast<double>(top - best.begin()) * step_angle};
+FastestWave refined_wave(const LinearisedAt& at, const GrowthSearch& search, const std::vector<double>& log_q,
+                         std::pair<double, double> place, double step_angle) {
     const double step = log_q[1] - log_q[0];
-    if (angles > 1) place = climbed(at, place, {step, step_angle}, search);
-    place.first = numerics::refined_maximum(log_q, place.first, rate_at(place.second));
+    if (step_angle > 0.0) place = climbed(at, place, {step, step_angle}, search);
+    place.first = numerics::refined_maximum(log_q, place.first,
+                                            [&](double x) { return growth_rate(at, std::exp(x), place.second); });
     FastestWave wave{.q = std::exp(place.first), .angle = place.second};
     wave.angle -= std::numbers::pi * std::floor(wave.angle / std::numbers::pi);  // waves of q and -q are conjugates
     wave.growth = growth(at, wave.q, wave.angle);
@@ -105,6 +93,24 @@ FastestWave fastest_wave(const LinearisedAt& at, const GrowthSearch& search, Thr
     wave.shape = at.all_components(q) * modes(at, q).shapes.col(0);
     wave.shares = term_shares(at, q);
     return wave;
+}
+
+FastestWave fastest_wave(const LinearisedAt& at, const GrowthSearch& search, Threads& threads) {
+    check(search);
+    const std::vector<double> log_q = log_wavenumbers(search);
+    const int angles = at.is_isotropic() ? 1 : search.angles;
+    const double step_angle = std::numbers::pi / angles;
+    std::vector<numerics::Largest> best(static_cast<std::size_t>(angles));
+    threads.for_chunks(best.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t a = begin; a < end; ++a)
+            best[a] = numerics::largest_of(log_q, [&](double x) {
+                return growth_rate(at, std::exp(x), static_cast<double>(a) * step_angle);
+            });
+    });
+    const auto top =
+        std::max_element(best.begin(), best.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
+    return refined_wave(at, search, log_q, {top->place, static_cast<double>(top - best.begin()) * step_angle},
+                        angles > 1 ? step_angle : 0.0);
 }
 
 }  // namespace drover::model

@@ -23,8 +23,27 @@ struct Expansion {
     Eigen::VectorXd moved;
 };
 
+/// Without the rounding errors of a turn: of the rates between the components of one field, those that vanish but for
+/// the last digits of the largest.
+MatrixXd factors_of(const LinearisedAt& at, int x, int y) {
+    MatrixXd result = at.factors(x, y);
+    if (x > 0 || y > 0) return result;
+    constexpr double rounding = 1e-13;
+    const std::vector<int>& members = at.members();
+    int first = 0;
+    for (const Field& field : at.equations().model().fields) {
+        const auto begin = std::find(members.begin(), members.end(), first);
+        first += components(field);
+        if (field.spin == 0 || begin == members.end()) continue;
+        auto block = result.block<2, 2>(begin - members.begin(), begin - members.begin());
+        const double least = rounding * block.cwiseAbs().maxCoeff();
+        block = (block.array().abs() < least).select(0.0, block).eval();
+    }
+    return result;
+}
+
 Expansion expansion_of(const LinearisedAt& at) {
-    return {.factors = [&at](int x, int y) { return at.factors(x, y); }, .moved = at.moved()(at.members())};
+    return {.factors = [&at](int x, int y) { return factors_of(at, x, y); }, .moved = at.moved()(at.members())};
 }
 
 /// By the singular values of the equations at q = 0.
@@ -229,7 +248,7 @@ Expansion along_one_direction(const LinearisedAt& at, double angle, const Matrix
     return {.factors = [&at, parts, c, s](int x, int y) -> MatrixXd {
                 MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows());
                 for (int n = 0; n <= x && y == 0; ++n)
-                    sum += std::pow(c, n) * std::pow(s, x - n) * at.factors(n, x - n);
+                    sum += std::pow(c, n) * std::pow(s, x - n) * factors_of(at, n, x - n);
                 return parts.transpose() * sum * parts;
             },
             .moved = parts.transpose().cwiseAbs2() * at.moved()(at.members())};

@@ -15,7 +15,13 @@ using numerics::Wavevector;
 
 /// Uniform changes that leave the conserved means: the symbol at q = 0 maps them into themselves.
 Modes uniform_modes(const LinearisedAt& at) {
-    const Eigen::MatrixXd conserved = conserved_means(at.equations());
+    const Eigen::MatrixXd of_rates = conserved_means(at.equations());
+    // Equations of rates alone may be taken with some fields in balance.
+    std::vector<Eigen::Index> places;
+    const std::vector<int>&with_rate = at.equations().state_components(), &state = at.state_components();
+    for (std::size_t k = 0; k < with_rate.size(); ++k)
+        if (std::count(state.begin(), state.end(), with_rate[k]) > 0) places.push_back(static_cast<Eigen::Index>(k));
+    const Eigen::MatrixXd conserved = of_rates(Eigen::all, places);
     const Eigen::Index n = conserved.cols(), free = n - conserved.rows();
     if (free == 0) return {.rates = Eigen::VectorXcd(0), .shapes = Symbol(n, 0), .duals = Symbol(0, n)};
     Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(n, n);
@@ -68,7 +74,7 @@ std::vector<std::complex<double>> term_shares(const LinearisedAt& at, const Wave
     const Eigen::RowVectorXcd left = at.of_forces(all.duals.row(k), q);
     std::vector<std::complex<double>> shares;
     for (std::size_t n = 0; n < at.equations().terms().size(); ++n)
-        shares.emplace_back(left * at.equations().term_symbol(n, at.about(), q) * right);
+        shares.emplace_back(left * at.term_symbol(n, q) * right);
     return shares;
 }
 

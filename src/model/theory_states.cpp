@@ -359,22 +359,30 @@ bool turns_freely(const Equations& equations) {
     return UniformEquations(equations, equations.reference()).turns_freely();
 }
 
-const StationaryState* nearest_state(const StationaryStates& found, const Model& model, const UniformState& means) {
-    const auto distance = [&](const UniformState& state) {
-        double square = 0.0;
+const StationaryState* nearest_state(const StationaryStates& found, const Model& model,
+                                     const std::vector<UniformState>& samples) {
+    const auto square = [&](const StationaryState& state, const UniformState& means) {
+        const UniformState& values = state.values;
+        double sum = 0.0;
         std::size_t at = 0;
         for (const Field& field : model.fields) {
-            const double apart = components(field) == 1
-                                     ? means[at] - state[at]
-                                     : std::hypot(means[at], means[at + 1]) - std::hypot(state[at], state[at + 1]);
-            if (field.left == LeftSide::rate) square += apart * apart;
+            const bool has_two = components(field) == 2;
+            const double apart = means[at] - values[at], other = has_two ? means[at + 1] - values[at + 1] : 0.0;
+            const bool by_size = has_two && (state.has_free_direction || state.is_isotropic);
+            const double size = by_size ? std::hypot(means[at], means[at + 1]) - std::hypot(values[at], values[at + 1])
+                                        : std::hypot(apart, other);
+            if (field.left == LeftSide::rate) sum += size * size;
             at += static_cast<std::size_t>(components(field));
         }
-        return square;
+        return sum;
     };
     const StationaryState* result = nullptr;
-    for (const StationaryState& state : found.states)
-        if (result == nullptr || distance(state.values) < distance(result->values)) result = &state;
+    double nearest = 0.0;
+    for (const StationaryState& state : found.states) {
+        double sum = 0.0;
+        for (const UniformState& means : samples) sum += square(state, means);
+        if (result == nullptr || sum < nearest) result = &state, nearest = sum;
+    }
     return result;
 }
 

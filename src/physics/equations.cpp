@@ -227,13 +227,4 @@ bool has_pointwise_velocity(const Equations& equations) {
     return false;
 }
 
-Symbol of_all_fields(const Equations& equations, const model::Symbol& m, const std::vector<int>& components) {
-    Symbol result = Symbol::Zero();
-    std::vector<int> places;
-    for (int k = 0; k < FieldIndex::count; ++k)
-        if (std::count(components.begin(), components.end(), equations.component(k)) > 0) places.push_back(k);
-    result(places, places) = m;
-    return result;
-}
-
 }  // namespace drover::physics

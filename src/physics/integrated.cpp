@@ -40,12 +40,6 @@ model::Integrated integrated(const Model& model, const Dealiasing& dealiasing) {
     return integrated(Equations(model), reference(model.uniform), dealiasing);
 }
 
-numerics::Fields slaved_velocity(const Equations& equations, const numerics::System& linear, double t,
-                                 const numerics::Spectra& state) {
-    Threads one(1);
-    return model::ExplicitPart(equations.solver(reference(equations.model.uniform)), linear, one).balanced(t, state);
-}
-
 TransformCount transform_count(const Equations& equations) {
     return model::transforms_of(integrated(equations, reference(equations.model.uniform)));
 }

@@ -103,41 +103,6 @@ double fastest_rate(const numerics::System& system) {
     return largest(system, [](double, numerics::Complex s) { return std::abs(s); }).rate;
 }
 
-void add_scaled(const StructureFactor& part, double factor, StructureFactor& sum) {
-    using Part = StructureFactor;
-    for (const auto field : {&Part::rods, &Part::beads, &Part::order_along, &Part::order_across, &Part::velocity_along,
-                             &Part::velocity_across, &Part::beads_rods})
-        sum.*field += factor * part.*field;
-}
-
-StructureFactor structure_factor(const numerics::System& system, const Form& form, double q) {
-    const numerics::IsotropicBlocks rates = system.linear(q), noise = system.noise(q);
-    const numerics::Block along = numerics::stationary_covariance(rates.even, noise.even);
-    const numerics::Block across = numerics::stationary_covariance(rates.odd, noise.odd);
-    const int order = along.size - 1, velocity = order - 1;
-    StructureFactor result{.order_along = along(order, order),
-                           .order_across = across(across.size - 1, across.size - 1)};
-    if (form.rod_density >= 0) result.rods = along(form.rod_density, form.rod_density);
-    if (form.bead_density >= 0) result.beads = along(form.bead_density, form.bead_density);
-    if (form.rod_density >= 0 && form.bead_density >= 0) result.beads_rods = along(form.bead_density, form.rod_density);
-    if (form.bead_velocity >= 0) {
-        result.velocity_along = along(velocity, velocity);
-        result.velocity_across = across(0, 0);
-    }
-    return result;
-}
-
-std::vector<StructureFactor> structure_factors(const numerics::System& system, const Form& form) {
-    const numerics::DistinctWavenumbers wavenumbers = numerics::distinct_wavenumbers(system.grid, system.degree);
-    std::vector<StructureFactor> of_q(wavenumbers.q.size());
-    for (std::size_t n = 1; n < of_q.size(); ++n) of_q[n] = structure_factor(system, form, wavenumbers.q[n]);
-    std::vector<StructureFactor> result;
-    result.reserve(wavenumbers.of_mode.size());
-    for (const std::int32_t n : wavenumbers.of_mode)
-        result.push_back(n < 0 ? StructureFactor{} : of_q[static_cast<std::size_t>(n)]);
-    return result;
-}
-
 }  // namespace drover::physics
 
 namespace drover {

@@ -114,6 +114,7 @@ model::Field field_of(const CompiledModel& m, const RodBead::Field& row, Written
     model::Field field{.name = row.name, .symbol = row.symbol, .spin = row.spin};
     if (row.symbol == "rho") field.reference = m.model.uniform.bead_density;
     if (row.symbol == "sigma") field.reference = m.model.uniform.rod_density;
+    field.conserved = row.conserved;
     if (as == Written::forces) return field;
     const bool is_slaved = row.symbol == "v" && m.form.velocity == Velocity::slaved;
     if (is_slaved) field.left = model::LeftSide::balance;
@@ -122,7 +123,6 @@ model::Field field_of(const CompiledModel& m, const RodBead::Field& row, Written
         field.noise = coefficient_row(row.noise).value_in(m.model);
         field.noise_conserves = row.conserved;
     }
-    field.conserved = row.conserved;
     return field;
 }
 }  // namespace

@@ -36,55 +36,24 @@ std::vector<EffectiveCoefficientRow> effective_coefficient_rows(const Form& form
     };
 }
 
-std::vector<std::string> instability_names() { return {"order", "phase separation", "banding", "oblique", "uniform"}; }
-
-std::vector<Component> components_in_symbol_order(const Form& form) {
-    const std::vector<Component> components = component_names(form);
-    std::vector<Component> ordered;
-    const auto add = [&](int first, int count) {
-        for (int c = first; first >= 0 && c < first + count; ++c)
-            ordered.push_back(components[static_cast<std::size_t>(c)]);
-    };
-    add(form.bead_density, 1);
-    add(form.rod_density, 1);
-    add(form.bead_velocity, 2);
-    add(form.polar_order, 2);
-    return ordered;
-}
-
-std::vector<StructurePart> structure_parts(const Form& form, double direction) {
+std::vector<StructurePart> structure_parts(const Equations& equations, double direction) {
     std::vector<StructurePart> parts;
-    const auto density = [&](const char* name, FieldIndex::Value place) {
-        parts.push_back({name, "mm-2", [place](const Symbol& s) { return s(place, place).real(); }});
+    const auto density = [&](const char* name, FieldIndex::Value field) {
+        if (const int place = equations.component(field); place >= 0)
+            parts.push_back({name, "mm-2", [place](const model::Symbol& s) { return s(place, place).real(); }});
     };
-    if (form.rod_density >= 0) density("rods", FieldIndex::rod_density);
-    if (form.bead_density >= 0) density("beads", FieldIndex::bead_density);
-    const std::string unit = form.order_is_density ? "mm-2" : "mm2";
+    density("rods", FieldIndex::rod_density);
+    density("beads", FieldIndex::bead_density);
+    const int x = equations.component(FieldIndex::polar_order_x), y = x + 1;
     const auto order = [&](const char* name, double angle) {
-        parts.push_back({name, unit, [c = std::cos(angle), sn = std::sin(angle)](const Symbol& s) {
-                             return c * c * s(FieldIndex::polar_order_x, FieldIndex::polar_order_x).real() +
-                                    sn * sn * s(FieldIndex::polar_order_y, FieldIndex::polar_order_y).real() +
-                                    2.0 * c * sn * s(FieldIndex::polar_order_x, FieldIndex::polar_order_y).real();
+        parts.push_back({name, equations.form.order_is_density ? "mm-2" : "mm2",
+                         [x, y, c = std::cos(angle), sn = std::sin(angle)](const model::Symbol& s) {
+                             return c * c * s(x, x).real() + sn * sn * s(y, y).real() + 2.0 * c * sn * s(x, y).real();
                          }});
     };
     order("order_along_p0", direction);
     order("order_across_p0", direction + 0.5 * std::numbers::pi);
     return parts;
-}
-
-std::vector<double> structure_frequencies(const Equations& equations, const UniformPoint& about, double q,
-                                          const std::vector<double>& angles, int count) {
-    double largest = 0.0;
-    for (const double angle : angles)
-        for (const std::complex<double> s : mode_rates(equations, about, wavevector_from_order(about, q, angle)))
-            if (std::abs(s.imag()) > 1e-9 * std::abs(s))  // smaller ones are rounding errors
-                largest = std::max(largest, std::abs(s.imag()));
-    if (largest == 0.0)
-        for (const std::complex<double> s : mode_rates(equations, about, wavevector_from_order(about, q, 0.0)))
-            largest = largest == 0.0 ? std::abs(s) : std::min(largest, std::abs(s));
-    std::vector<double> result;
-    for (int k = 0; k < count; ++k) result.push_back(2.0 * largest * (2.0 * k / (count - 1.0) - 1.0));
-    return result;
 }
 
 std::vector<std::string> stability_remarks(const Equations& equations, const EffectiveCoefficients& coefficients) {

@@ -10,6 +10,7 @@
 #include "drover/run/warnings.hpp"
 #include "run/field_problem.hpp"
 #include "run/growing_waves.hpp"
+#include "run/scene_equations.hpp"
 
 namespace drover::run {
 
@@ -47,20 +48,14 @@ struct Observer {
 }  // namespace
 
 FieldProblem declared_problem(const io::Scene& scene) {
-    const model::Equations equations(io::model_of(scene.declared));
-    const int degree = io::kept_degree(scene, equations);
-    FieldProblem problem{.integrated = {.equations = equations, .kept_degree = degree}};
+    FieldProblem problem{.integrated = integrated_of(scene)};
+    const model::Equations& equations = problem.integrated.equations;
+    const int degree = problem.integrated.kept_degree;
     const auto quantity = [](const model::StateComponent& one) {
         return files::Quantity{one.name, one.unit, one.meaning, {"y", "x"}};
     };
-    int spin = 0;  // of the order: the first field that turns
-    for (const model::StateComponent& one : model::components_of_state(equations)) {
-        const int here = equations.model().fields[one.field].spin, first = static_cast<int>(problem.components.size());
+    for (const model::StateComponent& one : model::components_of_state(equations))
         problem.components.push_back(quantity(one));
-        if (one.part != 0 || here == 0) continue;
-        if (spin == 0) spin = here;
-        if (here == spin) problem.integrated.turning.push_back(first);
-    }
     for (const model::StateComponent& one : model::components_in_balance(equations))
         problem.balanced.push_back(quantity(one));
     problem.integrated.shortest = shortest_of_patterns(equations, scene.grid, degree);

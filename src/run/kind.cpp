@@ -60,18 +60,7 @@ const Kind& kind_of(const io::Scene& scene) {
                                 .timed = timed_particles,
                                 .warnings = particle_warnings,
                                 .report = make_particle_report};
-    static const Kind declared = [] {
-        Kind kind = fields;  // of the same grid, with other equations
-        kind.warnings = model_warnings;
-        kind.report = report_of<make_model_report>;
-        return kind;
-    }();
-    switch (scene.kind) {
-        case io::SceneKind::fields: return fields;
-        case io::SceneKind::particles: return particles;
-        case io::SceneKind::model: break;
-    }
-    return declared;
+    return scene.kind == io::SceneKind::particles ? particles : fields;
 }
 
 io::Scene archived_scene(const files::ArchiveReader& archive) {

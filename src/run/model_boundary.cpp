@@ -12,8 +12,8 @@
 #include "run/boundary_plan.hpp"
 #include "run/boundary_records.hpp"
 #include "run/model_coefficients.hpp"
-#include "run/model_stability.hpp"
 #include "run/number_lists.hpp"
+#include "run/stability_problem.hpp"
 
 namespace drover::run {
 

@@ -1,17 +1,11 @@
-// run/report.cpp: results of an archive and their predictions by linear theory.
+// run/report.cpp: the samples of an archive, their summary, and its table.
 #include "drover/run/report.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <tuple>
 
 #include "base/constants.hpp"
-#include "drover/physics/evaluation_cost.hpp"
-#include "drover/physics/function_terms.hpp"
-#include "drover/physics/predictions.hpp"
-#include "drover/run/field_simulation.hpp"
-#include "drover/run/warnings.hpp"
 #include "run/sample_recording.hpp"
 
 namespace drover::run {
@@ -25,58 +19,7 @@ std::size_t regular_samples(const std::vector<double>& times, double spacing) {
     return count;
 }
 
-/// The mean order of each sample after the warm-up.
-std::vector<Eigen::Vector2d> mean_orders(const std::vector<measure::RecordedSeries>& series, std::size_t warm_up) {
-    const std::vector<double>&x = measure::find_row(series, "polar_order_mean_x")->values,
-          &y = measure::find_row(series, "polar_order_mean_y")->values;
-    std::vector<Eigen::Vector2d> result;
-    for (std::size_t i = warm_up; i < x.size(); ++i) result.emplace_back(x[i], y[i]);
-    return result;
-}
-
-void predict(const physics::Equations& equations, const std::vector<Eigen::Vector2d>& orders, Report& report) {
-    Threads threads(choose_threads(report.scene));
-    const physics::PredictedStructure predicted =
-        physics::predicted_structure(equations, report.scene.grid, report.scene.dealiasing, orders, threads);
-    report.no_prediction = predicted.no_prediction;
-    report.about = predicted.about;
-    report.about_flock = predicted.about_flock;
-    const std::vector<physics::StructureFactor>& modes = predicted.modes;
-    if (modes.empty()) return;
-    const auto values_of = [&](double physics::StructureFactor::*part) {
-        std::vector<double> values;
-        for (const physics::StructureFactor& mode : modes) values.push_back(mode.*part);
-        return values;
-    };
-    using Part = physics::StructureFactor;
-    const physics::Form& form = report.setting.form;
-    const bool beads = form.bead_density >= 0, rods = form.rod_density >= 0;
-    const bool velocity = form.bead_velocity >= 0;  // a slaved velocity is not a field of the linear theory
-    for (const auto& [name, part, has] :
-         {std::tuple{"rods", &Part::rods, rods}, std::tuple{"beads", &Part::beads, beads},
-          std::tuple{"beads_rods", &Part::beads_rods, beads && rods},
-          std::tuple{"order_along", &Part::order_along, true}, std::tuple{"order_across", &Part::order_across, true},
-          std::tuple{"velocity_along", &Part::velocity_along, velocity},
-          std::tuple{"velocity_across", &Part::velocity_across, velocity}})
-        if (has)
-            report.predictions.push_back(
-                {text("structure_factor_{}", name),
-                 numerics::shell_means(report.setting.grid, report.setting.shells, values_of(part))});
-    if (rods) predict_boxes("rod", values_of(&Part::rods), report);
-    if (beads) predict_boxes("bead", values_of(&Part::beads), report);
-}
 }  // namespace
-
-void predict_boxes(const std::string& what, const std::vector<double>& structure_factor, Report& report) {
-    const measure::FieldSetting& setting = report.setting;
-    for (const measure::BoxFamily& family : measure::box_families()) {
-        physics::PredictedBoxes boxes = physics::predicted_boxes(setting.grid, structure_factor, setting.*family.sides,
-                                                                 family.along_x, family.along_y);
-        for (auto& [result, values] : {std::pair{"variance", &boxes.variance}, std::pair{"deviation", &boxes.deviation},
-                                       std::pair{"exponent", &boxes.exponent}})
-            report.predictions.push_back({what + "_number_" + result + family.ending, std::move(*values)});
-    }
-}
 
 Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group) {
     const std::vector<double> times = archive.read(group + "/time").values;
@@ -98,43 +41,6 @@ Report summary_report(const io::Scene& scene, const Sampling& sampling, measure:
     report.scene = scene;
     report.time = sampling.end;
     report.summary = measure::summarise(recorded);
-    return report;
-}
-
-namespace {
-BiasedRows biased_rows_of(measure::FieldSetting setting) {
-    setting.terms.reset();
-    setting.watches_error = false;
-    return biased_rows(measure::field_observables(setting), {"rod", "bead"});
-}
-}  // namespace
-
-Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
-    const physics::Equations equations(scene.model);
-    measure::FieldSetting setting = measure::make_field_setting(scene.grid, physics::form(scene.model),
-                                                                physics::kept_degree(equations, scene.dealiasing));
-    if (scene.output.powers) {
-        Threads one(1);
-        setting.terms = physics::EnergyMeter(equations, scene.grid, scene.dealiasing, one).terms();
-    }
-    setting.watches_error = scene.time.max_error > 0.0;
-    const Sampling sampling = sampling_of(archive, scene, field_samples_group);
-    measure::Recorded recorded =
-        measure::field_recording(setting, read_series(archive, field_samples_group, measure::field_observables(setting),
-                                                      sampling.samples));
-    Report report = summary_report(scene, sampling, recorded);
-    report.step_bias =
-        step_biases(archive, scene, !equations.solver(physics::reference(scene.model.uniform)).has_explicit_part(),
-                    biased_rows_of(setting), report.summary);
-    report.setting = std::move(setting);
-    if (const std::string missing = physics::missing_function(scene.model); !missing.empty()) {
-        report.warnings = {missing + ": no linear theory and no warnings here; the archive has both"};
-        return report;
-    }
-    if (theory == Theory::included) predict(equations, mean_orders(recorded.series, report.summary.warm_up), report);
-    report.warnings = field_warnings(archive, scene);
-    for (std::string& warning : step_bias_warnings(report.step_bias, scene, report.summary))
-        report.warnings.push_back(std::move(warning));
     return report;
 }
 

@@ -12,6 +12,7 @@
 #include "drover/physics/integrated.hpp"
 #include "run/field_problem.hpp"
 #include "run/grid_run.hpp"
+#include "run/scene_equations.hpp"
 
 namespace drover::run {
 
@@ -137,8 +138,7 @@ FieldObserver observer_of(const io::Scene& scene, const physics::Equations& equa
 
 FieldProblem rod_bead_problem(const io::Scene& scene) {
     const physics::Equations equations(scene.model);
-    FieldProblem problem{.integrated =
-                             physics::integrated(equations, physics::reference(scene.model.uniform), scene.dealiasing)};
+    FieldProblem problem{.integrated = integrated_of(scene)};
     for (const physics::Component& one : physics::component_names(equations.form))
         problem.components.push_back({one.name, one.unit, one.meaning, {"y", "x"}});
     if (equations.form.velocity == physics::Velocity::slaved)

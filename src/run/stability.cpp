@@ -7,208 +7,199 @@
 #include <numbers>
 
 #include "base/constants.hpp"
-#include "drover/physics/fluctuations.hpp"
-#include "drover/physics/long_waves.hpp"
-#include "drover/physics/stability_rows.hpp"
-#include "run/model_stability.hpp"
-#include "run/stability_maps.hpp"
+#include "drover/model/instabilities.hpp"
+#include "run/stability_problem.hpp"
 
 namespace drover::run {
 
 namespace {
 using std::numbers::pi;
 
-Record coefficient_record(const physics::Equations& equations) {
-    const physics::UniformState& uniform = equations.model.uniform;
-    const physics::EffectiveCoefficients values =
-        physics::effective_coefficients(equations, uniform.bead_density, uniform.rod_density);
-    Record record{.heading = "effective coefficients"};
-    for (const physics::EffectiveCoefficientRow& row : physics::effective_coefficient_rows(equations.form))
-        record.entries.push_back({.name = row.name,
-                                  .unit = row.unit,
-                                  .meaning = row.meaning,
-                                  .value = values.*row.member,
-                                  .shown = {.text = row.applies}});
-    return record;
+Entry only_data(Entry entry) {
+    entry.shown.text = false;
+    return entry;
 }
 
-Record instability_record(const physics::Instability& found) {
+/// Where and how a state is analysed.
+struct Analysis {
+    const io::Scene& scene;
+    const StabilityProblem& problem;
+    model::GrowthSearch search;
+    Threads* threads;  ///< of maps; nullptr: no maps
+};
+
+Record instability_record(const model::Instability& found, const std::string& direction) {
     const bool is_uniform = found.q == 0.0;
     return {.entries = {
                 {.name = "name",
                  .unit = "",
                  .meaning = "kind of instability",
-                 .value = found.name,
-                 .choices = physics::instability_names(),
+                 .value = model::name_of(found.kind),
+                 .choices = {model::instability_names.begin(), model::instability_names.end()},
                  .dataset = "kind"},
-                {.name = "rate", .unit = "s-1", .meaning = "largest growth rate, Re s", .value = found.rate},
-                {.name = "frequency",
-                 .unit = "s-1",
-                 .meaning = "angular frequency of the fastest wave, -Im s",
-                 .value = found.frequency},
-                {.name = "wavenumber",
-                 .unit = "mm-1",
-                 .meaning = "|q| of the fastest wave; 0: the uniform state itself changes",
-                 .value = found.q},
-                {.name = "wavelength",
-                 .unit = "mm",
-                 .meaning = "2 pi/|q| of the fastest wave",
-                 .value = is_uniform ? std::numeric_limits<double>::quiet_NaN() : 2.0 * pi / found.q},
-                {.name = "angle",
-                 .unit = "degree",
-                 .meaning = "angle of q from p0",
-                 .value = found.angle / radians_per_degree},
-                {.name = "grows_from",
-                 .unit = "mm-1",
-                 .meaning = "smallest |q| that grows at this angle; 0: the smallest |q| searched grows",
-                 .value = found.min},
-                {.name = "grows_to",
-                 .unit = "mm-1",
-                 .meaning = "largest |q| that grows at this angle; infinite: the largest |q| searched grows",
-                 .value = found.max},
-                {.name = "at_longest",
-                 .unit = "1",
-                 .meaning = "1: the growth rate is largest at the smallest |q| searched",
-                 .value = found.at_longest,
-                 .shown = {.text = false}},
-                {.name = "at_shortest",
-                 .unit = "1",
-                 .meaning = "1: the growth rate still increases at the largest |q| searched",
-                 .value = found.at_shortest,
-                 .shown = {.text = false}},
+                number("rate", "s-1", "largest growth rate, Re s", found.rate),
+                number("frequency", "s-1", "angular frequency of the fastest wave, -Im s", found.frequency),
+                number("wavenumber", "mm-1", "|q| of the fastest wave; 0: the uniform state itself changes", found.q),
+                number("wavelength", "mm", "2 pi/|q| of the fastest wave", is_uniform ? nan : 2.0 * pi / found.q),
+                number("angle", "degree", "angle of q from " + direction, found.angle / radians_per_degree),
+                number("grows_from", "mm-1",
+                       "smallest |q| that grows at this angle; 0: the smallest |q| searched grows", found.min),
+                number("grows_to", "mm-1",
+                       "largest |q| that grows at this angle; infinite: the largest |q| searched grows", found.max),
+                only_data({.name = "at_longest",
+                           .unit = "1",
+                           .meaning = "1: the growth rate is largest at the smallest |q| searched",
+                           .value = found.at_longest}),
+                only_data({.name = "at_shortest",
+                           .unit = "1",
+                           .meaning = "1: the growth rate still increases at the largest |q| searched",
+                           .value = found.at_shortest}),
             }};
 }
 
-List instability_list(const std::vector<physics::Instability>& found, const model::GrowthSearch& search) {
+List instability_list(const Analysis& of, const std::vector<model::Instability>& found) {
     List list{.name = "instabilities",
-              .heading = "unstable (fastest first; angles from p0; -: growth extends beyond the search)",
+              .heading = text("unstable (fastest first; angles from {}; -: growth extends beyond the search)",
+                              of.problem.direction),
               .row = "instability",
               .meaning = "instabilities, fastest first",
               .prefix = "instability_",
-              .empty = text("stable against all waves from |q| = {:.3g} to {:.3g} /mm", search.min, search.max)};
-    for (const physics::Instability& one : found) list.rows.push_back(instability_record(one));
+              .empty = text("stable against all waves from |q| = {:.3g} to {:.3g} /mm", of.search.min, of.search.max)};
+    for (const model::Instability& one : found) list.rows.push_back(instability_record(one, of.problem.direction));
     return list;
 }
 
-std::vector<std::string> instability_notes(const std::vector<physics::Instability>& found) {
+std::vector<std::string> instability_notes(const std::vector<model::Instability>& found) {
     std::vector<std::string> notes;
-    for (const physics::Instability& one : found) {
-        if (one.at_longest) notes.push_back(one.name + ": the growth rate is largest at the longest wave searched");
+    for (const model::Instability& one : found) {
+        if (one.at_longest)
+            notes.push_back(name_of(one.kind) + ": the growth rate is largest at the longest wave searched");
         if (one.at_shortest)
-            notes.push_back(one.name +
+            notes.push_back(name_of(one.kind) +
                             ": the growth rate still increases at the shortest wave searched; no term of "
                             "the model stabilises short waves");
     }
     return notes;
 }
 
-/// Four angles; text has one where all directions are equivalent.
-List slow_mode_list(const model::LongWaves& waves, const physics::UniformPoint& point) {
-    List list{.name = "slow_modes",
-              .heading = "long waves, s = -i u q - gamma q^2: u = speed + i growth, gamma = damping, angles from p0",
-              .shown = {.archive = false}};
-    if (!waves.why_none.empty()) return list;
-    const double direction = physics::direction_of(point);
-    for (const double angle : {0.0, 30.0, 60.0, 90.0})
-        for (const model::SlowMode& mode : model::slow_modes(waves, direction + angle * radians_per_degree))
-            list.rows.push_back(slow_mode_record(mode, angle, "p0", angle == 0.0 || !physics::is_isotropic(point)));
+/// The share of each term in the rate of the fastest wave.
+List share_list(const model::LinearisedAt& at, const model::FastestWave& fastest) {
+    const model::Equations& equations = at.equations();
+    List list{.name = "shares",
+              .heading = text("terms in the rate {:.6g} /s of the fastest wave, |q| = {:.4g} /mm{}",
+                              fastest.growth.rate, fastest.q,
+                              at.is_isotropic() ? "" : text(", at {:.4g} degrees", fastest.angle / radians_per_degree)),
+              .row = "term",
+              .meaning = "terms of the equations",
+              .prefix = "share_"};
+    for (std::size_t n = 0; n < fastest.shares.size(); ++n) {
+        const model::TermSummary& term = equations.terms()[n];
+        if (fastest.shares[n] == 0.0) continue;
+        list.rows.push_back(
+            {.entries = {words("of", "field", equations.model().fields[term.field].symbol),
+                         words("term", "as written", term.text),
+                         number("growth", "s-1", "its share in the growth rate", fastest.shares[n].real()),
+                         number("frequency", "s-1", "its share in the frequency", -fastest.shares[n].imag())}});
+    }
     return list;
 }
 
-std::string state_heading(const physics::StationaryState& state, const physics::Equations& equations) {
-    std::string heading = "state: " + state.name;
-    const double order = state.point.order.norm();
-    if (order > 0.0) {
-        heading += text(", |p| = {:.6g}", order);
-        if (equations.form.order_is_density)
-            heading += text(" (P = {:.4g})", order / equations.model.uniform.rod_density);
-    }
-    if (equations.form.velocity != physics::Velocity::absent && state.point.velocity.norm() > 0.0)
-        heading += text(", |v| = {:.6g} mm/s", state.point.velocity.norm());
-    return heading;
+Record slow_mode_record(const model::SlowMode& mode, double angle, const std::string& direction, bool is_in_text) {
+    return {.entries = {number("angle", "degree", "angle of q from " + direction, angle),
+                        number("speed", "mm s-1", "Re u", mode.speed.real()),
+                        number("growth", "mm s-1", "Im u", mode.speed.imag()),
+                        number("damping", "mm2 s-1", "Re gamma; not defined where u is a defective eigenvalue",
+                               mode.damping.real())},
+            .shown = {.text = is_in_text}};
 }
 
-std::vector<double> components_of(const Eigen::Vector2d& vector) { return {vector.x(), vector.y()}; }
+/// Four angles; text has one where all directions are equivalent.
+List slow_mode_list(const Analysis& of, const AnalysedState& state, std::string& why_none) {
+    List list{.name = "slow_modes",
+              .heading = text("long waves, s = -i u q - gamma q^2: u = speed + i growth, gamma = damping, angles from "
+                              "{}",
+                              of.problem.direction),
+              .shown = {.archive = false}};
+    const bool is_isotropic = state.linear.is_isotropic();
+    for (const double angle : {0.0, 30.0, 60.0, 90.0}) {
+        const model::SlowModes slow = state.slow_modes(angle * radians_per_degree);
+        if (!slow.why_none.empty()) why_none = slow.why_none;
+        for (const model::SlowMode& mode : slow.modes)
+            list.rows.push_back(slow_mode_record(mode, angle, of.problem.direction, angle == 0.0 || !is_isotropic));
+    }
+    return list;
+}
 
-Record state_record(const io::Scene& scene, const physics::Equations& equations, const physics::StationaryState& state,
-                    const model::GrowthSearch& search, Threads* threads) {
-    const std::vector<physics::Instability> found = physics::instabilities(equations, state, search);
-    const model::LongWaves waves = physics::long_waves(equations, state);
-    const double diffusion = physics::direction_diffusion(equations, state);
-    std::string group = "/" + state.name;
-    std::replace(group.begin(), group.end(), ' ', '_');
-    Record record{
-        .heading = state_heading(state, equations),
-        .group = group,
-        .entries = {{.name = "name", .unit = "", .meaning = "name of the state", .value = state.name, .shown = {false}},
-                    {.name = "order",
-                     .unit = equations.form.order_is_density ? "mm-2" : "1",
-                     .meaning = "polar order p0 of the state",
-                     .value = components_of(state.point.order),
-                     .shown = {false}},
-                    {.name = "velocity",
-                     .unit = "mm s-1",
-                     .meaning = "bead velocity of the state",
-                     .value = components_of(state.point.velocity),
-                     .shown = {false}},
-                    {.name = "stable",
-                     .unit = "1",
-                     .meaning = "1: no wave of the search grows",
-                     .value = found.empty(),
-                     .shown = {false}},
-                    {.name = "slow_modes_undefined", .unit = "", .meaning = "", .value = waves.why_none},
-                    {.name = "direction_diffusion_times_area",
-                     .unit = "rad2 mm2 s-1",
-                     .meaning = "D times the area of the cell; <theta^2> = 2 D t for the direction of the mean order",
-                     .value = diffusion,
-                     .shown = {.text = diffusion > 0.0}}},
-        .lists = {instability_list(found, search), slow_mode_list(waves, state.point)},
-        .footer = instability_notes(found)};
+Record state_record(const Analysis& of, const AnalysedState& state) {
+    Threads one(1);
+    Threads& threads = of.threads != nullptr ? *of.threads : one;
+    const auto [found, fastest] = model::growing_waves(state.linear, of.search, threads);
+    std::string no_slow_modes;
+    List slow = slow_mode_list(of, state, no_slow_modes);
+    const double diffusion =
+        state.has_free_direction ? model::direction_diffusion(state.linear, model::long_waves(state.linear)) : 0.0;
+    Record record{.heading = state.heading, .group = state.group};
+    record.entries = {only_data(words("name", "name of the state", state.name))};
+    for (const Entry& entry : state.entries) record.entries.push_back(only_data(entry));
+    record.entries.insert(
+        record.entries.end(),
+        {only_data({.name = "free_direction",
+                    .unit = "1",
+                    .meaning = "1: turned copies of the state are states too",
+                    .value = state.has_free_direction}),
+         only_data(
+             {.name = "stable", .unit = "1", .meaning = "1: no wave of the search grows", .value = found.empty()}),
+         only_data(number("fastest_rate", "s-1", "the largest growth rate", fastest.growth.rate)),
+         only_data(number("fastest_wavenumber", "mm-1", "its |q|", fastest.q)),
+         {.name = "slow_modes_undefined", .unit = "", .meaning = "", .value = no_slow_modes},
+         {.name = "direction_diffusion_times_area",
+          .unit = "rad2 mm2 s-1",
+          .meaning = "D times the area of the cell; <theta^2> = 2 D t for the direction of the mean order",
+          .value = diffusion,
+          .shown = {.text = diffusion > 0.0}}});
+    record.lists = {instability_list(of, found), share_list(state.linear, fastest), std::move(slow)};
+    record.footer = instability_notes(found);
     if (diffusion > 0.0)
         record.footer.push_back(text("in this cell the direction of the mean order diffuses with D = {:.4g} rad2 s-1",
-                                     diffusion / numerics::area(scene.grid)));
-    if (threads != nullptr) record.maps = stability_maps(scene, equations, state, waves, search, *threads);
+                                     diffusion / numerics::area(of.scene.grid)));
+    if (of.threads != nullptr)
+        record.maps =
+            stability_maps(of.scene.stability, of.scene.grid, state, of.problem.direction, of.search, *of.threads);
     return record;
-}
-
-Entry density_entry(const char* name, double value, const char* meaning, bool applies) {
-    return {.name = name, .unit = "mm-2", .meaning = meaning, .value = value, .shown = {.text = applies}};
 }
 }  // namespace
 
+double smallest_wavenumber(const numerics::Grid& grid) { return 2.0 * pi / std::max(grid.lx, grid.ly); }
+
+model::GrowthSearch growth_search(const io::Scene& scene) {
+    const io::StabilityPlan& plan = scene.stability;
+    model::GrowthSearch search{.min = plan.min_wavenumber,
+                               .max = plan.max_wavenumber,
+                               .wavenumbers = std::max(3, plan.wavenumbers),
+                               .angles = 2 * plan.angles};
+    if (search.min == 0.0) search.min = 1e-3 * smallest_wavenumber(scene.grid);
+    if (search.max == 0.0) search.max = pi * std::max(scene.grid.nx / scene.grid.lx, scene.grid.ny / scene.grid.ly);
+    const char* given = plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber";
+    require(search.min < search.max, io::location_of(scene, given),
+            "the search covers |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below "
+            "stability.max_wavenumber",
+            search.min, search.max);
+    return search;
+}
+
 Result make_stability(const io::Scene& scene, Threads* threads) {
-    if (scene.kind == io::SceneKind::model) return make_model_stability(scene, threads);
     const model::GrowthSearch search = growth_search(scene);
-    const physics::Equations equations(scene.model);
-    const physics::UniformState& uniform = scene.model.uniform;
-    const physics::StationaryStates found = physics::stationary_states(equations);
+    StabilityProblem problem =
+        scene.kind == io::SceneKind::model ? declared_stability(scene) : rod_bead_stability(scene);
+    const Analysis analysis{.scene = scene, .problem = problem, .search = search, .threads = threads};
     List states{.name = "states"};
-    for (const physics::StationaryState& state : found.states)
-        states.rows.push_back(state_record(scene, equations, state, search, threads));
-    const std::vector<std::string> notes =
-        physics::stability_remarks(equations, physics::effective_coefficients(equations, uniform.bead_density,
-                                                                              uniform.rod_density));
-    Record root{.entries = {{.name = "form",
-                             .unit = "",
-                             .meaning = "fields of the model",
-                             .value = physics::form_name(equations.form)},
-                            density_entry("bead_density", uniform.bead_density, "rho",
-                                          equations.form.bead_density >= 0),
-                            density_entry("rod_density", uniform.rod_density, "sigma", equations.form.rod_density >= 0),
-                            {.name = "searched_from",
-                             .unit = "mm-1",
-                             .meaning = "smallest |q| of the search for instabilities",
-                             .value = search.min},
-                            {.name = "searched_to",
-                             .unit = "mm-1",
-                             .meaning = "largest |q| of the search for instabilities",
-                             .value = search.max}},
-                .parts = {{"coefficients", coefficient_record(equations)}},
-                .lists = {std::move(states)}};
-    root.entries.push_back({.name = "no_order", .unit = "", .meaning = "", .value = found.no_order, .shown = {false}});
-    root.entries.push_back({.name = "notes", .unit = "", .meaning = "", .value = notes, .shown = {false}});
-    if (!found.no_order.empty()) root.footer.push_back("\nno ordered state: " + found.no_order);
-    for (const std::string& note : notes) root.footer.push_back("\nnote: " + note);
+    for (const AnalysedState& state : problem.states) states.rows.push_back(state_record(analysis, state));
+    Record root{.entries = std::move(problem.entries),
+                .parts = std::move(problem.parts),
+                .lists = {std::move(states)},
+                .footer = std::move(problem.footer)};
+    root.entries.push_back(number("searched_from", "mm-1", "smallest |q| of the search for instabilities", search.min));
+    root.entries.push_back(number("searched_to", "mm-1", "largest |q| of the search for instabilities", search.max));
     return {.root = std::move(root)};
 }
 

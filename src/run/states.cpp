@@ -117,8 +117,7 @@ Frames frames_of(const io::Scene& scene, const StatesProblem& problem, const std
 }  // namespace
 
 Result make_states(const io::Scene& scene, const StatesOptions& options, Threads& threads) {
-    StatesProblem problem = scene.kind == io::SceneKind::model ? declared_states(scene, options.follow, threads)
-                                                               : rod_bead_states(scene, options.follow, threads);
+    StatesProblem problem = states_problem(scene, options.follow, threads);
     problem.guess.speed = options.speed;
     problem.guess.time = options.settle;
     numerics::TravellingSolver solver(problem.family, threads);

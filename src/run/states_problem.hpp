@@ -32,7 +32,6 @@ struct StatesProblem {
 };
 
 /// follow: KEY=VALUE of --follow; "": nothing.  Throws an input Error for a key that is not a number of the model.
-StatesProblem rod_bead_states(const io::Scene& scene, const std::string& follow, Threads& threads);
-StatesProblem declared_states(const io::Scene& scene, const std::string& follow, Threads& threads);
+StatesProblem states_problem(const io::Scene& scene, const std::string& follow, Threads& threads);
 
 }  // namespace drover::run

@@ -8,16 +8,13 @@
 #include "drover/base/error.hpp"
 #include "drover/base/log.hpp"
 #include "drover/measure/statistics.hpp"
-#include "drover/model/equations.hpp"
 #include "drover/numerics/time_method.hpp"
-#include "drover/physics/equations.hpp"
-#include "drover/physics/evaluation_cost.hpp"
-#include "drover/physics/stability_rows.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/warnings.hpp"
 #include "run/growing_waves.hpp"
 #include "run/pilot.hpp"
+#include "run/scene_equations.hpp"
 
 namespace drover::run {
 
@@ -36,10 +33,7 @@ bool has_error_estimate(const io::Scene& scene) {
 }
 
 /// Whether a step makes an error.
-bool has_explicit_terms(const io::Scene& scene) {
-    if (scene.kind == io::SceneKind::model) return model::Equations(io::model_of(scene.declared)).has_explicit_part();
-    return physics::is_nonlinear(physics::Equations(scene.model));
-}
+bool has_explicit_terms(const io::Scene& scene) { return equations_of(scene).has_explicit_part(); }
 
 /// Points along an axis of a pilot, at least 32 where the run has them.
 int pilot_points(int points, int coarser) {
@@ -155,9 +149,7 @@ RelativeBias largest_bias(const Pilot& longer, const Pilot& shorter, double of_d
 }
 
 /// Noise that multiplies fields has steps of first weak order; all others are of the second.
-bool has_product_noise(const io::Scene& scene) {
-    return scene.kind == io::SceneKind::model && model::Equations(io::model_of(scene.declared)).has_product_noise();
-}
+bool has_product_noise(const io::Scene& scene) { return equations_of(scene).has_product_noise(); }
 
 /// One scene, ever shorter steps.
 class Ladder {

@@ -39,6 +39,14 @@ def test_the_flock_as_equations_has_the_noise_of_the_flock(tmp_path):
     expected = built_in["observables/structure_factor_order_across"][:]
     found = written["observables/structure_factor_polar_order_across"][:]
     assert np.abs(found - expected).max() <= 1e-8 * expected.max()
+    # And its prediction about the direction that the order had, which the noise turned.  The means of the samples agree
+    # to 1e-8; the direction is that of the mean velocity, a small one.
+    for one, other in (("structure_factor_rods", "structure_factor_rod_density"),
+                       ("structure_factor_velocity_along", "structure_factor_bead_velocity_along"),
+                       ("rod_number_deviation_long_x", "rod_density_number_deviation_long_x")):
+        expected, found = built_in[f"summary/{one}_linear"][:], written[f"summary/{other}_linear"][:]
+        assert np.isfinite(expected).all() and expected.max() > 0.0
+        assert np.abs(found - expected).max() <= 1e-6 * expected.max(), one
 
 
 def test_both_have_the_same_uniform_states_and_waves(tmp_path):
@@ -54,3 +62,17 @@ def test_both_have_the_same_uniform_states_and_waves(tmp_path):
         return np.array(sorted(modes))
 
     assert np.allclose(waves(written), waves(built_in), rtol=1e-9, atol=1e-9)
+
+    def kinds(result):  # the places of maxima to the square root of rounding
+        return [(found["name"], found["rate"], found["wavenumber"]) for state in result["states"]
+                for found in state["instabilities"]]
+
+    assert [kind[0] for kind in kinds(written)] == [kind[0] for kind in kinds(built_in)] == ["order"]
+    assert np.allclose([kind[1:] for kind in kinds(written)], [kind[1:] for kind in kinds(built_in)], rtol=1e-6)
+    for result in (built_in, written):  # the shares of all terms add up to the rate of the fastest wave
+        for state in result["states"]:
+            total = sum(share["growth"] for share in state["shares"])
+            # It is the difference of terms of some 40 /s.
+            assert abs(total - state["fastest_rate"]) < 1e-12 * sum(abs(share["growth"]) for share in state["shares"])
+    diffusions = [result["states"][1]["direction_diffusion_times_area"] for result in (built_in, written)]
+    assert diffusions[0] > 0.0 and abs(diffusions[1] / diffusions[0] - 1.0) < 1e-10

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <numbers>
 
-#include "drover/physics/fluctuations.hpp"
+#include "drover/model/instabilities.hpp"
 #include "drover/physics/phase_boundary.hpp"
 #include "drover/physics/stability.hpp"
 
@@ -40,8 +40,8 @@ void mode_map(benchmark::State& state) {
     const physics::StationaryState about = physics::stationary_states(equations).states.at(1);
     Threads threads(static_cast<int>(state.range(0)));
     for (auto _ : state)
-        benchmark::DoNotOptimize(
-            physics::mode_map(equations, about, steps(0.01, 3.0), steps(0.0, std::numbers::pi / 2.0), threads));
+        benchmark::DoNotOptimize(model::mode_map(*equations.linearised(about.point), steps(0.01, 3.0),
+                                                 steps(0.0, std::numbers::pi / 2.0), threads));
     state.counters["transforms"] = 0;
 }
 
@@ -63,7 +63,7 @@ void flock_structure_factors(benchmark::State& state) {
     Threads threads(static_cast<int>(state.range(0)));
     for (auto _ : state)
         benchmark::DoNotOptimize(
-            physics::structure_factors(equations, about.point, {256, 256, 256.0, 256.0}, 3, threads));
+            model::structure_factors(*equations.linearised(about.point), {256, 256, 256.0, 256.0}, 3, threads));
     state.counters["transforms"] = 0;
 }
 

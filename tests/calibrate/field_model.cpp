@@ -12,6 +12,7 @@
 #include "drover/calibrate/fill_model.hpp"
 #include "drover/physics/linear_theory.hpp"
 #include "drover/physics/uniform_states.hpp"
+#include "physics/structure.hpp"
 
 namespace drover::calibrate::field_model_tests {
 namespace {

@@ -5,10 +5,10 @@
 #include <random>
 
 #include "drover/model/theory.hpp"
-#include "drover/physics/fluctuations.hpp"
 #include "drover/physics/long_waves.hpp"
 #include "drover/physics/stability.hpp"
 #include "physics/flock_model.hpp"
+#include "physics/structure.hpp"
 
 namespace drover::model::theory_rod_bead_tests {
 namespace {
@@ -118,8 +118,7 @@ TEST(ModelTheory, of_the_rod_bead_equations_finds_their_fastest_wave) {
     attracting.pressure = {.beads = -0.9, .rods = 0.2};
     const physics::Equations built_in(attracting);
     const physics::StationaryState flock = physics::flock_of(built_in);
-    const std::vector<physics::Instability> expected =
-        physics::instabilities(built_in, flock, {.min = 1e-2, .max = 10});
+    const std::vector<Instability> expected = physics::instabilities(built_in, flock, {.min = 1e-2, .max = 10});
     ASSERT_FALSE(expected.empty());
     const Equations equations = equations_of(attracting);
     const LinearisedAt at(equations, stationary_states(equations).states.at(1).values);

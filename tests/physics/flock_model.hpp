@@ -3,6 +3,7 @@
 #pragma once
 #include <cmath>
 
+#include "drover/model/instabilities.hpp"
 #include "drover/physics/stability.hpp"
 
 namespace drover::physics {
@@ -42,5 +43,11 @@ inline Letters isotropic_letters() { return {.a = 1.4}; }
 
 inline StationaryState flock_of(const Equations& equations) { return stationary_states(equations).states.at(1); }
 inline StationaryState isotropic_of(const Equations& equations) { return stationary_states(equations).states.at(0); }
+
+inline std::vector<model::Instability> instabilities(const Equations& equations, const StationaryState& about,
+                                                     const model::GrowthSearch& search) {
+    Threads one(1);
+    return model::growing_waves(*equations.linearised(about.point), search, one).kinds;
+}
 
 }  // namespace drover::physics

@@ -287,10 +287,11 @@ TEST(Banding, of_rods_has_the_neutral_wave_of_the_closed_form) {
         EXPECT_TRUE(found[0].reaches_min);
         EXPECT_NEAR(found[0].max / rods.neutral(abar), 1.0,
                     1e-10);  // bisection of a growth that is 1e-16 of rates uncertain
-        const std::vector<Instability> grows = instabilities(equations, flock, {.min = 1e-3, .max = 10.0});
+        const std::vector<model::Instability> grows = instabilities(equations, flock, {.min = 1e-3, .max = 10.0});
         ASSERT_FALSE(grows.empty());
-        const auto bands =
-            std::find_if(grows.begin(), grows.end(), [](const Instability& i) { return i.name == "banding"; });
+        const auto bands = std::find_if(grows.begin(), grows.end(), [](const model::Instability& i) {
+            return i.kind == model::InstabilityKind::banding;
+        });
         ASSERT_NE(bands, grows.end());
         EXPECT_NEAR(bands->max / rods.neutral(abar), 1.0, 1e-10);
         EXPECT_EQ(bands->min, 0.0);

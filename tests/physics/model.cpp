@@ -8,6 +8,7 @@
 #include "drover/base/error.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/physics/initial_state.hpp"
+#include "structure.hpp"
 
 namespace drover::physics::model_tests {
 namespace {

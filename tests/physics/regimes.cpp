@@ -1,11 +1,9 @@
-// tests/physics/regimes.cpp: regimes from margins, area fractions as axes, and the state nearest to a run.
+// tests/physics/regimes.cpp: regimes from margins, and area fractions as axes.
 #include "drover/physics/regimes.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "drover/physics/predictions.hpp"
 
 namespace drover::physics::regimes_tests {
 namespace {
@@ -31,20 +29,6 @@ TEST(AreaFraction, as_an_axis_sets_the_density) {
     EXPECT_TRUE(is_same_axis("bead_area_fraction", "uniform.bead_density"));
     EXPECT_FALSE(is_same_axis("bead_area_fraction", "rod_area_fraction"));
     EXPECT_FALSE(is_same_axis("drag.coefficient", "driving.strength"));
-}
-
-TEST(NearestState, is_chosen_by_the_size_of_the_order_or_where_a_field_fixes_it_by_its_direction) {
-    const auto state = [](double x) {
-        StationaryState result;
-        result.point.order = {x, 0.0};
-        return result;
-    };
-    const std::vector<Eigen::Vector2d> samples{{0.0, 0.9}, {-0.9, 0.0}};  // of size 0.9, with a mean of 0.6
-    const StationaryStates free{.states = {state(0.0), state(1.0)}, .no_order = ""};
-    EXPECT_EQ(nearest_state(free, samples), &free.states[1]);
-    const StationaryStates held{.states = {state(1.0), state(-0.8)}, .no_order = ""};
-    EXPECT_EQ(nearest_state(held, samples), &held.states[1]);
-    EXPECT_EQ(nearest_state({}, samples), nullptr);
 }
 
 }  // namespace

@@ -142,7 +142,8 @@ std::vector<double> steps(double first, double last, int count) {
 TEST(ModeMap, holds_eigenvectors_with_their_duals) {
     const Equations e(flock_model({}));
     Threads threads(2);
-    const ModeMap map = mode_map(e, flock_of(e), steps(0.05, 2.0, 20), steps(0.0, pi, 13), threads);
+    const model::ModeMap map =
+        model::mode_map(*e.linearised(flock_of(e).point), steps(0.05, 2.0, 20), steps(0.0, pi, 13), threads);
     for (std::size_t a = 0; a < map.angles.size(); ++a)
         for (std::size_t k = 0; k < map.wavenumbers.size(); ++k) {
             const Modes& here = map.at(a, k);
@@ -160,7 +161,7 @@ TEST(ModeMap, follows_branches_through_crossings) {
     const Equations e(flock_model(l));
     Threads threads(1);
     const std::vector<double> q = steps(0.01, 3.0, 300);
-    const ModeMap map = mode_map(e, isotropic_of(e), q, {0.4}, threads);
+    const model::ModeMap map = model::mode_map(*e.linearised(isotropic_of(e).point), q, {0.4}, threads);
     for (Eigen::Index branch = 0; branch < 6; ++branch)
         for (std::size_t k = 1; k + 1 < q.size(); ++k) {
             // Across or along, for ever.
@@ -183,7 +184,8 @@ TEST(ModeMap, of_a_defective_matrix_keeps_every_rate) {
     const Equations e(model);
     const double q = l.gamma / (2.0 * l.rho * std::sqrt(l.e));
     Threads threads(1);
-    const ModeMap map = mode_map(e, isotropic_of(e), {0.5 * q, q, 1.5 * q}, {0.0}, threads);
+    const model::ModeMap map =
+        model::mode_map(*e.linearised(isotropic_of(e).point), {0.5 * q, q, 1.5 * q}, {0.0}, threads);
     for (std::size_t k = 0; k < 3; ++k) {
         Eigen::VectorXcd expected = mode_rates(e, isotropic_of(e).point, {.x = map.wavenumbers[k], .y = 0.0});
         for (const Complex rate : map.at(0, k).rates)
@@ -197,11 +199,14 @@ TEST(ModeMap, of_a_defective_matrix_keeps_every_rate) {
 
 // ---- what grows
 
-const Search search{.min = 1e-3, .max = 50.0};
+const model::GrowthSearch search{.min = 1e-3, .max = 50.0};
+
+using model::Instability;
+using model::InstabilityKind;
 
 std::vector<std::string> names(const std::vector<Instability>& found) {
     std::vector<std::string> result;
-    for (const Instability& one : found) result.push_back(one.name);
+    for (const Instability& one : found) result.push_back(name_of(one.kind));
     return result;
 }
 
@@ -241,7 +246,7 @@ TEST(Instabilities, of_a_flock_that_order_feeds_are_banding) {
     const std::vector<Instability> found = instabilities(e, flock_of(e), search);
     ASSERT_FALSE(found.empty());
     EXPECT_NE(std::find_if(found.begin(), found.end(),
-                           [](const Instability& i) { return i.name == "banding" && i.angle == 0.0; }),
+                           [](const Instability& i) { return i.kind == InstabilityKind::banding && i.angle == 0.0; }),
               found.end());
 }
 
@@ -251,7 +256,7 @@ TEST(InstabilitiesLong, of_a_flock_with_attracting_beads_are_oblique_and_the_fas
     const Equations e(flock_model(l));
     const std::vector<Instability> found = instabilities(e, flock_of(e), search);
     ASSERT_FALSE(found.empty());
-    EXPECT_EQ(found[0].name, "oblique");
+    EXPECT_EQ(found[0].kind, InstabilityKind::oblique);
     // By brute force, over steps of 0.5 degrees and 1 % in q: not more than the refined maximum, and not less than
     // second order in the steps.
     double most = 0.0;
@@ -309,13 +314,13 @@ TEST(Instabilities, exclude_rounding_errors_for_stiff_beads_and_defective_modes)
     Model model = flock_model(free);
     const Equations defective(model);
     for (const Instability& one : instabilities(defective, stationary_states(defective).states.back(), search))
-        EXPECT_GT(one.rate, 1e-6) << one.name;
+        EXPECT_GT(one.rate, 1e-6) << name_of(one.kind);
     Model stiff = flock_model({});
     stiff.inertia.bead_mass = 1e-13;
     const Equations light(stiff);
     const std::vector<Instability> found = instabilities(light, isotropic_of(light), search);
     ASSERT_FALSE(found.empty());
-    EXPECT_EQ(found[0].name, "order");
+    EXPECT_EQ(found[0].kind, InstabilityKind::order);
 }
 
 TEST(Instabilities, of_a_flock_against_its_field_is_uniform_rotation) {
@@ -325,7 +330,7 @@ TEST(Instabilities, of_a_flock_against_its_field_is_uniform_rotation) {
     const StationaryStates found = stationary_states(e);
     ASSERT_EQ(found.states.size(), 3u);
     EXPECT_TRUE(instabilities(e, found.states[0], search).empty());
-    EXPECT_EQ(instabilities(e, found.states[2], search).at(0).name, "uniform");
+    EXPECT_EQ(instabilities(e, found.states[2], search).at(0).kind, InstabilityKind::uniform);
 }
 
 }  // namespace

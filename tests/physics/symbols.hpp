@@ -1,6 +1,6 @@
 // tests/physics/symbols.hpp: linearisations and rates of uniform states as matrices and vectors of all fields.
 #pragma once
-#include "drover/physics/equations.hpp"
+#include "structure.hpp"
 
 namespace drover::physics {
 

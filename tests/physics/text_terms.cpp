@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "drover/numerics/stepper.hpp"
-#include "drover/physics/fluctuations.hpp"
 #include "drover/physics/initial_state.hpp"
 #include "drover/physics/phase_boundary.hpp"
 #include "drover/physics/stability.hpp"

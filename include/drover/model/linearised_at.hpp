@@ -43,6 +43,8 @@ public:
     Symbol all_components(const numerics::Wavevector& q) const;
     /// The linearisation of all right sides without elimination; rows of balances that are solved at every point are 0.
     Symbol whole(const numerics::Wavevector& q) const;
+    /// The part of one of Equations::terms() in whole().
+    Symbol term_symbol(std::size_t term, const numerics::Wavevector& q) const;
     /// Strengths of the noise of the rows of symbol(): <f f^H> = noise delta(t - t') per area.
     Symbol noise(const numerics::Wavevector& q) const;
 
@@ -57,6 +59,8 @@ public:
     double direction() const { return left_.direction; }
     /// Whether all directions of waves are equivalent: tried at some.
     bool is_isotropic() const;
+    /// Whether a reflection in the line of the direction maps waves to waves: tried at some.
+    bool is_mirrored() const;
     /// The wavevector at an angle from the direction of the state.
     numerics::Wavevector wavevector(double q, double angle) const;
     /// A matrix between all components at q with its fields resolved along and across q: of a field of spin m the first
@@ -88,6 +92,8 @@ private:
     Eigen::MatrixXd turn_of(const numerics::Wavevector& q) const;
     Symbol resolved(const Symbol& m, const numerics::Wavevector& q) const;
     Symbol eliminated(const numerics::Wavevector& q, Symbol* balance = nullptr) const;
+    /// Of the entries of whole(), for each pair of fields.
+    Eigen::MatrixXd sizes(double q) const;
 
     Equations equations_;
     UniformState about_;

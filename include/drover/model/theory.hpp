@@ -46,9 +46,10 @@ StationaryStates stationary_states(const Equations& equations);
 /// of another size or with values that are not finite.
 StationaryStates stationary_states(const Equations& equations, const UniformState& means);
 
-/// The state nearest to the means of a run, by the components with a rate: of spins by their sizes alone, since
-/// directions wander.  nullptr if there is none.
-const StationaryState* nearest_state(const StationaryStates& found, const Model& model, const UniformState& means);
+/// The state nearest to the means in samples of a run, by the components with a rate: where a direction is free it
+/// wanders, and the sizes of fields with a spin count alone.  nullptr if there is none.
+const StationaryState* nearest_state(const StationaryStates& found, const Model& model,
+                                     const std::vector<UniformState>& samples);
 
 /// Only what Newton's method finds from these means and from these guesses of all components, which take the conserved
 /// means of the first: for models that differ little from one whose states are known.
@@ -108,6 +109,8 @@ struct GrowthSearch {
     int wavenumbers = 121;         ///< >= 3
     int angles = 90;               ///< >= 1
 };
+/// Throws an input Error for an invalid search.
+void check(const GrowthSearch& search);
 
 /// A range of |q| at one angle where waves grow, with its fastest wave.
 struct Band {

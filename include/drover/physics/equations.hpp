@@ -69,7 +69,4 @@ std::vector<std::string> terms_without_degree(const Equations& equations);
 /// Whether a slaved velocity is a nonlinear function of the fields: some force on the beads is evaluated on the grid.
 bool has_pointwise_velocity(const Equations& equations);
 
-/// The matrix of some components of forces() by FieldIndex; rows and columns of the others are zero.
-Symbol of_all_fields(const Equations& equations, const model::Symbol& m, const std::vector<int>& components);
-
 }  // namespace drover::physics

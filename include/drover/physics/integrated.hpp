@@ -12,9 +12,4 @@ model::Integrated integrated(const Equations& equations, const Reference& about,
 /// The same about the uniform densities of a model.
 model::Integrated integrated(const Model& model, const Dealiasing& dealiasing = {});
 
-/// The velocity of the beads of a slaved form on the grid, two components, in balance with the forces at every point.
-/// `linear`: the linear part about the scene's uniform densities.
-numerics::Fields slaved_velocity(const Equations& equations, const numerics::System& linear, double t,
-                                 const numerics::Spectra& state);
-
 }  // namespace drover::physics

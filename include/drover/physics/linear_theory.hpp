@@ -39,24 +39,6 @@ FastestGrowth fastest_growth(const numerics::System& system);
 /// The largest |s| of the linear model over the kept modes [1/s], for comparison with 1/dt.
 double fastest_rate(const numerics::System& system);
 
-/// Stationary structure factors of the linear model at |q| [1/mm]; zero for absent fields.  Cross structure factors are
-/// those of a density and i times the component of p along q.  Source: m S + S m^T + Q = 0 for each block.
-struct StructureFactor {
-    double rods = 0.0, beads = 0.0;                      ///< of sigma, of rho [1/mm^2]
-    double order_along = 0.0, order_across = 0.0;        ///< of the components of p along and across q [[p]^2 mm^2]
-    double velocity_along = 0.0, velocity_across = 0.0;  ///< of v [mm^4/s^2]
-    double beads_rods = 0.0;                             ///< of rho and sigma [1/mm^2]
-};
-
-/// sum += factor * part, field by field.
-void add_scaled(const StructureFactor& part, double factor, StructureFactor& sum);
-
-StructureFactor structure_factor(const numerics::System& system, const Form& form, double q);
-
-/// The same for each stored mode of the grid; zero at q = 0 and for modes that are not kept.  Throws a run Error if a
-/// mode grows.
-std::vector<StructureFactor> structure_factors(const numerics::System& system, const Form& form);
-
 }  // namespace drover::physics
 
 namespace drover {

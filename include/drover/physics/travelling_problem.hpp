@@ -2,7 +2,9 @@
 #pragma once
 #include <functional>
 
+#include "drover/model/travelling_family.hpp"
 #include "drover/numerics/travelling_state.hpp"
+#include "drover/physics/integrated.hpp"
 #include "drover/physics/linear_theory.hpp"
 
 namespace drover::physics {
@@ -17,8 +19,11 @@ struct TravellingProblem {
     Dealiasing dealiasing;
 };
 
-/// Its systems throw an input Error for a term that depends on position or time.
-numerics::TravellingFamily travelling_family(const TravellingProblem& problem, Threads& threads);
+inline numerics::TravellingFamily travelling_family(const TravellingProblem& problem, Threads& threads) {
+    return model::travelling_family(
+        [problem](double parameter) { return integrated(problem.model(parameter), problem.dealiasing); },
+        problem.parameter, problem.grid, threads);
+}
 
 struct TravellingSolver : numerics::TravellingSolver {
     TravellingSolver(const TravellingProblem& problem, Threads& threads)

@@ -33,10 +33,8 @@ struct Report {
 /// Whether a report includes linear theory, which for a large grid takes longer than all else.
 enum class Theory { included, omitted };
 
-/// The report of an archive of rods and beads; see make_report() of run/kind.hpp.
+/// The report of an archive of fields; see make_report() of run/kind.hpp.
 Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
-/// The same of a declared model.
-Report make_model_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 
 /// The samples of an archive that are on the schedule of its scene.
 struct Sampling {
@@ -49,9 +47,6 @@ Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene
 
 /// A report with the summary of what was recorded, whose sampling it sets.
 Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded);
-
-/// Adds the predictions of <what>_number_* from the structure factor of each stored mode.
-void predict_boxes(const std::string& what, const std::vector<double>& structure_factor, Report& report);
 
 /// The prediction of a name; nullptr when there is none.
 const Prediction* find_prediction(const Report& report, const std::string& name);

@@ -20,14 +20,9 @@ inline constexpr double max_tail_over_linear = 3.0;
 
 /// What is known before a run.
 std::vector<std::string> field_scene_warnings(const io::Scene& scene);
-/// The same of a declared model.
-std::vector<std::string> model_warnings(const io::Scene& scene);
 
 /// Those, and what its archive shows.  Every reader of an archive gets the same: a run,
 /// a restart, drover info.
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene);
-
-/// Of a run of fields whose estimated error has exceeded time.max_error.
-void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings);
 
 }  // namespace drover::run

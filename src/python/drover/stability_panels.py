@@ -1,4 +1,5 @@
 """drover/stability_panels.py: panels of the figure of the stability of a uniform state, drawn on given axes."""
+import itertools
 import re
 from dataclasses import dataclass
 
@@ -20,7 +21,8 @@ PARTS = (("rods", r"rods, $S_\sigma$", "rods", ("-", BLUE)),
 PREFERRED = ("rods", "beads", "order_across_p0", "order_along_p0")  # preferred if one is drawn at several angles
 STATES = ("ordered", "along_the_field", "isotropic")  # the most ordered first
 SLOW_MODES = {1: ("slow mode",), 2: ("slower", "faster"), 3: ("slowest", "middle", "fastest")}  # by their speeds
-OF_STATES = ("free_direction", "stable", "fastest_rate", "fastest_wavenumber")  # numbers that are no fields
+OF_STATES = ("free_direction", "stable", "fastest_rate", "fastest_wavenumber", "direction_diffusion_times_area",
+             "sound_wavenumber")  # numbers that are no fields
 COMPONENT = re.compile(r"_(x|y|xx|xy|1|2)$")
 DECADES = 5           # of growth rates on the larger side of a symmetric logarithmic axis
 SPIKE = 4.0           # curves are clipped at this multiple of their typical range
@@ -86,9 +88,18 @@ class State:
         return sorted({*chosen, *more})
 
     def parts(self, start):
-        """Rows of PARTS whose structure factors are positive at the angles drawn."""
-        names = [(part, start + part[0]) for part in PARTS if start + part[0] in self.data]
-        return [part for part, name in names if bool((self.array(name).sel(angle=self.angles()) > 0.0).any())]
+        """Rows as PARTS whose structure factors are positive at the angles drawn, the first four."""
+        known = {part[0]: part for part in PARTS}
+        names = [str(name).removeprefix(start) for name in self.data.data_vars if str(name).startswith(start)]
+        parts = [known.get(name, own_part(name, style)) for name, style in zip(names, itertools.cycle(LINES))]
+        return [part for part in parts
+                if bool((self.array(start + part[0]).sel(angle=self.angles()) > 0.0).any())][:len(LINES)]
+
+
+def own_part(name, style):
+    """A row as PARTS of a model of one's own: "p_along" is the part of p along q."""
+    words = re.sub("_(along|across)$", r" \1 q", name)
+    return name, re.sub(" q$", r" $\\mathbf{q}$", words), words, style
 
 
 def angle_text(angle):
@@ -263,7 +274,7 @@ def factor_curves(state, start):
 
 
 def preferred(state, start):
-    return min(state.parts(start), key=lambda part: PREFERRED.index(part[0]))
+    return min(state.parts(start), key=lambda part: PREFERRED.index(part[0]) if part[0] in PREFERRED else 0)
 
 
 def factor_title(state, start):

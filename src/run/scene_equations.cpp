@@ -1,0 +1,94 @@
+// run/scene_equations.cpp: from a scene to what is integrated, and its numbers.
+#include "run/scene_equations.hpp"
+
+#include "drover/model/start.hpp"
+#include "drover/physics/integrated.hpp"
+#include "drover/physics/uniform_states.hpp"
+#include "run/model_coefficients.hpp"
+
+namespace drover::run {
+
+namespace {
+constexpr const char* own_section = "coefficients.";
+
+/// Components of the order, the first field that turns, and of others that turn as it does: where each starts.
+std::vector<int> turning_components(const model::Equations& equations) {
+    std::vector<int> turning;
+    int spin = 0, first = 0;
+    for (const model::StateComponent& one : model::components_of_state(equations)) {
+        const int here = equations.model().fields[one.field].spin;
+        if (one.part == 0 && here > 0) {
+            if (spin == 0) spin = here;
+            if (here == spin) turning.push_back(first);
+        }
+        ++first;
+    }
+    return turning;
+}
+}  // namespace
+
+model::Integrated integrated_of(const io::Scene& scene) {
+    if (scene.kind != io::SceneKind::model) return physics::integrated(scene.model, scene.dealiasing);
+    const model::Equations equations(io::model_of(scene.declared));
+    return {.equations = equations,
+            .kept_degree = io::kept_degree(scene, equations),
+            .turning = turning_components(equations)};
+}
+
+model::Equations equations_of(const io::Scene& scene) {
+    if (scene.kind == io::SceneKind::model) return model::Equations(io::model_of(scene.declared));
+    return physics::Equations(scene.model).solver(physics::reference(scene.model.uniform));
+}
+
+model::StationaryStates stationary_states_of(const io::Scene& scene) {
+    if (scene.kind == io::SceneKind::model) return model::stationary_states(equations_of(scene));
+    const physics::Equations equations(scene.model);
+    model::StationaryStates result;
+    if (const std::string term = physics::nonuniform_term(equations); !term.empty()) {
+        result.why_none = term + " depends on position or time";
+        return result;
+    }
+    const model::UniformState reference = equations_of(scene).reference();
+    const physics::StationaryStates found = physics::stationary_states(equations);
+    for (const physics::StationaryState& state : found.states) {
+        model::UniformState values = reference;
+        const auto set = [&](int field, const Eigen::Vector2d& vector) {
+            if (const int at = equations.component(field); at >= 0)
+                for (const int axis : {0, 1}) values[static_cast<std::size_t>(at + axis)] = vector[axis];
+        };
+        set(physics::FieldIndex::bead_velocity_x, state.point.velocity);
+        set(physics::FieldIndex::polar_order_x, state.point.order);
+        result.states.push_back({.name = state.name,
+                                 .values = std::move(values),
+                                 .is_isotropic = physics::is_isotropic(state.point),
+                                 .has_free_direction = state.free_direction});
+    }
+    if (result.states.empty()) result.why_none = found.no_order;
+    result.why_no_order = found.no_order;
+    return result;
+}
+
+SceneNumber number_of(const io::Scene& scene, const std::string& list, const std::string& key,
+                      const SourceLocation& where) {
+    if (scene.kind == io::SceneKind::model) {
+        const std::string name = coefficient_of(scene, list, key, where);
+        return {.key = own_section + name, .value = scene.declared.coefficients.at(name)};
+    }
+    const io::ModelNumber number = io::model_number(key, where, scene.model);
+    physics::Model model = scene.model;
+    return {.key = key, .unit = number.unit.empty() ? "1" : number.unit, .value = number.in(model)};
+}
+
+std::string example_of_number(const io::Scene& scene) {
+    return scene.kind == io::SceneKind::model ? "\"coefficients.a = 1.2\"" : "\"relaxation.rate = 1.2\"";
+}
+
+io::Scene scene_with(const io::Scene& scene, const std::string& key, double value) {
+    io::Scene changed = scene;
+    if (scene.kind == io::SceneKind::model)
+        changed.declared.coefficients.at(key.substr(std::string_view(own_section).size())) = value;
+    else io::model_number(key, {}, changed.model).in(changed.model) = value;
+    return changed;
+}
+
+}  // namespace drover::run

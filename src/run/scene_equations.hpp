@@ -1,0 +1,32 @@
+// run/scene_equations.hpp: the equations of a scene of fields, whatever they are.
+#pragma once
+#include "drover/io/scene.hpp"
+#include "drover/model/field_evolution.hpp"
+#include "drover/model/theory.hpp"
+
+namespace drover::run {
+
+/// What a run integrates, about the state of the references.
+model::Integrated integrated_of(const io::Scene& scene);
+/// The equations alone: a function of the calling program may be missing.
+model::Equations equations_of(const io::Scene& scene);
+
+/// Their uniform stationary states at the mean densities of the scene; of rods and beads by their closed forms.
+model::StationaryStates stationary_states_of(const io::Scene& scene);
+
+/// A number of its equations.
+struct SceneNumber {
+    std::string key;  ///< "relaxation.rate", "coefficients.a"
+    std::string unit = "1";
+    double value = 0.0;
+};
+/// list: what names it.  Throws an input Error at `where` for a key that is no number of the equations.
+SceneNumber number_of(const io::Scene& scene, const std::string& list, const std::string& key,
+                      const SourceLocation& where);
+/// An assignment for messages.
+std::string example_of_number(const io::Scene& scene);
+
+/// The scene with another value of a number.
+io::Scene scene_with(const io::Scene& scene, const std::string& key, double value);
+
+}  // namespace drover::run
