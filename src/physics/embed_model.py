@@ -73,6 +73,10 @@ const RodBead& rod_bead() {{
     return equations;
 }}
 
+const char* model_file() {{
+    return R"model({json.dumps(model)})model";
+}}
+
 }}  // namespace drover::physics
 """)
 

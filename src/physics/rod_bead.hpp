@@ -25,6 +25,8 @@ struct RodBead {
     std::vector<std::pair<std::string, std::string>> currents;  ///< of the rods, by kind
 };
 const RodBead& rod_bead();
+/// All of it, as JSON.
+const char* model_file();
 
 /// Which equations are written.
 enum class Written {

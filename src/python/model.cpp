@@ -135,6 +135,14 @@ void bind_model(py::module_& module) {
     py::class_<model::Equations>(module, "Equations")
         .def(py::init(&equations_of))
         .def("terms", &terms_of)
+        .def("components",
+             [](const model::Equations& e) {
+                 std::vector<std::string> names;
+                 for (const model::Field& field : e.model().fields)
+                     if (field.left != model::LeftSide::given)
+                         for (const std::string& name : model::dataset_names(field)) names.push_back(name);
+                 return names;
+             })
         .def("state_components", &model::Equations::state_components)
         .def("reference", &model::Equations::reference)
         .def("degree", &model::Equations::degree)

@@ -16,6 +16,7 @@
 #include "drover/io/field_export.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/io/xyz.hpp"
+#include "drover/physics/equations.hpp"
 #include "drover/run/boundary_shares.hpp"
 #include "drover/run/calibration.hpp"
 #include "drover/run/dynamic_structure.hpp"
@@ -32,6 +33,7 @@
 #include "drover/run/tradeoff.hpp"
 #include "drover/run/wave_fit.hpp"
 #include "drover/run/write_result.hpp"
+#include "physics/rod_bead.hpp"
 #include "run/json.hpp"
 
 namespace drover::python {
@@ -261,6 +263,13 @@ std::vector<std::string> check(const io::Scene& scene) {
     return run::kind_of(scene).warnings(scene);
 }
 
+/// Of fields: shipped, or of the scene's own.
+model::Equations equations_of(const io::Scene& scene) {
+    io::require_grid(scene, "equations");
+    if (scene.kind == io::SceneKind::model) return model::Equations(io::model_of(scene.declared));
+    return physics::Equations(scene.model).solver(physics::reference(scene.model.uniform));
+}
+
 void bind_scene(py::module_& module) {
     py::class_<io::Scene>(module, "Scene", "A valid scene; drover.Scene wraps it.")
         .def_static(
@@ -276,7 +285,9 @@ void bind_scene(py::module_& module) {
             py::arg("file"), py::arg("settings"))
         .def_property_readonly("kind", [](const io::Scene& self) { return io::kind_name(self.kind); })
         .def_property_readonly("text", &io::resolved_text)
+        .def_property_readonly("equations", &equations_of)
         .def_property_readonly("archive", &run::archive_path);
+    module.def("model_file", &physics::model_file);
     module.def("check", &check, py::arg("scene"));
     module.def(
         "explain",

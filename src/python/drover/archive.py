@@ -9,20 +9,10 @@ import numpy
 import xarray
 
 from drover.error import DroverError
+from drover.fields import fields_of
 from drover.particles import is_of_particles, read_particles
 from drover.stored import (BROKEN, COMMIT_SECONDS, Store, StoreOwner, attributes_of, group_dataset, is_quiet, names_of,
                            state_of)
-
-
-def fields_of(scene):
-    """Names of the fields of a scene, by components."""
-    if "field" in scene:
-        from drover.model import model_of
-        return [name for field in model_of(scene).fields if not field.balance for name in field.components]
-    chosen = scene.get("fields", {})
-    names = [name for name in ("bead_density", "rod_density") if chosen.get(name, name == "rod_density")]
-    vectors = ["bead_velocity"] if chosen.get("bead_velocity", "absent") != "absent" else []
-    return [*names, *(f"{name}_{axis}" for name in [*vectors, "polar_order"] for axis in "xy")]
 
 
 @dataclass(frozen=True)
@@ -141,7 +131,7 @@ def read_run(store, path):
         return read_particles(store, path, attributes, scene)
     frames, observables = (group_dataset(store, group) for group in ("/", "/observables"))
     summary = group_dataset(store, "/summary") if "summary" in store.file else None
-    for name in fields_of(scene):
+    for name in (name for field in fields_of(scene) for name in field.components):
         if name not in frames or frames[name].dims != ("time", "y", "x"):
             raise DroverError(f"{path} has no field {name} over time, y and x; expected one for this form: the file "
                               f"is from another "

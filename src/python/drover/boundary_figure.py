@@ -6,6 +6,7 @@ from matplotlib.ticker import MaxNLocator
 from drover import boundary_panels as panels
 from drover.archive import loaded
 from drover.error import DroverError
+from drover.fields import key_of
 from drover.panels import STEPS, with_unit
 from drover.paper import SIZE, STYLE, add_axes, new_figure, write_title_and_caption
 from drover.text import drawable, scene_name
@@ -51,7 +52,7 @@ def draw(theory):
 def conventions_of(theory, lines):
     """Indices of the traced conventions, in order: the map uses the first, whose lines are solid."""
     names = theory.scene.get("boundary", {}).get("conventions") or [
-        theory.scene.get("weathercock", {}).get("convention", panels.CONVENTIONS[0])]
+        theory.scene.get(key_of("lambda")[0], {}).get("convention", panels.CONVENTIONS[0])]
     known = [panels.CONVENTIONS.index(name) for name in names if name in panels.CONVENTIONS]
     return list(dict.fromkeys([*known, *(line.convention for line in lines)]))
 
@@ -108,7 +109,7 @@ def caption(theory, has_map, lines, conventions, angles, has_bands):
         words.append(f"Colours: {'stable uniform states' if of_model else 'regime of the uniform state'}, on "
                      f"{theory.scene['boundary'].get('map', '?')} points along each axis.")
     if len(conventions) > 1:
-        words.append("Conventions: weathercock.strength is λ (mean) or 2 λ (single-rod).")
+        words.append(f"Conventions: {'.'.join(key_of('lambda'))} is λ (mean) or 2 λ (single-rod).")
     if has_bands:
         words.append(f"Bands: between 16 and 84 % of {theory.scene['boundary'].get('draws', '?')} draws of all numbers "
                      "within their errors, a point is unstable; no band where fewer than half of them have the state.")

@@ -1,9 +1,11 @@
 """drover/exact.py: what is known exactly of a run without noise that starts from formulas: a profile in x and time."""
 import numpy
 
+from drover.error import Error
 from drover.typeset import named, spaced
 
 LARGEST_ERROR = 0.02     # of the range of the profile: a start that moves unchanged agrees to this
+ROUNDING = 1e-9          # relative, of rates of waves
 LEAST_STRUCTURE = 1e-3   # of the mean: the range of a profile that is not uniform
 
 
@@ -47,23 +49,46 @@ def shift_of(first, other, side):
 
 
 def spreading(run, field, row):
-    """Barenblatt's solution of beads alone, slaved to their pressure, that start as a paraboloid."""
-    fields, stiffness, drag = (run.scene.get(name, {}) for name in ("fields", "stiffness", "drag"))
-    pressure, friction = stiffness.get("beads", 0.0), drag.get("coefficient", 0.0)
-    if field.name != "bead_density" or fields.get("rod_density") or not min(pressure, friction) > 0.0:
-        return None
+    """Barenblatt's solution of d_t n = k div(n grad n), of a field whose start is a paraboloid."""
     start, x = row.values[0], row["x"].values
     peak, inside = float(start.max()), start > 0.1 * start.max()
+    if not peak > 0.0 or inside.sum() < 4:
+        return None
     curvature, slope, height = numpy.polyfit(x[inside], start[inside], 2)
     if not curvature < 0.0 or abs(numpy.polyval((curvature, slope, height), x[inside]) - start[inside]).max() > (
             LARGEST_ERROR * peak):
         return None
+    rate = rate_of_spreading(run, field.name)
+    if rate is None:
+        return None
     middle = -0.5 * slope / curvature
     height = float(numpy.polyval((curvature, slope, height), middle))
     radius_squared = -height / curvature
-    age = friction * radius_squared / (8.0 * pressure * height)  # since the beads were at one point
+    age = radius_squared / (8.0 * rate * height)  # since all was at one point
 
     def profile(points, time):
         ratio = numpy.sqrt(1.0 + time / age)
         return numpy.maximum(0.0, height / ratio * (1.0 - (points - middle)**2 / (radius_squared * ratio)))
     return profile, "exact (Barenblatt)"
+
+
+def rate_of_spreading(run, name):
+    """k of d_t n = k div(n grad n) for the field n of this name; None where its equation is another.
+
+    Waves of small amplitude about a uniform n decay at the rate k n q^2, and no other field drives them.
+    """
+    from drover.scene import Scene
+    try:
+        equations = Scene.parse(run.attributes["scene"])._native.equations
+    except (Error, KeyError):  # such as a term that is a function of Python, which an archive does not hold
+        return None
+    at, rates = equations.components().index(name), []
+    for value, q in ((1.0, 1.0), (2.0, 1.0), (1.0, 2.0), (2.0, 3.0)):
+        state = numpy.array(equations.reference())
+        state[at] = value
+        found = equations.symbol(state, q, 0.0)[at] / -(value * q**2)
+        if abs(numpy.delete(found, at)).max(initial=0.0) > 0.0:
+            return None
+        rates.append(found[at])
+    same = numpy.ptp(numpy.real(rates)) <= ROUNDING * abs(rates[0]) and not numpy.imag(rates).any()
+    return float(numpy.real(rates[0])) if same and numpy.real(rates[0]) > 0.0 else None

@@ -44,7 +44,8 @@ def function_of(of, value, flux):
         return None
     if value is not None and flux is not None:
         raise Error("value and flux are both given; expected one of them")
-    is_density = of in ("bead_density", "rod_density")
+    from drover.fields import shipped_fields
+    is_density = of in (field.name for field in shipped_fields() if field.conserved)
     if is_density != callable(flux):
         raise Error(f"the term of {of} is a function given as {'value' if is_density else 'flux'}; expected "
                     f"{'flux=, whose x and y components it returns' if is_density else 'a function as value'}")

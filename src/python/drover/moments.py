@@ -29,7 +29,7 @@ def present(simulation):
                                                                         ("rod", "component"))]
     frames = dataset[moving].expand_dims("time").merge(dataset.drop_vars([*moving, "time"]))
     scene = simulation.scene
-    attributes = {"scene_file": Path(scene.name).name, "seed": scene["run.seed"],
+    attributes = {"scene_file": Path(scene.name).name, "seed": scene["run.seed"], "scene": scene.to_toml(),
                   "in_memory": "ended" if simulation.step >= simulation.steps else "going on"}
     parts = (Path(scene.name), frames)
     if scene.kind != "particles":

@@ -4,12 +4,13 @@ from types import SimpleNamespace
 import matplotlib
 
 from drover.error import DroverError
+from drover.fields import fields_of
 from drover.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
 from drover.sweep_panels import draw_sweep, own_axes
 from drover.sweeping import dataset_of
 from drover.text import drawable, scene_name
 
-PREFERRED = ("polar_order", "nematic_order", "size_mean_", "variance_")  # by the beginnings of names
+PREFERRED = ("nematic_order", "size_mean_", "variance_")  # by the beginnings of names, after vectors
 LEFT, RIGHT = (0.9, 1.6, 4.3, 5.2), (7.0, 1.6, 3.4, 5.2)  # boxes of the panels [inches]
 ALONE = (0.9, 1.6, 8.8, 5.2)
 
@@ -21,7 +22,8 @@ def chosen(sweep, count):
     if count:
         spectra = [name for name in names if name.startswith("structure_factor")]
         return min(spectra, key=lambda name: name.endswith("cross"), default=None)
-    best = [name for start in PREFERRED for name in names if name.startswith(start)]
+    vectors = [field.name or field.symbol for field in fields_of(sweep.values) if field.spin]
+    best = [name for start in (*vectors, *PREFERRED) for name in names if name.startswith(start)]
     return next(iter([*best, *names]), None)
 
 

@@ -54,9 +54,9 @@ def key_label(key, values=None):
     unit = rows[0].get("unit", "1") if rows else "1"
     if unit in ("", "1"):
         return key
-    if "[p]" in unit and values is None:
+    if "[" in unit and values is None:
         return f"{key} ({unit_text(unit)})"
-    if "[p]" in unit:
+    if "[" in unit:
         unit = order_unit(unit, values)
     return key if unit == "1" else f"{key} [{unit_text(unit)}]"
 

@@ -115,33 +115,32 @@ def scene_html(scene):
 
 
 def order_unit(unit, values):
-    """A unit of a key with that of the polar order, [p], put in: 1/mm2 where the order is a current, else 1.
+    """A unit of a key with that of the order, [p], put in: a number per area where its current has no other density.
 
     >>> order_unit("[p]/mm", {"current": {"kind": "order"}}), order_unit("1/s/[p]^2", {})
     ('mm-3', 's-1')
     """
-    is_current = values.get("current", {}).get("kind") == "order" and values.get("fields", {}).get("rod_density", True)
-    return simple_unit(re.sub(r"\[p\](\^\d+)?", lambda found: raised(found[1]) if is_current else "1", unit))
+    from drover.fields import model_file, shipped_fields
+    density, order = list(shipped_fields())[:2]
+    current = model_file()["current"].get(values.get("current", {}).get("kind"), density.symbol)
+    is_number = density.symbol not in current.split() and values.get("fields", {}).get(density.name, True)
+    return simple_unit(unit.replace(f"[{order.symbol}]", "(1/mm2)" if is_number else "(1)"))
 
 
-def raised(power):
-    return f"(1/mm{2 * int((power or '^1')[1:])})"
-
-
-# Sections of a scene of rods and beads, or of particles, that say what it is of, not how it is computed.
-PHYSICS = {"fields": ("uniform", "current", "inertia", "drag", "viscosity", "driving", "stiffness", "relaxation",
-                      "elasticity", "weathercock", "advection", "pressure", "diffusion", "noise", "force",
-                      "orienting_field"),
-           "particles": ("cell", "plates", "beads", "rods", "restitution", "friction", "kick", "forces")}
+# Sections of a scene of particles that say what it is of, not how it is computed.
+PARTICLES = {"cell", "plates", "beads", "rods", "restitution", "friction", "kick", "forces"}
 
 
 def keys_html(scene):
     """The numbers of a scene that are not as by default, with units and meanings, and its cell and duration."""
     from drover.commands import schema
+    from drover.shown import SETTINGS
 
     values, rows = scene.values, []
     for section in schema(scene.kind):
-        for row in section["rows"] if section["name"] in PHYSICS[scene.kind] else ():
+        name = section["name"]
+        is_physics = name in PARTICLES if scene.kind == "particles" else name == "uniform" or name not in SETTINGS
+        for row in section["rows"] if is_physics else ():
             value = values.get(section["name"], {}).get(row["name"])
             if value is not None and value != row["default"]:
                 rows.append((f"{section['name']}.{row['name']}", value_words(value),
