@@ -19,7 +19,7 @@ void add_film(CLI::App& program, Action& action) {
                         "picture of each frame; default: the name of the archive with .mp4");
     command->add_option("--every", *every, "Show every k-th frame, starting with the first")
         ->check(CLI::Range(1, 1000000000));
-    command->add_option("--field", *field, "Of a scene with fields of its own: the field to show; default: all");
+    command->add_option("--field", *field, "Of a run of fields: the field to show; default: those of its figure");
     command->add_option("--rate", *rate, "Pictures per second")->check(CLI::Range(1, 1000));
     command->callback([archive, output, field, every, rate, &action] {
         action = [archive, output, field, every, rate] {

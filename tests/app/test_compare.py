@@ -267,7 +267,7 @@ def without_frames(path):
     (lambda fields, particles: without_frames(fields), "fields.h5 contains no frames"),
     (lambda fields, particles: drop(particles, "series/bead_velocity_along_order"), "has no series "
      "bead_velocity_along_order"),
-    (lambda fields, particles: drop(fields, "observables/bead_velocity_mean_x"), "has no bead velocity"),
+    (lambda fields, particles: drop(fields, "observables/bead_velocity_mean_x"), "has no series bead_velocity_mean_x"),
 ], ids=["no frame", "no series", "no velocity"])
 def test_incomplete_archives_are_rejected_with_a_message(copies, tmp_path, monkeypatch, spoil, message):
     monkeypatch.setattr("drover.stored.COMMIT_SECONDS", 0.0)

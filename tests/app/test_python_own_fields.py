@@ -182,7 +182,7 @@ def test_the_lines_of_a_nematic_have_half_the_angle_of_its_components():
 def test_panels_of_a_run_with_fields_of_its_own_draw_on_the_axes_that_they_are_given(archive):
     with drover.open_run(archive) as run:
         for draw in (drover.plot.map, drover.plot.means, drover.plot.structure, drover.plot.numbers,
-                     drover.plot.profiles, drover.plot.growth, drover.plot.length):
+                     drover.plot.profiles, drover.plot.growth, drover.plot.length, drover.plot.order):
             axes = pyplot.figure().add_subplot()
             assert draw(run, axes) is axes and axes.has_data() and axes.get_xlabel()
             assert unlabelled(axes.figure) == [], draw
@@ -190,12 +190,24 @@ def test_panels_of_a_run_with_fields_of_its_own_draw_on_the_axes_that_they_are_g
         assert drover.plot.series(run, "variance_density").get_ylabel() == "variance density [mm$^{-4}$]"
         number = drover.plot.numbers(run)
         assert number.get_xlabel() == "mean amount $N$ of density in a box"
-        for draw, said in ((lambda: drover.plot.map(run, field="X"), "expected one of density"),
-                           (lambda: drover.plot.order(run), "drover.plot.means"),
-                           (lambda: drover.plot.compare(run, run), "rods and beads")):
-            with pytest.raises(drover.Error, match=said):
-                draw()
+        with pytest.raises(drover.Error, match="expected one of density"):
+            drover.plot.map(run, field="X")
+        both = drover.plot.compare(run, run)
+        assert r"(c) $|\langle\mathbf{p}\rangle|$" in [axes.get_title(loc="left") for axes in both.axes]
+        both.set_dpi(60)
+        assert overlaps(both) == []
         assert [role.is_density for role in roles_of(run)] == [True, False, False, False, False]
+
+
+def test_a_run_without_what_a_panel_shows_says_so():
+    scalar = Model([Field("s", "-s", reference=1.0)]).scene(8, 8.0, dt=0.1, end=0.1).start()
+    assert "no vector" in drover.plot.order(scalar).texts[0].get_text()
+    with pytest.raises(drover.Error, match="no vector or nematic"):
+        drover.plot.compare(scalar, scalar)
+    rods = drover.Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 0.1}}).start()
+    with pytest.raises(drover.Error, match="drover.plot.order"):
+        drover.plot.means(rods)
+    assert drover.plot.map(rods, field="p").get_title(loc="left") == r"polar order $|\mathbf{p}|$ [mm$^{-2}$]"
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")

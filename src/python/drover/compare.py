@@ -15,6 +15,7 @@ from drover import compare_panels, figure
 from drover.archive import Run, loaded, open_run
 from drover.blocks import mean_and_error
 from drover.error import DroverError, status_of
+from drover.fields import shipped_fields
 from drover.particles import ParticleRun, sides_of
 from drover.spectra import structure_factors
 from drover.text import drawable, printable
@@ -71,12 +72,10 @@ def expected_of(run):
         raise DroverError(f"{run.path}: its scene has no calibrated.table; expected a calibrated field run: add a "
                           f"section [calibrated] "
                           "to its scene and run it again")
-    if "rod_density" not in run.frames:
-        raise DroverError(f"{run.path} has no rod density; set fields.rod_density in its scene and run "
-                          "it again")
-    if "bead_velocity_mean_x" not in run.observables:
-        raise DroverError(f"{run.path} has no bead velocity; set fields.bead_velocity in its scene "
-                          "and run it again")
+    for field in compared_fields():
+        if field.components[0] not in run.frames:
+            raise DroverError(f"{run.path} has no {field.name.replace('_', ' ')}; set fields.{field.name} in its scene "
+                              "and run it again")
     texts = [EXPECTED.fullmatch(text) for text in run.scene["calibrated"].get("expected", [])]
     try:
         numbers = {text[1]: (float(text[2]), float(text[3] or 0.0)) for text in texts if text}
@@ -89,6 +88,11 @@ def expected_of(run):
                           "stores: take relaxation, drag, driving and weathercock from the table and run the scene "
                           "again")
     return numbers
+
+
+def compared_fields():
+    """The density, the order and the flow of the model file."""
+    return list(shipped_fields())[:3]
 
 
 def check_particles(fields, run):
@@ -127,13 +131,14 @@ def projected_area(at, radius, points=2001):
 
 def field_side(run):
     """Field archives contain the mean bead velocity as components only."""
-    names = ("polar_order", *(f"{name}_mean_{axis}" for name in ("polar_order", "bead_velocity") for axis in "xy"))
-    order, p_x, p_y, v_x, v_y = (series_of(run, name) for name in names)
+    _, order, flow = (field.name for field in compared_fields())
+    names = (f"{name}_mean_{axis}" for name in (order, flow) for axis in "xy")
+    p_x, p_y, v_x, v_y = (series_of(run, name) for name in names)
     size = numpy.hypot(p_x, p_y)
     along = numpy.divide(p_x * v_x + p_y * v_y, size, out=numpy.zeros_like(size), where=size > 0.0)
-    series = {"order": order, "size": numpy.hypot(v_x, v_y), "along": along}
+    series = {"order": series_of(run, order), "size": numpy.hypot(v_x, v_y), "along": along}
     sides = numpy.array([run.scene["grid"][name] for name in ("lx", "ly")])
-    return side(run, series, {"order": "polar_order"}, sides)
+    return side(run, series, {"order": order}, sides)
 
 
 def particle_side(run):

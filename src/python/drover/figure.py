@@ -12,13 +12,14 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import (boundary_figure, dynamics_figure, live, model_figure, new_file, onset_figure, panels,
-                    particle_figure, results, smooth_panels, stability_figure, states_figure, sweep_figure, trade_panel)
+from drover import (boundary_figure, dynamics_figure, live, model_figure, model_panels, new_file, onset_figure,
+                    panels, particle_figure, results, smooth_panels, stability_figure, states_figure, sweep_figure,
+                    trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError, status_of
 from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
 from drover.particles import ParticleRun
-from drover.roles import has_own_fields
+from drover.roles import has_own_fields, maps_of
 from drover.stored import state_of
 from drover.text import drawable, printable, scene_name
 from drover.theory import open_any
@@ -63,7 +64,7 @@ def draw(run, frame=-1):
     if smooth:
         layout = {"map": layout["map"], "order": layout["order"],
                   **(SMOOTH_WIDE if is_wide else SMOOTH_BOXES)}
-        if not panels.has_order(run):
+        if not model_panels.has_order(run):
             layout.update(DISORDERED_WIDE if is_wide else DISORDERED_BOXES if layout["map"] is SQUARE["map"] else {})
             del layout["order"]
     with matplotlib.rc_context(STYLE):
@@ -73,10 +74,11 @@ def draw(run, frame=-1):
             boxes = stretched(boxes, layout["map"][3] - boxes["map"][3], smooth)
         axes = {name: add_axes(figure, box) for name, box in boxes.items()}
         if one_row:
-            blocks = panels.draw_profile(axes["map"], run, frame)
+            blocks = model_panels.draw_profile_with_arrows(axes["map"], run, frame)
         else:
-            blocks = panels.draw_map(axes["map"], add_axes(figure, bar_box(boxes["map"])), run, frame)
-        drawn = [] if smooth else panels.draw_structure(axes["structure"], run)
+            bar = add_axes(figure, bar_box(boxes["map"]))
+            blocks = model_panels.draw_map_with_arrows(axes["map"], bar, run, frame)
+        drawn = [] if smooth else model_panels.draw_structure_with_keys(axes["structure"], run)
         dotted = ""
         if smooth:
             dotted = smooth_panels.draw_profiles(axes["profiles"], run)
@@ -85,10 +87,11 @@ def draw(run, frame=-1):
         else:
             drawn += panels.draw_numbers(axes["numbers"], axes["exponents"], run)
         if "order" in axes:
-            panels.draw_order(axes["order"], run)
+            model_panels.draw_order(axes["order"], run)
+        map_title = model_panels.map_title(run, frame)
         for name, words in (SMOOTH_TITLES if smooth else TITLES).items():
             if name in axes:
-                axes[name].set_title(words.format(panels.map_title(run, frame)) if name == "map" else words, loc="left")
+                axes[name].set_title(words.format(map_title), loc="left")
         write_title_and_caption(figure, title(run, frame), smooth_caption(run, dotted, blocks) if smooth else
                                 caption(run, drawn, blocks))
     return figure
@@ -145,8 +148,8 @@ def title(run, frame):
 
 def negative_words(run):
     """Says why a density is below 0, where a map shows that."""
-    names = [name for name, *_ in panels.COLOURS if name in run.frames]
-    if not names or float(panels.shown_means(run.frames[names[0]].isel(time=-1))[0].min()) >= 0.0:
+    role = maps_of(run)[0][0]
+    if role.spin or float(panels.shown_means(run.frames[role.name].isel(time=-1))[0].min()) >= 0.0:
         return ""
     return " (a density of few particles, linear in its equations, may be below 0)"
 
@@ -228,7 +231,7 @@ def main(arguments=None):
     parser.add_argument("--state", help="for drover stability: the uniform state, such as isotropic; default: the most "
                         "ordered one")
     parser.add_argument("--dynamics", metavar="FIELD", help="for runs of fields: draw S(q, omega) of this field, such "
-                        "as rod_density, measured in the frames and of linear theory")
+                        "as a density, measured in the frames and of linear theory")
     parser.add_argument("--watch", action="store_true", help="show the figure in a window and redraw it while the run "
                         "writes the file; writes nothing")
     options = parser.parse_args(arguments)

@@ -18,22 +18,18 @@ from drover.archive import loaded
 from drover.error import Error, status_of
 from drover.moments import run_of
 from drover.new_file import part_of, write
-from drover.pictures import block_values
 from drover.progress import Progress
-from drover.roles import chosen, has_own_fields
+from drover.roles import maps_of
 from drover.text import printable, scene_name
 
 DOTS, SIDE = 100, 7.2        # per inch; inches of the longer side of the picture
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WHEEL = 0.9                  # inches
-KEY_AT = 0.14                # inches above the lower edge: the scale of arrows
-MAP_EDGE, MAP_ROOM = 0.62, (1.72, 0.85)  # inches left of a map; for all that is not the map, across and upwards
 # What ffmpeg is told of the film; a .gif has one palette, of the colours of all pictures.
 CODECS = {".mp4": ["-c:v", "libx264", "-preset", "fast", "-crf", "20", "-pix_fmt", "yuv420p", "-movflags",
                    "+faststart", "-f", "mp4"],
           ".gif": ["-filter_complex", "split[a][b];[a]palettegen[c];[b][c]paletteuse=dither=none", "-f", "gif"]}
 RATIOS = (0.3, 8.0)          # of the sides of a picture; longer cells leave a margin
-SAMPLED = 24                 # frames that set the colours and the scale of arrows
 
 
 def film(run, output, *, every=None, rate=25, field=None, progress=None):
@@ -44,7 +40,7 @@ def film(run, output, *, every=None, rate=25, field=None, progress=None):
 
     `run` is the path of an archive, an open run, or a run in memory, which then advances to time.end: with a picture
     `every` so many seconds of the run (of an archive: every so many frames).  `rate` is the number of pictures per
-    second.  Of a scene with fields of its own all are shown, or one `field`.  Raises Error where ffmpeg is missing.
+    second.  Shown are the maps of the figure, or that of one `field`.  Raises Error where ffmpeg is missing.
     """
     output = Path(output)
     check_output(output)
@@ -167,13 +163,13 @@ def frames_of(run, every, field):
 
 def drawing_of(run, field):
     """A function that draws frames of a run, and the inches of a picture."""
-    if has_own_fields(run):
+    if "grid" in run.scene:
         from drover import model_film
-        roles = chosen(run, field)
-        return partial(model_film.shown, roles=roles, name=title_of(run)), model_film.size_of(run, roles)
+        maps = maps_of(run, field)
+        return partial(model_film.shown, maps=maps, name=title_of(run)), model_film.size_of(run, maps)
     if field is not None:
-        raise Error(f'field = "{field}" chooses a field of a scene with fields of its own; expected none')
-    return particles_shown if "cell" in run.scene else fields_shown, size_of(run)
+        raise Error(f'field = "{field}" of a run of particles; expected none')
+    return particles_shown, size_of(run)
 
 
 class Stored:
@@ -195,8 +191,6 @@ class Stored:
 
 def cell_of(run):
     """Left, right, bottom and top of the cell [mm]."""
-    if "grid" in run.scene:
-        return 0.0, run.scene["grid"]["lx"], 0.0, run.scene["grid"]["ly"]
     from drover.particles import sides_of
     x, y = 0.5 * sides_of(run)
     return -x, x, -y, y
@@ -206,12 +200,7 @@ def size_of(run):
     """Inches of the picture."""
     left, right, bottom, top = cell_of(run)
     ratio = numpy.clip((right - left) / (top - bottom), *RATIOS)
-    if "grid" in run.scene and run.scene["grid"]["ny"] == 1:
-        ratio = 2.0
-    sides = SIDE * min(1.0, ratio), SIDE * min(1.0, 1.0 / ratio)
-    if "grid" in run.scene and run.scene["grid"]["ny"] > 1:
-        return tuple(side + room for side, room in zip(sides, MAP_ROOM))
-    return tuple(side + 0.9 for side in sides)
+    return SIDE * min(1.0, ratio) + 0.9, SIDE * min(1.0, 1.0 / ratio) + 0.9
 
 
 def title_of(run):
@@ -221,94 +210,6 @@ def title_of(run):
 def time_of(frame, run):
     from drover.panels import time_text
     return time_text(f"{frame['time']:.4g}", run)
-
-
-def axis_label(axis, run):
-    from drover.panels import with_unit
-    return with_unit(f"${axis}$", run.frames[axis])
-
-
-def fields_shown(figure, run, frames):
-    """Draws fields: a density with arrows of the order; of one row the profile of the density."""
-    from drover import panels
-    name, words, symbol = next((part for part in panels.COLOURS if part[0] in run.frames), panels.COLOURS[0])
-    is_order = name not in run.frames
-    label = r"polar order $|\mathbf{p}|$" if is_order else f"{words} ${symbol}$"
-    unit = panels.unit_text(run.frames["polar_order_x" if is_order else name].attrs.get("units", "1"))
-    label = label if unit == "1" else f"{label} [{unit}]"
-
-    def density(frame):
-        return numpy.hypot(frame["polar_order_x"], frame["polar_order_y"]) if is_order else frame[name]
-
-    chosen_frames = [frames[number] for number in range(0, len(frames), max(1, len(frames) // SAMPLED))]
-    if run.scene["grid"]["ny"] == 1:
-        low, high, _ = panels.colour_range(numpy.stack([density(frame) for frame in chosen_frames]))
-        return profile_shown(figure, run, density, (low, high), label)
-    return map_shown(figure, run, density, chosen_frames, label)
-
-
-def profile_shown(figure, run, density, limits, label):
-    axes = figure.add_axes((0.12, 0.16, 0.85, 0.74))
-    line, = axes.plot(run.frames["x"].values, numpy.zeros(run.frames.sizes["x"]), color="#0072B2")
-    margin = 0.05 * (limits[1] - limits[0])
-    axes.set(xlim=cell_of(run)[:2], ylim=(limits[0] - margin, limits[1] + margin), xlabel=axis_label("x", run),
-             ylabel=label)
-
-    def show(frame):
-        line.set_ydata(density(frame)[0])
-        axes.set_title(f"{title_of(run)}   {time_of(frame, run)}", loc="left")
-    return show
-
-
-def map_shown(figure, run, density, sampled, label):
-    """Colours and arrows as in the figure of the run, each with one scale for the whole film."""
-    import xarray
-
-    from drover import panels
-    left, right, bottom, top = cell_of(run)
-    width, height = figure.get_size_inches()
-    room = MAP_EDGE / width, 0.8 * MAP_EDGE / height, (width - MAP_ROOM[0]) / width, (height - MAP_ROOM[1]) / height
-    axes = figure.add_axes(room)
-    places = {"y": run.frames["y"].values, "x": run.frames["x"].values}
-
-    def averages(frame):
-        return panels.shown_means(xarray.DataArray(density(frame), places, ("y", "x")))
-
-    # Not of the first: the noise of a random start does not last where equations have none.
-    pixel = max((averages(frame)[1] for frame in (sampled[len(sampled) // 2], sampled[-1])), key=max)
-    steps = [max(1, round(size * count / side)) for size, count, side in
-             zip(pixel[::-1], (len(places["y"]), len(places["x"])), (top - bottom, right - left))]
-
-    def drawn(frame):
-        return panels.refined_values(density(frame)) if steps == [1, 1] else block_values(density(frame), steps)
-
-    low, high, extend = panels.colour_range(numpy.stack([block_values(density(frame), steps) for frame in sampled]))
-    image = axes.imshow(drawn(sampled[0]), origin="lower", extent=(left, right, bottom, top), cmap="viridis", vmin=low,
-                        vmax=high, interpolation="nearest")
-    figure.colorbar(image, cax=figure.add_axes((room[0] + room[2] + 0.1 / width, room[1], 0.16 / width, room[3])),
-                    label=label, extend=extend)
-    axes.set(xlabel=axis_label("x", run), ylabel=axis_label("y", run))
-    vector, _, symbol = next(part for part in panels.ARROWS if f"{part[0]}_x" in sampled[0])
-    side = max(right - left, top - bottom) / panels.MAX_ARROWS
-    strides = [panels.nearest_divisor(count, side * count / length) for count, length in
-               ((len(places["y"]), top - bottom), (len(places["x"]), right - left))]
-    x, y = (block_values(array, strides) for array in numpy.meshgrid(places["x"], places["y"]))
-
-    def directions(frame):
-        return [block_values(frame[f"{vector}_{axis}"], strides) for axis in "xy"]
-
-    longest = max(float(numpy.hypot(*directions(frame)).max()) for frame in sampled) or 1.0
-    length = 0.95 * min(strides[0] * (top - bottom) / len(places["y"]), strides[1] * (right - left) / len(places["x"]))
-    arrows = axes.quiver(x, y, *(numpy.zeros_like(x),) * 2, color="white", edgecolor="black", linewidth=0.3,
-                         pivot="mid", angles="xy", scale_units="xy", scale=longest / length, units="inches",
-                         width=0.022, headwidth=4, headlength=4, headaxislength=3.5)
-    panels.add_arrow_key(axes, arrows, longest, length, symbol, run.frames[f"{vector}_x"], KEY_AT)
-
-    def show(frame):
-        image.set_data(drawn(frame))
-        arrows.set_UVC(*directions(frame))
-        axes.set_title(f"{title_of(run)}   {time_of(frame, run)}", loc="left")
-    return show
 
 
 def particles_shown(figure, run, frames):
@@ -376,7 +277,7 @@ def main(arguments=None):
                         "picture of each frame; default: the name of the archive with .mp4")
     parser.add_argument("--every", type=int, default=1, help="show every so many frames")
     parser.add_argument("--rate", type=int, default=25, help="pictures per second")
-    parser.add_argument("--field", help="of a scene with fields of its own: the field to show; default: all")
+    parser.add_argument("--field", help="of a run of fields: the field to show; default: those of its figure")
     options = parser.parse_args(arguments)
     output = options.output or options.archive.with_suffix(".mp4")
     for number in STOPPING:

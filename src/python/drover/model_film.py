@@ -1,53 +1,55 @@
-"""drover/model_film.py: pictures of a film of a run with fields of its own: a map of each field, or profiles."""
+"""drover/model_film.py: pictures of a film of a run of fields: maps, or profiles."""
 import numpy
 import xarray
 
 from drover import model_panels as panels
 from drover.model_figure import columns_of, map_title
-from drover.panels import STEPS, nearest_divisor, refined_values, time_text, with_unit
+from drover.panels import STEPS, add_arrow_key, nearest_divisor, refined_values, time_text, with_unit
 from drover.pictures import block_values
+from drover.roles import arrows_of
 
-WIDTH, TITLE, EDGE, BAR = 7.2, 0.35, 0.6, 0.75   # inches: of the picture; above; left and below; colour bar and labels
+WIDTH, TITLE, EDGE, BAR = 7.2, 0.35, 0.7, 0.75   # inches: of the picture; above; left and below; colour bar and labels
 GAP = 0.1
 SHORTEST, TALLEST = 0.8, 5.0                     # inches of a panel
-SAMPLED, ARROW, SHAFT = 24, 0.25, 0.022          # frames that set the colours; inches for an arrow, and its width
+SAMPLED, ARROW, SHAFT = 24, 0.32, 0.022          # frames that set the colours; inches for an arrow, and its width
+KEY_AT = 0.14                                    # inches above the lower edge: the scale of arrows
 
 
-def layout_of(run, roles):
+def layout_of(run, maps):
     """Columns, and the width and height of a panel in inches."""
-    grid, columns = run.scene["grid"], columns_of(run, roles)
+    grid, columns = run.scene["grid"], columns_of(run, maps)
     bar = 0.0 if grid["ny"] == 1 else BAR
     width = (WIDTH - columns * (EDGE + bar) - GAP) / columns
     if grid["ny"] == 1:
-        return columns, width, max(SHORTEST, 3.0 / len(roles))
+        return columns, width, max(SHORTEST, 3.0 / len(maps))
     ratio = grid["lx"] / grid["ly"]
     height = float(numpy.clip(width / ratio, SHORTEST, TALLEST))
     return columns, min(width, max(height * ratio, SHORTEST)), height
 
 
-def size_of(run, roles):
+def size_of(run, maps):
     """Inches of the picture."""
-    columns, _, height = layout_of(run, roles)
-    return WIDTH, TITLE + -(-len(roles) // columns) * (height + TITLE + EDGE)
+    columns, _, height = layout_of(run, maps)
+    return WIDTH, TITLE + -(-len(maps) // columns) * (height + TITLE + EDGE)
 
 
-def shown(figure, run, frames, roles, name):
-    """Draws the panels; returns a function that shows a frame, {array: values} with its time."""
-    columns, width, height = layout_of(run, roles)
+def shown(figure, run, frames, maps, name):
+    """Draws the panels of roles.maps_of(); returns a function that shows a frame, {array: values} with its time."""
+    columns, width, height = layout_of(run, maps)
     page, is_line = figure.get_size_inches(), run.scene["grid"]["ny"] == 1
     sampled, updates = frames[::max(1, len(frames) // SAMPLED)], []
-    for number, role in enumerate(roles):
+    for number, (role, others) in enumerate(maps):
         left = EDGE + number % columns * ((WIDTH - GAP) / columns)
         bottom = page[1] - TITLE - (number // columns + 1) * (TITLE + height + EDGE) + EDGE
         axes = figure.add_axes((left / page[0], bottom / page[1], width / page[0], height / page[1]))
         if is_line:
             updates.append(line_shown(axes, run, role, sampled))
-            axes.set_ylabel(f"${role.symbol}$" + panels.bracket(role.unit))
         else:
             bar = figure.add_axes(((left + width + 0.08) / page[0], bottom / page[1], 0.12 / page[0],
                                    height / page[1]))
-            updates.append(map_shown(axes, bar, run, role, sampled))
-        axes.set_title(role.title_words if is_line else map_title("", role, columns), loc="left", fontsize=10)
+            updates.append(map_shown(axes, bar, run, role, arrows_of(others, frames[-1]), sampled))
+        words = f"{role.title_words} ${role.symbol}$".lstrip() + panels.bracket(role.unit)
+        axes.set_title(words if is_line else map_title("", role, columns), loc="left", fontsize=10)
     title = figure.text(0.1 / page[0], 1.0 - 0.08 / page[1], "", va="top", fontsize=11)
 
     def show(frame):
@@ -84,8 +86,9 @@ def pixels_of(run, role, frame):
     return [max(1, round(side / float(place[1] - place[0]))) for side, place in zip(pixel[::-1], places.values())]
 
 
-def map_shown(axes, bar_axes, run, role, sampled):
-    """Colours for the value or size of a field, with limits of all frames, and its directions."""
+def map_shown(axes, bar_axes, run, role, other, sampled):
+    """Colours for the value or size of a field, with limits of all frames, and the directions of another or the same.
+    """
     grid = run.scene["grid"]
     pixels = pixels_of(run, role, sampled[len(sampled) // 2])
 
@@ -104,7 +107,7 @@ def map_shown(axes, bar_axes, run, role, sampled):
     for axis in (axes.xaxis, axes.yaxis):
         axis.get_major_locator().set_params(nbins=6, steps=STEPS)
     panels.plain_ticks(bar_axes.yaxis, 6)
-    if role.spin not in (1, 2):
+    if other is None:
         return lambda frame: image.set_data(drawn(frame))
     inches = axes.get_position().size * axes.figure.get_size_inches()
     side = ARROW * max(grid["lx"], grid["ly"]) / max(inches)
@@ -114,13 +117,15 @@ def map_shown(axes, bar_axes, run, role, sampled):
     x, y = (block_values(array, steps) for array in numpy.meshgrid(run.frames["x"].values, run.frames["y"].values))
     length = 0.95 * min(steps[0] * grid["ly"] / grid["ny"], steps[1] * grid["lx"] / grid["nx"])
     def directions(frame):
-        return panels.directions_of(role, *(block_values(frame[name], steps) for name in role.components))
+        return panels.directions_of(other, *(block_values(frame[name], steps) for name in other.components))
 
     # One scale for the whole film.
     longest = max(float(numpy.hypot(*directions(frame)).max()) for frame in sampled) or 1.0
-    arrows = panels.quiver_of(axes, role, x, y, numpy.ones_like(x), numpy.zeros_like(x), length, SHAFT)
+    arrows = panels.quiver_of(axes, other, x, y, numpy.full_like(x, longest), numpy.zeros_like(x), length, SHAFT)
+    if other != role:
+        add_arrow_key(axes, arrows, longest, length, other.symbol, run.frames[other.components[0]], KEY_AT)
 
     def update(frame):
         image.set_data(drawn(frame))
-        arrows.set_UVC(*(part / longest for part in directions(frame)))
+        arrows.set_UVC(*directions(frame))
     return update

@@ -1,12 +1,16 @@
-"""drover/model_panels.py: panels of a run with fields of its own: maps, profiles, series and spectra of any field."""
+"""drover/model_panels.py: panels of a run of fields: maps, profiles, series and spectra, by what the fields are."""
+from typing import NamedTuple
+
 import numpy
 from matplotlib.colors import Normalize
+from matplotlib import rcParams
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from drover import panels, results
 from drover.archive import loaded
+from drover.fields import has_noise
 from drover.panels import BLUE, GREEN, PURPLE, STEPS, VERMILLION, block_means, plain, shown_means
-from drover.roles import arrays_at
+from drover.roles import arrays_at, arrows_of, has_own_fields, maps_of, roles_first, roles_of
 from drover.typeset import simple_unit, unit_text
 
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, "#E69F00", "#56B4E9", "#000000")
@@ -19,6 +23,12 @@ DECADES = 1e-20                       # of variances, relative to the largest: s
 ALIKE = 0.05                          # relative difference of curves that hide each other
 WARM_UP = "#e0e0e0"
 MARKERS = {"": "o", "_along": "s", "_across": "^"}
+ENDS = ("_along", "_across")          # of structure factors of vectors and nematics
+APART = ("o", "s", "^", "D")          # of curves with a colour each
+TICK_ROOM = 0.043                     # inches of an axis for a tick, in sizes of the font
+STREAM_FROM, STREAM_TO = 1e-3, 0.1    # of the longest arrow: medians between are of a flow around one place, as lines
+NO_ORDER = 1e-6                       # order below is rounding
+LEGEND_COLUMN, BESIDE_TITLE_FROM = 2.2, 8.0  # inches; wider panels of the order have their legend beside the title
 MARKED = (("_along", r"along $\mathbf{q}$"), ("_across", r"across $\mathbf{q}$"))
 
 
@@ -72,7 +82,15 @@ def colours_for(role, values):
 
 
 def draw_map(axes, bar_axes, run, role, frame):
-    """Draws one field: colours for its value or size, arrows of a vector, lines of a nematic.  Returns the pixel."""
+    """Draws one field: colours for its value or size, arrows of a vector, lines of a nematic."""
+    arrays = draw_colours(axes, bar_axes, run, role, frame)[0]
+    inches = axes.get_position().size * axes.figure.get_size_inches()
+    if role.spin in (1, 2):
+        draw_directions(axes, role, arrays, int(numpy.clip(max(inches) / ARROW_SPACE, *ARROWS)))
+
+
+def draw_colours(axes, bar_axes, run, role, frame):
+    """Draws one field by colours; returns its arrays as they are drawn, the size of a pixel and the colour bar."""
     arrays = arrays_at(run, role, frame)
     shown, pixel = averages_of(role, arrays)
     colours, low, high, extend = colours_for(role, shown.values)
@@ -84,13 +102,58 @@ def draw_map(axes, bar_axes, run, role, frame):
                         extent=panels.extent_of(drawn, size), interpolation="nearest")
     inches = axes.get_position().size * axes.figure.get_size_inches()
     for axis, name, length in ((axes.xaxis, "x", inches[0]), (axes.yaxis, "y", inches[1])):
-        axis.set_major_locator(MaxNLocator(int(numpy.clip(length / 0.3, 1, 8)), steps=STEPS))
+        count = int(numpy.clip(length / (TICK_ROOM * rcParams["font.size"]), 1, 8))
+        axis.set_major_locator(MaxNLocator(count, steps=STEPS))
         axis.set_label_text(panels.with_unit(f"${name}$", run.frames[name]))
     bar = axes.figure.colorbar(image, cax=bar_axes, ax=None if bar_axes is not None else axes, extend=extend)
     plain_ticks(bar.ax.yaxis, int(numpy.clip(inches[1] / 0.2, 1, 5)))
-    if role.spin in (1, 2):
-        draw_directions(axes, role, arrays, int(numpy.clip(max(inches) / ARROW_SPACE, *ARROWS)))
-    return pixel
+    return arrays, pixel, bar
+
+
+def map_title(run, frame):
+    """Of a map of a density with arrows."""
+    role, arrows = shown_at(run, frame)
+    if role == arrows:
+        return f"{role.words} and its magnitude"
+    return f"{role.size_words} and {arrows.words}"
+
+
+def shown_at(run, frame):
+    """The field by colours and that by arrows of the first map of a run."""
+    role, others = maps_of(run)[0]
+    arrays = {name: array for other in others for name, array in arrays_at(run, other, frame).items()}
+    return role, arrows_of(others, arrays)
+
+
+def draw_map_with_arrows(axes, bar_axes, run, frame):
+    """Draws a density with arrows of the order or the flow, and their scale.
+
+    Returns the block sizes of both; without that of the arrows where lines follow the flow.
+    """
+    role, other = shown_at(run, frame)
+    arrays, pixel, bar = draw_colours(axes, bar_axes, run, role, frame)
+    axes.set_aspect("equal")
+    bar.set_label(f"{role.size_words} ${role.size_symbol}$" + bracket(role.unit))
+    if other is None:
+        return pixel, None
+    # Also where the grid has few points the arrows of a resolved field are within the cell.
+    finer = panels.refined if panels.is_resolved(run, pixel) else lambda array: (array, None)
+    first, second = parts = [finer(array)[0] for array in arrays_at(run, other, frame).values()]
+    (first, block), (second, _) = (block_means(part, panels.MAX_ARROWS) for part in parts)
+    directions = directions_of(other, first.values, second.values)
+    lengths = numpy.hypot(*directions)
+    longest = float(lengths.max())
+    if other.is_flow and STREAM_FROM * longest < numpy.median(lengths) < STREAM_TO * longest:
+        limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
+        axes.streamplot(parts[0]["x"].values, parts[0]["y"].values, *(part.values for part in parts), color="white",
+                        linewidth=0.6, arrowsize=0.7, density=1.4)
+        axes.set(**limits)
+        return pixel, None
+    if longest > 0.0:
+        length = 0.95 * min(block)
+        arrows = quiver_of(axes, other, first["x"], first["y"], *directions, length, 0.018)
+        panels.add_arrow_key(axes, arrows, longest, length, other.symbol, first)
+    return pixel, block
 
 
 def directions_of(role, first, second):
@@ -134,8 +197,30 @@ def draw_profile(axes, run, role, frame):
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
 
 
+def draw_profile_with_arrows(axes, run, frame):
+    """Draws a density of a one-dimensional run over x, and on the right the order or the flow."""
+    role, other = shown_at(run, frame)
+    x, right = run.frames["x"].values, axes.twinx()
+    right.grid(False)
+    size = role.size(arrays_at(run, role, frame)).values[0]
+    lines = axes.plot(x, size, color=BLUE, label=f"{role.size_words} ${role.size_symbol}$")
+    for part, end, colour in zip(arrays_at(run, other, frame).values(), parts_of(other), (VERMILLION, GREEN)):
+        lines += right.plot(x, part.values[0], color=colour, label=f"{other.words} ${other.symbol}{end}$")
+    axes.set_xlim(x[0], x[-1] + (x[1] - x[0]))
+    axes.set_xlabel(panels.with_unit("$x$", run.frames["x"]))
+    axes.set_ylabel(f"${role.size_symbol}$" + bracket(role.unit))
+    right.set_ylabel(f"${other.symbol}$" + bracket(other.unit))
+    axes.margins(y=0.35)  # two curves of one shape would hide each other
+    axes.legend(handles=lines, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
+
+
 def parts_of(role):
     return {0: ("",), 1: ("_x", "_y"), 2: ("_{xx}", "_{xy}")}.get(role.spin, ("_1", "_2"))
+
+
+def mean_name(role):
+    """The series of its mean over the cell."""
+    return ("size_mean_" if role.spin else "mean_") + role.name
 
 
 def draw_means(axes, run, roles, numbers):
@@ -144,7 +229,7 @@ def draw_means(axes, run, roles, numbers):
     `numbers`: of their colours.
     """
     most = 0.0
-    means = [loaded(run.observables[("size_mean_" if role.spin else "mean_") + role.name], run.path) for role in roles]
+    means = [loaded(run.observables[mean_name(role)], run.path) for role in roles]
     for place, (role, number, mean) in enumerate(zip(roles, numbers, means)):
         style = {"color": colour_of(number), "linestyle": line_of(number)}
         deviation = numpy.sqrt(numpy.maximum(loaded(run.observables[f"variance_{role.name}"], run.path).values, 0.0))
@@ -217,49 +302,150 @@ def of_time(axes, run):
     axes.set_xlabel(panels.with_unit("time $t$", run.observables["time"]))
 
 
-def structure_parts(run, roles):
-    """(number of the field, its label, unit, marker, result) of the structure factors that are not zero."""
+class Curve(NamedTuple):
+    """A structure factor that is drawn."""
+
+    number: int  # of its colour
+    label: str
+    unit: str
+    end: str     # "_along", "_across", or "" where the label says it
+    marker: str
+    result: results.Result
+
+
+def structure_parts(run, roles, apart=False):
+    """The Curves of the structure factors that are not zero; `apart`: with a colour each."""
     found = []
-    for number, role in enumerate(roles):
-        for end in ("_along", "_across") if role.spin else ("",):
-            result = results.structure_factor(run, role.name + end)
-            if panels.is_drawable(result):
-                unit = run.observables[f"structure_factor_{role.name}{end}"].attrs.get("units", "1")
-                found.append((number, f"${role.symbol}$", simple_unit(unit), MARKERS[end], result))
-    most = max((result.mean.max() for *_, result in found), default=0.0)
-    return [part for part in found if part[-1].mean.max() > panels.DECADES_SHOWN * most]
+    for role in roles:
+        for end in ENDS if role.spin else ("",):
+            name = (role.short or role.name) + end
+            result = results.structure_factor(run, name)
+            if not panels.is_drawable(result):
+                continue
+            unit = simple_unit(run.observables[f"structure_factor_{name}"].attrs.get("units", "1"))
+            if apart:
+                number = 1 + ENDS.index(end) if end else role.number
+                label = f"{role.label} {dict(MARKED).get(end, '')}".rstrip()
+                found.append(Curve(number, label, unit, "", APART[number % len(APART)], result))
+            else:
+                found.append(Curve(role.number, role.label, unit, end, MARKERS[end], result))
+    most = max((curve.result.mean.max() for curve in found), default=0.0)
+    return [curve for curve in found if curve.result.mean.max() > panels.DECADES_SHOWN * most]
 
 
 def structure_unit(parts):
     """The unit that all structure factors share, or None."""
-    units = {unit for _, _, unit, _, _ in parts}
+    units = {curve.unit for curve in parts}
     return units.pop() if len(units) == 1 else None
 
 
 def structure_keys(parts):
     """Keys of a legend: fields by colour, markers of parts along and across q, theory."""
-    labels = {number: label + ("" if structure_unit(parts) else bracket(unit)) for number, label, unit, _, _ in parts}
-    markers = {marker for _, _, _, marker, _ in parts}
-    only = markers.pop() if len(markers) == 1 else ""
-    keys = [panels.key_of(label, colour_of(number), only, "" if only else "-") for number, label in labels.items()]
-    keys += [panels.key_of(words, marker=MARKERS[end]) for end, words in MARKED if MARKERS[end] in {*markers, only}]
-    if any(result.has_linear for *_, result in parts):
+    by_number = {curve.number: [other for other in parts if other.number == curve.number] for curve in parts}
+    shared = structure_unit(parts)
+    keys = []
+    for number, (curve, *others) in by_number.items():
+        label = curve.label + ("" if shared else bracket(curve.unit))
+        keys.append(panels.key_of(label, colour_of(number), "" if others else curve.marker, "-" if others else ""))
+    keys += [panels.key_of(words, marker=MARKERS[end]) for end, words in MARKED if end in {part.end for part in parts}]
+    if any(curve.result.has_linear for curve in parts):
         keys.append(panels.key_of("linear theory", line="-", colour="black"))
     return keys
 
 
-def draw_structure(axes, run, roles):
+def draw_structure(axes, run, roles, apart=False):
     """Draws structure factors with errors and linear theory, and returns structure_parts()."""
-    parts = structure_parts(run, roles)
+    parts = structure_parts(run, roles, apart)
     if not parts:
-        panels.write_instead(axes, "uniform fields: every $S(q)$ is zero")
+        panels.write_instead(axes, "uniform fields:\nevery $S(q)$ is zero")
         return parts
-    most = max(result.mean.max() for *_, result in parts)
-    for number, _, _, marker, result in parts:
-        later = [other.mean for place, *_, kind, other in parts if place > number and kind == marker]
-        panels.draw_result(axes, panels.above_rounding(result, most), colour_of(number), marker,
-                           panels.spread_shells(result.x), excess(result.mean, later))
+    most = max(curve.result.mean.max() for curve in parts)
+    for curve in parts:
+        later = [other.result.mean for other in parts if other.number > curve.number and other.marker == curve.marker]
+        panels.draw_result(axes, panels.above_rounding(curve.result, most), colour_of(curve.number), curve.marker,
+                           panels.spread_shells(curve.result.x), excess(curve.result.mean, later))
     panels.log_axes(axes)
     axes.set_xlabel(panels.with_unit("wavenumber $q$", run.observables["wavenumber"]))
     axes.set_ylabel("$S(q)$" + bracket(structure_unit(parts) or "1"))
     return parts
+
+
+def draw_structure_with_keys(axes, run):
+    """Draws the structure factors of all fields or, of a map with arrows, of scalars and of what the arrows show.
+
+    Returns the results that are drawn.
+    """
+    roles, apart = roles_of(run), not has_own_fields(run)
+    if apart:
+        roles = [role for role in roles if not role.spin or role == shown_at(run, -1)[1]]
+    parts = draw_structure(axes, run, roles, apart)
+    if parts:
+        axes.set_ylabel(f"structure factor {axes.get_ylabel()}")
+        keys, columns = structure_keys(parts), 1 if apart else 2
+        panels.make_room_below(axes, -(-len(keys) // columns))
+        axes.legend(handles=keys, loc="lower left", ncols=columns)
+    return [curve.result for curve in parts]
+
+
+def orders_of(run):
+    """(label, symbol, series) of the order of each vector and nematic of a run that has one."""
+    roles, found = roles_of(run), []
+    for role in roles:
+        names = (role.name, f"{role.name}_order", f"size_mean_{role.name}") if role.spin else ()
+        name = next((name for name in names if name in run.observables), None)
+        if name is None:
+            continue
+        series = loaded(run.observables[name], run.path)
+        symbol = "order" if name.endswith("_order") and name != role.name else rf"$|\langle{role.symbol}\rangle|$"
+        if name == role.name and series.attrs.get("units", "1") != role.unit:  # the mean over particles
+            symbol = symbol.removesuffix("$") + rf"/\langle{roles_first(roles).symbol}\rangle$"
+        label = symbol if name.startswith("size_mean_") else series.attrs["long_name"]
+        found.append((label, symbol + bracket(series.attrs.get("units", "1")), series))
+    return found
+
+
+def has_order(run):
+    """Whether the particles or the flow have any, beyond rounding."""
+    return any(float(series.max()) > NO_ORDER for *_, series in orders_of(run))
+
+
+def draw_order(axes, run):
+    """Draws the order of vectors and nematics over time; of a noisy run the warm-up, shaded, and the mean of the first.
+    """
+    orders = orders_of(run)
+    drawn = [order for order in orders if float(order[-1].max()) > NO_ORDER]
+    if not drawn:
+        panels.write_instead(axes, f"no order: {orders[0][0]} is zero" if orders else "no vector or nematic")
+        return
+    for number, (label, _, series) in enumerate(drawn):
+        axes.plot(series["time"], series.values, color=(BLUE, GREEN, PURPLE)[number % 3], linewidth=0.9,
+                  zorder=2.0 - 0.1 * number, label=label)
+    _, symbol, first = drawn[0]
+    times = first["time"].values
+    if run.summary is not None and has_noise(run.scene):
+        draw_mean(axes, run, first)
+    width, height = axes.get_position().size * axes.figure.get_size_inches()
+    columns, entries = max(1, int(width / LEGEND_COLUMN)), len(axes.get_legend_handles_labels()[0])
+    axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
+    axes.set_ylim(0.0, 1.05 * max(float(series.max()) for *_, series in drawn))
+    if width > BESIDE_TITLE_FROM:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=entries, frameon=False, borderaxespad=0.1)
+    elif entries > 1:
+        axes.legend(loc="upper right", ncol=columns)
+        panels.make_room_above(axes, -(-entries // columns))
+    axes.xaxis.set_major_locator(MaxNLocator(max(4, int(width)), steps=STEPS))
+    axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
+    axes.set_xlabel(panels.with_unit("time $t$", first["time"]))
+    is_named = height > LEGEND_COLUMN and not symbol.startswith(drawn[0][0])
+    axes.set_ylabel("order" if len(drawn) > 1 else f"{drawn[0][0]} {symbol}" if is_named else symbol)
+
+
+def draw_mean(axes, run, series):
+    """Draws the warm-up, shaded, and the mean of a series after it."""
+    warm_up, mean, error = (float(loaded(run.summary[name], run.path))
+                            for name in ("warm_up", series.name, f"{series.name}_error"))
+    times = series["time"].values
+    if warm_up > 0.0:
+        axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0, label="warm-up, excluded")
+    axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
+              label=f"mean {panels.with_error(mean, error)}")

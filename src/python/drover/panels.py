@@ -1,10 +1,9 @@
-"""drover/panels.py: panels of the figure of a run, drawn on given axes."""
+"""drover/panels.py: what panels of figures share: colours, labels, averages, axes; and number fluctuations."""
 from dataclasses import replace
 
 import numpy
-from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator
+from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator
 
 from drover import results
 from drover.archive import loaded
@@ -12,19 +11,8 @@ from drover.typeset import named, spaced, unit_text
 
 # Colours of Okabe and Ito, distinguishable by colour-blind readers and, with the markers, in greyscale.
 BLUE, VERMILLION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#606060"
-STRUCTURE_PARTS = (("rods", r"rods, $S_\sigma$", BLUE, "o"),
-                   ("beads", r"beads, $S_\rho$", PURPLE, "D"),
-                   ("order_along", r"order along $\mathbf{q}$", VERMILLION, "s"),
-                   ("order_across", r"order across $\mathbf{q}$", GREEN, "^"))
-FLOW_PARTS = (("velocity_along", r"$\mathbf{v}$ along $\mathbf{q}$", VERMILLION, "s"),  # without order
-              ("velocity_across", r"$\mathbf{v}$ across $\mathbf{q}$", GREEN, "^"))
-# Colours of a map show the first of these fields in the form; arrows show the first that is not zero.
-COLOURS = (("rod_density", "rod density", r"\sigma"), ("bead_density", "bead density", r"\rho"))
-SIZE_OF_ORDER = "magnitude of the polar order"
-ARROWS = (("polar_order", "polar order", r"\mathbf{p}"), ("bead_velocity", "bead velocity", r"\mathbf{v}"))
 FINE = 384                       # pixels along the longer side of a resolved field
 MAX_PIXELS, MAX_ARROWS = 64, 16  # along the longer side of the cell, roughly
-STREAM_FROM, STREAM_TO = 1e-3, 0.1  # of the longest arrow: medians between are of a flow around one place, as lines
 MAX_LOST = 0.1                     # of the variance, by averaging over pixels: a field that loses less is smooth
 SHORTEST, NOISY, KEPT = 2 / 3, 0.01, 1e-20  # part of the waves, of variance in these; of the power of a wave that is
 LEAST_KEPT = 0.2                            # per point: products of four factors leave these waves
@@ -32,11 +20,8 @@ SHELLS_PER_DECADE = 12             # points drawn of S(q)
 STEPS = (1, 2, 2.5, 5, 10)           # of ticks
 DECADES_SHOWN = 1e-10              # of S(q), relative to the largest value: smaller values are rounding errors
 ROUNDING = 1e-11                   # relative to a number of rods: smaller fluctuations are rounding errors
-NO_ORDER = 1e-6                    # order below is rounding
 COLOUR_PART = 0.99                 # fraction of pixels inside the colour range
 FROM_ZERO = 0.6                    # colours start at 0 where the least density is below this part of the largest
-LEGEND_COLUMN = 2.2                # inches
-BESIDE_TITLE_FROM = 8.0            # inches: wider panels of the order have their legend beside the title
 LONGEST_TICK = 5                   # letters; longer ones are written as 5e-4 where that is shorter
 FEW_DECADES, ONE_DECADE = 40.0, 4.0  # ratios of the ends of an axis below which labels are 0.5 and 2, and 3, 4, ... too
 DECADE_ROOM = 0.25                 # inches of an axis for each labelled decade
@@ -72,54 +57,9 @@ def time_text(time, run):
     return f"$t$ = {time}{spaced(named('s', run.scene))}"
 
 
-def colours_of(run, frame):
-    """The field shown by colours, its name and symbol: a density or, in a form without one, the size of the order."""
-    for name, words, symbol in COLOURS:
-        if name in run.frames:
-            return loaded(run.frames[name].isel(time=frame), run.path), words, symbol
-    x, y = (loaded(run.frames[f"polar_order_{axis}"].isel(time=frame), run.path) for axis in "xy")
-    return numpy.hypot(x, y).assign_attrs(x.attrs), SIZE_OF_ORDER, r"|\mathbf{p}|"
-
-
-def arrows_of(run, frame):
-    """Components of the vector shown by arrows, its name and symbol."""
-    for name, words, symbol in ARROWS:
-        if f"{name}_x" in run.frames:
-            parts = [loaded(run.frames[f"{name}_{axis}"].isel(time=frame), run.path) for axis in "xy"]
-            # Ignore rounding errors.
-            if name == ARROWS[-1][0] or f"{ARROWS[-1][0]}_x" not in run.frames or abs(parts[0]).max() + abs(
-                    parts[1]).max() > 1e-12:
-                return parts, words, symbol
-    raise AssertionError("every form has a polar order")
-
-
-def map_title(run, frame):
-    colours, arrows = colours_of(run, frame)[1], arrows_of(run, frame)[1]
-    return f"{arrows} and its magnitude" if colours == SIZE_OF_ORDER else f"{colours} and {arrows}"
-
-
 def with_value(words, array):
     unit = array.attrs.get("units", "1")
     return words if unit == "1" else f"{words} {unit_text(unit)}"
-
-
-def draw_map(axes, bar_axes, run, frame):
-    """Draws a density with arrows of the order or the flow; returns the block sizes of both."""
-    density, words, symbol = colours_of(run, frame)
-    density, pixel = shown_means(density)
-    low, high, extend = colour_range(density.values)
-    shown, size = refined(density) if is_resolved(run, pixel) else (density, pixel)
-    image = axes.imshow(shown.values, origin="lower", cmap="viridis", norm=Normalize(low, high),
-                        interpolation="nearest", extent=extent_of(shown, size))
-    axes.set_xlabel(with_unit("$x$", density["x"]))
-    axes.set_ylabel(with_unit("$y$", density["y"]))
-    box, inches = axes.get_position(), axes.figure.get_size_inches()
-    axes.xaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.width * inches[0] / 0.5, 1, 8)), steps=STEPS))
-    axes.yaxis.set_major_locator(MaxNLocator(int(numpy.clip(box.height * inches[1] / 0.4, 1, 8)), steps=STEPS))
-    bar = axes.figure.colorbar(image, cax=bar_axes, ax=None if bar_axes is not None else axes, extend=extend)
-    bar.locator = MaxNLocator(7, steps=STEPS)
-    bar.set_label(with_unit(f"{words} ${symbol}$", density))
-    return pixel, draw_arrows(axes, run, frame, is_resolved(run, pixel))
 
 
 def extent_of(array, pixel):
@@ -143,49 +83,6 @@ def colour_range(values):
     if 0.0 <= low < FROM_ZERO * high and values.min() >= 0.0:
         return 0.0, high, "max"
     return low, high, "both"
-
-
-def draw_profile(axes, run, frame):
-    """Draws the fields of a one-dimensional run over x: a density, and on the right the order or the flow."""
-    density, words, symbol = colours_of(run, frame)
-    parts, its_words, its_symbol = arrows_of(run, frame)
-    x = density["x"].values
-    right = axes.twinx()
-    right.grid(False)
-    lines = axes.plot(x, density.values[0], color=BLUE, label=f"{words} ${symbol}$")
-    for part, axis, colour in zip(parts, "xy", (VERMILLION, GREEN)):
-        lines += right.plot(x, part.values[0], color=colour, label=f"{its_words} ${its_symbol}_{axis}$")
-    axes.set_xlim(x[0], x[-1] + (x[1] - x[0]))
-    axes.set_xlabel(with_unit("$x$", density["x"]))
-    axes.set_ylabel(with_unit(f"${symbol}$", density))
-    right.set_ylabel(with_unit(f"${its_symbol}$", parts[0]))
-    axes.margins(y=0.35)  # two curves of one shape would hide each other
-    axes.legend(handles=lines, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
-
-
-def draw_arrows(axes, run, frame, resolved):
-    """Draws block averages of the polar order or flow as arrows; returns the block size, or None for streamlines.
-
-    Those of a resolved field are over blocks within the cell, also where its grid has few points.
-    """
-    parts, _, symbol = arrows_of(run, frame)
-    (p_x, block), (p_y, _) = (block_means(refined(part)[0] if resolved else part, MAX_ARROWS) for part in parts)
-    lengths = numpy.hypot(p_x, p_y).values
-    longest = float(lengths.max())
-    if not longest > 0.0:
-        return block
-    if symbol == ARROWS[-1][-1] and STREAM_FROM * longest < numpy.median(lengths) < STREAM_TO * longest:
-        limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
-        axes.streamplot(parts[0]["x"].values, parts[0]["y"].values, *(part.values for part in parts), color="white",
-                        linewidth=0.6, arrowsize=0.7, density=1.4)
-        axes.set(**limits)
-        return None
-    length = 0.95 * min(block)
-    arrows = axes.quiver(p_x["x"], p_x["y"], p_x.values, p_y.values, color="white", edgecolor="black",
-                         linewidth=0.3, pivot="mid", angles="xy", scale_units="xy", scale=longest / length,
-                         units="inches", width=0.018, headwidth=4, headlength=4, headaxislength=3.5)
-    add_arrow_key(axes, arrows, longest, length, symbol, p_x)
-    return block
 
 
 def add_arrow_key(axes, arrows, longest, length, symbol, array, above=None):
@@ -344,7 +241,7 @@ def plain(value, _):
     if len(text) > LONGEST_TICK:
         mantissa, _, power = f"{value:.3e}".partition("e")
         short = f"{float(mantissa):g}e{int(power)}"
-        text = short if len(short) < len(text) else text
+        text = short if len(short) < len(text) and float(short) == float(text) else text
     return text.replace("-", "\N{MINUS SIGN}")
 
 
@@ -390,42 +287,13 @@ def spread_shells(q):
     return numpy.unique(numpy.append(steps, len(q) - 1))
 
 
-def draw_structure(axes, run):
-    """Draws structure factors; returns those drawn."""
-    drawn, keys = [], []
-    found = [(*part, results.structure_factor(run, part[0])) for part in STRUCTURE_PARTS + FLOW_PARTS]
-    found = [part for part in found if is_drawable(part[-1])]
-    most = max((part[-1].mean.max() for part in found), default=0.0)
-    found = [part for part in found if part[-1].mean.max() > DECADES_SHOWN * most]
-    if any(part[0].startswith("order") for part in found):
-        found = [part for part in found if not part[0].startswith("velocity")]
-    units = {part[0]: run.observables[f"structure_factor_{part[0]}"] for part in found}
-    alike = len({array.attrs.get("units") for array in units.values()}) == 1
-    for part, label, colour, marker, result in found:
-        result = above_rounding(result, most)
-        draw_result(axes, result, colour, marker, spread_shells(result.x))
-        drawn.append(result)
-        keys.append(key_of(label if alike else with_unit(label, units[part]), colour, marker))
-    if not drawn:
-        write_instead(axes, "no fluctuations:\nevery $S(q)$ is zero")
-        return drawn
-    log_axes(axes)
-    axes.set_xlabel(with_unit(r"wavenumber $q$", run.observables["wavenumber"]))
-    label = "structure factor $S(q)$"
-    axes.set_ylabel(with_unit(label, next(iter(units.values()))) if alike else label)
-    keys += keys_of(drawn)
-    make_room_below(axes, len(keys))
-    axes.legend(handles=keys, loc="lower left")
-    return drawn
-
-
 def draw_numbers(upper, lower, run):
     """Draws number fluctuations above, their local exponents below; returns the results drawn."""
     numbers = results.number_fluctuations(run)
     if not is_drawable(numbers) or not (numbers.mean > ROUNDING * numbers.x).any():
         for axes in (upper, lower):
             write_instead(axes, "no fluctuations\nof a number" if "field" in run.scene else
-                          f"no fluctuations\nof the number of {results.counted(run) or 'rod'}s")
+                          f"no fluctuations\nof the number of {results.counted(run) or 'particle'}s")
         return []
     draw_result(upper, numbers, BLUE, "o")
     upper.plot(numbers.x, numpy.sqrt(numbers.x), color=GREY, linestyle=":")
@@ -448,52 +316,3 @@ def draw_numbers(upper, lower, run):
 def number_keys(numbers, what):
     theory = [key_of("linear theory", BLUE, line="-")] if numbers.has_linear else []
     return [key_of("this run", BLUE, "o"), *theory, key_of(rf"independent {what}s, $\sqrt{{N}}$", line=":")]
-
-
-def has_order(run):
-    """Whether the rods or the flow have any, beyond rounding."""
-    return any(name in run.observables and float(loaded(run.observables[name], run.path).max()) > NO_ORDER
-               for name in ("polar_order", "bead_velocity_order"))
-
-
-def draw_order(axes, run):
-    """Draws the order of the rods and of the flow over time; of a noisy run the warm-up, shaded, and the mean."""
-    order = loaded(run.observables["polar_order"], run.path)
-    times, most = order["time"].values, float(order.max())
-    density = run.frames["polar_order_x"].attrs.get("units") == "mm-2"
-    flow = run.observables.get("bead_velocity_order")
-    shows_flow = flow is not None and float(loaded(flow, run.path).max()) > NO_ORDER
-    if not most > NO_ORDER and not shows_flow:
-        write_instead(axes, "no order: the mean polar order is zero")
-        return
-    if most > NO_ORDER:
-        axes.plot(times, order.values, color=BLUE, linewidth=0.9, label="polar order")
-    if shows_flow:
-        axes.plot(times, flow.values, color=GREEN, linewidth=0.9, zorder=1, label="bead velocity order")
-        most = max(most, float(flow.max()))
-    if run.summary is not None and any(run.scene.get("noise", {}).values()):
-        draw_mean(axes, run, times)
-    width, height = axes.get_position().size * axes.figure.get_size_inches()
-    columns, entries = max(1, int(width / LEGEND_COLUMN)), len(axes.get_legend_handles_labels()[0])
-    axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
-    axes.set_ylim(0.0, 1.05 * most)
-    if width > BESIDE_TITLE_FROM:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=entries, frameon=False, borderaxespad=0.1)
-    elif entries > 1:
-        axes.legend(loc="upper right", ncol=columns)
-        make_room_above(axes, -(-entries // columns))
-    axes.xaxis.set_major_locator(MaxNLocator(max(4, int(width)), steps=STEPS))
-    axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
-    axes.set_xlabel(with_unit("time $t$", order["time"]))
-    symbol = r"$|\langle\mathbf{p}\rangle|/\langle\sigma\rangle$" if density else r"$|\langle\mathbf{p}\rangle|$"
-    axes.set_ylabel("order" if shows_flow else f"polar order {symbol}" if height > LEGEND_COLUMN else symbol)
-
-
-def draw_mean(axes, run, times):
-    """Draws the warm-up, shaded, and the mean of the polar order after it."""
-    warm_up, mean, error = (float(loaded(run.summary[name], run.path))
-                            for name in ("warm_up", "polar_order", "polar_order_error"))
-    if warm_up > 0.0:
-        axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0, label="warm-up, excluded")
-    axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
-              label=f"mean {with_error(mean, error)}")

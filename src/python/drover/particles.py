@@ -14,6 +14,7 @@ from drover.stored import Store, StoreOwner, StoredArray, attributes_of, check_d
 BODIES = {"bodies/beads": ("bead_", "bead"), "bodies/rods": ("rod_", "rod")}
 SPHERES, SERIES = "particles/spheres", "series"
 COMPONENTS = ["x", "y", "z"]
+ORDER = "polar_order"  # the series of the order of the rods
 
 
 @dataclass(frozen=True)

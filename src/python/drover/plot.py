@@ -33,7 +33,7 @@ def figure(thing, frame=None, state=None):
 
 
 def compare(first, second, labels=None, frame=-1):
-    """Two runs of rods and beads side by side, fields or particles: their maps, and their polar order with means."""
+    """Two runs side by side, fields or particles: their maps, and the order of the first vector with its means."""
     from drover.pair_figure import draw
     return draw(first, second, labels, frame)
 
@@ -41,43 +41,39 @@ def compare(first, second, labels=None, frame=-1):
 def map(run, axes=None, frame=-1, field=None):
     """Fields: a density with arrows of the order or the flow; profiles of one row.  Particles: the cell from above.
 
-    Of a scene with fields of its own: `field`, by name or symbol; default: the first.
+    Of a scene with fields of its own the first.  One `field`, by name or symbol, with its own directions.
     """
-    from drover import panels, particle_figure
+    from drover import model_panels, particle_figure
     from drover.particles import ParticleRun
-    from drover.roles import has_own_fields
+    from drover.roles import chosen, has_own_fields
     run = run_of(run)
     bar = None
     if axes is None and "grid" in run.scene and run.frames.sizes["y"] > 1:
         axes, bar = map_axes(run.scene["grid"]["lx"] / run.scene["grid"]["ly"])
     axes = axes_of(axes, RIGHT if isinstance(run, ParticleRun) else BESIDE)
-    if has_own_fields(run):
-        own_map(run, axes, bar, frame, field)
-    elif field is not None:
-        raise Error(f'field = "{field}" chooses a field of a scene with fields of its own; expected none')
-    elif isinstance(run, ParticleRun):
+    if isinstance(run, ParticleRun):
+        if field is not None:
+            raise Error(f'field = "{field}" of a run of particles; expected none')
         particle_figure.draw_map(axes, run, frame)
-    elif run.frames.sizes["y"] == 1:
-        panels.draw_profile(axes, run, frame)
-    else:
-        panels.draw_map(axes, bar, run, frame)
-    return axes
-
-
-def own_map(run, axes, bar, frame, field):
-    """One field of a scene with fields of its own."""
-    from drover import model_panels
-    from drover.roles import chosen
+        return axes
+    is_line = run.frames.sizes["y"] == 1
+    if field is None and not has_own_fields(run):
+        if is_line:
+            model_panels.draw_profile_with_arrows(axes, run, frame)
+        else:
+            model_panels.draw_map_with_arrows(axes, bar, run, frame)
+        return axes
     role = chosen(run, field)[0]
-    if run.frames.sizes["y"] == 1:
+    if is_line:
         model_panels.draw_profile(axes, run, role, frame)
     else:
         model_panels.draw_map(axes, bar, run, role, frame)
     axes.set_title(f"{role.title_words} ${role.size_symbol}$".strip() + model_panels.bracket(role.unit), loc="left")
+    return axes
 
 
 def means(run, axes=None, field=None):
-    """Means over the cell of fields of the scene's own: of one `field`, or of all that have the unit of the first.
+    """Means over the cell of fields of a scene's own: of one `field`, or of all that have the unit of the first.
 
     Of vectors and nematics the size of the mean; of scalars with a band of one standard deviation.
     """
@@ -85,7 +81,10 @@ def means(run, axes=None, field=None):
     from drover.roles import chosen
     run, axes = fields_of(run), axes_of(axes)
     roles = chosen(run, field)
-    alike = [role for role in roles if role.unit == roles[0].unit]
+    alike = [role for role in roles if role.unit == roles[0].unit and model_panels.mean_name(role) in run.observables]
+    if not alike:
+        raise Error(f"this run has no series of the mean {roles[0].words}; expected fields of the scene's own: see "
+                    "drover.plot.order and drover.plot.series")
     model_panels.draw_means(axes, run, alike, range(len(alike)))
     axes.legend()
     return axes
@@ -93,16 +92,8 @@ def means(run, axes=None, field=None):
 
 def structure(run, axes=None):
     """Structure factors S(q) with errors and linear theory."""
-    from drover import model_panels, panels
-    from drover.roles import has_own_fields, roles_of
-    run = fields_of(run)
-    if has_own_fields(run):
-        axes = axes_of(axes)
-        keys = model_panels.structure_keys(model_panels.draw_structure(axes, run, roles_of(run)))
-        panels.make_room_below(axes, -(-len(keys) // 2))
-        axes.legend(handles=keys, loc="lower left", ncols=2)
-        return axes
-    return panel(panels.draw_structure, run, axes)
+    from drover.model_panels import draw_structure_with_keys
+    return panel(draw_structure_with_keys, fields_of(run), axes)
 
 
 def dynamics(run, field, axes=None, *, along="x", modes=None, linear=False):
@@ -132,10 +123,9 @@ def numbers(run, axes=None, exponents=None):
 
 
 def order(run, axes=None):
-    """The polar order over time, with its mean."""
-    from drover import panels
-    rods_only(run := fields_of(run), "drover.plot.means")
-    return panel(panels.draw_order, run, axes)
+    """The order of vectors and nematics over time, with the mean of the first."""
+    from drover.model_panels import draw_order
+    return panel(draw_order, fields_of(run), axes)
 
 
 def profiles(run, axes=None, exact=None):
@@ -147,21 +137,15 @@ def profiles(run, axes=None, exact=None):
 
 
 def growth(run, axes=None):
-    """Standard deviations over time, of densities relative to their means; variances of fields of the scene's own."""
-    from drover import model_panels, smooth_panels
-    from drover.roles import has_own_fields, roles_of
-    run, axes = fields_of(run), axes_of(axes)
-    if has_own_fields(run) and model_panels.draw_variances(axes, run, roles_of(run)):
-        axes.legend()
-    elif not has_own_fields(run):
-        smooth_panels.draw_growth(axes, run)
-    return axes
+    """Standard deviations over time, of densities relative to their means."""
+    from drover.smooth_panels import draw_growth
+    return panel(draw_growth, fields_of(run), axes)
 
 
 def length(run, axes=None):
     """The length of the pattern over time: 2 pi over the mean wavenumber of the spectrum of the order or a density."""
-    from drover import smooth_panels
-    return panel(smooth_panels.draw_length, fields_of(run), axes)
+    from drover.smooth_panels import draw_length
+    return panel(draw_length, fields_of(run), axes)
 
 
 def series(run, name, axes=None):
@@ -228,13 +212,6 @@ def fields_of(run):
     if "grid" not in run.scene:
         raise Error("this is a run of particles; expected one of fields: see drover.plot.map and drover.plot.series")
     return run
-
-
-def rods_only(run, instead):
-    """Raises Error for a run of a scene with fields of its own."""
-    from drover.roles import has_own_fields
-    if has_own_fields(run):
-        raise Error(f"this run is of a scene with fields of its own; expected one of rods and beads: see {instead}")
 
 
 def map_axes(ratio):

@@ -28,7 +28,7 @@ def without_means(run):
 
 
 def structure_factor(run, part):
-    """S(q) of "rods", "order_along" or "order_across" over |q|; None if the run did not measure it."""
+    """S(q) of a field over |q|, of a vector along or across q; None if the run did not measure it."""
     name = f"structure_factor_{part}"
     if name not in run.observables:
         return None
@@ -39,10 +39,10 @@ def structure_factor(run, part):
 
 
 def counted(run):
-    """What number fluctuations count: "rod", "bead" in a model without rods, a density of the scene's own, or None."""
+    """What number fluctuations count: bodies, such as "rod", a density of the scene's own, or None."""
     ending = "_number_variance"
     names = [name.removesuffix(ending) for name in map(str, run.observables) if name.endswith(ending)]
-    return "rod" if "rod" in names else next(iter(names), None)
+    return next(iter(names), None)
 
 
 def counted_words(run):

@@ -5,9 +5,11 @@ import numpy
 
 from drover.archive import loaded
 from drover.error import Error
+from drover.fields import has_noise, shipped_fields
 from drover.text import drawable
-from drover.typeset import named, symbol_text
+from drover.typeset import named, simple_unit, symbol_text
 
+ZERO = 1e-12        # smaller components are rounding errors
 SIGNED_FROM = 0.05  # of its range, on either side of its centre: a field with two signs
 
 
@@ -21,7 +23,12 @@ class Role:
     components: tuple     # names of its arrays
     unit: str = "1"
     is_density: bool = False  # with noise, that of few bodies in a cell of the grid
+    is_number: bool = False   # a conserved number per area, which noise alone makes negative
+    is_flow: bool = False     # a vector of mm/s
     reference: float = 0.0
+    key: str = ""         # its symbol as equations have it
+    short: str = ""       # its name in structure factors, where it is another
+    number: int = 0       # of its colour
 
     @property
     def words(self):
@@ -31,6 +38,16 @@ class Role:
     def title_words(self):
         """The name beside its symbol; nothing where it is the symbol."""
         return "" if symbol_text(self.name, self.spin) == self.symbol else self.words
+
+    @property
+    def label(self):
+        """For legends."""
+        return f"{self.short} ${self.symbol}$".lstrip()
+
+    @property
+    def size_words(self):
+        """What a map shows by colour."""
+        return f"magnitude of the {self.words}" if self.spin else self.words
 
     @property
     def size_symbol(self):
@@ -47,7 +64,7 @@ class Role:
 
         `values`: over (..., y, x).
         """
-        if self.spin or values.size == 0:
+        if self.spin or self.is_number or values.size == 0:
             return None
         values = coarse(values) if self.is_density else values
         low, high = float(values.min()), float(values.max())
@@ -72,30 +89,61 @@ def has_own_fields(run):
 
 
 def roles_of(run):
-    """The fields of a run of a scene with fields of its own, in their order there."""
+    """The fields of a run, in their order in its scene, or in the model file for figures."""
+    names = set(run.frames.data_vars)
+    if not has_own_fields(run):
+        return [role_of(run, number, field, field.conserved, short=short)
+                for number, (field, short) in enumerate(shipped_fields().items()) if set(field.components) <= names]
     from drover.model import model_of
     model = model_of(run.scene, str(run.path))
     reference = dict(zip(model.components, model.state()))
-    is_noisy = bool(model.noises) or any(model.noise_strengths)
-    return [Role(field.name or field.symbol, symbol_text(field.symbol, field.spin), field.spin, field.components,
-                 named(field.unit, run.scene),
-                 is_noisy and field.spin == 0 and field.conserved and reference_of(field, reference) > 0.0,
-                 reference_of(field, reference)) for field in model.parts
-            if not field.balance or set(field.components) <= set(run.frames.data_vars)]
+    is_noisy = has_noise(run.scene)
+    found = [field for field in model.parts if not field.balance or set(field.components) <= names]
+    return [role_of(run, number, field, is_noisy and field.conserved and reference_of(field, reference) > 0.0,
+                    reference_of(field, reference)) for number, field in enumerate(found)]
+
+
+def role_of(run, number, field, is_density, reference=0.0, short=""):
+    spin, unit = field.spin, simple_unit(run.frames[field.components[0]].attrs.get("units", "1"))
+    is_number = spin == 0 and field.conserved and (bool(short) or simple_unit(field.unit) == "mm-2")
+    return Role(field.name or field.symbol, symbol_text(field.symbol, spin), spin, field.components, unit,
+                is_density=spin == 0 and is_density, is_number=is_number,
+                is_flow=spin == 1 and unit == named("mm/s", run.scene) != "1", reference=reference, key=field.symbol,
+                short=short, number=number)
 
 
 def chosen(run, field):
-    """The fields of a run: one by its name or symbol in the scene, or all."""
-    roles = roles_of(run) if has_own_fields(run) else []
-    if not roles:
-        raise Error("this run is not of a scene with fields of its own")
+    """The fields of a run: one by its name or symbol, or all."""
+    roles = roles_of(run)
     if field is None:
         return roles
-    symbols = {table["symbol"]: table.get("name") or table["symbol"] for table in run.scene["field"]}
-    found = [role for role in roles if role.name == symbols.get(field, field)]
+    found = [role for role in roles if field in (role.name, role.key)]
     if not found:
         raise Error(f'field = "{field}"; expected one of {", ".join(role.name for role in roles)}')
     return found
+
+
+def maps_of(run, field=None):
+    """What maps of a run show: the field by colours, and those of which the first that is not zero is by arrows.
+
+    One map of a density with the order or the flow; of a scene with fields of its own, or of one `field`, each field
+    with its own directions.
+    """
+    roles = chosen(run, field)
+    if field is not None or has_own_fields(run):
+        return [(role, [role] if role.spin in (1, 2) else []) for role in roles]
+    return [(roles_first(roles), [role for role in roles if role.spin])]
+
+
+def roles_first(roles):
+    """The first scalar, or field."""
+    return next((role for role in roles if not role.spin), roles[0])
+
+
+def arrows_of(roles, arrays):
+    """The first of the fields that is not zero in arrays by name, or the last; None of none."""
+    return next((role for role in roles if max(float(abs(arrays[name]).max()) for name in role.components) > ZERO),
+                next(reversed(roles), None))
 
 
 def reference_of(field, values):

@@ -19,7 +19,7 @@ import numpy
 
 from drover import pictures
 from drover.error import Error, status_of
-from drover.panels import COLOURS as COLOURED
+from drover.fields import shipped_fields
 from drover.shown import LiveRun, ShownArchive
 from drover.text import printable
 
@@ -143,7 +143,8 @@ def map_state(picture, wishes):
     if not picture.fields:
         return {}
     maps, pairs = pictures.maps_of(picture.fields), pictures.pairs_of(picture.fields)
-    shown = chosen(maps, wishes.get("map"), next((name for name, *_ in COLOURED if name in maps), maps[0]))
+    shown = chosen(maps, wishes.get("map"), next((field.name for field in shipped_fields() if field.name in maps),
+                                                 maps[0]))
     values = pictures.map_of(picture, shown)
     vector = chosen(["none", *pairs], wishes.get("arrows"), [*pairs][-1] if pairs else "none")
     arrows = numpy.zeros((0, 4)) if vector == "none" else pictures.arrows_of(picture, vector)

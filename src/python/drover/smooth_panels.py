@@ -6,49 +6,35 @@ from matplotlib.ticker import MaxNLocator
 from drover import panels
 from drover.archive import loaded
 from drover.exact import exact_of
-from drover.model_panels import parts_of
-from drover.panels import BLUE, GREEN, PURPLE, STEPS, VERMILLION
-from drover.roles import has_own_fields, roles_of
+from drover.fields import has_noise
+from drover.model_panels import ENDS, bracket, colour_of, parts_of
+from drover.panels import BLUE, STEPS
+from drover.roles import ZERO, roles_of
 from drover.typeset import named, spaced
 
 PROFILES, WIDEST = 4, 3.0  # frames drawn, and the width of the first: all show where they coincide
 LEGEND_COLUMN = 1.6  # inches
 LEAST_SPREAD = 1e-6  # relative, of a density that is not uniform
 ROUNDING = 1e-13     # relative deviations below are rounding errors
-PARTS = (("rod_density", r"$\delta\sigma/\sigma$", BLUE), ("bead_density", r"$\delta\rho/\rho$", PURPLE),
-         ("polar_order", r"$\delta p$", VERMILLION), ("bead_velocity", r"$\delta v$", GREEN))
 
 
 def is_smooth(run):
     """Whether a run has no noise, and frames to compare."""
-    return not any(run.scene.get("noise", {}).values()) and run.frames.sizes["time"] > 2
+    return not has_noise(run.scene) and run.frames.sizes["time"] > 2
 
 
 def varying_field(run):
-    """The field that profiles show: the first density that is not uniform, or else a component of the order.
-
-    Of fields of the scene's own the first scalar that is not uniform, or else the component that varies most.
-    """
-    if has_own_fields(run):
-        return varying_of(run, roles_of(run))
-    for name, _, symbol in panels.COLOURS:
-        if name in run.frames:
-            field = loaded(run.frames[name], run.path)
-            if float(field.std()) > LEAST_SPREAD * abs(float(field.mean())):
-                return field, symbol
-    parts = {axis: loaded(run.frames[f"polar_order_{axis}"], run.path) for axis in "xy"}
-    axis = max(parts, key=lambda name: float(parts[name].std()))
-    return parts[axis], rf"p_{axis}"
-
-
-def varying_of(run, roles):
-    parts = [(role, loaded(run.frames[name], run.path), end) for role in roles
-             for name, end in zip(role.components, parts_of(role))]
-    for role, field, _ in parts:
-        if not role.spin and float(field.std()) > LEAST_SPREAD * abs(float(field.mean())):
-            return field, role.symbol
-    role, field, end = max(parts, key=lambda part: float(part[1].std()))
-    return field, role.symbol + end
+    """The field that profiles show: the first that is not uniform, scalars first and flows last; its component that
+    varies most."""
+    roles, found = roles_of(run), None
+    for role in sorted(roles, key=lambda role: (role.spin != 0, role.is_flow)):
+        parts = [(loaded(run.frames[name], run.path), role.symbol + end)
+                 for name, end in zip(role.components, parts_of(role))]
+        field, symbol = max(parts, key=lambda part: float(part[0].std()))
+        found = found or (field, symbol)
+        if float(field.std()) > max(LEAST_SPREAD * abs(float(field.mean())), ZERO):
+            return field, symbol
+    return found
 
 
 def draw_profiles(axes, run, exact=None):
@@ -86,18 +72,20 @@ def draw_profiles(axes, run, exact=None):
 def draw_growth(axes, run):
     """Draws standard deviations of the fields over time, densities relative to their means."""
     drawn = 0
-    for name, label, colour in PARTS:
-        if f"variance_{name}" not in run.observables:
+    for role in sorted(roles_of(run), key=lambda role: not role.is_density):
+        if f"variance_{role.name}" not in run.observables:  # it follows the others
             continue
-        variance = loaded(run.observables[f"variance_{name}"], run.path)
+        variance = loaded(run.observables[f"variance_{role.name}"], run.path)
         deviation = numpy.sqrt(numpy.maximum(variance.values, 0.0))
-        if name in run.frames:
-            deviation = deviation / abs(float(run.frames[name].isel(time=0).mean()))
+        label = rf"$\delta{role.symbol}$" + bracket(role.unit)
+        if role.is_density:
+            deviation = deviation / abs(float(run.frames[role.name].isel(time=0).mean()))
+            label = rf"$\delta{role.symbol}/{role.symbol}$"
         if not deviation.max() > ROUNDING:
             continue
         deviation = numpy.where(deviation > ROUNDING, deviation, numpy.nan)
-        unit = "" if name in run.frames else unit_of(run, name)
-        axes.plot(variance["time"], deviation, color=colour, linewidth=3.4 - 0.8 * drawn, label=label + unit)
+        axes.plot(variance["time"], deviation, color=colour_of(role.number), linewidth=max(1.0, 3.4 - 0.8 * drawn),
+                  label=label)
         drawn += 1
     if not drawn:
         panels.write_instead(axes, "uniform fields")
@@ -118,17 +106,11 @@ def draw_growth(axes, run):
     axes.legend(loc=corner, ncols=2, frameon=False, handlelength=1.2, columnspacing=1.0)
 
 
-def unit_of(run, name):
-    unit = run.frames[f"{name}_x"].attrs.get("units", "1")
-    return "" if unit == "1" else f" [{panels.unit_text(unit)}]"
-
-
 def spectra_of(run):
-    """Structure factors of the first field that is not uniform: of the order before densities, or in their order."""
-    fields = ([("order_along", "order_across"), ("rods",), ("beads",)] if not has_own_fields(run) else
-              [(f"{role.name}_along", f"{role.name}_across") if role.spin else (role.name,) for role in roles_of(run)])
-    for parts in fields:
-        names = [f"structure_factor_{part}" for part in parts if f"structure_factor_{part}" in run.observables]
+    """Structure factors of the first field that is not uniform; densities last, and flows, which follow a pattern."""
+    for role in sorted(roles_of(run), key=lambda role: (role.is_flow, role.is_density)):
+        names = [f"structure_factor_{role.short or role.name}{end}" for end in (ENDS if role.spin else ("",))]
+        names = [name for name in names if name in run.observables]
         powers = [loaded(run.observables[name], run.path) for name in names]
         if powers and max(float(power.max()) for power in powers) > 0.0:
             return powers

@@ -1,4 +1,4 @@
-"""drover/spectra.py: structure factors of rod density and orientation, equally defined for fields and particles."""
+"""drover/spectra.py: structure factors of density and orientation, equally defined for fields and particles."""
 from dataclasses import dataclass
 
 import numpy
@@ -7,6 +7,8 @@ from drover.archive import loaded
 from drover.blocks import mean_and_error
 from drover.particles import ParticleRun, sides_of
 from drover.results import Result
+from drover.roles import roles_of
+from drover.typeset import order_unit
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ def shells_of(sides, most):
 
 
 def structure_factors(run, most):
-    """Structure factors of rod density and orientation below a wavenumber, as two Results.
+    """Structure factors of density and orientation below a wavenumber, as two Results.
 
     Averages over the second half of the frames of |sum exp(-i q r)|^2/N and |sum n exp(-i q r)|^2/N, with unit vectors
     n in the plane: both are 1 for independent rods.  For fields the sums are integrals over sigma and sigma p.
@@ -58,20 +60,20 @@ def structure_factors(run, most):
 
 
 def field_factors(run, frame, sides, numbers):
-    """Structure factors of one frame at integer wavenumbers."""
-    names = ("rod_density", "polar_order_x", "polar_order_y")
-    density, *order = (loaded(run.frames[name].isel(time=frame), run.path).values for name in names)
-    weight = density if is_of_orientation(run) else 1.0
+    """Structure factors of one frame at integer wavenumbers: of the first scalar, and of the first vector.
+
+    A vector that is a pure number is the mean orientation; otherwise it is sigma times the orientation.
+    """
+    roles = roles_of(run)
+    scalar, vector = (next(role for role in roles if role.spin == spin) for spin in (0, 1))
+    density, *order = (loaded(run.frames[name].isel(time=frame), run.path).values
+                       for name in (*scalar.components, *vector.components))
+    weight = density if order_unit(f"[{vector.key}]", run.scene) == "1" else 1.0
     at = (numbers[:, 1] % density.shape[0], numbers[:, 0] % density.shape[1])
     parts = [numpy.abs(numpy.fft.fft2(part)[at] / density.size) ** 2
              for part in (density, *(weight * part for part in order))]
     scale = sides[0] * sides[1] / density.mean()
     return scale * parts[0], scale * (parts[1] + parts[2])
-
-
-def is_of_orientation(run):
-    """Whether p is the mean orientation; otherwise it is sigma times the orientation."""
-    return run.scene["current"].get("kind", "order") == "density-order"
 
 
 def particle_factors(run, frame, sides, numbers):
