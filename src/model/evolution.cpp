@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drover/model/explicit_part.hpp"
 #include "drover/model/start.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/stepper_table.hpp"
@@ -74,6 +75,10 @@ numerics::Fields Evolution::fields() const {
     numerics::Fields result(work_->control.grid, work_->state.count());
     work_->transform.backward(work_->state, result);
     return result;
+}
+
+numerics::Fields Evolution::balanced() const {
+    return ExplicitPart(work_->equations, work_->system, work_->threads).balanced(time(), work_->state);
 }
 
 void Evolution::set_fields(const numerics::Fields& fields) {

@@ -216,6 +216,13 @@ void bind_model(py::module_& module) {
              [](GuardedEvolution& g) {
                  return py::array_t<double>(g.shape, (*UseEvolution(g)).fields().values.data());
              })
+        .def("balanced",
+             [](GuardedEvolution& g) {
+                 const numerics::Fields fields = (*UseEvolution(g)).balanced();
+                 const std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(fields.values.size() / fields.size),
+                                                      g.shape[1], g.shape[2]};
+                 return py::array_t<double>(shape, fields.values.data());
+             })
         .def("set_fields", [](GuardedEvolution& g, const py::array_t<double, py::array::c_style>& values) {
             numerics::Fields fields;
             fields.values.assign(values.data(), values.data() + values.size());

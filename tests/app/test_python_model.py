@@ -182,3 +182,28 @@ def test_a_word_that_an_equation_does_not_know_is_an_operator_or_a_coefficient_t
         with pytest.raises(drover.Error, match="expected one of .* an operator such as grad or lap, a function, or a "
                                                "coefficient with a value"):
             Model([Field("u", equation)], D=1.0)
+
+
+def test_fields_in_balance_follow_the_others_in_a_run_in_memory():
+    # 0 = lap psi - psi + s, and u = grad psi: wave by wave psi_q = s_q/(1 + q^2), exact but for rounding.
+    model = Model([Field("s", "-s"), Field("psi", "lap psi - psi + s", balance=True),
+                   Field("u", "grad psi - u", spin=1, balance=True)])
+    run = model.start(16, 2 * np.pi, dt=0.1).set(s=lambda x, y: np.cos(2 * x) + np.sin(y))
+    for decay in (1.0, np.exp(-1.0)):
+        x, y = np.meshgrid(run.fields.x, run.fields.y)
+        assert run.fields.psi.values == pytest.approx(decay * (np.cos(2 * x) / 5 + np.sin(y) / 2), abs=1e-13)
+        assert run.fields.u_x.values == pytest.approx(decay * -2 * np.sin(2 * x) / 5, abs=1e-13)
+        run.advance(1.0)
+    with pytest.raises(drover.Error, match="with a rate; expected one of s"):
+        run.set(psi=1.0)
+
+
+def test_a_run_takes_complex_fields_and_vectors_as_such():
+    model = Model([Field("A", "-A", complex=True), Field("p", "-p", spin=1, name="polarity")])
+    run = model.start(8, 1.0, dt=0.1).set(A=lambda x, y: np.exp(2j * np.pi * x), p=(0.5, np.ones((8, 8))))
+    now = run.fields
+    assert now.A_re.values + 1j * now.A_im.values == pytest.approx(np.exp(2j * np.pi * now.x.values) * np.ones((8, 1)))
+    assert (now.polarity_x == 0.5).all() and (now.polarity_y == 1.0).all()
+    assert (run.set(A=2.0).fields.A_im == 0.0).all() and (run.set(polarity=(0.0, 1.0)).fields.polarity_y == 1.0).all()
+    with pytest.raises(drover.Error, match="two components, polarity_x and polarity_y"):
+        run.set(p=0.5)

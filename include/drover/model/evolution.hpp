@@ -27,6 +27,8 @@ public:
 
     /// The fields with a rate, by components in the order of Equations::state_components(), on the grid.
     numerics::Fields fields() const;
+    /// Those in balance, in the order of the other components.
+    numerics::Fields balanced() const;
     /// Throws an input Error for values that are not finite or of another number.
     void set_fields(const numerics::Fields& fields);
 

@@ -386,7 +386,9 @@ class ModelRun:
 
         self.model, self.dt, self.side = model, dt, tuple(map(float, side))
         self._evolution = Evolution(model._equations, *map(int, points), *self.side, dt, method, seed, threads)
-        self._names = [model.components[k] for k in model._equations.state_components()]
+        names, kept = model._equations.components(), model._equations.state_components()
+        self._names = [names[k] for k in kept]
+        self._balanced = [name for k, name in enumerate(names) if k not in kept]
 
     @property
     def time(self):
@@ -404,27 +406,41 @@ class ModelRun:
 
     @property
     def fields(self):
-        """The fields now, a dataset of arrays (y, x) by component."""
+        """The fields now, those in balance too, a dataset of arrays (y, x) by component."""
         import xarray
 
         values = self._evolution.fields()
         axes = {name: np.arange(size) * (side / size)
                 for name, size, side in zip(("x", "y"), values.shape[:0:-1], self.side)}
-        return xarray.Dataset({name: (("y", "x"), array) for name, array in zip(self._names, values)}, axes,
+        arrays = dict(zip(self._names, values))
+        if self._balanced:
+            arrays |= zip(self._balanced, self._evolution.balanced())
+        return xarray.Dataset({name: (("y", "x"), array) for name, array in arrays.items()}, axes,
                               {"time": self.time})
 
     def set(self, **arrays):
-        """Replaces components by arrays (y, x), functions of x and y, or numbers; returns the run.
+        """Replaces components, or fields, by arrays (y, x), functions of x and y, or numbers; returns the run.
 
-        run.set(phi=lambda x, y: 0.1 * np.cos(2 * np.pi * x / 8.0))
+        A complex field has complex values, any other field of two components a pair of values.
+
+        run.set(phi=lambda x, y: 0.1 * np.cos(2 * np.pi * x / 8.0), A=1.0 + 0.5j, p=(0.5, 0.0))
         """
         now = self.fields
         values = np.array([now[name].values for name in self._names])
         x, y = np.meshgrid(now.x, now.y)
+        fields = {name: field for field in self.model.fields for name in (field.symbol, field.name)}
         for name, given in arrays.items():
-            if name not in self._names:
-                raise Error(f"{name} is not a component of this run; expected one of {', '.join(self._names)}")
-            values[self._names.index(name)] = given(x, y) if callable(given) else given
+            parts = fields[name].components if name in fields and name not in self._names else (name,)
+            if not set(parts) <= set(self._names):
+                raise Error(f"{name} is not a component of this run with a rate; expected one of "
+                            + ", ".join(self._names))
+            given = given(x, y) if callable(given) else given
+            if len(parts) == 2:
+                given = (np.real(given), np.imag(given)) if fields[name].complex else given
+                if np.isscalar(given) or len(given) != 2:
+                    raise Error(f"{name} has two components, {' and '.join(parts)}; expected a pair of values")
+            for part, value in zip(parts, given if len(parts) == 2 else (given,)):
+                values[self._names.index(part)] = value
         self._evolution.set_fields(values)
         return self
 
