@@ -21,6 +21,7 @@ BANDING = {"uniform.rod_density": 1.1, "relaxation.rate": 1.0, "relaxation.rate_
 POLAR = {"fields.rod_density": False, "relaxation.rate": -0.5, "relaxation.saturation": 0.5,
          "elasticity.stiffness": 1.0,
          "advection.strength": 0.5, "noise.order": 0.01, "grid.nx": 16, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 16.0}
+ACROSS = r"of order $\mathbf{p}$ across"
 STATES = {  # changes of a scene, its base, the state that is drawn, titles of the panels without their letters
     "a flock": ({"relaxation.rate": -0.5, "relaxation.saturation": 1.0, "initial.kind": "uniform"}, SMALL, "ordered",
                 ["fastest growth rate", "growth rates of all modes", "speeds", "damping", "of rods", "of rods"]),
@@ -31,12 +32,11 @@ STATES = {  # changes of a scene, its base, the state that is drawn, titles of t
                  ["fastest growth rate", "growth rates of all modes", "speeds", "damping"]),
     "isotropic": ({}, SMALL, "isotropic", ["growth rates of all modes", "frequencies of all modes", "$S", "$S"]),
     "no densities": ({}, POLAR, "ordered", ["fastest growth rate", "growth rates of all modes", "speeds", "damping",
-                                            "of the order across", "of the order across"]),
+                                            ACROSS, ACROSS]),
     "nothing but decay": ({"relaxation.rate": 0.5, "noise.order": 0.0}, POLAR, "isotropic",
                           ["growth rates of all modes"]),
     "a field": ({"orienting_field.x": 0.05}, POLAR, "along the field",
-                ["fastest growth rate", "growth rates of all modes",
-                                                                        "of the order across", "of the order across"]),
+                ["fastest growth rate", "growth rates of all modes", ACROSS, ACROSS]),
 }
 # Aligned rods drag beads, beads turn rods; both coefficients are known to some error on a mesh of densities.
 TABLE = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.bead_density": 1.0,

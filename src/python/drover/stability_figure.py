@@ -44,7 +44,7 @@ def state_of(theory, name):
     name = alike[0] if name not in names and len(alike) == 1 else name
     if name not in names:
         raise DroverError(f'{theory.path} has no state "{name}"; expected {" or ".join(names)}')
-    return panels.State(name, theory.groups[name], theory.path)
+    return panels.State(name, theory.groups[name], theory.path, theory.scene)
 
 
 def panels_of(state):

@@ -1,5 +1,4 @@
 """drover/stability_panels.py: panels of the figure of the stability of a uniform state, drawn on given axes."""
-import itertools
 import re
 from dataclasses import dataclass
 
@@ -8,17 +7,13 @@ from matplotlib.colors import SymLogNorm
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
 from drover.archive import loaded
+from drover.fields import fields_of, shipped_fields
+from drover.model_panels import colour_of
 from drover.panels import (BLUE, GREEN, GREY, PURPLE, ROUNDING, STEPS, VERMILLION, key_of, log_axes, make_room_below,
-                           minor_ticks,
-                           with_unit)
+                           minor_ticks, with_unit)
+from drover.typeset import symbol_text
 
 LINES = (("-", BLUE), ("--", VERMILLION), ("-.", GREEN), (":", PURPLE))  # by angle or slow mode
-# Structure factors: labels without order (q along x), and labels of panels that show only one of them.
-PARTS = (("rods", r"rods, $S_\sigma$", "rods", ("-", BLUE)),
-         ("beads", r"beads, $S_\rho$", "beads", (":", PURPLE)),
-         ("order_along_p0", r"order along $\mathbf{q}$", r"the order along $\mathbf{p}_0$", ("--", VERMILLION)),
-         ("order_across_p0", r"order across $\mathbf{q}$", r"the order across $\mathbf{p}_0$", ("-.", GREEN)))
-PREFERRED = ("rods", "beads", "order_across_p0", "order_along_p0")  # preferred if one is drawn at several angles
 STATES = ("ordered", "along_the_field", "isotropic")  # the most ordered first
 SLOW_MODES = {1: ("slow mode",), 2: ("slower", "faster"), 3: ("slowest", "middle", "fastest")}  # by their speeds
 OF_STATES = ("free_direction", "stable", "fastest_rate", "fastest_wavenumber", "direction_diffusion_times_area",
@@ -35,6 +30,7 @@ class State:
     name: str
     data: object  # xarray.Dataset
     path: object
+    scene: dict
 
     @property
     def is_isotropic(self):
@@ -88,18 +84,27 @@ class State:
         return sorted({*chosen, *more})
 
     def parts(self, start):
-        """Rows as PARTS whose structure factors are positive at the angles drawn, the first four."""
-        known = {part[0]: part for part in PARTS}
-        names = [str(name).removeprefix(start) for name in self.data.data_vars if str(name).startswith(start)]
-        parts = [known.get(name, own_part(name, style)) for name, style in zip(names, itertools.cycle(LINES))]
-        return [part for part in parts
-                if bool((self.array(start + part[0]).sel(angle=self.angles()) > 0.0).any())][:len(LINES)]
+        """(name, label, words, style) of the structure factors that are positive at the angles drawn."""
+        rows = [row for row in part_rows(self.scene) if start + row[0] in self.data]
+        return [(*row, (LINES[number % len(LINES)][0], colour_of(number))) for number, row in enumerate(rows)
+                if bool((self.array(start + row[0]).sel(angle=self.angles()) > 0.0).any())]
 
 
-def own_part(name, style):
-    """A row as PARTS of a model of one's own: "p_along" is the part of p along q."""
-    words = re.sub("_(along|across)$", r" \1 q", name)
-    return name, re.sub(" q$", r" $\\mathbf{q}$", words), words, style
+def part_rows(scene):
+    """(name, label without order, words for a panel that shows it alone) of the structure factors of a scene.
+
+    Parts of a vector are along and across q; of the shipped model along and across the order where there is one.
+    """
+    own, rows = "field" in scene, []
+    fields = ([(part, part.symbol) for field in fields_of(scene) for part in field.parts] if own else
+              shipped_fields().items())
+    for field, stem in fields:
+        symbol = f"${symbol_text(field.symbol, field.spin)}$"
+        words = symbol if own else f"{stem} {symbol}"
+        rows += [(stem, words, words)] if not field.spin else [
+            (f"{stem}_{end}" + ("" if own else "_p0"), rf"{words} {end} $\mathbf{{q}}$",
+             f"{words} {end} " + (r"$\mathbf{q}$" if own else r"$\mathbf{p}_0$")) for end in ("along", "across")]
+    return rows
 
 
 def angle_text(angle):
@@ -274,7 +279,8 @@ def factor_curves(state, start):
 
 
 def preferred(state, start):
-    return min(state.parts(start), key=lambda part: PREFERRED.index(part[0]) if part[0] in PREFERRED else 0)
+    """The part that is drawn at several angles: a scalar, or what is across the order."""
+    return min(state.parts(start), key=lambda part: ("_along" in part[0], "_across" in part[0]))
 
 
 def factor_title(state, start):
