@@ -15,7 +15,7 @@ import xarray
 from matplotlib import image
 
 import drover
-from drover import figure, panels, results
+from drover import figure, panels, results, typeset
 import pictures
 from pictures import share_of
 from support import in_process, slow_but
@@ -318,7 +318,7 @@ def test_block_averages_preserve_the_mean_and_the_position():
 @pytest.mark.parametrize("unit, text", [
     ("mm-2", "mm$^{-2}$"), ("mm", "mm"), ("mm2 s-1", "mm$^{2}$ s$^{-1}$"), ("1", "1")])
 def test_units_are_written_in_mathematical_notation(unit, text):
-    assert panels.unit_text(unit) == text
+    assert typeset.unit_text(unit) == text
 
 
 # --- figures

@@ -140,7 +140,7 @@ def test_the_figure_of_any_cell_has_a_panel_for_each_field_and_no_texts_overlap(
     assert overlaps(figure) == [] and covered(figure) == [] and figure.get_figwidth() == 3.5
     texts = [text.get_text() for text in figure.texts]
     words = " ".join(texts).replace("\n", " ")
-    for name in ("density", "vorticity", "polarity", "nematic order", "$", "means", "variances", "structure factors"):
+    for name in ("density", "vorticity", "polarity", "nematic order", "$", "means", "deviations", "structure factors"):
         assert f") {name}" in words
     assert "[1]" not in words and "[]" not in words and "$t$ = 2 s" in texts[0]
 
@@ -156,6 +156,16 @@ def test_the_figure_of_an_archive_shows_linear_theory_where_the_summary_has_it(a
         assert "linear theory" in labels[0] and r"along $\mathbf{q}$" in labels[1]
         lines = [line.get_ydata() for line in figure.axes[-1].lines]
         assert any(np.array_equal(line, theory.structure_factor_density_linear) for line in lines)
+
+
+def test_the_figure_of_linear_theory_has_the_structure_factors_of_own_fields():
+    figure = drover.plot.figure(scene_of_ranks(**{"coefficients.a": -1.0, "coefficients.u": 0.0}).stability())
+    axes = next(axes for axes in figure.axes if "$S(" in axes.get_title(loc="left"))
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    parts = [rf"$\mathbf{{{name}}}$ {end} $\mathbf{{q}}$" for name in "pH" for end in ("along", "across")]
+    assert labels == [r"$\rho$", "$w$", *parts]  # Q is driven by products of p alone
+    figure.set_dpi(60)
+    assert overlaps(figure) == []
 
 
 def test_colours_diverge_about_zero_or_the_reference_of_a_field_with_two_signs_and_not_of_a_density():

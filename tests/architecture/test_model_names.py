@@ -40,7 +40,8 @@ def docstrings(tree):
     owners = (node for node in ast.walk(tree)
               if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)))
     firsts = (owner.body[0] for owner in owners if owner.body)
-    return {id(first.value) for first in firsts if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)}
+    return {id(first.value) for first in firsts
+            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)}
 
 
 def words_of(node):

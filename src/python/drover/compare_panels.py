@@ -67,8 +67,9 @@ def draw_factors(axes, results):
     panels.log_axes(axes)
     axes.axhline(1.0, color=GREY, linestyle=":", linewidth=1.0, zorder=1)
     axes.set_xlabel("wavenumber $q$ [mm$^{-1}$]")
-    keys = [*(key for _, key in drawn), key_of("independent rods", line=":"),
-            *panels.keys_of([result for result, _ in drawn])]
+    keys = [*(key for _, key in drawn), key_of("independent rods", line=":")]
+    if not all(numpy.isfinite(result.error).all() for result, _ in drawn):
+        keys.append(key_of("no error estimate", marker="o", fill="white"))
     panels.make_room_below(axes, 2)
     axes.legend(handles=keys, loc="lower left", ncol=2)
 

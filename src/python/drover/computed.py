@@ -7,8 +7,6 @@ import xarray
 from drover.attributes import about
 from drover.theory import NEEDED, Theory
 
-EMPTY_UNITS = {"", None}
-
 
 def dataset_of(parts, first=None):
     """A dataset of {axes, arrays}; `first`: name, values and unit of an axis before the others."""

@@ -8,6 +8,7 @@ from drover.dynamics import dynamic_structure_factor
 from drover.panels import BLUE, STEPS, VERMILLION, minor_ticks, with_unit, write_instead
 from drover.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
 from drover.text import drawable, scene_name
+from drover.typeset import spaced
 
 MODES = 12          # of a figure, where the grid has so many
 DECADES = 1e-4      # of S(q, omega), relative to the largest value
@@ -99,20 +100,14 @@ def draw(run, field, along="x"):
     for letter, number, box in zip("cde", chosen, CUTS):
         axes = add_axes(figure, box)
         draw_cut(axes, found, number, reach)
-        q = float(found["wavenumber"][number])
-        axes.set_title(f"({letter}) at {with_value(q, found['wavenumber'])}", loc="left")
+        q = found["wavenumber"][number]
+        axes.set_title(f"({letter}) at $q$ = {float(q):.3g}{spaced(q.attrs.get('units', '1'))}", loc="left")
         if letter == "c":
             axes.set_ylabel(with_unit(r"$S(q, \omega)$", measured))
     words = drawable(field.replace("_", " "))
     write_title_and_caption(figure, f"{scene_name(run)}: dynamic structure factor of {words}, waves along ${along}$",
                             caption(measured, linear))
     return figure
-
-
-def with_value(q, axis):
-    from drover.typeset import unit_text
-    unit = axis.attrs.get("units", "1")
-    return f"$q$ = {q:.3g}" + ("" if unit == "1" else f" {unit_text(unit)}")
 
 
 def caption(measured, linear):

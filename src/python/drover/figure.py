@@ -73,11 +73,8 @@ def draw(run, frame=-1):
         if is_wide and not one_row:
             boxes = stretched(boxes, layout["map"][3] - boxes["map"][3], smooth)
         axes = {name: add_axes(figure, box) for name, box in boxes.items()}
-        if one_row:
-            blocks = model_panels.draw_profile_with_arrows(axes["map"], run, frame)
-        else:
-            bar = add_axes(figure, bar_box(boxes["map"]))
-            blocks = model_panels.draw_map_with_arrows(axes["map"], bar, run, frame)
+        bar = None if one_row else add_axes(figure, bar_box(boxes["map"]))
+        blocks = model_panels.draw_map_with_arrows(axes["map"], bar, run, frame)
         drawn = [] if smooth else model_panels.draw_structure_with_keys(axes["structure"], run)
         dotted = ""
         if smooth:

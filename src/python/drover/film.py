@@ -189,17 +189,10 @@ class Stored:
         return arrays | self.fixed | {"time": float(frame["time"])}
 
 
-def cell_of(run):
-    """Left, right, bottom and top of the cell [mm]."""
-    from drover.particles import sides_of
-    x, y = 0.5 * sides_of(run)
-    return -x, x, -y, y
-
-
 def size_of(run):
     """Inches of the picture."""
-    left, right, bottom, top = cell_of(run)
-    ratio = numpy.clip((right - left) / (top - bottom), *RATIOS)
+    from drover.particles import sides_of
+    ratio = numpy.clip(numpy.divide(*sides_of(run)), *RATIOS)
     return SIDE * min(1.0, ratio) + 0.9, SIDE * min(1.0, 1.0 / ratio) + 0.9
 
 

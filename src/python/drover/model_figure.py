@@ -11,6 +11,7 @@ from drover.panels import is_resolved, length_text, time_text
 from drover.paper import add_axes, new_figure, require_frame
 from drover.roles import arrays_at, roles_of
 from drover.text import drawable, scene_name
+from drover.typeset import bracket
 
 STYLE = {"font.size": 7, "axes.titlesize": 7.5, "axes.labelsize": 7, "axes.labelpad": 2, "xtick.labelsize": 6.5,
          "ytick.labelsize": 6.5, "legend.fontsize": 6.5, "xtick.major.pad": 2, "ytick.major.pad": 2,
@@ -22,7 +23,7 @@ WIDTH, LEFT, BAR_GAP, BAR, BAR_LABELS, MAP_GAP = 3.5, 0.57, 0.05, 0.07, 0.4, 0.0
 GAP, LABELS_AT = 0.06, 0.41  # between panels of means; labels left of the axes
 RIGHT, LINE, LEGEND_LINE, CAPTION_LINE = 0.12, 0.165, 0.15, 0.112
 TICKS, LABELLED = 0.2, 0.36        # below axes: with ticks, with a label too
-MEAN, VARIANCE, STRUCTURE, PROFILE = 0.46, 0.7, 1.4, 0.75  # heights of panels
+MEAN, DEVIATION, STRUCTURE, PROFILE = 0.46, 0.7, 1.4, 0.75  # heights of panels
 TALLEST, LOWEST = 2.2, 0.5          # of a map
 WIDE_FROM, TALL_FROM = 2.0, 0.55    # ratio of the sides of the cell, x to y: one map in a row, or three
 TITLE_LETTERS, CAPTION_LETTERS, MAP_LETTERS = 60, 74, (0, 44, 25, 13)  # in a line; of maps by their columns
@@ -63,16 +64,16 @@ def draw(run, frame=-1):
     words = textwrap.wrap(caption(run, roles, structure, frame), CAPTION_LETTERS)
     boxes = map_boxes(run, roles)
     above = [LINE + LEGEND_LINE * rows_of(labels) for labels in
-             ([role.symbol for role in roles], panels.variance_labels(run, roles),
+             ([role.symbol for role in roles], [panels.deviation_label(role) for role in roles],
               [key.get_label() for key in panels.structure_keys(structure)])]
     height = (0.08 + LINE * len(lines) + sum(box[-1] for box in boxes) + sum(above) + len(groups) * (MEAN + GAP)
-              + VARIANCE + STRUCTURE + 3 * LABELLED + CAPTION_LINE * len(words) + 0.14)
+              + DEVIATION + STRUCTURE + 3 * LABELLED + CAPTION_LINE * len(words) + 0.14)
     page = Page(new_figure((WIDTH, height)), height - 0.05)
     page.figure.text(0.06 / WIDTH, page.top / height, "\n".join(lines), va="top", fontsize=7.5)
     page.top -= LINE * len(lines) + 0.03
     draw_fields(page, run, roles, boxes, frame)
     draw_means(page, run, roles, groups, above[0], frame)
-    draw_variances(page, run, roles, above[1], frame)
+    draw_deviations(page, run, roles, above[1], frame)
     axes = page.axes(LEFT, WIDTH - LEFT - RIGHT, STRUCTURE, f"{page.next_letter()} structure factors", above[2])
     add_legend(axes, panels.structure_keys(panels.draw_structure(axes, run, roles)))
     page.figure.text(0.06 / WIDTH, (CAPTION_LINE * len(words) + 0.06) / height, "\n".join(words), va="top",
@@ -91,7 +92,7 @@ def rows_of(labels):
 
 
 def letters_of(fields):
-    """Letters of the panels after the maps: means, variances, structure factors."""
+    """Letters of the panels after the maps: means, deviations, structure factors."""
     return [f"({chr(97 + fields + number)})" for number in range(3)]
 
 
@@ -116,7 +117,7 @@ def map_title(letter, role, columns):
     """Name, symbol and unit of a field, in two lines where one is too short."""
     most, words = MAP_LETTERS[columns], role.title_words
     words = words if len(words) <= most else words[:most - 3] + "..."
-    value = f"${role.size_symbol}$" + panels.bracket(role.unit)
+    value = f"${role.size_symbol}$" + bracket(role.unit)
     first = f"{letter} {words}".strip()
     letters = len(first) + len(re.sub(r"\\[A-Za-z]+", "x", re.sub(r"\\math[a-z]+|[{}$^_]", "", value)))
     return f"{first}{chr(10) if letters > most else ' '}{value}".lstrip()
@@ -164,11 +165,9 @@ def draw_fields(page, run, roles, boxes, frame):
         lines = title_lines(roles, number, columns)
         above = title_height(lines)
         axes = page.axes(left, width, height, map_title(page.next_letter(), role, columns), above, lines)
-        if run.scene["grid"]["ny"] == 1:
-            panels.draw_profile(axes, run, role, frame)
-        else:
-            bar = add_axes(page.figure, (left + width + BAR_GAP, page.top - above - height, BAR, height))
-            panels.draw_map(axes, bar, run, role, frame)
+        bar = None if run.scene["grid"]["ny"] == 1 else add_axes(
+            page.figure, (left + width + BAR_GAP, page.top - above - height, BAR, height))
+        panels.draw_map(axes, bar, run, role, frame)
         if not has_x:
             axes.set_xlabel("")
         if not has_y:
@@ -193,12 +192,13 @@ def draw_means(page, run, roles, groups, above, frame):
     page.top -= LABELLED
 
 
-def draw_variances(page, run, roles, above, frame):
-    axes = page.axes(LEFT, WIDTH - LEFT - RIGHT, VARIANCE, f"{page.next_letter()} variances", above)
-    if panels.draw_variances(axes, run, roles):
+def draw_deviations(page, run, roles, above, frame):
+    axes = page.axes(LEFT, WIDTH - LEFT - RIGHT, DEVIATION, f"{page.next_letter()} deviations in the cell", above)
+    if panels.draw_deviations(axes, run, roles):
+        panels.of_time(axes, run)
         axes.axvline(float(run.frames["time"][frame]), color="#909090", linewidth=0.5, zorder=0)
         add_legend(axes, axes.get_legend_handles_labels()[0])
-    page.top -= above + VARIANCE + LABELLED
+    page.top -= above + DEVIATION + LABELLED
 
 
 def add_legend(axes, handles):

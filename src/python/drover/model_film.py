@@ -7,6 +7,7 @@ from drover.model_figure import columns_of, map_title
 from drover.panels import STEPS, add_arrow_key, nearest_divisor, refined_values, time_text, with_unit
 from drover.pictures import block_values
 from drover.roles import arrows_of
+from drover.typeset import bracket
 
 WIDTH, TITLE, EDGE, BAR = 7.2, 0.35, 0.7, 0.75   # inches: of the picture; above; left and below; colour bar and labels
 GAP = 0.1
@@ -48,7 +49,7 @@ def shown(figure, run, frames, maps, name):
             bar = figure.add_axes(((left + width + 0.08) / page[0], bottom / page[1], 0.12 / page[0],
                                    height / page[1]))
             updates.append(map_shown(axes, bar, run, role, arrows_of(others, frames[-1]), sampled))
-        words = f"{role.title_words} ${role.symbol}$".lstrip() + panels.bracket(role.unit)
+        words = f"{role.title_words} ${role.symbol}$".lstrip() + bracket(role.unit)
         axes.set_title(words if is_line else map_title("", role, columns), loc="left", fontsize=10)
     title = figure.text(0.1 / page[0], 1.0 - 0.08 / page[1], "", va="top", fontsize=11)
 

@@ -11,7 +11,7 @@ from drover.archive import loaded
 from drover.fields import has_noise
 from drover.panels import BLUE, GREEN, PURPLE, STEPS, VERMILLION, block_means, plain, shown_means
 from drover.roles import arrays_at, arrows_of, has_own_fields, maps_of, roles_first, roles_of
-from drover.typeset import simple_unit, unit_text
+from drover.typeset import bracket, simple_unit
 
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, "#E69F00", "#56B4E9", "#000000")
 LINES = ("-", "--", ":", "-.")        # of fields beyond the number of colours
@@ -19,7 +19,7 @@ SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
 ARROW_SPACE, ARROWS = 0.11, (6, 16)   # inches of a map for an arrow; their number along the longer side
 UNIFORM = 1e-9                        # relative to the size of a field: smaller means are rounding errors
 LOG_FROM = 10.0                       # ratio of values from which an axis is logarithmic
-DECADES = 1e-20                       # of variances, relative to the largest: smaller ones are rounding errors
+DECADES, ROUNDING = 1e-10, 1e-13      # of deviations, relative to the largest and to means: smaller ones are rounding
 ALIKE = 0.05                          # relative difference of curves that hide each other
 WARM_UP = "#e0e0e0"
 MARKERS = {"": "o", "_along": "s", "_across": "^"}
@@ -44,12 +44,6 @@ def excess(values, later):
 
 def line_of(number):
     return LINES[number // len(COLOURS) % len(LINES)]
-
-
-def bracket(unit):
-    """A unit for a label: " [mm$^{-2}$]", or nothing."""
-    unit = simple_unit(unit)
-    return "" if unit == "1" else f" [{unit_text(unit)}]"
 
 
 def plain_ticks(axis, count):
@@ -82,7 +76,11 @@ def colours_for(role, values):
 
 
 def draw_map(axes, bar_axes, run, role, frame):
-    """Draws one field: colours for its value or size, arrows of a vector, lines of a nematic."""
+    """Draws one field: colours for its value or size, arrows of a vector, lines of a nematic; of one row its profile.
+    """
+    if run.frames.sizes["y"] == 1:
+        draw_profile(axes, run, role, frame)
+        return
     arrays = draw_colours(axes, bar_axes, run, role, frame)[0]
     inches = axes.get_position().size * axes.figure.get_size_inches()
     if role.spin in (1, 2):
@@ -126,10 +124,12 @@ def shown_at(run, frame):
 
 
 def draw_map_with_arrows(axes, bar_axes, run, frame):
-    """Draws a density with arrows of the order or the flow, and their scale.
+    """Draws a density with arrows of the order or the flow, and their scale; of one row profiles of both.
 
-    Returns the block sizes of both; without that of the arrows where lines follow the flow.
+    Returns the block sizes of both, without that of the arrows where lines follow the flow; of one row nothing.
     """
+    if run.frames.sizes["y"] == 1:
+        return draw_profile_with_arrows(axes, run, frame)
     role, other = shown_at(run, frame)
     arrays, pixel, bar = draw_colours(axes, bar_axes, run, role, frame)
     axes.set_aspect("equal")
@@ -184,12 +184,7 @@ def draw_directions(axes, role, arrays, count):
 
 def draw_profile(axes, run, role, frame):
     """Draws the components of one field of a one-dimensional run over x."""
-    arrays = arrays_at(run, role, frame)
-    for array, colour, end in zip(arrays.values(), (BLUE, VERMILLION), parts_of(role)):
-        axes.plot(array["x"], array.values[0], color=colour, linewidth=1.0, label=f"${role.symbol}{end}$")
-    x = next(iter(arrays.values()))["x"].values
-    axes.set_xlim(x[0], x[-1] + (x[1] - x[0]))
-    axes.set_xlabel(panels.with_unit("$x$", run.frames["x"]))
+    draw_curves(axes, run, role, frame, (BLUE, VERMILLION))
     axes.set_ylabel(f"${role.symbol}$" + bracket(role.unit))
     keep_off_rounding(axes)
     plain_ticks(axes.yaxis, 4)
@@ -197,19 +192,26 @@ def draw_profile(axes, run, role, frame):
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
 
 
+def draw_curves(axes, run, role, frame, colours, words=""):
+    """Draws the components of one field over x; returns the lines."""
+    x = run.frames["x"].values
+    lines = [axes.plot(x, array.values[0], color=colour, linewidth=1.0, label=f"{words}${role.symbol}{end}$")[0]
+             for array, colour, end in zip(arrays_at(run, role, frame).values(), colours, parts_of(role))]
+    axes.set_xlim(x[0], x[-1] + (x[1] - x[0]))
+    axes.set_xlabel(panels.with_unit("$x$", run.frames["x"]))
+    return lines
+
+
 def draw_profile_with_arrows(axes, run, frame):
     """Draws a density of a one-dimensional run over x, and on the right the order or the flow."""
     role, other = shown_at(run, frame)
-    x, right = run.frames["x"].values, axes.twinx()
+    right = axes.twinx()
     right.grid(False)
-    size = role.size(arrays_at(run, role, frame)).values[0]
-    lines = axes.plot(x, size, color=BLUE, label=f"{role.size_words} ${role.size_symbol}$")
-    for part, end, colour in zip(arrays_at(run, other, frame).values(), parts_of(other), (VERMILLION, GREEN)):
-        lines += right.plot(x, part.values[0], color=colour, label=f"{other.words} ${other.symbol}{end}$")
-    axes.set_xlim(x[0], x[-1] + (x[1] - x[0]))
-    axes.set_xlabel(panels.with_unit("$x$", run.frames["x"]))
-    axes.set_ylabel(f"${role.size_symbol}$" + bracket(role.unit))
-    right.set_ylabel(f"${other.symbol}$" + bracket(other.unit))
+    lines = []
+    for one, on, colours in ((role, axes, (BLUE, PURPLE)), (other, right, (VERMILLION, GREEN))):
+        if one is not role or other != role:
+            lines += draw_curves(on, run, one, frame, colours, f"{one.words} ")
+        on.set_ylabel(f"${one.symbol}$" + bracket(one.unit))
     axes.margins(y=0.35)  # two curves of one shape would hide each other
     axes.legend(handles=lines, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
 
@@ -257,38 +259,35 @@ def keep_off_rounding(axes, scale=0.0):
         axes.set_ylim(low - reach, high + reach)
 
 
-def variance_labels(run, roles):
-    """Symbols, with the units of variances unless all share one."""
-    shared = len({role.unit for role in roles}) == 1
-    return [f"${role.symbol}$" + ("" if shared else
-                                  bracket(run.observables[f"variance_{role.name}"].attrs.get("units", "1")))
-            for role in roles]
+def deviation_label(role):
+    label = rf"\delta {role.symbol}"
+    return f"${label}/{role.symbol}$" if role.is_density else f"${label}$" + bracket(role.unit)
 
 
-def draw_variances(axes, run, roles):
-    """Draws variances over time; returns whether there are any."""
-    series = [loaded(run.observables[f"variance_{role.name}"], run.path) for role in roles]
-    most = [float(array.max()) for array in series]
-    shared = len({role.unit for role in roles}) == 1
-    least = numpy.inf
-    for number, (label, array, high) in enumerate(zip(variance_labels(run, roles), series, most)):
-        shown = numpy.where(array.values > DECADES * high, array.values, numpy.nan) if high > 0.0 else None
-        if shown is None:
-            continue
-        least = min(least, float(numpy.nanmin(shown)))
-        axes.plot(array["time"], shown, color=colour_of(number), linestyle=line_of(number), label=label,
-                  linewidth=1.1 + excess(shown, [other.values for other in series[number + 1:]]))
-    axes.set_ylabel("variance" + (bracket(series[0].attrs.get("units", "1")) if shared else ""))
-    if not max(most) > 0.0:
+def draw_deviations(axes, run, roles):
+    """Draws standard deviations over time, of densities relative to their means; returns whether there are any."""
+    drawn = []
+    for role in roles:
+        values = numpy.sqrt(numpy.maximum(loaded(run.observables[f"variance_{role.name}"], run.path).values, 0.0))
+        if role.is_density:
+            values = values / abs(float(run.frames[role.name].isel(time=0).mean()))
+        if values.max() > (ROUNDING if role.is_density else 0.0):
+            drawn.append((role, numpy.where(values > DECADES * values.max(), values, numpy.nan)))
+    axes.set_ylabel("deviation")
+    if not drawn:
         panels.write_instead(axes, "uniform fields")
         return False
-    if max(most) > LOG_FROM * least:
+    for place, (role, values) in enumerate(drawn):
+        wide = excess(values, [other for _, other in drawn[place + 1:]])
+        axes.plot(run.observables["time"], values, color=colour_of(role.number), linestyle=line_of(role.number),
+                  linewidth=1.1 + wide, label=deviation_label(role))
+    most, least = (extreme([extreme(values) for _, values in drawn]) for extreme in (numpy.nanmax, numpy.nanmin))
+    if most > LOG_FROM * least:
         axes.set_yscale("log")
         panels.minor_ticks(axes.yaxis)
     else:
-        axes.set_ylim(0.0, 1.1 * max(most))
+        axes.set_ylim(0.0, 1.1 * most)
         plain_ticks(axes.yaxis, 3)
-    of_time(axes, run)
     return True
 
 
@@ -400,7 +399,7 @@ def orders_of(run):
         if name == role.name and series.attrs.get("units", "1") != role.unit:  # the mean over particles
             symbol = symbol.removesuffix("$") + rf"/\langle{roles_first(roles).symbol}\rangle$"
         label = symbol if name.startswith("size_mean_") else series.attrs["long_name"]
-        found.append((label, symbol + bracket(series.attrs.get("units", "1")), series))
+        found.append((label, symbol + bracket(simple_unit(series.attrs.get("units", "1"))), series))
     return found
 
 
@@ -423,7 +422,7 @@ def draw_order(axes, run):
     _, symbol, first = drawn[0]
     times = first["time"].values
     if run.summary is not None and has_noise(run.scene):
-        draw_mean(axes, run, first)
+        panels.draw_mean(axes, run, first, "warm-up, excluded")
     width, height = axes.get_position().size * axes.figure.get_size_inches()
     columns, entries = max(1, int(width / LEGEND_COLUMN)), len(axes.get_legend_handles_labels()[0])
     axes.set_xlim(times[0], times[-1] if len(times) > 1 else times[0] + 1.0)
@@ -438,14 +437,3 @@ def draw_order(axes, run):
     axes.set_xlabel(panels.with_unit("time $t$", first["time"]))
     is_named = height > LEGEND_COLUMN and not symbol.startswith(drawn[0][0])
     axes.set_ylabel("order" if len(drawn) > 1 else f"{drawn[0][0]} {symbol}" if is_named else symbol)
-
-
-def draw_mean(axes, run, series):
-    """Draws the warm-up, shaded, and the mean of a series after it."""
-    warm_up, mean, error = (float(loaded(run.summary[name], run.path))
-                            for name in ("warm_up", series.name, f"{series.name}_error"))
-    times = series["time"].values
-    if warm_up > 0.0:
-        axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0, label="warm-up, excluded")
-    axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
-              label=f"mean {panels.with_error(mean, error)}")

@@ -7,7 +7,7 @@ from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator
 
 from drover import results
 from drover.archive import loaded
-from drover.typeset import named, spaced, unit_text
+from drover.typeset import bracket, named, spaced
 
 # Colours of Okabe and Ito, distinguishable by colour-blind readers and, with the markers, in greyscale.
 BLUE, VERMILLION, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#606060"
@@ -29,8 +29,7 @@ LEAST_PIXELS = 12                  # along the longer side, of averages that mak
 
 
 def with_unit(label, array):
-    unit = array.attrs.get("units", "1")
-    return label if unit == "1" else f"{label} [{unit_text(unit)}]"
+    return label + bracket(array.attrs.get("units", "1"))
 
 
 def with_error(value, error):
@@ -55,11 +54,6 @@ def length_text(run):
 def time_text(time, run):
     """ "$t$ = 12.5 s" """
     return f"$t$ = {time}{spaced(named('s', run.scene))}"
-
-
-def with_value(words, array):
-    unit = array.attrs.get("units", "1")
-    return words if unit == "1" else f"{words} {unit_text(unit)}"
 
 
 def extent_of(array, pixel):
@@ -94,7 +88,7 @@ def add_arrow_key(axes, arrows, longest, length, symbol, array, above=None):
     inches_per_mm = box.width * inches[0] / abs(numpy.diff(axes.get_xlim())[0])
     axes.quiverkey(arrows, box.x1 * inches[0] - key * length / longest * inches_per_mm - 0.05,
                    box.y0 * inches[1] - 0.58 if above is None else above, key, coordinates="inches", labelpos="W",
-                   color="black", label=with_value(rf"arrow: $|{symbol}|={key:g}$", array))
+                   color="black", label=rf"arrow: $|{symbol}|={key:g}$" + spaced(array.attrs.get("units", "1")))
 
 
 def shown_means(array, is_density=True):
@@ -192,14 +186,6 @@ def draw_result(axes, result, colour, marker, shown=slice(None), excess=0.0):
 def key_of(label, colour=GREY, marker="", line="", fill=None):
     return Line2D([], [], color=colour, marker=marker, linestyle=line, markersize=4.5, markerfacecolor=fill or colour,
                   label=label)
-
-
-def keys_of(drawn):
-    """Legend entries of theory lines and open symbols, if any."""
-    keys = [key_of("linear theory", line="-", colour="black")] if any(result.has_linear for result in drawn) else []
-    if not all(numpy.isfinite(result.error).all() for result in drawn):
-        keys.append(key_of("no error estimate", marker="o", fill="white"))
-    return keys
 
 
 def log_axes(axes, x_only=False):
@@ -316,3 +302,14 @@ def draw_numbers(upper, lower, run):
 def number_keys(numbers, what):
     theory = [key_of("linear theory", BLUE, line="-")] if numbers.has_linear else []
     return [key_of("this run", BLUE, "o"), *theory, key_of(rf"independent {what}s, $\sqrt{{N}}$", line=":")]
+
+
+def draw_mean(axes, run, series, words=""):
+    """Draws the warm-up, shaded, and the mean of a series after it; `words`: of the warm-up in a legend."""
+    warm_up, mean, error = (float(loaded(run.summary[name], run.path))
+                            for name in ("warm_up", series.name, f"{series.name}_error"))
+    times = series["time"].values
+    if warm_up > 0.0:
+        axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0, label=words)
+    axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
+              label=f"mean {with_error(mean, error)}")

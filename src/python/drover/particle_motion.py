@@ -6,7 +6,7 @@ from matplotlib.ticker import MaxNLocator
 
 from drover import particle_panels as panels
 from drover.archive import loaded
-from drover.panels import BLUE, GREEN, GREY, MAX_ARROWS, STEPS, VERMILLION, make_room_above, unit_text, with_error
+from drover.panels import BLUE, GREEN, GREY, MAX_ARROWS, STEPS, VERMILLION, make_room_above, with_error, with_unit
 
 LOOKS = (BLUE, VERMILLION, GREEN)
 FEW_RODS = 3             # of which whole paths are drawn
@@ -210,8 +210,7 @@ def draw_several(axes, run, names, now, label):
         axes.plot(series["time"], series.values, color=colour, linewidth=0.9, label=words + mean_words(run, name))
     axes.axvline(now, color="#b0b0b0", linewidth=0.7, zorder=0)
     frame_series(axes, series["time"].values)
-    unit = series.attrs.get("units", "1")
-    axes.set_ylabel(label if unit == "1" else f"{label} [{unit_text(unit)}]")
+    axes.set_ylabel(with_unit(label, series))
 
 
 def draw_temperatures(axes, run, now):

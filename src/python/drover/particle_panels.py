@@ -7,7 +7,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from drover.archive import loaded
-from drover.panels import BLUE, ROUNDING, STEPS, VERMILLION, unit_text, with_error, with_unit
+from drover.panels import BLUE, ROUNDING, STEPS, draw_mean, with_unit
 
 BEAD, BEAD_EDGE, LIGHTNESS, CHROMA = "#d4d4d4", "#9a9a9a", 66.0, 40.0
 WORDS = {"polar_order": ("polar order", r"$|\langle\mathbf{n}\rangle|$"),
@@ -202,15 +202,11 @@ def draw_wheel(figure, box, labels=True):
 def draw_series(axes, run, name, now):
     """Draws an observable over time: warm-up shaded, mean as a line, time of the frame as a thin line."""
     series = loaded(run.observables[name], run.path)
-    times, unit = series["time"].values, series.attrs.get("units", "1")
+    times = series["time"].values
     axes.plot(times, series.values, color=BLUE, linewidth=0.9)
     axes.axvline(now, color="#b0b0b0", linewidth=0.7, zorder=0)
     if run.summary is not None and name in run.summary:
-        warm_up, mean, error = (float(loaded(run.summary[key], run.path)) for key in ("warm_up", name, f"{name}_error"))
-        if warm_up > 0.0:
-            axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0)
-        axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
-                  label=f"mean {with_error(mean, error)}")
+        draw_mean(axes, run, series)
         axes.legend(loc="upper right")
     most = float(numpy.nanmax(numpy.abs(series.values))) if series.size else 1.0
     axes.set_ylim(0.0 if (series.values >= 0.0).all() else -1.1 * most, 1.45 * (most if most > ROUNDING else 1.0))
@@ -218,5 +214,5 @@ def draw_series(axes, run, name, now):
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=STEPS))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
     label = WORDS.get(name, (name, name))[1] if "cell" in run.scene else words_of(name)  # n is of rods
-    axes.set_ylabel(label if unit == "1" else f"{label} [{unit_text(unit)}]")
+    axes.set_ylabel(with_unit(label, series))
     axes.set_xlabel(with_unit("time $t$", run.observables["time"]))

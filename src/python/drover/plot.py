@@ -46,6 +46,7 @@ def map(run, axes=None, frame=-1, field=None):
     from drover import model_panels, particle_figure
     from drover.particles import ParticleRun
     from drover.roles import chosen, has_own_fields
+    from drover.typeset import bracket
     run = run_of(run)
     bar = None
     if axes is None and "grid" in run.scene and run.frames.sizes["y"] > 1:
@@ -56,19 +57,12 @@ def map(run, axes=None, frame=-1, field=None):
             raise Error(f'field = "{field}" of a run of particles; expected none')
         particle_figure.draw_map(axes, run, frame)
         return axes
-    is_line = run.frames.sizes["y"] == 1
     if field is None and not has_own_fields(run):
-        if is_line:
-            model_panels.draw_profile_with_arrows(axes, run, frame)
-        else:
-            model_panels.draw_map_with_arrows(axes, bar, run, frame)
+        model_panels.draw_map_with_arrows(axes, bar, run, frame)
         return axes
     role = chosen(run, field)[0]
-    if is_line:
-        model_panels.draw_profile(axes, run, role, frame)
-    else:
-        model_panels.draw_map(axes, bar, run, role, frame)
-    axes.set_title(f"{role.title_words} ${role.size_symbol}$".strip() + model_panels.bracket(role.unit), loc="left")
+    model_panels.draw_map(axes, bar, run, role, frame)
+    axes.set_title(f"{role.title_words} ${role.size_symbol}$".strip() + bracket(role.unit), loc="left")
     return axes
 
 

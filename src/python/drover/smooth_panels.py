@@ -7,7 +7,7 @@ from drover import panels
 from drover.archive import loaded
 from drover.exact import exact_of
 from drover.fields import has_noise
-from drover.model_panels import ENDS, bracket, colour_of, parts_of
+from drover.model_panels import ENDS, draw_deviations, parts_of
 from drover.panels import BLUE, STEPS
 from drover.roles import ZERO, roles_of
 from drover.typeset import named, spaced
@@ -15,7 +15,6 @@ from drover.typeset import named, spaced
 PROFILES, WIDEST = 4, 3.0  # frames drawn, and the width of the first: all show where they coincide
 LEGEND_COLUMN = 1.6  # inches
 LEAST_SPREAD = 1e-6  # relative, of a density that is not uniform
-ROUNDING = 1e-13     # relative deviations below are rounding errors
 
 
 def is_smooth(run):
@@ -71,39 +70,20 @@ def draw_profiles(axes, run, exact=None):
 
 def draw_growth(axes, run):
     """Draws standard deviations of the fields over time, densities relative to their means."""
-    drawn = 0
-    for role in sorted(roles_of(run), key=lambda role: not role.is_density):
-        if f"variance_{role.name}" not in run.observables:  # it follows the others
-            continue
-        variance = loaded(run.observables[f"variance_{role.name}"], run.path)
-        deviation = numpy.sqrt(numpy.maximum(variance.values, 0.0))
-        label = rf"$\delta{role.symbol}$" + bracket(role.unit)
-        if role.is_density:
-            deviation = deviation / abs(float(run.frames[role.name].isel(time=0).mean()))
-            label = rf"$\delta{role.symbol}/{role.symbol}$"
-        if not deviation.max() > ROUNDING:
-            continue
-        deviation = numpy.where(deviation > ROUNDING, deviation, numpy.nan)
-        axes.plot(variance["time"], deviation, color=colour_of(role.number), linewidth=max(1.0, 3.4 - 0.8 * drawn),
-                  label=label)
-        drawn += 1
-    if not drawn:
-        panels.write_instead(axes, "uniform fields")
-        return
-    values = [line.get_ydata() for line in axes.lines]
-    if numpy.nanmax(values) > 10.0 * numpy.nanmin(values):
-        axes.set_yscale("log")
-        panels.make_room_below(axes, -(-drawn // 2))
-        corner = "lower right"
-    else:
-        axes.set_ylim(0.0, numpy.nanmax(values))
-        panels.make_room_above(axes, -(-drawn // 2))
-        corner = "upper right"
+    # A field in balance has none in archives of the shipped model.
+    roles = [role for role in roles_of(run) if f"variance_{role.name}" in run.observables]
+    if draw_deviations(axes, run, sorted(roles, key=lambda role: not role.is_density)):
+        rows, is_log = -(-len(axes.lines) // 2), axes.get_yscale() == "log"
+        (panels.make_room_below if is_log else panels.make_room_above)(axes, rows)
+        axes.legend(loc="lower right" if is_log else "upper right", ncols=2, frameon=False, handlelength=1.2,
+                    columnspacing=1.0)
+        of_time(axes, run)
+
+
+def of_time(axes, run):
     axes.set_xlim(float(run.observables["time"][0]), float(run.observables["time"][-1]))
-    axes.set_xlabel(panels.with_unit("time $t$", run.observables["time"]))
-    axes.set_ylabel("deviation")
     axes.xaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
-    axes.legend(loc=corner, ncols=2, frameon=False, handlelength=1.2, columnspacing=1.0)
+    axes.set_xlabel(panels.with_unit("time $t$", run.observables["time"]))
 
 
 def spectra_of(run):
@@ -129,8 +109,6 @@ def draw_length(axes, run):
         length = 2.0 * numpy.pi * (total @ weight) / (total @ (weight * q))
     axes.plot(powers[0]["time"], length, color=BLUE, linewidth=1.2)
     axes.set_ylim(0.0, 1.15 * numpy.nanmax(length))
-    axes.set_xlim(float(run.observables["time"][0]), float(run.observables["time"][-1]))
-    axes.xaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
+    of_time(axes, run)
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=STEPS))
-    axes.set_xlabel(panels.with_unit("time $t$", run.observables["time"]))
     axes.set_ylabel(panels.with_unit(r"$2\pi/\langle q\rangle$", run.frames["x"]))

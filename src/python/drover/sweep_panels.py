@@ -2,8 +2,8 @@
 import numpy
 
 from drover.error import Error
-from drover.panels import BLUE, GREEN, PURPLE, VERMILLION, unit_text
-from drover.typeset import order_unit
+from drover.panels import BLUE, GREEN, PURPLE, VERMILLION, with_unit
+from drover.typeset import bracket, order_unit, unit_text
 
 COLOURS, MARKERS = (BLUE, VERMILLION, GREEN, PURPLE), "osD^"
 MAX_TICKS = 7  # of a map: ticks at the values of a key that has at most so many
@@ -41,9 +41,7 @@ def draw_sweep(sweep, name, axes=None, bar_axes=None):
 
 
 def label(sweep, name):
-    unit = sweep.data[name].attrs.get("units", "1")
-    words = name.replace("_", " ")
-    return words if unit == "1" else f"{words} [{unit_text(unit)}]"
+    return with_unit(name.replace("_", " "), sweep.data[name])
 
 
 def key_label(key, values=None):
@@ -58,7 +56,7 @@ def key_label(key, values=None):
         return f"{key} ({unit_text(unit)})"
     if "[" in unit:
         unit = order_unit(unit, values)
-    return key if unit == "1" else f"{key} [{unit_text(unit)}]"
+    return key + bracket(unit)
 
 
 def draw_lines(axes, sweep, name):
@@ -101,8 +99,7 @@ def draw_family(axes, bar_axes, sweep, name, own):
                                label=key_label(key, sweep.values))
     if len(values) <= MAX_TICKS:
         bar.set_ticks(values, labels=[f"{value:g}" for value in values])
-    unit = mean[own].attrs.get("units", "1")
-    axes.set_xlabel(own.replace("_", " ") + ("" if unit == "1" else f" [{unit_text(unit)}]"))
+    axes.set_xlabel(with_unit(own.replace("_", " "), mean[own]))
     axes.set_ylabel(label(sweep, name))
 
 

@@ -68,6 +68,11 @@ def unit_text(unit):
     return " ".join(words)
 
 
+def bracket(unit):
+    """A unit for a label: " [mm$^{-2}$]", or nothing."""
+    return "" if unit == "1" else f" [{unit_text(unit)}]"
+
+
 def spaced(unit):
     """A unit after a number; nothing without one."""
     return "" if unit == "1" else f" {unit_text(unit)}"
