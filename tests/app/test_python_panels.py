@@ -92,12 +92,14 @@ def test_a_profile_that_grows_or_is_uniform_is_not_a_travelling_one(profile):
 
 OWN = drover.Model([drover.Field("n", "k div(n grad n)", conserved=True, reference=1.0),
                     drover.Field("m", "k div(n grad m)", reference=1.0),
-                    drover.Field("c", "k div(c grad c) - c", reference=1.0)], k=2.0).scene(16, 64.0, 0.1, 1.0)
+                    drover.Field("c", "k div(c grad c) - c", reference=1.0),
+                    drover.Field("d", "k div(d grad d) + lap n", reference=1.0)], k=2.0).scene(16, 64.0, 0.1, 1.0)
 
 
 @pytest.mark.parametrize("scene, name, rate", [
     (drover.Scene.load(MODELS / "barenblatt.toml"), "bead_density", 2.0), (OWN, "n", 2.0),
-    (drover.Scene.load(MODELS / "barenblatt.toml"), "polar_order_x", None), (OWN, "m", None), (OWN, "c", None)])
+    (drover.Scene.load(MODELS / "barenblatt.toml"), "polar_order_x", None), (OWN, "m", None), (OWN, "c", None),
+    (OWN, "d", None)])
 def test_the_solution_of_barenblatt_follows_from_the_start_and_the_equations(scene, name, rate):
     start = row_of([0.0], lambda x, t: np.maximum(0.0, 1.0 - (x - 16.0)**2 / 16.0)).rename(name)
     found = exact.spreading(SimpleNamespace(attributes={"scene": scene.to_toml()}), start, start)

@@ -128,6 +128,12 @@ def test_ticks_of_a_logarithmic_axis_are_plain_or_powers_and_never_both_nor_fewe
         assert not odd_ticks(page), (low, high)
 
 
+def test_a_tick_is_shortened_only_where_no_digit_is_lost():
+    for value, text in ((1.0005, "1.0005"), (0.0005, "5e\N{MINUS SIGN}4"), (123456.0, "123456"), (200000.0, "2e5")):
+        assert panels.plain(value, 0) == text
+        assert float(text.replace("\N{MINUS SIGN}", "-")) == value
+
+
 def test_arrows_of_a_resolved_field_on_few_points_stay_within_the_cell():
     run = fields(**{"grid.nx": 8, "grid.ny": 8, "noise.order": 0, "noise.rods": 0,
                     "initial.kind": "formula", "initial.polar_order_x": "0.3"}).start()
@@ -341,6 +347,16 @@ def test_a_gif_has_the_frames_of_a_film(tmp_path):
     width, height, count = probed(path)
     shown = pictures_of(path, width, height)
     assert count == len(shown) == 5 and shown.std() > 10.0 and list(tmp_path.iterdir()) == [path]
+
+
+def test_a_film_of_one_field_is_another_than_that_of_a_density_with_arrows(tmp_path):
+    for field in (None, "p", "rod_density"):
+        drover.film(fields().start(), tmp_path / f"{field}.png", every=2.0, field=field)
+    shown = [image.imread(tmp_path / f"{field}-0001.png") for field in (None, "p", "rod_density")]
+    for one, other in ((0, 1), (0, 2), (1, 2)):
+        assert abs(shown[one] - shown[other]).max() > 0.2
+    with pytest.raises(drover.Error, match="expected one of rod_density, polar_order"):
+        drover.film(fields().start(), tmp_path / "no.png", field="q")
 
 
 def test_pictures_of_the_frames_are_those_of_a_film(tmp_path, monkeypatch):

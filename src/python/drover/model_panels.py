@@ -138,7 +138,7 @@ def draw_map_with_arrows(axes, bar_axes, run, frame):
         return pixel, None
     # Also where the grid has few points the arrows of a resolved field are within the cell.
     finer = panels.refined if panels.is_resolved(run, pixel) else lambda array: (array, None)
-    first, second = parts = [finer(array)[0] for array in arrays_at(run, other, frame).values()]
+    parts = [finer(array)[0] for array in arrays_at(run, other, frame).values()]
     (first, block), (second, _) = (block_means(part, panels.MAX_ARROWS) for part in parts)
     directions = directions_of(other, first.values, second.values)
     lengths = numpy.hypot(*directions)
