@@ -169,10 +169,12 @@ void AdaptiveStepper::repeat_finer(std::int64_t step, Spectra& state) {
     }
     const int parts = 2 * taken_;
     Stepper& finer = stepper(parts);
+    // Both begin with the rate of the same state, unless it depends on the step.
+    const bool knows_first_rate = control_.tolerance == 0.0 && !system_.set_step;
     for (int i = 0; i < parts; ++i)
         finer.step(control_.dt * (static_cast<double>(step) + static_cast<double>(i) / parts),
                    static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(parts) + static_cast<std::uint64_t>(i),
-                   state);
+                   state, knows_first_rate && i == 0);
 }
 
 /// The error of repeat_finer(), relative to that of advance().

@@ -314,9 +314,9 @@ void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spect
     if (system.nonlinear) enforce_hermitian(next);
 }
 
-void Stepper::step(double t, std::uint64_t step_number, Spectra& state) {
+void Stepper::step(double t, std::uint64_t step_number, Spectra& state, bool knows_first_rate) {
     if (work_->table->history > 0) return work_->step_with_history(t, step_number, state);
-    work_->take_stages(t, step_number, state);
+    work_->take_stages(t, step_number, state, knows_first_rate);
     std::swap(state.values, work_->next.values);
 }
 

@@ -35,7 +35,8 @@ public:
     /// From a(t) to a(t + dt) in place.  Modes that are not kept must be zero.  The noise is that of the interval
     /// `step_number` of length dt.  A multistep method starts anew where step_number does not follow that of the last
     /// call; otherwise `state` must be the result of that call.
-    void step(double t, std::uint64_t step_number, Spectra& state);
+    /// knows_first_rate: a Runge-Kutta stepper of the same method and scratch has just taken a step from this state.
+    void step(double t, std::uint64_t step_number, Spectra& state, bool knows_first_rate = false);
 
     /// Of the last step of a multistep method: its error, the new state less a more accurate one.  False, and `error`
     /// as it was, for other methods, and while the method has too few earlier rates.
