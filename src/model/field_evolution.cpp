@@ -155,10 +155,10 @@ struct Solved {
     std::shared_ptr<const Range> followed;
 };
 
-Solved solved(const Integrated& what, const numerics::Grid& grid, Threads& threads, bool keeps_all,
+Solved solved(const Integrated& what, const numerics::Grid& grid, int degree, Threads& threads,
               const std::optional<Followed>& followed = std::nullopt) {
     Solved result;
-    result.system = what.equations.system(grid, threads, keeps_all ? 1 : what.kept_degree, &result.part);
+    result.system = what.equations.system(grid, threads, degree, &result.part);
     if (what.is_quiet) {
         result.system.noise = {};
         result.system.product_noise = {};
@@ -171,8 +171,12 @@ Solved solved(const Integrated& what, const numerics::Grid& grid, Threads& threa
 }
 }  // namespace
 
-numerics::System system_of(const Integrated& what, const numerics::Grid& grid, Threads& threads, bool keeps_all) {
-    return solved(what, grid, threads, keeps_all).system;
+numerics::System system_of(const Integrated& what, const numerics::Grid& grid, Threads& threads) {
+    return system_of(what, grid, what.kept_degree, threads);
+}
+
+numerics::System system_of(const Integrated& what, const numerics::Grid& grid, int degree, Threads& threads) {
+    return solved(what, grid, degree, threads).system;
 }
 
 TransformCount transforms_of(const Integrated& what) {
@@ -215,8 +219,8 @@ Integrated FieldEvolution::at_rung(int rung) const {
 }
 
 numerics::ErrorEquations::OnGrid FieldEvolution::equations_on_grid(int rung) const {
-    return [what = at_rung(rung)](const numerics::Grid& grid, bool keeps_all, Threads& threads) {
-        return system_of(what, grid, threads, keeps_all);
+    return [what = at_rung(rung)](const numerics::Grid& grid, int degree, Threads& threads) {
+        return system_of(what, grid, degree, threads);
     };
 }
 
@@ -237,7 +241,7 @@ numerics::ErrorEquations FieldEvolution::watched() const {
 }
 
 FieldEvolution::Split FieldEvolution::split_at(int rung) const {
-    Solved found = solved(at_rung(rung), grid_, threads_, false, followed_);
+    Solved found = solved(at_rung(rung), grid_, what_.kept_degree, threads_, followed_);
     return {.system = std::move(found.system), .followed = std::move(found.followed), .part = std::move(found.part)};
 }
 

@@ -18,9 +18,8 @@ int coarse_points(int points) {
     if (points >= 64) return points / 8 * 2;
     return std::min(points, 16);
 }
-}  // namespace
 
-Grid coarse_grid(const Grid& fine, int degree, double shortest) {
+Grid coarse_grid_of(const Grid& fine, int degree, double shortest) {
     const auto points = [&](int of_fine, double length) {
         const int least = static_cast<int>(std::ceil(length / (2.0 * std::numbers::pi) * (degree + 1) * shortest));
         if (const int usual = coarse_points(of_fine); usual >= least) return usual;
@@ -32,6 +31,15 @@ Grid coarse_grid(const Grid& fine, int degree, double shortest) {
     };
     return {points(fine.nx, fine.lx), points(fine.ny, fine.ly), fine.lx, fine.ly};
 }
+}  // namespace
+
+KeptGrid coarse_grid(const Grid& fine, int degree, bool noisy, double shortest) {
+    const int kept = noisy ? 1 : degree;
+    const Grid usual = coarse_grid_of(fine, kept, 0.0), needed = coarse_grid_of(fine, kept, shortest);
+    if (needed.nx == usual.nx && needed.ny == usual.ny) return {usual, kept};
+    const int fewer = std::min(kept, 2);
+    return {coarse_grid_of(fine, fewer, shortest), fewer};
+}
 
 namespace {
 std::size_t place(const Grid& grid, int kx, int ky) {
@@ -40,7 +48,9 @@ std::size_t place(const Grid& grid, int kx, int ky) {
 
 }  // namespace
 
-std::vector<ModePair> shared_modes(const Grid& coarse, int coarse_degree, const Grid& fine, int fine_degree) {
+std::vector<ModePair> shared_modes(const KeptGrid& coarse_modes, const KeptGrid& fine_modes) {
+    const auto& [coarse, coarse_degree] = coarse_modes;
+    const auto& [fine, fine_degree] = fine_modes;
     std::vector<ModePair> result;
     for (std::size_t j = 0; j < static_cast<std::size_t>(coarse.ny); ++j)
         for (std::size_t i = 0; i < columns(coarse); ++i) {
@@ -51,7 +61,8 @@ std::vector<ModePair> shared_modes(const Grid& coarse, int coarse_degree, const 
     return result;
 }
 
-std::vector<ModePair> sampled_modes(const Grid& coarse, const Grid& fine, int fine_degree) {
+std::vector<ModePair> sampled_modes(const Grid& coarse, const KeptGrid& fine_modes) {
+    const auto& [fine, fine_degree] = fine_modes;
     std::vector<ModePair> result;
     const auto folded = [](int k, int points) {
         const int rest = ((k % points) + points) % points;
@@ -85,21 +96,15 @@ void see_rates(const IsotropicBlocks& linear, double& rate, double& frequency) {
 }
 }  // namespace
 
-double FieldSize::size_of(const Spectra& spectra, const Grid& grid) const {
-    const std::size_t width = columns(grid);
+double FieldSize::size_of(const Spectra& spectra, const KeptGrid& on) const {
     double sum = 0.0;
     for (int c = first; c < first + count; ++c)
-        for (std::size_t row = 0; row < spectra.size; row += width) {
-            double rest = 0.0;  // of weight 2
-            for (std::size_t i = 1; i + 1 < width; ++i) rest += std::norm(spectra[c][row + i]);
-            sum += std::norm(spectra[c][row]) + 2.0 * rest;
-            if (width > 1) sum += mode_weight(grid, width - 1) * std::norm(spectra[c][row + width - 1]);
-        }
+        sum += sum_over_modes(on, [values = spectra[c]](std::size_t mode) { return std::norm(values[mode]); });
     return std::sqrt(sum);
 }
 
-void FieldSize::add_moment(const Spectra& fields, const Grid& grid, bool noisy, double weight) {
-    size = size_of(fields, grid);
+void FieldSize::add_moment(const Spectra& fields, const KeptGrid& on, bool noisy, double weight) {
+    size = size_of(fields, on);
     std::array<double, 2> mean{};
     for (int c = 0; c < count; ++c) mean[static_cast<std::size_t>(c)] = fields[first + c][0].real();
     const double square = mean[0] * mean[0] + mean[1] * mean[1];
@@ -112,9 +117,9 @@ void FieldSize::add_moment(const Spectra& fields, const Grid& grid, bool noisy, 
     largest = std::max(largest, size);
 }
 
-std::vector<FastWave> fast_waves(const System& system, const Grid& grid, int degree, double dt) {
+std::vector<FastWave> fast_waves(const System& system, double dt) {
     constexpr double turn = 0.5;  // radians a step
-    const DistinctWavenumbers wavenumbers = distinct_wavenumbers(grid, degree);
+    const DistinctWavenumbers wavenumbers = distinct_wavenumbers(system.grid, system.degree);
     std::vector<double> rate(wavenumbers.q.size(), -INFINITY), frequency(wavenumbers.q.size());
     for (std::size_t n = 0; n < wavenumbers.q.size(); ++n)
         see_rates(system.linear(wavenumbers.q[n]), rate[n], frequency[n]);

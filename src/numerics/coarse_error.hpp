@@ -7,13 +7,15 @@
 #include <vector>
 
 #include "drover/numerics/grid.hpp"
+#include "drover/numerics/kept_modes.hpp"
 #include "drover/numerics/system.hpp"
 
 namespace drover::numerics {
 
-/// The grid on which the error evolves: with modes up to the wavenumber `shortest` [1/mm] on both axes, of the degree
-/// of the products, where the fine grid has them.
-Grid coarse_grid(const Grid& fine, int degree, double shortest);
+/// The grid on which the error evolves: with modes up to the wavenumber `shortest` [1/mm] on both axes where the fine grid has them.  With noise all
+/// modes are kept: see sampled_modes().  A grid that is larger for its shortest waves keeps two thirds at least: of
+/// products of more than two only those of the shortest waves are wrong there.
+KeptGrid coarse_grid(const Grid& fine, int degree, bool noisy, double shortest);
 
 struct ModePair {
     std::size_t coarse, fine;
@@ -21,12 +23,12 @@ struct ModePair {
 };
 
 /// The modes of the coarse grid, but those that the fine grid does not keep.
-std::vector<ModePair> shared_modes(const Grid& coarse, int coarse_degree, const Grid& fine, int fine_degree);
+std::vector<ModePair> shared_modes(const KeptGrid& coarse, const KeptGrid& fine);
 
 /// The sum of all modes of the fine grid that look like one of the coarse grid at its points: the values of the fields
 /// there.  Without the fluctuations that noise gives to short waves the error would relax otherwise: b |p|^2 would be
 /// too small.
-std::vector<ModePair> sampled_modes(const Grid& coarse, const Grid& fine, int fine_degree);
+std::vector<ModePair> sampled_modes(const Grid& coarse, const KeptGrid& fine);
 
 /// A mode of the coarse grid whose phase turns within a step: errors of a constant drive would cancel, while those of
 /// its own steps turn with it and add up.
@@ -37,7 +39,7 @@ struct FastWave {
 };
 
 /// The fast waves of a linear system on a grid.
-std::vector<FastWave> fast_waves(const System& system, const Grid& grid, int degree, double dt);
+std::vector<FastWave> fast_waves(const System& system, double dt);
 
 /// Fields on the coarse grid along which the error evolves.
 struct Reference {
@@ -45,6 +47,17 @@ struct Reference {
     double t = 0.0;
     double step = 0.0;  // of the error, for which `rate` is; 0 for none: N may depend on it
 };
+
+/// The sum of a function of the kept modes over all modes of real fields.
+template <class OfMode>
+double sum_over_modes(const KeptGrid& on, OfMode of_mode) {
+    double once = 0.0, twice = 0.0;
+    for_kept_rows(on, [&](std::size_t first, std::size_t count) {
+        once += of_mode(first);  // of their own conjugates; a kept mode is never the shortest
+        for (std::size_t mode = first + 1; mode < first + count; ++mode) twice += of_mode(mode);
+    });
+    return once + 2.0 * twice;
+}
 
 /// One field: a scalar, or both components of a vector.
 struct FieldSize {
@@ -60,9 +73,9 @@ struct FieldSize {
     double variance = 0.0;  ///< over the cell, now
 
     /// The root mean square of the field, or of its error.
-    double size_of(const Spectra& spectra, const Grid& grid) const;
+    double size_of(const Spectra& spectra, const KeptGrid& on) const;
     /// Takes the fields as they are now, for `weight` steps.
-    void add_moment(const Spectra& fields, const Grid& grid, bool noisy, double weight);
+    void add_moment(const Spectra& fields, const KeptGrid& on, bool noisy, double weight);
 
     /// Deviation from the mean over the cell and over time.  An error of the mean is compared with it, too.
     double fluctuation() const {

@@ -38,28 +38,28 @@ double cost_of_transforms(const Grid& grid) {
 ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& grid, double the_dt, int stages,
                                bool the_divides)
     : equations(the_equations),
-      fine(grid),
-      coarse(coarse_grid(grid, the_equations.noisy ? 1 : the_equations.degree, the_equations.shortest)),
+      fine{grid, the_equations.degree},
+      coarse(coarse_grid(grid, the_equations.degree, the_equations.noisy, the_equations.shortest)),
       dt(the_dt),
       divides(the_divides),
       noisy(the_equations.noisy) {
-    shared = shared_modes(coarse, noisy ? 1 : equations.degree, fine, equations.degree);
-    sampled = noisy ? sampled_modes(coarse, fine, equations.degree) : shared;
+    shared = shared_modes(coarse, fine);
+    sampled = noisy ? sampled_modes(coarse.grid, fine) : shared;
     for (const ErrorEquations::Field& field : equations.fields)
         fields.push_back({.first = field.first, .count = field.components, .name = field.name});
     set_equations();
-    error = Spectra(coarse, components(system.layout));
+    error = Spectra(coarse.grid, components(system.layout));
     shifted = rate = local.last = local.before = local.other = drive = driven = error;
     local.motion = local.other_motion = earlier = change = start = motion = motion_before = error;
     constexpr double right_hand_sides = 3.0;  // of the fields once, and twice with their error
-    cost = right_hand_sides * cost_of_transforms(coarse) / (cost_of_transforms(fine) * std::max(1, stages));
+    cost = right_hand_sides * cost_of_transforms(coarse.grid) / (cost_of_transforms(fine.grid) * std::max(1, stages));
     for (Reference* reference : {&from, &to, &between}) reference->fields = reference->rate = error;
     wave_local.resize(error.values.size());
     wave_error.resize(error.values.size());
 }
 
 void ErrorEvolution::set_equations() {
-    system = equations.on_grid(coarse, noisy, one);
+    system = equations.on_grid(coarse.grid, coarse.degree, one);
     system.noise = {};
     system.product_noise = {};
     remainder = std::move(system.nonlinear);
@@ -69,10 +69,10 @@ void ErrorEvolution::set_equations() {
     steppers.clear();
     from.step = 0.0;
     double per_length = INFINITY;  // of the coarser axis; a one-dimensional grid has one
-    if (coarse.nx > 1) per_length = coarse.nx / coarse.lx;
-    if (coarse.ny > 1) per_length = std::min(per_length, coarse.ny / coarse.ly);
+    if (coarse.grid.nx > 1) per_length = coarse.grid.nx / coarse.grid.lx;
+    if (coarse.grid.ny > 1) per_length = std::min(per_length, coarse.grid.ny / coarse.grid.ly);
     const double cut = 2.0 * std::numbers::pi / (system.degree + 1) * per_length;
-    if (!noisy) waves = fast_waves(system, coarse, system.degree, dt);
+    if (!noisy) waves = fast_waves(system, dt);
     if (divides)
         for (FastWave& wave : waves) wave.is_unresolved = false;
     turn.reset();
@@ -278,7 +278,7 @@ double ErrorEvolution::wave_size(const FieldSize& field) const {
     double sum = 0.0;
     for (int c = field.first; c < field.first + field.count; ++c)
         for (const FastWave& wave : waves)
-            sum += mode_weight(coarse, wave.mode % columns(coarse)) *
+            sum += mode_weight(coarse.grid, wave.mode % columns(coarse.grid)) *
                    std::pow(wave_error[static_cast<std::size_t>(c) * error.size + wave.mode], 2.0);
     return std::sqrt(sum);
 }

@@ -15,7 +15,7 @@ namespace drover::numerics {
 
 struct ErrorEvolution {
     ErrorEquations equations;
-    Grid fine, coarse;
+    KeptGrid fine, coarse;
     double dt;
     bool divides;
     std::int64_t stride = 1, since = 0;    // steps of the run in one of the error, and since its last

@@ -12,36 +12,28 @@ namespace {
 constexpr double least_sine = 0.2;  // of the angle between two motions that span a plane
 }
 
-double product_of(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const Grid& grid) {
-    const std::size_t width = columns(grid);
+double product_of(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const KeptGrid& on) {
     double product = 0.0;
     for (const FieldSize& field : fields) {
         const double scale = field.fluctuation();
         if (scale == 0.0) continue;
-        double of_field = 0.0;
         for (int c = field.first; c < field.first + field.count; ++c)
-            for (std::size_t row = 0; row < a.size; row += width) {
-                const auto of_mode = [&](std::size_t i) {
-                    const Complex x = a[c][row + i], y = b[c][row + i];
-                    return x.real() * y.real() + x.imag() * y.imag();
-                };
-                double rest = 0.0;  // of weight 2
-                for (std::size_t i = 1; i + 1 < width; ++i) rest += of_mode(i);
-                of_field += of_mode(0) + 2.0 * rest;
-                if (width > 1) of_field += mode_weight(grid, width - 1) * of_mode(width - 1);
-            }
-        product += of_field / (scale * scale);
+            product += sum_over_modes(on,
+                                      [x = a[c], y = b[c]](std::size_t mode) {
+                                          return x[mode].real() * y[mode].real() + x[mode].imag() * y[mode].imag();
+                                      }) /
+                       (scale * scale);
     }
     return product;
 }
 
-double angle_between(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const Grid& grid) {
-    const double sizes = std::sqrt(product_of(a, a, fields, grid)) * std::sqrt(product_of(b, b, fields, grid));
-    return sizes > 0.0 ? std::acos(std::clamp(product_of(a, b, fields, grid) / sizes, -1.0, 1.0)) : 0.0;
+double angle_between(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const KeptGrid& on) {
+    const double sizes = std::sqrt(product_of(a, a, fields, on)) * std::sqrt(product_of(b, b, fields, on));
+    return sizes > 0.0 ? std::acos(std::clamp(product_of(a, b, fields, on) / sizes, -1.0, 1.0)) : 0.0;
 }
 
 void LocalErrors::add(const Spectra& local, const Spectra& change, double size_now, double size_before,
-                      const std::vector<FieldSize>& fields, const Grid& coarse) {
+                      const std::vector<FieldSize>& fields, const KeptGrid& coarse) {
     const double from_last = std::sin(angle_between(change, motion, fields, coarse)),
                  from_other = std::sin(angle_between(change, other_motion, fields, coarse));
     if (from_last > least_sine || from_other <= least_sine) {
@@ -69,7 +61,7 @@ void LocalErrors::predict(double intervals, Spectra& mean) const {
         mean.values[k] = of_last * last.values[k] + of_before * before.values[k];
 }
 
-bool LocalErrors::follow(const Spectra& change, const std::vector<FieldSize>& fields, const Grid& coarse,
+bool LocalErrors::follow(const Spectra& change, const std::vector<FieldSize>& fields, const KeptGrid& coarse,
                          Spectra& error) const {
     const auto product = [&](const Spectra& a, const Spectra& b) { return product_of(a, b, fields, coarse); };
     const double square = product(motion, motion), other_square = product(other_motion, other_motion),

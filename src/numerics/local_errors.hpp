@@ -17,7 +17,7 @@ struct LocalErrors {
 
     /// Takes the error of a step.  sizes: of all errors now and before, in the units of `fields`.
     void add(const Spectra& local, const Spectra& change, double size_now, double size_before,
-             const std::vector<FieldSize>& fields, const Grid& coarse);
+             const std::vector<FieldSize>& fields, const KeptGrid& coarse);
 
     /// The mean error of a step up to the next that is measured, `intervals` times as many steps as between the last
     /// two.  Errors fall or rise as they have done, in the geometric mean, and turn as they have done, in the plane of
@@ -26,11 +26,12 @@ struct LocalErrors {
 
     /// The error of a step that changes the fields by `change`: a sum of `last` and `other`, as the change is one of
     /// theirs.  That holds for oscillations, waves and decays.  False, and nothing, where the change is no such sum.
-    bool follow(const Spectra& change, const std::vector<FieldSize>& fields, const Grid& coarse, Spectra& error) const;
+    bool follow(const Spectra& change, const std::vector<FieldSize>& fields, const KeptGrid& coarse,
+                Spectra& error) const;
 };
 
 /// The angle between two states [radians], and the sum of products of their modes, in the units of `fields`.
-double angle_between(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const Grid& grid);
-double product_of(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const Grid& grid);
+double angle_between(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const KeptGrid& on);
+double product_of(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const KeptGrid& on);
 
 }  // namespace drover::numerics

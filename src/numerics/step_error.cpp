@@ -134,7 +134,7 @@ std::optional<Spectra> StepError::known() const {
     constexpr double definite = 0.5;  // of the fluctuation
     if (w.noisy || largest().error > definite) return std::nullopt;
     const Spectra now = w.error_now();
-    Spectra result(w.fine, now.count());
+    Spectra result(w.fine.grid, now.count());
     for (const FieldSize& field : w.fields)
         if (w.size_without_phase(field) > w.size_of(now, field)) return std::nullopt;
     for (int c = 0; c < now.count(); ++c)

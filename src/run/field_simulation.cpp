@@ -198,7 +198,7 @@ double field_simulation_bytes(const io::Scene& scene) {
         more += twin_stepper_bytes(system, scene.time) + explicit_part;
     if (makes_step_error(problem) && scene.time.max_error > 0.0) {
         const numerics::Grid coarse =
-            numerics::coarse_grid(scene.grid, what.equations.has_noise() ? 1 : system.degree, what.shortest);
+            numerics::coarse_grid(scene.grid, system.degree, what.equations.has_noise(), what.shortest).grid;
         constexpr double states = 20.0;  // of the estimate and of the steps of the error
         more += static_cast<double>(numerics::points(coarse)) / static_cast<double>(numerics::points(scene.grid)) *
                 (explicit_part + states * count * spectra);

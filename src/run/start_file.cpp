@@ -40,8 +40,8 @@ numerics::Fields resampled(const numerics::Fields& fields, const numerics::Grid&
                                 .ny = std::min(from.ny, to.ny),
                                 .lx = to.lx,
                                 .ly = to.ly};
-    const std::vector<numerics::ModePair> at_source = shared_modes(common, 1, from, 1),
-                                          at_target = shared_modes(common, 1, to, 1);
+    const std::vector<numerics::ModePair> at_source = numerics::shared_modes({common}, {from}),
+                                          at_target = numerics::shared_modes({common}, {to});
     for (int c = 0; c < fields.count(); ++c)
         for (std::size_t k = 0; k < at_source.size(); ++k) wanted[c][at_target[k].fine] = given[c][at_source[k].fine];
     numerics::Fields result(to, fields.count());

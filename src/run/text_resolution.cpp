@@ -24,11 +24,11 @@ using numerics::Grid;
 using numerics::Spectra;
 
 /// The explicit right-hand side of a scene on a grid, at a smooth state with those of the longest waves in every field
-/// that `coarsest` keeps in the scene's products.  keeps_all: all modes of the grid.
+/// that `coarsest` keeps in the scene's products.  kept: the degree that decides which modes are kept.
 class Rates {
 public:
-    Rates(const FieldProblem& problem, const Grid& grid, const Grid& coarsest, bool keeps_all)
-        : system_(model::system_of(problem.integrated, grid, one_, keeps_all)),
+    Rates(const FieldProblem& problem, const Grid& grid, const Grid& coarsest, int kept)
+        : system_(model::system_of(problem.integrated, grid, kept, one_)),
           rate_(grid, static_cast<int>(problem.components.size())),
           state_(rate_) {
         const model::Equations& equations = problem.integrated.equations;
@@ -117,7 +117,7 @@ std::optional<std::string> space_warning(const io::Scene& scene) {
     // Twice the grid with all its waves: products of the smooth state have none that would need to be cut.
     const FieldProblem problem = field_problem(scene);
     const std::vector<model::StateComponent> components = model::components_of_state(problem.integrated.equations);
-    Rates here(problem, grid, grid, false), there(problem, finer, grid, true);
+    Rates here(problem, grid, grid, problem.integrated.kept_degree), there(problem, finer, grid, 1);
     // A jump loses and folds a few per cent on 100 points, and makes an error of less; on 32 points it is moved by half
     // of a cell, which can make an error of a tenth.
     constexpr double max_aliased = 0.005, max_lost = 0.05;
@@ -222,7 +222,8 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
     Grid small = scene.grid;
     small.nx = std::min(small.nx, 8);
     small.ny = std::min(small.ny, 8);
-    Rates rates(field_problem(scene), small, small, false);
+    const FieldProblem problem = field_problem(scene);
+    Rates rates(problem, small, small, problem.integrated.kept_degree);
     const int count = rates.at(0.0).count();
     const auto values_at = [&](double t) {  // the mean rate of each component, and its longest wave
         std::vector<double> values;

@@ -36,7 +36,7 @@ TEST(WatchedStepper, adds_up_errors_that_turn_with_an_oscillation) {
         const double period = 2.0 * M_PI / std::abs(c), dt = period / 120.0;
         Threads threads(1);
         const ErrorEquations errors{.fields = {{.first = 0, .name = "X"}, {.first = 1, .name = "Y"}},
-                                    .on_grid = [c](const Grid& on, bool, Threads&) { return oscillator(on, c); },
+                                    .on_grid = [c](const Grid& on, int, Threads&) { return oscillator(on, c); },
                                     .degree = 3};
         WatchedStepper stepper({.method = "etdrk2", .dt = dt}, oscillator(grid, c), 1, threads, errors);
         Spectra state(grid, 2);

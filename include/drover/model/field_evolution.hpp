@@ -49,9 +49,10 @@ struct Integrated {
     double shortest = 0.0;          ///< numerics::ErrorEquations::shortest
 };
 
-/// L, N and Q.  keeps_all: all modes of the grid, those too that products would need to be 0.
-numerics::System system_of(const Integrated& what, const numerics::Grid& grid, Threads& threads,
-                           bool keeps_all = false);
+/// L, N and Q.
+numerics::System system_of(const Integrated& what, const numerics::Grid& grid, Threads& threads);
+/// The same with other modes kept than those of what.kept_degree; 1: all, whatever the products need.
+numerics::System system_of(const Integrated& what, const numerics::Grid& grid, int degree, Threads& threads);
 
 /// Transforms of one evaluation of N; none where it is 0.
 TransformCount transforms_of(const Integrated& what);

@@ -15,8 +15,8 @@ struct ErrorEquations {
         int first = 0, components = 1;  ///< in a state
         std::string name;
     };
-    /// L and N on a grid, without noise; keeps_all: all modes of the grid, those too that products would need to be 0.
-    using OnGrid = std::function<System(const Grid& grid, bool keeps_all, Threads& threads)>;
+    /// L and N on a grid, without noise; degree: which of its modes are kept, 1: all, whatever the products need.
+    using OnGrid = std::function<System(const Grid& grid, int degree, Threads& threads)>;
 
     std::vector<Field> fields;
     OnGrid on_grid;
