@@ -20,7 +20,8 @@ struct Landscape {
     const LinearisedAt& state;
     std::vector<double> log_q;
     bool has_direction;
-    double uniform;  ///< growth rate of the uniform state; 0: it does not grow
+    double uniform;             ///< growth rate of the uniform state; 0: it does not grow
+    Eigen::MatrixXd conserved;  ///< conserved_means()
 
     double at(double x, double angle) const { return growth_rate(state, std::exp(x), angle); }
     auto along(double angle) const {
@@ -39,24 +40,22 @@ bool has_direction(const LinearisedAt& at) {
     return false;
 }
 
-/// What the mode of a shape moves on a state without a direction.
-InstabilityKind kind_without_direction(const LinearisedAt& at, const Eigen::VectorXcd& shape) {
-    const std::vector<int>& state = at.state_components();
-    bool scalars = false;
+/// What the fastest mode of a wave moves on a state without a direction.
+InstabilityKind kind_without_direction(const Landscape& land, const numerics::Wavevector& q) {
+    const Equations& equations = land.state.equations();
+    const Eigen::VectorXcd shape = land.state.all_components(q) * modes(land.state, q).shapes.col(0);
+    if ((land.conserved * shape(equations.state_components())).norm() > 1e-9) return InstabilityKind::phase_separation;
     int first = 0;
-    for (const Field& field : at.equations().model().fields) {
-        const auto found = std::find(state.begin(), state.end(), first);
+    for (const Field& field : equations.model().fields) {
+        if (field.spin == 0 && field.left == LeftSide::rate && std::abs(shape(first)) > 1e-9)
+            return InstabilityKind::pattern;
         first += components(field);
-        if (field.spin > 0 || found == state.end() || !(std::abs(shape(found - state.begin())) > 1e-9)) continue;
-        if (field.conserved) return InstabilityKind::phase_separation;
-        scalars = true;
     }
-    return scalars ? InstabilityKind::pattern : InstabilityKind::order;
+    return InstabilityKind::order;
 }
 
 InstabilityKind kind_of_wave(const Landscape& land, const Growth& found, double q, double angle) {
-    if (!land.has_direction)
-        return kind_without_direction(land.state, modes(land.state, land.state.wavevector(q, angle)).shapes.col(0));
+    if (!land.has_direction) return kind_without_direction(land, land.state.wavevector(q, angle));
     const double along = std::abs(std::sin(angle)), across = std::abs(std::cos(angle));
     if (along < 1e-6) return InstabilityKind::banding;
     if (across > 1e-6 || std::abs(found.frequency) > 1e-9 * std::abs(found.rate)) return InstabilityKind::oblique;
@@ -70,10 +69,9 @@ InstabilityKind kind_of_wave(const Landscape& land, const Growth& found, double 
 /// Of the uniform state.
 InstabilityKind kind_of_change(const Landscape& land) {
     if (land.has_direction) return InstabilityKind::uniform;
-    const Modes all = modes(land.state, {});
-    if (all.rates.size() == 0) return InstabilityKind::uniform;
-    return kind_without_direction(land.state, all.shapes.col(0)) == InstabilityKind::order ? InstabilityKind::order
-                                                                                           : InstabilityKind::uniform;
+    if (modes(land.state, {}).rates.size() == 0) return InstabilityKind::uniform;
+    return kind_without_direction(land, {}) == InstabilityKind::order ? InstabilityKind::order
+                                                                      : InstabilityKind::uniform;
 }
 
 /// Where the waves of one angle stop growing, on both sides of one that grows.
@@ -122,7 +120,9 @@ std::vector<Instability> isotropic_instabilities(const Landscape& land, const Gr
         found.back().kind = change;
         if (change == InstabilityKind::order) return;
         const Growth uniform = growth(land.state, 0.0);
-        found.back() = {.kind = change, .rate = uniform.rate, .frequency = uniform.frequency};
+        found.back().rate = uniform.rate;
+        found.back().frequency = uniform.frequency;
+        found.back().q = 0.0;
     };
     if (!land.grows(x, 0.0)) {
         if (land.uniform > 0.0) add_change(land.log_q.front());
@@ -205,7 +205,8 @@ GrowingWaves growing_waves(const LinearisedAt& at, const GrowthSearch& search, T
     const Landscape land{.state = at,
                          .log_q = numerics::even_logarithms(search.min, search.max, search.wavenumbers),
                          .has_direction = has_direction(at),
-                         .uniform = uniform_growth(at)};
+                         .uniform = uniform_growth(at),
+                         .conserved = conserved_means(at.equations())};
     if (at.is_isotropic()) {
         const double best = numerics::largest_of(land.log_q, land.along(0.0)).place;
         return {.kinds = isotropic_instabilities(land, search, best),
@@ -217,8 +218,12 @@ GrowingWaves growing_waves(const LinearisedAt& at, const GrowthSearch& search, T
     const double angle = static_cast<double>(top - looks.best.begin()) * step_angle;
     GrowingWaves result{.kinds = anisotropic_instabilities(land, looks),
                         .fastest = refined_wave(at, search, land.log_q, {top->place, angle}, step_angle)};
-    if (looks.quarter && result.fastest.angle > right_angle)
-        result.fastest.angle = std::numbers::pi - result.fastest.angle;  // of its mirror image
+    if (looks.quarter && result.fastest.angle > right_angle) {
+        // Its mirror image, and the conjugate wave of the opposite wavevector.
+        result.fastest.angle = std::numbers::pi - result.fastest.angle;
+        result.fastest.growth.frequency *= -1.0;
+        for (std::complex<double>& share : result.fastest.shares) share = std::conj(share);
+    }
     return result;
 }
 
@@ -236,12 +241,17 @@ double direction_diffusion(const LinearisedAt& at, const LongWaves& waves) {
         first += components(field);
     }
     const Eigen::VectorXd moved = at.moved()(members);
-    // A turn is a slow mode.  Noise changes no other one: those are the conserved means.
-    const Eigen::VectorXd amplitudes = waves.left * moved.cwiseProduct(turn(members));
-    const Eigen::RowVectorXd angle = amplitudes.transpose() * waves.left / amplitudes.squaredNorm();
-    Eigen::VectorXd by_rates = Eigen::VectorXd::Zero(at.moved().size());
-    by_rates(members) = angle.transpose().cwiseProduct(moved);
-    return 0.5 * by_rates(state).dot(at.noise({}).real() * by_rates(state));
+    const Eigen::VectorXd amplitudes = waves.left * moved.cwiseProduct(turn(members));  // a turn is a slow mode
+    Eigen::MatrixXd by_rates = Eigen::MatrixXd::Zero(waves.left.rows(), at.moved().size());
+    by_rates(Eigen::all, members) = waves.left * moved.asDiagonal();
+    const Eigen::MatrixXd driven =
+        by_rates(Eigen::all, state) * at.noise({}).real() * by_rates(Eigen::all, state).transpose();
+    const Eigen::VectorXd angle = amplitudes / amplitudes.squaredNorm();
+    const double diffusion = angle.dot(driven * angle);
+    // The noise may drive another slow mode as well, such as the turn of an order of its own.
+    const Eigen::MatrixXd of_turn = diffusion * amplitudes * amplitudes.transpose();
+    if ((driven - of_turn).norm() > 1e-6 * driven.norm()) return std::numeric_limits<double>::quiet_NaN();
+    return 0.5 * diffusion;
 }
 
 }  // namespace drover::model

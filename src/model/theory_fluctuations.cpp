@@ -1,4 +1,5 @@
 // model/theory_fluctuations.cpp: stationary fluctuations by the Lyapunov equation, and their spectra by the resolvent.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -85,30 +86,37 @@ StructureFactors structure_factors(const LinearisedAt& at, const numerics::Grid&
     // Where all directions are equivalent, the parts depend on |q| alone.
     const bool is_isotropic = at.is_isotropic();
     const std::size_t count = is_isotropic ? distinct.q.size() : numerics::modes(grid);
-    std::vector<Covariance> found(count);
+    std::vector<std::complex<double>> of_place(count * parts * parts, 0.0);
+    std::vector<std::string> why_none(count);
     threads.for_chunks(count, 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
             if (is_isotropic ? n == 0 : distinct.of_mode[n] <= 0) continue;
             const Wavevector q = is_isotropic ? Wavevector{.x = distinct.q[n], .y = 0.0}
                                               : numerics::wavevector(grid, n % width, n / width);
-            found[n] = covariance(at, q);
-            if (found[n].why_none.empty()) found[n].matrix = at.along_and_across(found[n].matrix, q);
+            const Covariance found = covariance(at, q);
+            why_none[n] = found.why_none;
+            if (!found.why_none.empty()) continue;
+            const Symbol s = at.along_and_across(found.matrix, q);
+            for (std::size_t i = 0; i < parts; ++i)
+                for (std::size_t j = 0; j < parts; ++j)
+                    of_place[(n * parts + i) * parts + j] =
+                        s(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
         }
     });
-    for (const Covariance& one : found)
-        if (!one.why_none.empty()) {
-            result.why_none = one.why_none;
+    for (const std::string& why : why_none)
+        if (!why.empty()) {
+            result.why_none = why;
             return result;
         }
-    result.values.assign(numerics::modes(grid) * parts * parts, 0.0);
-    for (std::size_t mode = 0; mode < numerics::modes(grid); ++mode) {
-        if (distinct.of_mode[mode] <= 0) continue;  // not kept, or q = 0
-        const Symbol& s = found[is_isotropic ? static_cast<std::size_t>(distinct.of_mode[mode]) : mode].matrix;
-        for (std::size_t i = 0; i < parts; ++i)
-            for (std::size_t j = 0; j < parts; ++j)
-                result.values[(mode * parts + i) * parts + j] =
-                    s(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    if (!is_isotropic) {
+        result.values = std::move(of_place);
+        return result;
     }
+    result.values.assign(numerics::modes(grid) * parts * parts, 0.0);
+    for (std::size_t mode = 0; mode < numerics::modes(grid); ++mode)
+        if (distinct.of_mode[mode] > 0)  // kept, and not q = 0
+            std::copy_n(&of_place[static_cast<std::size_t>(distinct.of_mode[mode]) * parts * parts], parts * parts,
+                        &result.values[mode * parts * parts]);
     return result;
 }
 

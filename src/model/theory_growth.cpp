@@ -95,22 +95,4 @@ FastestWave refined_wave(const LinearisedAt& at, const GrowthSearch& search, con
     return wave;
 }
 
-FastestWave fastest_wave(const LinearisedAt& at, const GrowthSearch& search, Threads& threads) {
-    check(search);
-    const std::vector<double> log_q = log_wavenumbers(search);
-    const int angles = at.is_isotropic() ? 1 : search.angles;
-    const double step_angle = std::numbers::pi / angles;
-    std::vector<numerics::Largest> best(static_cast<std::size_t>(angles));
-    threads.for_chunks(best.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t a = begin; a < end; ++a)
-            best[a] = numerics::largest_of(log_q, [&](double x) {
-                return growth_rate(at, std::exp(x), static_cast<double>(a) * step_angle);
-            });
-    });
-    const auto top =
-        std::max_element(best.begin(), best.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
-    return refined_wave(at, search, log_q, {top->place, static_cast<double>(top - best.begin()) * step_angle},
-                        angles > 1 ? step_angle : 0.0);
-}
-
 }  // namespace drover::model

@@ -361,17 +361,28 @@ bool turns_freely(const Equations& equations) {
 
 const StationaryState* nearest_state(const StationaryStates& found, const Model& model,
                                      const std::vector<UniformState>& samples) {
+    // Fields have units of their own: each counts in parts of its largest size.
+    std::vector<double> sizes(model.fields.size(), 0.0);
+    for (const StationaryState& state : found.states) {
+        std::size_t at = 0;
+        for (std::size_t n = 0; n < sizes.size(); ++n) {
+            const auto count = static_cast<std::size_t>(components(model.fields[n]));
+            sizes[n] = std::max(sizes[n], std::hypot(state.values[at], count == 2 ? state.values[at + 1] : 0.0));
+            at += count;
+        }
+    }
     const auto square = [&](const StationaryState& state, const UniformState& means) {
         const UniformState& values = state.values;
         double sum = 0.0;
         std::size_t at = 0;
-        for (const Field& field : model.fields) {
+        for (std::size_t n = 0; n < sizes.size(); ++n) {
+            const Field& field = model.fields[n];
             const bool has_two = components(field) == 2;
             const double apart = means[at] - values[at], other = has_two ? means[at + 1] - values[at + 1] : 0.0;
             const bool by_size = has_two && (state.has_free_direction || state.is_isotropic);
             const double size = by_size ? std::hypot(means[at], means[at + 1]) - std::hypot(values[at], values[at + 1])
                                         : std::hypot(apart, other);
-            if (field.left == LeftSide::rate) sum += size * size;
+            if (field.left == LeftSide::rate && sizes[n] > 0.0) sum += std::pow(size / sizes[n], 2);
             at += static_cast<std::size_t>(components(field));
         }
         return sum;

@@ -12,9 +12,9 @@
 
 namespace drover::numerics {
 
-/// The grid on which the error evolves: with modes up to the wavenumber `shortest` [1/mm] on both axes where the fine grid has them.  With noise all
-/// modes are kept: see sampled_modes().  A grid that is larger for its shortest waves keeps two thirds at least: of
-/// products of more than two only those of the shortest waves are wrong there.
+/// The grid on which the error evolves: with modes up to the wavenumber `shortest` [1/mm] on both axes where the fine
+/// grid has them.  With noise all modes are kept: see sampled_modes().  A grid that is larger for its shortest waves
+/// keeps two thirds at least: of products of more than two only those of the shortest waves are wrong there.
 KeptGrid coarse_grid(const Grid& fine, int degree, bool noisy, double shortest);
 
 struct ModePair {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "drover/model/theory.hpp"
+#include "run/field_prediction.hpp"
 #include "run/scene_equations.hpp"
 
 namespace drover::run {
@@ -52,7 +53,8 @@ AboutState about_state(const io::Scene& scene, const model::Equations& equations
     about.name = nearest->name;
     about.linear.emplace(equations, nearest->values);
     if (nearest->has_free_direction)
-        about.turn = model::direction_of(equations.model(), mean) - about.linear->direction();
+        about.turn = turn_of(equations.model(), directing_component(equations.model(), nearest->values, {mean}),
+                             nearest->values, mean);
     return about;
 }
 

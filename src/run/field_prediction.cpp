@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "run/scene_equations.hpp"
@@ -15,16 +16,18 @@ namespace {
 using model::UniformState;
 using std::numbers::pi;
 
-/// Directions of samples and their shares.  Opposite ones are equivalent: S(q) is the same for both.
+/// Turns of a state in samples, and their shares.  Opposite ones are equivalent: S(q) is the same for both.
 struct Direction {
     double angle = 0.0, share = 0.0;
 };
-std::vector<Direction> directions_of(const model::Model& model, const std::vector<UniformState>& samples) {
+std::vector<Direction> directions_of(const model::Model& model, const UniformState& state,
+                                     const std::vector<UniformState>& samples) {
     constexpr int bins = 16;  // of 11 degrees, each represented by its mean
     std::array<double, bins> cosines{}, sines{};
     std::array<int, bins> counts{};
+    const int directing = directing_component(model, state, samples);
     for (const UniformState& sample : samples) {
-        double angle = model::direction_of(model, sample);
+        double angle = turn_of(model, directing, state, sample);
         angle -= pi * std::floor(angle / pi);
         const auto bin = static_cast<std::size_t>(angle / pi * bins) % bins;
         cosines[bin] += std::cos(angle);
@@ -52,20 +55,21 @@ UniformState turned(const model::Model& model, UniformState state, double angle)
     return state;
 }
 
-model::StructureFactors mean_over_directions(const model::Equations& equations, const UniformState& state,
-                                             const std::vector<Direction>& directions, const numerics::Grid& grid,
-                                             int degree, Threads& threads) {
-    const double along = model::direction_of(equations.model(), state);
-    model::StructureFactors mean;
+/// Adds up the real parts of some structure factors over the directions; returns why there are none.
+std::string add_directions(const model::Equations& equations, const UniformState& state,
+                           const std::vector<Direction>& directions, const numerics::Grid& grid, int degree,
+                           const std::vector<PartPair>& pairs, Threads& threads,
+                           std::vector<std::vector<double>>& powers) {
+    powers.assign(pairs.size(), std::vector<double>(numerics::modes(grid), 0.0));
     for (const Direction& direction : directions) {
-        const model::LinearisedAt at(equations, turned(equations.model(), state, direction.angle - along));
-        model::StructureFactors one = model::structure_factors(at, grid, degree, threads);
-        if (!one.why_none.empty()) return one;
-        for (std::complex<double>& value : one.values) value *= direction.share;
-        if (mean.values.empty()) mean = std::move(one);
-        else std::ranges::transform(mean.values, one.values, mean.values.begin(), std::plus<>());
+        const model::LinearisedAt at(equations, turned(equations.model(), state, direction.angle));
+        const model::StructureFactors one = model::structure_factors(at, grid, degree, threads);
+        if (!one.why_none.empty()) return one.why_none;
+        for (std::size_t k = 0; k < pairs.size(); ++k)
+            for (std::size_t m = 0; m < powers[k].size(); ++m)
+                powers[k][m] += direction.share * one.at(m, pairs[k].first, pairs[k].second).real();
     }
-    return mean;
+    return "";
 }
 
 /// The values of a state for people; of rods and beads the sizes alone, the densities being those of the scene.
@@ -81,6 +85,40 @@ std::string words_of(const io::Scene& scene, const model::Model& model, const Un
     return text("|p| = {:.4g} and |v| = {:.4g} mm/s", order, velocity);
 }
 }  // namespace
+
+int directing_component(const model::Model& model, const UniformState& state,
+                        const std::vector<UniformState>& samples) {
+    int best = -1, first = 0;
+    double least = 0.0;
+    for (const model::Field& field : model.fields) {
+        const auto at = static_cast<std::size_t>(first);
+        first += model::components(field);
+        const double size = field.spin > 0 ? std::hypot(state[at], state[at + 1]) : 0.0;
+        if (size == 0.0) continue;
+        double sum = 0.0, squares = 0.0;
+        for (const UniformState& sample : samples) {
+            const double relative = std::hypot(sample[at], sample[at + 1]) / size;
+            sum += relative;
+            squares += relative * relative;
+        }
+        const auto count = static_cast<double>(std::max<std::size_t>(1, samples.size()));
+        const double scatter = squares / count - std::pow(sum / count, 2);
+        if (best < 0 || scatter <= least) best = static_cast<int>(at), least = scatter;
+    }
+    return best;
+}
+
+double turn_of(const model::Model& model, int directing, const UniformState& state, const UniformState& sample) {
+    if (directing < 0) return 0.0;
+    const auto at = static_cast<std::size_t>(directing);
+    int spin = 1, first = 0;
+    for (const model::Field& field : model.fields) {
+        if (first == directing) spin = field.spin;
+        first += model::components(field);
+    }
+    const std::complex<double> here(sample[at], sample[at + 1]), there(state[at], state[at + 1]);
+    return std::arg(here * std::conj(there)) / spin;
+}
 
 std::vector<UniformState> sampled_means(const model::Equations& equations, const SeriesOf& series_of, std::size_t first,
                                         std::size_t stride) {
@@ -106,14 +144,15 @@ std::vector<UniformState> sampled_means(const model::Equations& equations, const
 }
 
 FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations& equations,
-                                 const std::vector<UniformState>& samples, int degree, Threads& threads) {
+                                 const std::vector<UniformState>& samples, const std::vector<PartPair>& pairs,
+                                 int degree, Threads& threads) {
     FieldPrediction result;
     if (!equations.has_noise()) {
         result.why_none = "without noise the stationary state of the linear theory is uniform";
         return result;
     }
-    if (const model::TermSummary* placed = equations.placed_term()) {
-        result.why_none = placed->text + " depends on position or time: there is no uniform state";
+    if (const std::string term = placed_term_of(scene, equations); !term.empty()) {
+        result.why_none = term + " depends on position or time: there is no uniform state";
         return result;
     }
     const model::StationaryStates found = stationary_states_of(scene);
@@ -127,17 +166,16 @@ FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations&
             "the stationary states are a continuum, such as all phases of an amplitude, of which the theory has one";
         return result;
     }
-    result.about = text("the state \"{}\", {}", state.name.substr(0, state.name.find(',')),
+    result.about = text("the state \"{}\", {}", state.name.substr(0, state.name.find_first_of(",:")),
                         words_of(scene, equations.model(), state.values));
     result.about_order = !state.is_isotropic;
     const bool turns = state.has_free_direction && !state.is_isotropic && !samples.empty();
-    const std::vector<Direction> directions =
-        turns ? directions_of(equations.model(), samples)
-              : std::vector<Direction>{{.angle = model::direction_of(equations.model(), state.values), .share = 1.0}};
-    result.modes = mean_over_directions(equations, state.values, directions, scene.grid, degree, threads);
-    if (!result.modes.why_none.empty()) {
-        result.why_none =
-            text("the linear theory about {} has none: {}; see drover stability", result.about, result.modes.why_none);
+    const std::vector<Direction> directions = turns ? directions_of(equations.model(), state.values, samples)
+                                                    : std::vector<Direction>{{.angle = 0.0, .share = 1.0}};
+    const std::string none =
+        add_directions(equations, state.values, directions, scene.grid, degree, pairs, threads, result.powers);
+    if (!none.empty()) {
+        result.why_none = text("the linear theory about {} has none: {}; see drover stability", result.about, none);
         result.about.clear();
     }
     return result;

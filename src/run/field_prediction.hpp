@@ -2,6 +2,7 @@
 #pragma once
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drover/io/scene.hpp"
@@ -16,16 +17,28 @@ using SeriesOf = std::function<std::vector<double>(const std::string& name)>;
 std::vector<model::UniformState> sampled_means(const model::Equations& equations, const SeriesOf& series_of,
                                                std::size_t first, std::size_t stride = 1);
 
+/// The field with a spin that tells the direction of a run best, by its first component: of those with a value in a
+/// state that one whose size in the samples scatters least.  -1: none.
+int directing_component(const model::Model& model, const model::UniformState& state,
+                        const std::vector<model::UniformState>& samples);
+/// The angle by which a state is turned in a sample [rad].
+double turn_of(const model::Model& model, int directing, const model::UniformState& state,
+               const model::UniformState& sample);
+
+/// Two of model::part_names(), by index.
+using PartPair = std::pair<std::size_t, std::size_t>;
+
 struct FieldPrediction {
-    model::StructureFactors modes;
-    std::string about;          ///< the uniform state, for people
-    bool about_order = false;   ///< that state has a direction
-    std::string why_none = {};  ///< why there is no prediction
+    std::vector<std::vector<double>> powers;  ///< of each pair, the real part of S of each stored mode
+    std::string about;                        ///< the uniform state, for people
+    bool about_order = false;                 ///< that state has a direction
+    std::string why_none = {};                ///< why there is no prediction
 };
 
 /// Of a scene and its equations_of(): about the state nearest to the means of samples.  Where its direction is free,
 /// averaged over those of the samples.  degree: of the modes that are kept.
 FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations& equations,
-                                 const std::vector<model::UniformState>& samples, int degree, Threads& threads);
+                                 const std::vector<model::UniformState>& samples, const std::vector<PartPair>& pairs,
+                                 int degree, Threads& threads);
 
 }  // namespace drover::run

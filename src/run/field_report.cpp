@@ -150,20 +150,20 @@ void predict(const model::Equations& equations, const Measured& measured, Report
         const measure::RecordedSeries* row = measure::find_row(measured.recorded.series, name);
         return row == nullptr ? std::vector<double>() : row->values;
     };
-    const FieldPrediction predicted =
-        predicted_fields(report.scene, equations, sampled_means(equations, series, report.summary.warm_up),
+    std::vector<PartPair> pairs;
+    for (const PredictedRow& row : measured.predicted) pairs.emplace_back(row.one, row.other);
+    FieldPrediction predicted =
+        predicted_fields(report.scene, equations, sampled_means(equations, series, report.summary.warm_up), pairs,
                          measured.setting.degree, threads);
     report.no_prediction = predicted.why_none;
     report.about = predicted.about;
     report.about_flock = predicted.about_order;
     if (!predicted.why_none.empty()) return;
-    for (const PredictedRow& row : measured.predicted) {
-        std::vector<double> powers;
-        for (std::size_t m = 0; m < numerics::modes(measured.setting.grid); ++m)
-            powers.push_back(predicted.modes.at(m, row.one, row.other).real());
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        const PredictedRow& row = measured.predicted[k];
         report.predictions.push_back(
-            {row.name, numerics::shell_means(measured.setting.grid, measured.setting.shells, powers)});
-        if (!row.counted.empty()) predict_boxes(row.counted, std::move(powers), report);
+            {row.name, numerics::shell_means(measured.setting.grid, measured.setting.shells, predicted.powers[k])});
+        if (!row.counted.empty()) predict_boxes(row.counted, std::move(predicted.powers[k]), report);
     }
 }
 }  // namespace

@@ -232,7 +232,12 @@ std::vector<JudgedField> rod_bead_judged(const io::Scene& scene) {
     const auto add = [&](physics::FieldIndex::Value place, const char* name, int parts, const char* smoothing,
                          double scale) {
         if (const int first = equations.component(place); first >= 0)
-            fields.push_back({.name = name, .first = first, .parts = parts, .smoothing = smoothing, .scale = scale});
+            fields.push_back({.name = name,
+                              .first = first,
+                              .parts = parts,
+                              .smoothing = smoothing,
+                              .scale = scale,
+                              .judges_transients = true});
     };
     using physics::FieldIndex;
     add(FieldIndex::bead_density, "bead_density", 1, "diffusion.beads", uniform.bead_density);
@@ -254,10 +259,13 @@ std::vector<std::string> rod_bead_warnings(const io::Scene& scene) {
     return warnings;
 }
 
-void add_rod_bead_warnings(const files::ArchiveReader& archive, const io::Scene& scene,
-                           std::vector<std::string>& warnings) {
+void add_density_warnings(const files::ArchiveReader& archive, const io::Scene& scene,
+                          std::vector<std::string>& warnings) {
     add_negative_densities(archive, scene, warnings);
     add_table_left(archive, scene, warnings);
+}
+
+void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
     add_unsaturated(archive, scene, warnings);
 }
 

@@ -40,6 +40,12 @@ model::Equations equations_of(const io::Scene& scene) {
     return physics::Equations(scene.model).solver(physics::reference(scene.model.uniform));
 }
 
+std::string placed_term_of(const io::Scene& scene, const model::Equations& equations) {
+    if (scene.kind != io::SceneKind::model) return physics::nonuniform_term(physics::Equations(scene.model));
+    const model::TermSummary* placed = equations.placed_term();
+    return placed == nullptr ? "" : placed->text;
+}
+
 model::StationaryStates stationary_states_of(const io::Scene& scene) {
     if (scene.kind == io::SceneKind::model) return model::stationary_states(equations_of(scene));
     const physics::Equations equations(scene.model);

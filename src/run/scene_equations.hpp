@@ -11,6 +11,9 @@ model::Integrated integrated_of(const io::Scene& scene);
 /// The equations alone: a function of the calling program may be missing.
 model::Equations equations_of(const io::Scene& scene);
 
+/// A term that depends on position or time, so that there is no uniform state; "": none.
+std::string placed_term_of(const io::Scene& scene, const model::Equations& equations);
+
 /// Their uniform stationary states at the mean densities of the scene; of rods and beads by their closed forms.
 model::StationaryStates stationary_states_of(const io::Scene& scene);
 

@@ -133,7 +133,11 @@ List slow_mode_list(const Analysis& of, const AnalysedState& state, std::string&
 Record state_record(const Analysis& of, const AnalysedState& state) {
     Threads one(1);
     Threads& threads = of.threads != nullptr ? *of.threads : one;
-    const auto [found, fastest] = model::growing_waves(state.linear, of.search, threads);
+    auto [found, fastest] = model::growing_waves(state.linear, of.search, threads);
+    if (std::abs(fastest.growth.rate) <= fastest.growth.rounding) {  // neither grows nor decays: no shares of nothing
+        fastest.growth.rate = 0.0;
+        fastest.shares.clear();
+    }
     std::string no_slow_modes;
     List slow = slow_mode_list(of, state, no_slow_modes);
     const double diffusion =
@@ -158,6 +162,7 @@ Record state_record(const Analysis& of, const AnalysedState& state) {
           .value = diffusion,
           .shown = {.text = diffusion > 0.0}}});
     record.lists = {instability_list(of, found), share_list(state.linear, fastest), std::move(slow)};
+    if (fastest.shares.empty()) record.lists[1].shown.text = false;
     record.footer = instability_notes(found);
     if (diffusion > 0.0)
         record.footer.push_back(text("in this cell the direction of the mean order diffuses with D = {:.4g} rad2 s-1",

@@ -94,10 +94,7 @@ StatesProblem states_problem(const io::Scene& scene, const std::string& follow, 
         parameter = number.value;
         require(last != parameter, where, "{} is {} already; expected another value to follow the state to", key, last);
         states.followed = FollowedNumber{.key = number.key, .unit = number.unit, .last = last};
-        at = [line, key = number.key](double changed) {
-            check_stop_signal();
-            return integrated_of(scene_with(line, key, changed));
-        };
+        at = [line, key = number.key](double changed) { return integrated_of(scene_with(line, key, changed)); };
     }
     const model::Integrated here = at(parameter);
     for (const model::Field& field : here.equations.model().fields)
@@ -106,6 +103,10 @@ StatesProblem states_problem(const io::Scene& scene, const std::string& follow, 
                 "component as a scalar field of its own, for drover states",
                 field.symbol);
     states.family = model::travelling_family(at, parameter, line.grid, threads);
+    states.family.system = [system = states.family.system](double value) {
+        check_stop_signal();
+        return system(value);
+    };
     states.grid = line.grid;
     states.degree = here.equations.linear_system(line.grid, here.kept_degree).degree;
     states.guess = travelling_guess(scene, line, threads);

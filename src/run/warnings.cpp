@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
 
 #include "drover/measure/fields.hpp"
 #include "drover/numerics/time_method.hpp"
@@ -22,65 +23,79 @@ std::vector<double> series_of(const files::ArchiveReader& archive, const std::st
 }
 
 namespace {
-/// The shortest waves of the grid by linear theory about the state of the run, or about the references where there is
-/// no such theory; modes that grow have no powers.
-struct TailTheory {
-    std::vector<double> weights;              ///< numbers of modes
-    std::vector<std::vector<double>> powers;  ///< of each of them, all parts of fields
-    double area = 1.0;
-};
+/// The variance that noise maintains in the shortest waves of the grid, of each component of the equations.
+using TailPowers = std::vector<double>;
 
-TailTheory tail_theory(const io::Scene& scene, const model::Equations& equations, const numerics::System& system,
-                       const files::ArchiveReader& archive) {
+/// By the isotropic linear part about the references; modes that grow have no powers.
+TailPowers isotropic_tail(const model::Equations& equations, const numerics::System& system) {
     const numerics::Grid& grid = system.grid;
-    TailTheory theory{.weights = {}, .powers = {}, .area = numerics::area(grid)};
-    if (!equations.has_noise()) return theory;
+    const numerics::DistinctWavenumbers wavenumbers = numerics::distinct_wavenumbers(grid, system.degree);
     const std::size_t width = numerics::columns(grid);
-    const auto is_tail = [&](std::size_t m) { return measure::is_in_tail(grid, system.degree, m % width, m / width); };
+    std::vector<double> weight(wavenumbers.q.size());
+    for (std::size_t m = 0; m < wavenumbers.of_mode.size(); ++m)
+        if (const std::int32_t n = wavenumbers.of_mode[m];
+            n >= 0 && measure::is_in_tail(grid, system.degree, m % width, m / width))
+            weight[static_cast<std::size_t>(n)] += numerics::mode_weight(grid, m % width);
+    const numerics::BlockParts parts = numerics::block_parts(system.layout);
+    TailPowers powers(static_cast<std::size_t>(equations.components()), 0.0);
+    for (std::size_t n = 0; n < weight.size(); ++n) {
+        if (weight[n] == 0.0) continue;
+        const numerics::IsotropicBlocks rates = system.linear(wavenumbers.q[n]), noise = system.noise(wavenumbers.q[n]);
+        for (const auto& [block, driven, members] :
+             {std::tuple{&rates.even, &noise.even, &parts.even}, std::tuple{&rates.odd, &noise.odd, &parts.odd}}) {
+            if (block->size == 0) continue;
+            try {
+                const numerics::Block found = numerics::stationary_covariance(*block, *driven);
+                for (int k = 0; k < found.size; ++k) {
+                    const int array = (*members)[static_cast<std::size_t>(k)].component;
+                    const int place = equations.state_components()[static_cast<std::size_t>(array)];
+                    powers[static_cast<std::size_t>(place)] += weight[n] * found(k, k) / numerics::area(grid);
+                }
+            } catch (const Error& error) {  // it grows
+                if (error.fault() != Fault::run) throw;
+            }
+        }
+    }
+    return powers;
+}
+
+/// By linear theory about the state of the run, or about the references where there is no such theory.  Nothing: noise
+/// that depends on the fields has no strength of its own at the references.
+std::optional<TailPowers> tail_powers(const io::Scene& scene, const model::Equations& equations,
+                                      const numerics::System& system, const files::ArchiveReader& archive) {
+    const numerics::Grid& grid = system.grid;
+    TailPowers powers(static_cast<std::size_t>(equations.components()), 0.0);
+    if (!equations.has_noise()) return powers;
     constexpr std::size_t max_points = std::size_t{256} * 256;  // beyond, it takes longer than all else
     if (numerics::points(grid) <= max_points) {
         Threads one(1);
         constexpr std::size_t most = 64;  // samples of the second half of the run
-        const std::size_t count = series_of(archive, "time").size();
+        const std::size_t count = series_of(archive, "time").size(), width = numerics::columns(grid);
         const auto series = [&](const std::string& name) { return series_of(archive, name); };
+        std::vector<PartPair> parts;
+        for (std::size_t k = 0; k < powers.size(); ++k) parts.emplace_back(k, k);
         const FieldPrediction predicted =
             predicted_fields(scene, equations,
                              sampled_means(equations, series, count / 2, std::max<std::size_t>(1, count / 2 / most)),
-                             system.degree, one);
-        for (std::size_t m = 0; m < numerics::modes(grid) && predicted.why_none.empty(); ++m) {
-            if (!numerics::is_kept(grid, system.degree, m % width, m / width) || !is_tail(m)) continue;
-            theory.weights.push_back(numerics::mode_weight(grid, m % width));
-            std::vector<double>& powers = theory.powers.emplace_back();
-            for (std::size_t i = 0; i < predicted.modes.names.size(); ++i)
-                powers.push_back(predicted.modes.at(m, i, i).real());
+                             parts, system.degree, one);
+        if (predicted.why_none.empty()) {
+            for (std::size_t m = 0; m < numerics::modes(grid); ++m)
+                if (numerics::is_kept(grid, system.degree, m % width, m / width) &&
+                    measure::is_in_tail(grid, system.degree, m % width, m / width))
+                    for (std::size_t k = 0; k < powers.size(); ++k)
+                        powers[k] +=
+                            numerics::mode_weight(grid, m % width) * predicted.powers[k][m] / numerics::area(grid);
+            return powers;
         }
-        if (predicted.why_none.empty()) return theory;
     }
-    const numerics::DistinctWavenumbers wavenumbers = numerics::distinct_wavenumbers(grid, system.degree);
-    std::vector<double> weight(wavenumbers.q.size());
-    for (std::size_t m = 0; m < wavenumbers.of_mode.size(); ++m)
-        if (const std::int32_t n = wavenumbers.of_mode[m]; n >= 0 && is_tail(m))
-            weight[static_cast<std::size_t>(n)] += numerics::mode_weight(grid, m % width);
-    if (equations.placed_term() != nullptr) return theory;
-    const model::LinearisedAt at(equations, equations.reference());
-    for (std::size_t n = 0; n < weight.size(); ++n) {
-        if (weight[n] == 0.0) continue;
-        const model::Covariance found = model::covariance(at, {wavenumbers.q[n], 0.0});
-        if (!found.why_none.empty()) continue;
-        const Eigen::VectorXd powers = found.matrix.diagonal().real();
-        theory.powers.emplace_back(powers.begin(), powers.end());
-        theory.weights.push_back(weight[n]);
-    }
-    return theory;
+    if (equations.has_product_noise() || !system.noise) return std::nullopt;
+    return isotropic_tail(equations, system);
 }
 
-/// Variance that the noise maintains in the tail of a field.
-double predicted_tail(const TailTheory& theory, const JudgedField& field) {
+double predicted_tail(const TailPowers& powers, const JudgedField& field) {
     double sum = 0.0;
-    for (std::size_t n = 0; n < theory.weights.size(); ++n)
-        for (int part = 0; part < field.parts; ++part)
-            sum += theory.weights[n] * theory.powers[n][static_cast<std::size_t>(field.first + part)];
-    return sum / theory.area;
+    for (int part = 0; part < field.parts; ++part) sum += powers[static_cast<std::size_t>(field.first + part)];
+    return sum;
 }
 
 /// The tail of one field at its worst.
@@ -92,12 +107,13 @@ struct Tail {
 /// The largest tail of the samples that count.  Those are samples whose tail the run has built up, not those in which
 /// short waves of the start still decay, and whose tail is larger than `least` [unit of the field, squared]: a
 /// field that is still or by now negligible needs no resolution.
-Tail worst_tail(const std::vector<double>& times, const std::vector<double>& tails,
+Tail worst_tail(const JudgedField& field, const std::vector<double>& times, const std::vector<double>& tails,
                 const std::vector<double>& variances, double least) {
     Tail worst;
     for (std::size_t i = 1; i < tails.size(); ++i) {
         const double power = tails[i] * variances[i];
-        const bool is_late = times[i] >= 0.5 * times.back(), is_built_up = power > 2.0 * tails[0] * variances[0];
+        const bool is_late = times[i] >= 0.5 * times.back(),
+                   is_built_up = field.judges_transients && power > 2.0 * tails[0] * variances[0];
         if ((is_late || is_built_up) && power > least && tails[i] > worst.fraction)
             worst = {.fraction = tails[i], .time = times[i]};
     }
@@ -119,25 +135,30 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
     const model::Integrated what = integrated_of(scene);
     const numerics::System system = what.equations.linear_system(scene.grid, what.kept_degree);
     const std::vector<double> times = series_of(archive, "time");
-    std::optional<TailTheory> theory;  // takes longer than all else
+    std::optional<TailPowers> powers;  // take longer than all else
     for (const JudgedField& field : judged_fields(scene)) {
         const std::vector<double> tails = series_of(archive, "spectral_tail_" + field.name),
                                   variances = series_of(archive, "variance_" + field.name);
         if (tails.size() < 2 || variances.size() != tails.size() || times.size() != tails.size()) continue;
         const double own = *std::max_element(variances.begin(), variances.end());
-        constexpr double rounding = 1e-20;  // of a field whose mean is 0: nothing is there
-        if (field.scale == 0.0 && own < rounding) continue;
+        constexpr double rounding = 1e-20;  // mm-4, of a density whose mean is 0: nothing is there
+        if (own == 0.0 || (field.judges_transients && field.scale == 0.0 && own < rounding)) continue;
         const double size = field.scale > 0.0 ? field.scale * field.scale : own;
-        const double least = max_spectral_tail * std::max(max_spectral_tail * size, own);
-        Tail worst = worst_tail(times, tails, variances, least);
+        const double least = field.judges_transients ? max_spectral_tail * std::max(max_spectral_tail * size, own)
+                                                     : 1e-12 * own;  // not of rounding
+        Tail worst = worst_tail(field, times, tails, variances, least);
         if (worst.fraction <= max_spectral_tail) continue;
-        if (!theory) theory = tail_theory(scene, what.equations, system, archive);
-        const double linear = predicted_tail(*theory, field);
-        worst = worst_tail(times, tails, variances, std::max(least, max_tail_over_linear * linear));
+        if (!powers) powers = tail_powers(scene, what.equations, system, archive);
+        if (!powers) return;
+        worst = worst_tail(field, times, tails, variances,
+                           std::max(least, max_tail_over_linear * predicted_tail(*powers, field)));
         if (worst.fraction <= max_spectral_tail) continue;
         numerics::Grid finer = scene.grid;
-        finer.nx = points_that_resolve(finer.nx, worst.fraction);
-        if (finer.ny > 1) finer.ny = points_that_resolve(finer.ny, worst.fraction);
+        const auto points = [&](int now) {
+            return field.judges_transients ? points_that_resolve(now, worst.fraction) : 2 * now;
+        };
+        finer.nx = points(finer.nx);
+        if (finer.ny > 1) finer.ny = points(finer.ny);
         warnings.push_back(
             text("the grid does not resolve {} with {}: {:.2g} of its variance is in the shortest waves of the grid at "
                  "t = {:.6g} s (spectral_tail_{}); expected less than {}: choose {}{}; a step that is too "
@@ -161,8 +182,9 @@ void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene,
     if (names.empty()) return;
     warnings.push_back(
         text("not finite in at least one sample: {}; the run diverged: choose a smaller time.dt than {}, or add a "
-             "term that limits growth",
-             joined(names), scene.time.dt));
+             "term that limits growth{}",
+             joined(names), scene.time.dt,
+             scene.kind == io::SceneKind::model ? "" : ", such as relaxation.saturation"));
 }
 
 double kept_modes(const numerics::Grid& grid, int degree) {
@@ -280,9 +302,10 @@ std::vector<std::string> field_warnings(const files::ArchiveReader& archive, con
     std::vector<std::string> warnings = field_scene_warnings(scene);
     add_not_finite(archive, scene, equations, warnings);
     add_resolution(archive, scene, equations, warnings);
-    if (scene.kind == io::SceneKind::fields) add_rod_bead_warnings(archive, scene, warnings);
+    if (scene.kind == io::SceneKind::fields) add_density_warnings(archive, scene, warnings);
     add_few_particles(archive, scene, equations, warnings);
     add_step_error(archive, scene, warnings);
+    if (scene.kind == io::SceneKind::fields) add_late_order(archive, scene, warnings);
     return warnings;
 }
 

@@ -1,5 +1,5 @@
 // tests/model/theory.cpp: growth, fluctuations and long waves of declared models beside exact results.
-#include "drover/model/theory.hpp"
+#include "drover/model/instabilities.hpp"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ TEST(ModelGrowth, of_swift_hohenberg_is_its_polynomial_with_its_maximum_and_its_
         EXPECT_FALSE(found.is_oscillatory());
     }
     Threads threads(2);
-    const FastestWave fastest = fastest_wave(rest, {}, threads);
+    const FastestWave fastest = growing_waves(rest, {}, threads).fastest;
     EXPECT_NEAR(fastest.growth.rate, r, 1e-13);
     EXPECT_NEAR(fastest.q, q0, 1e-7);  // the square root of rounding, at a maximum
     EXPECT_FALSE(fastest.at_min || fastest.at_max);

@@ -123,7 +123,8 @@ TEST(ModelTheory, of_the_rod_bead_equations_finds_their_fastest_wave) {
     const Equations equations = equations_of(attracting);
     const LinearisedAt at(equations, stationary_states(equations).states.at(1).values);
     Threads threads(2);
-    const FastestWave found = fastest_wave(at, {.min = 1e-2, .max = 10, .wavenumbers = 60, .angles = 40}, threads);
+    const FastestWave found =
+        growing_waves(at, {.min = 1e-2, .max = 10, .wavenumbers = 60, .angles = 40}, threads).fastest;
     EXPECT_NEAR(found.growth.rate, expected[0].rate, 1e-12);
     EXPECT_NEAR(found.q, expected[0].q, 1e-5);  // the square root of rounding, at a maximum
     std::complex<double> sum = 0.0;

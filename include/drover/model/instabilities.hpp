@@ -9,7 +9,7 @@
 namespace drover::model {
 
 /// On a state without a direction: `order` (fields with a spin grow: a flock or a nematic forms), `pattern` (waves of
-/// scalars that are not conserved), `phase separation` (waves that move a conserved scalar).  On a state with one:
+/// scalars that are not conserved), `phase separation` (waves that move a conserved mean).  On a state with one:
 /// `banding` (waves along it), `phase separation` (stationary waves across it), `oblique`.  On both: `uniform` (the
 /// uniform state itself changes).
 enum class InstabilityKind { order, phase_separation, banding, oblique, uniform, pattern };
@@ -49,7 +49,7 @@ ModeMap mode_map(const LinearisedAt& at, const std::vector<double>& wavenumbers,
 
 /// Of a state whose direction is free: the diffusion constant of its direction times the area of the cell [rad^2 area
 /// per time], by noise that turns the whole state: <theta^2> = 2 D t after the fast modes have relaxed.  waves: of the
-/// state; NaN without them.
+/// state; NaN without them, and where the noise drives another slow mode that is no turn.
 double direction_diffusion(const LinearisedAt& at, const LongWaves& waves);
 
 }  // namespace drover::model

@@ -102,8 +102,8 @@ std::vector<std::complex<double>> term_shares(const LinearisedAt& at, const nume
 
 // ---- Growth over wavenumbers
 
-/// Range of a search: `wavenumbers` values of |q|, evenly spaced in log |q|, at `angles` angles of half a turn (of one
-/// where all directions are equivalent); maxima and edges between them are then refined.
+/// Range of a search: `wavenumbers` values of |q|, evenly spaced in log |q|, at `angles` angles of half a turn where a
+/// search has no angles of its own (of one where all directions are equivalent); maxima and edges are then refined.
 struct GrowthSearch {
     double min = 1e-3, max = 1e2;  ///< |q|, 0 < min < max
     int wavenumbers = 121;         ///< >= 3
@@ -130,8 +130,6 @@ struct FastestWave {
     Eigen::VectorXcd shape;               ///< of all components, norm 1 for those with a rate
     std::vector<std::complex<double>> shares;  ///< of each term: see term_shares
 };
-/// Over all angles, q = 0 without the conserved means included.  Throws an input Error for an invalid search.
-FastestWave fastest_wave(const LinearisedAt& at, const GrowthSearch& search, Threads& threads);
 
 // ---- Fluctuations
 

@@ -26,7 +26,7 @@ struct Report {
     std::vector<std::string> warnings;  ///< see run/warnings.hpp
     std::string no_prediction;          ///< why there is none; else ""
     std::string about;                  ///< the uniform state of the predictions, for people
-    bool about_flock = false;           ///< that state has polar order
+    bool about_flock = false;           ///< that state has a direction
     double time = 0.0;                  ///< of the last sample [s]
 };
 

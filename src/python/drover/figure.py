@@ -28,7 +28,7 @@ WATCH_EVERY = 0.5  # s
 # Functions that draw theory, by kind of archive; a stability figure also takes a state.
 THEORY = {"boundary": boundary_figure.draw, "onset": onset_figure.draw}
 # Boxes of panels by shape of the cell: left, bottom, width, height in inches; the map is fitted into its box.
-SQUARE = {"map": (0.8, 3.2, 3.75, 3.75), "structure": (6.35, 3.2, 2.15, 3.75), "numbers": (9.3, 4.95, 2.1, 2.0),
+SQUARE = {"map": (0.8, 3.2, 3.75, 3.75), "structure": (6.4, 3.2, 2.1, 3.75), "numbers": (9.3, 4.95, 2.1, 2.0),
           "exponents": (9.3, 3.2, 2.1, 1.4), "order": (0.8, 1.2, 10.6, 1.1)}
 WIDE = {"map": (0.8, 5.3, 9.5, 1.65), "structure": (0.9, 1.25, 2.8, 2.95), "numbers": (4.6, 2.75, 2.8, 1.45),
         "exponents": (4.6, 1.25, 2.8, 1.15), "order": (8.4, 1.25, 3.0, 2.95)}

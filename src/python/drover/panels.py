@@ -233,7 +233,7 @@ def plain(value, _):
 
 def make_room_below(axes, entries):
     """Extends axes of any scale at the bottom for a legend with this many entries."""
-    part = (0.25 + 0.19 * entries) / (axes.get_position().height * axes.figure.get_size_inches()[1])
+    part = (0.25 + 0.21 * entries) / (axes.get_position().height * axes.figure.get_size_inches()[1])
     scale = axes.yaxis.get_transform()
     bottom, top = scale.transform(axes.get_ylim())
     lower = scale.inverted().transform([bottom - (top - bottom) * part / (1.0 - part)])[0]

@@ -46,7 +46,7 @@ class State:
         for name, value in self.data.data_vars.items():
             if value.ndim == 0 and name not in OF_STATES:
                 stem = COMPONENT.sub("", str(name))
-                sizes.setdefault(stem, []).append(float(value))
+                sizes.setdefault(stem, []).append(float(value) + 0.0)  # no -0
         fields = [f"{stem.replace('_', ' ')} = {parts[0]:.3g}" if len(parts) == 1 else
                   f"|{stem.replace('_', ' ')}| = {numpy.hypot(*parts):.3g}"
                   for stem, parts in sizes.items() if any(parts) or len(parts) == 1]
