@@ -5,7 +5,7 @@ import h5py
 import numpy as np
 import pytest
 from rejection import rejected
-from support import MODELS, drover, drover_json, scene_text, settings
+from support import MODELS, SMALL, drover, drover_json, scene_text, settings, write_scene
 
 FLOCK = MODELS / "flock.toml"
 
@@ -191,6 +191,20 @@ def test_fluctuations_of_a_flock_in_the_linear_regime_are_those_of_its_theory(tm
     # Neighbouring boxes are correlated; all 58 within 4 errors, from about 20 blocks, is consistent with chance.
     assert np.abs(deviations).max() < 4.0, deviations
     assert np.sqrt(np.mean(np.square(deviations))) < 1.6
+
+
+def test_predictions_turn_with_the_order_of_a_run(tmp_path):
+    def boxes(axis):
+        write_scene(tmp_path, {"relaxation.rate": -0.5, "relaxation.saturation": 1.0, "noise.order": 1e-6,
+                               "initial.kind": "formula", f"initial.polar_order_{axis}": "0.7", "time.end": 20.0},
+                    base=SMALL)
+        results = drover_json(tmp_path, "run", "flock.toml", "-q", "--overwrite")["results"]
+        return [np.array(results[f"rod_number_deviation_long_{side}"]["linear"]) for side in "xy"]
+
+    (along_x, across_x), (across_y, along_y) = boxes("x"), boxes("y")
+    # The square cell is its own image.  The noise turns the order by less than a thousandth.
+    assert along_y == pytest.approx(along_x, rel=1e-4) and across_y == pytest.approx(across_x, rel=1e-4)
+    assert (np.abs(across_x / along_x - 1.0) > 0.01).all()
 
 
 def test_a_run_of_an_unstable_flock_reports_why_there_is_no_prediction(tmp_path):

@@ -68,7 +68,7 @@ TEST(ModelInstabilities, of_a_nematic_at_rest_are_order) {
 
 TEST(ModelInstabilities, of_flocks_are_looked_for_on_both_sides_of_the_order_where_left_and_right_differ) {
     // The odd term k perp grad c turns waves to one side; without it the flock is its own mirror image.
-    for (const double k : {0.0, 0.7}) {
+    for (const double k : {0.0, 0.7, -0.7}) {
         Model model{.fields = {scalar("c", "-div(c p) + lap c"),
                                spin(1, "p", "p - p.p p + lap p + 3 grad c + k perp grad c")},
                     .coefficients = {{"k", k}},
