@@ -31,7 +31,7 @@ AboutState about_state(const io::Scene& scene, const model::Equations& equations
     AboutState about;
     if (!equations.has_noise()) about.why_none = "the scene has no noise";
     if (!about.why_none.empty()) return about;
-    const model::StationaryStates found = stationary_states_of(scene);
+    const model::StationaryStates found = stationary_states_of(scene, equations);
     if (found.states.empty()) {
         about.why_none = "there is no uniform stationary state: " + found.why_none;
         return about;

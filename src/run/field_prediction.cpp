@@ -72,9 +72,11 @@ std::string add_directions(const model::Equations& equations, const UniformState
     return "";
 }
 
-/// The values of a state for people; of rods and beads the sizes alone, the densities being those of the scene.
-std::string words_of(const io::Scene& scene, const model::Model& model, const UniformState& values) {
-    if (scene.kind == io::SceneKind::model) return state_text(model, values);
+/// The name and the values of a state for people; of rods and beads the sizes alone, since the scene has the densities.
+std::string words_of(const io::Scene& scene, const model::Model& model, const model::StationaryState& state) {
+    const UniformState& values = state.values;
+    if (scene.kind == io::SceneKind::model)
+        return text("\"{}\", {}", state.is_isotropic ? "isotropic" : "ordered", state_text(model, values));
     double order = 0.0, velocity = 0.0;
     std::size_t at = 0;
     for (const model::Field& field : model.fields) {
@@ -82,7 +84,7 @@ std::string words_of(const io::Scene& scene, const model::Model& model, const Un
         if (field.symbol == "v") velocity = std::hypot(values[at], values[at + 1]);
         at += static_cast<std::size_t>(model::components(field));
     }
-    return text("|p| = {:.4g} and |v| = {:.4g} mm/s", order, velocity);
+    return text("\"{}\", |p| = {:.4g} and |v| = {:.4g} mm/s", state.name, order, velocity);
 }
 }  // namespace
 
@@ -155,7 +157,7 @@ FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations&
         result.why_none = term + " depends on position or time: there is no uniform state";
         return result;
     }
-    const model::StationaryStates found = stationary_states_of(scene);
+    const model::StationaryStates found = stationary_states_of(scene, equations);
     if (found.states.empty()) {
         result.why_none = "there is no uniform stationary state: " + found.why_none;
         return result;
@@ -166,8 +168,7 @@ FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations&
             "the stationary states are a continuum, such as all phases of an amplitude, of which the theory has one";
         return result;
     }
-    result.about = text("the state \"{}\", {}", state.name.substr(0, state.name.find_first_of(",:")),
-                        words_of(scene, equations.model(), state.values));
+    result.about = text("the state {}", words_of(scene, equations.model(), state));
     result.about_order = !state.is_isotropic;
     const bool turns = state.has_free_direction && !state.is_isotropic && !samples.empty();
     const std::vector<Direction> directions = turns ? directions_of(equations.model(), state.values, samples)

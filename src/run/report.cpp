@@ -18,7 +18,6 @@ std::size_t regular_samples(const std::vector<double>& times, double spacing) {
         ++count;
     return count;
 }
-
 }  // namespace
 
 Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group) {

@@ -46,20 +46,20 @@ std::string placed_term_of(const io::Scene& scene, const model::Equations& equat
     return placed == nullptr ? "" : placed->text;
 }
 
-model::StationaryStates stationary_states_of(const io::Scene& scene) {
-    if (scene.kind == io::SceneKind::model) return model::stationary_states(equations_of(scene));
-    const physics::Equations equations(scene.model);
+model::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations) {
+    if (scene.kind == io::SceneKind::model) return model::stationary_states(equations);
+    const physics::Equations rod_bead(scene.model);
     model::StationaryStates result;
-    if (const std::string term = physics::nonuniform_term(equations); !term.empty()) {
+    if (const std::string term = physics::nonuniform_term(rod_bead); !term.empty()) {
         result.why_none = term + " depends on position or time";
         return result;
     }
-    const model::UniformState reference = equations_of(scene).reference();
-    const physics::StationaryStates found = physics::stationary_states(equations);
+    const model::UniformState reference = equations.reference();
+    const physics::StationaryStates found = physics::stationary_states(rod_bead);
     for (const physics::StationaryState& state : found.states) {
         model::UniformState values = reference;
         const auto set = [&](int field, const Eigen::Vector2d& vector) {
-            if (const int at = equations.component(field); at >= 0)
+            if (const int at = rod_bead.component(field); at >= 0)
                 for (const int axis : {0, 1}) values[static_cast<std::size_t>(at + axis)] = vector[axis];
         };
         set(physics::FieldIndex::bead_velocity_x, state.point.velocity);

@@ -15,7 +15,7 @@ model::Equations equations_of(const io::Scene& scene);
 std::string placed_term_of(const io::Scene& scene, const model::Equations& equations);
 
 /// Their uniform stationary states at the mean densities of the scene; of rods and beads by their closed forms.
-model::StationaryStates stationary_states_of(const io::Scene& scene);
+model::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations);
 
 /// A number of its equations.
 struct SceneNumber {

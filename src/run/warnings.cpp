@@ -129,10 +129,9 @@ int points_that_resolve(int points, double tail) {
     return result;
 }
 
-void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene, const model::Equations& equations,
+void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
                     std::vector<std::string>& warnings) {
-    if (!equations.has_explicit_part()) return;
-    const model::Integrated what = integrated_of(scene);
+    if (!what.equations.has_explicit_part()) return;
     const numerics::System system = what.equations.linear_system(scene.grid, what.kept_degree);
     const std::vector<double> times = series_of(archive, "time");
     std::optional<TailPowers> powers;  // take longer than all else
@@ -213,12 +212,12 @@ double late_mean(const std::vector<double>& values, std::size_t samples, std::si
 
 /// Gaussian noise of a density is that of particles only where each mode has many: white fluctuations of particles have
 /// the structure factor n, of which the shortest waves, where noise and diffusion are alone, are the measure.
-void add_few_particles(const files::ArchiveReader& archive, const io::Scene& scene, const model::Equations& equations,
+void add_few_particles(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
                        std::vector<std::string>& warnings) {
     constexpr double fewest = 10.0;
+    const model::Equations& equations = what.equations;
     if (!equations.has_product_noise()) return;
     const std::size_t samples = series_of(archive, "time").size();
-    const int degree = integrated_of(scene).kept_degree;
     int component = 0;
     for (const model::Field& field : equations.model().fields) {
         const int here = component;
@@ -229,7 +228,8 @@ void add_few_particles(const files::ArchiveReader& archive, const io::Scene& sce
                                   means = series_of(archive, "mean_" + field.name);
         if (samples == 0 || powers.size() < samples || means.size() != samples) continue;
         const double mean = late_mean(means, samples, 0), shortest = late_mean(powers, samples, powers.size());
-        const double particles = mean * mean * numerics::area(scene.grid) / (shortest * kept_modes(scene.grid, degree));
+        const double particles =
+            mean * mean * numerics::area(scene.grid) / (shortest * kept_modes(scene.grid, what.kept_degree));
         if (!(particles < fewest)) continue;
         const std::vector<double> least = series_of(archive, "min_" + field.name);
         const auto below = std::count_if(least.begin(), least.end(), [](double value) { return value < 0.0; });
@@ -298,12 +298,12 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
 }
 
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
-    const model::Equations equations = equations_of(scene);
+    const model::Integrated what = integrated_of(scene);
     std::vector<std::string> warnings = field_scene_warnings(scene);
-    add_not_finite(archive, scene, equations, warnings);
-    add_resolution(archive, scene, equations, warnings);
+    add_not_finite(archive, scene, what.equations, warnings);
+    add_resolution(archive, scene, what, warnings);
     if (scene.kind == io::SceneKind::fields) add_density_warnings(archive, scene, warnings);
-    add_few_particles(archive, scene, equations, warnings);
+    add_few_particles(archive, scene, what, warnings);
     add_step_error(archive, scene, warnings);
     if (scene.kind == io::SceneKind::fields) add_late_order(archive, scene, warnings);
     return warnings;
