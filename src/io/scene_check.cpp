@@ -289,10 +289,11 @@ const std::vector<Row<Accuracy>>& schema<Accuracy>() {
         {.name = "effort",
          .member = &Accuracy::effort,
          .range = {.min = 0.0, .max = 10.0},
-         .doc = "part of the time of the steps that may be spent on measuring the bias of each result by the time "
-                "step: with noise, pieces of the run are repeated with dt/2 on the same noise path; without noise, "
-                "observables are compared with those of the fields less their estimated error; 0: it is not "
-                "measured"}};
+         .doc = "part of the time of the run (below 10 s twice as much) that may be spent on what the time step makes "
+                "wrong, on the error of the fields and on the bias of each result: with noise, pieces of the run "
+                "are repeated with dt/2 on the same noise path; without noise, observables are compared "
+                "with those of the fields less their estimated error; 0: no biases, and 0.05 for the error of the "
+                "fields"}};
     return rows;
 }
 

@@ -169,12 +169,15 @@ void AdaptiveStepper::repeat_finer(std::int64_t step, Spectra& state) {
     }
     const int parts = 2 * taken_;
     Stepper& finer = stepper(parts);
-    // Both begin with the rate of the same state, unless it depends on the step.
-    const bool knows_first_rate = control_.tolerance == 0.0 && !system_.set_step;
     for (int i = 0; i < parts; ++i)
         finer.step(control_.dt * (static_cast<double>(step) + static_cast<double>(i) / parts),
                    static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(parts) + static_cast<std::uint64_t>(i),
-                   state, knows_first_rate && i == 0);
+                   state, shares_first_rate() && i == 0);
+}
+
+/// Whether a step begins with the same rate as when it is repeated: unless that depends on the step.
+bool AdaptiveStepper::shares_first_rate() const {
+    return !sundials_ && control_.tolerance == 0.0 && !system_.set_step && stepper_table(control_.method).history == 0;
 }
 
 /// The error of repeat_finer(), relative to that of advance().
@@ -196,6 +199,13 @@ void AdaptiveStepper::find_error(std::int64_t step, const Spectra& after, Spectr
 }
 
 std::int64_t AdaptiveStepper::steps_to_cheap_error() { return sundials_ ? 0 : stepper(1).steps_to_error(); }
+
+double AdaptiveStepper::cost_of_error() {
+    constexpr double again = 2.0, by_sundials = 3.0;  // the latter with a smaller tolerance
+    if (sundials_) return by_sundials;
+    if (steps_to_cheap_error() > 0) return 0.0;
+    return shares_first_rate() ? again - 1.0 / time_method(control_.method).stages : again;
+}
 
 double AdaptiveStepper::last_step() const { return sundials_ ? sundials_->last_step() : control_.dt / division_; }
 

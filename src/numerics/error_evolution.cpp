@@ -21,18 +21,18 @@ constexpr std::int64_t min_strides = 4, min_noisy_strides = 8;  // in the run so
 constexpr double max_change = 0.3;                              // of the error by the explicit terms, in one step of it
 /// The fields' motion turns by at most this in one step of the error [radians], whose local error is constant.
 constexpr double max_turn = 0.45;
-/// What the error may cost, in parts of the steps of the run.  Where it would cost more, it takes a few steps, by which
-/// its fast parts relax, and leaps by its last change, if it is small (projective integration): at most so many times
-/// the length of its step, by at most half of itself, and not where it turns, which would make it grow.
-constexpr double effort = 0.05, largest_leap = 8.0, largest_change = 0.5, largest_turn = 0.1;
+/// Where the error costs more than it may, it takes a few steps, by which its fast parts relax, and leaps by its last
+/// change, if it is small (projective integration): at most so many times the length of its step, by at most half of
+/// itself, and not where it turns, which would make it grow.  Where that is not enough it is taken less accurately, by
+/// at most this factor but where it turns, and is lost where this is not enough either.
+constexpr double largest_leap = 8.0, largest_change = 0.5, largest_turn = 0.1, largest_haste = 3.0;
+constexpr double hasty_use = 0.8, lost_use = 1.2;  // of what is allowed
 constexpr std::int64_t steps_before_leap = 3;
+/// What the error costs beside right-hand sides: a step of it, and a local error [instructions for each component and
+/// point of the coarse grid], and what every check does on the fine one; measured.
+constexpr double work_of_step = 170.0, work_of_check = 100.0, fine_work_of_check = 12.0;
 /// A step of the run that is longer is taken in parts: dt may be an output interval, which a method divides.
 constexpr int max_parts = 64;
-
-double cost_of_transforms(const Grid& grid) {
-    const auto count = static_cast<double>(points(grid));
-    return count * std::log2(std::max(2.0, count));
-}
 }  // namespace
 
 ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& grid, double the_dt, int stages,
@@ -51,8 +51,15 @@ ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& 
     error = Spectra(coarse.grid, components(system.layout));
     shifted = rate = local.last = local.before = local.other = drive = driven = error;
     local.motion = local.other_motion = earlier = change = start = motion = motion_before = error;
-    constexpr double right_hand_sides = 3.0;  // of the fields once, and twice with their error
-    cost = right_hand_sides * cost_of_transforms(coarse.grid) / (cost_of_transforms(fine.grid) * std::max(1, stages));
+    constexpr double right_hand_sides = 3.3,
+                     part_of_checks = 0.5;  // of the fields once or twice, twice with their error
+    effort = checks = equations.effort;
+    checks.part *= part_of_checks;
+    const double values = static_cast<double>(points(coarse.grid) * static_cast<std::size_t>(error.count())),
+                 fine_values = static_cast<double>(points(grid) * static_cast<std::size_t>(error.count()));
+    cost = right_hand_sides * weighed_points(coarse.grid) / (weighed_points(grid) * std::max(1, stages)) +
+           work_of_step * values / effort.work_a_step;
+    check_cost = (work_of_check * values + fine_work_of_check * fine_values) / effort.work_a_step;
     for (Reference* reference : {&from, &to, &between}) reference->fields = reference->rate = error;
     wave_local.resize(error.values.size());
     wave_error.resize(error.values.size());
@@ -207,7 +214,7 @@ void ErrorEvolution::evolve(std::int64_t step) {
     from.t = static_cast<double>(step - stride) * dt;
     to.t = static_cast<double>(step) * dt;
     for (int parts = 1;; parts *= 2) {
-        const bool is_coarse = perturbation_growth * strides * dt > max_change * parts;
+        const bool is_coarse = perturbation_growth * strides * dt > max_change * haste(step) * parts;
         if (is_coarse && parts < max_parts && stride == 1) continue;
         error.values = before.values;
         if (stride == 1 && perturbation_growth * dt > 2.0 * max_change * max_parts) {
@@ -219,6 +226,7 @@ void ErrorEvolution::evolve(std::int64_t step) {
         double fastest = 0.0;
         between.step = 0.0;
         error_step = strides / parts * dt;
+        effort.spent += cost * parts;
         for (int part = 0; part < parts; ++part) {
             const double t = from.t + (to.t - from.t) * part / parts;
             stepper(strides / parts).step(t, static_cast<std::uint64_t>(part), error);
@@ -244,18 +252,30 @@ void ErrorEvolution::follow_motion() {
 
 void ErrorEvolution::choose_stride(std::int64_t step) {
     const double so_far = static_cast<double>(step) / static_cast<double>(noisy ? min_noisy_strides : min_strides);
-    const double longest =
-        std::min({so_far, max_change / (perturbation_growth * dt), noisy ? INFINITY : max_turn / turn_rate});
+    const double longest = std::min({so_far * haste(step), max_change * haste(step) / (perturbation_growth * dt),
+                                     noisy ? INFINITY : max_turn / turn_rate});
     stride = noisy ? max_noisy_stride : max_stride;
     while (stride > 1 && static_cast<double>(stride) > longest) stride /= 2;
 }
 
-void ErrorEvolution::choose_leap() {
+/// 1 while the error costs less than it may, or turns, to largest_haste where it costs more.
+double ErrorEvolution::haste(std::int64_t step) const {
+    if (turn_rate * static_cast<double>(stride) > largest_turn) return 1.0;
+    const double used = effort.used(static_cast<double>(step));
+    return std::clamp(1.0 + (largest_haste - 1.0) * (used - hasty_use) / (1.0 - hasty_use), 1.0, largest_haste);
+}
+
+void ErrorEvolution::choose_leap(std::int64_t step) {
     constexpr double parted = 0.5;
-    const double size = relative_size(error), strides = static_cast<double>(stride);
+    const double size = relative_size(error), strides = static_cast<double>(stride), now = static_cast<double>(step);
+    is_lost = size < parted && effort.spent > lost_use * effort.allowed(now) + 2.0 * effort.credit();
     if (noisy || (++taken < steps_before_leap && size < parted)) return;
-    // The length at which all that was taken costs what it may.
-    double longest = static_cast<double>(taken) * (cost / effort - strides);
+    // The length at which all that was taken costs what it may, and the next steps as well.
+    const double next = cost * static_cast<double>(steps_before_leap),
+                 rate = effort.allowed(now + 1.0) - effort.allowed(now);
+    double longest = (effort.spent + next - hasty_use * effort.allowed(now)) / std::max(rate, 1e-9) -
+                     strides * static_cast<double>(steps_before_leap);
+    longest = std::min(longest, std::max(64.0, now));
     for (std::size_t k = 0; k < error.values.size(); ++k)
         change.values[k] = size < parted ? (error.values[k] - earlier.values[k]) / strides : Complex(0.0);
     if (size < parted)

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "drover/numerics/effort.hpp"
 #include "drover/numerics/error_equations.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "numerics/coarse_error.hpp"
@@ -46,6 +47,11 @@ struct ErrorEvolution {
     System system;
     std::map<double, Stepper> steppers;  // by their steps over dt: a stride, or one over a number of parts
     bool noisy;
+    Effort effort, checks;    // of all, and of local errors alone
+    bool is_lost = false;     // it would have cost more than it may
+    bool is_waiting = false;  // for a local error, for longer than it should
+    std::int64_t waited = 0;  // steps
+    double check_cost;        // of a local error, beside the steps that it takes
 
     ErrorEvolution(const ErrorEquations& the_equations, const Grid& grid, double the_dt, int stages, bool the_divides);
     void set_equations();
@@ -69,7 +75,8 @@ struct ErrorEvolution {
     void leave_out_direction();
     void bound();
     void choose_stride(std::int64_t step);
-    void choose_leap();
+    void choose_leap(std::int64_t step);
+    double haste(std::int64_t step) const;
     void end_leap(const Spectra& fine_fields);
     void follow_motion();
     double angle_to_drive() const;

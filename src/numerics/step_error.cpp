@@ -47,6 +47,12 @@ void StepError::add_local(const Spectra& local, const Spectra& fields) {
     for (int c = 0; c < w.start.count(); ++c)
         for (const ModePair& pair : w.shared) w.start[c][pair.coarse] = fields[c][pair.fine] - w.start[c][pair.coarse];
     w.unforeseen = w.angle_to_drive();
+    // After a long wait: whether the errors that were added were others than those that were made, and matter.
+    constexpr double unlike = 0.5, matters = 0.1;  // radians; of the error
+    const bool is_unlike = w.is_waiting && w.unforeseen > unlike;
+    w.is_lost =
+        w.is_lost || (is_unlike && static_cast<double>(w.waited) * w.local_size() > matters * w.relative_size(w.error));
+    w.is_waiting = false;
     w.local.add(w.shifted, w.start, std::sqrt(now), std::sqrt(before), w.fields, w.coarse);
     w.bound();
 }
@@ -88,6 +94,7 @@ void StepError::advance(std::int64_t step, const Spectra& fields) {
             w.wave_error[k] = wave.kept * w.wave_error[k] + w.wave_local[k];
         }
     ++w.since;
+    if (w.is_lost) return;
     if (w.leap > 0) {
         if (w.since >= w.leap) w.end_leap(fields);
         return;
@@ -112,12 +119,26 @@ void StepError::advance(std::int64_t step, const Spectra& fields) {
     std::swap(w.from, w.to);
     std::fill(w.driven.values.begin(), w.driven.values.end(), Complex(0.0));
     w.since = 0;
-    w.choose_leap();
+    w.choose_leap(step);
     w.choose_stride(step);
+}
+
+bool StepError::spend(double steps, std::int64_t step, std::int64_t waited, bool late) {
+    ErrorEvolution& w = *work_;
+    const double cost = steps + w.check_cost;
+    w.waited = waited;
+    if (step > 0 && !w.checks.affords(cost - w.checks.credit(), static_cast<double>(step))) {
+        w.is_waiting = w.is_waiting || (late && !w.noisy);
+        return false;
+    }
+    w.effort.spent += cost;
+    w.checks.spent += cost;
+    return true;
 }
 
 StepError::Relative StepError::largest() const {
     const ErrorEvolution& w = *work_;
+    if (w.is_lost || w.is_waiting) return {.error = NAN, .field = w.fields.front().name};
     const Spectra error = w.error_now();
     Relative result{.error = 0.0, .field = w.fields.front().name};
     for (const FieldSize& field : w.fields) {
@@ -132,7 +153,7 @@ StepError::Relative StepError::largest() const {
 std::optional<Spectra> StepError::known() const {
     const ErrorEvolution& w = *work_;
     constexpr double definite = 0.5;  // of the fluctuation
-    if (w.noisy || largest().error > definite) return std::nullopt;
+    if (w.noisy || !(largest().error <= definite)) return std::nullopt;
     const Spectra now = w.error_now();
     Spectra result(w.fine.grid, now.count());
     for (const FieldSize& field : w.fields)
@@ -147,7 +168,7 @@ double StepError::turn() const { return work_->unforeseen; }
 bool StepError::follows_phases(std::int64_t steps) const {
     const ErrorEvolution& w = *work_;
     constexpr double parted = 0.5, negligible = 0.1;
-    if (w.noisy || largest().error > parted) return false;
+    if (w.noisy || !(largest().error <= parted)) return false;
     return static_cast<double>(steps) * w.local_size() > negligible * w.relative_size(w.error);
 }
 
@@ -178,7 +199,7 @@ constexpr std::size_t saved_spectra_count = 11;
 }  // namespace
 
 std::size_t StepError::saved_numbers() const {
-    return 9 + saved_of_field * work_->fields.size() + (2 + 2 * saved_spectra_count) * work_->error.values.size();
+    return 13 + saved_of_field * work_->fields.size() + (2 + 2 * saved_spectra_count) * work_->error.values.size();
 }
 
 std::vector<double> StepError::save() const {
@@ -190,7 +211,11 @@ std::vector<double> StepError::save() const {
                                work_->perturbation_growth,
                                work_->turn_rate,
                                work_->unforeseen,
-                               work_->follows ? 1.0 : 0.0};
+                               work_->follows ? 1.0 : 0.0,
+                               work_->effort.spent,
+                               work_->checks.spent,
+                               work_->is_lost ? 1.0 : 0.0,
+                               work_->is_waiting ? 1.0 : 0.0};
     for (const FieldSize& field : work_->fields)
         for (const double* value : saved_of(field)) values.push_back(*value);
     for (const std::vector<double>* part : {&work_->wave_local, &work_->wave_error})
@@ -216,6 +241,10 @@ void StepError::restore(std::span<const double> values) {
     work_->turn_rate = *next++;
     work_->unforeseen = *next++;
     work_->follows = *next++ != 0.0;
+    work_->effort.spent = *next++;
+    work_->checks.spent = *next++;
+    work_->is_lost = *next++ != 0.0;
+    work_->is_waiting = *next++ != 0.0;
     work_->from.step = 0.0;
     for (FieldSize& field : work_->fields)
         for (double* value : saved_of(field)) *value = *next++;

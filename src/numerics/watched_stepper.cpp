@@ -35,16 +35,22 @@ std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::in
 std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t since_last) {
     const std::int64_t cheap = stepper_.steps_to_cheap_error();
     const std::int64_t longest = cheap > 0 ? std::max(cheap, steps_to_cheap_check(step)) : steps_to_dear_check(step);
-    const std::int64_t shortest =
-        std::clamp<std::int64_t>(step / 16, 10, 40);  // 40: a twentieth of the cost of the steps
-    constexpr double turn = 0.15;  // radians: with 0.5 the error of an oscillation was told too small
+    const std::int64_t shortest = std::clamp<std::int64_t>(step / 16, 10, 20);
+    constexpr double turn = 0.1;  // radians: with 0.5 the error of an oscillation was told too small
     if (longest <= shortest || !error_->follows_phases(longest)) return longest;
     const double factor = std::clamp(turn / error_->turn(), 0.25, 2.0);  // 2 where nothing has turned
     return std::clamp(static_cast<std::int64_t>(static_cast<double>(since_last) * factor), shortest, longest);
 }
 
+/// Whether the error of this step may be measured.
+bool WatchedStepper::can_check(std::int64_t step) {
+    const std::int64_t waited = step - last_check_;
+    const bool is_late = waited > 3 * std::max(next_check_ - last_check_, std::clamp<std::int64_t>(step / 16, 7, 40));
+    return error_->spend(stepper_.cost_of_error(), step, waited, is_late);
+}
+
 void WatchedStepper::advance(std::int64_t step, Spectra& state) {
-    is_checked_ = error_ && step >= next_check_;
+    is_checked_ = error_ && step >= next_check_ && can_check(step);
     if (is_checked_) before_ = state;
     stepper_.advance(step, state);
 }

@@ -52,7 +52,8 @@ World::World(const io::Scene& the_scene, Threads& threads)
                 {.method = scene.time.stepper,
                  .dt = scene.time.dt,
                  .tolerance = scene.time.tolerance,
-                 .watches_error = scene.time.max_error > 0.0 && makes_step_error(problem)},
+                 .watches_error = scene.time.max_error > 0.0 && makes_step_error(problem),
+                 .effort = effort_of_step_error(scene)},
                 static_cast<std::uint64_t>(scene.run.seed), threads),
       transform(scene.grid, evolution.linear().degree, threads),
       observer(problem.observer(threads, true)),
@@ -112,6 +113,7 @@ BiasedRun World::biased(Threads& threads) const {
     };
     return {.values = observed->observer.values,
             .components = state.count(),
+            .work_a_step = model::work_of_step(problem.integrated, scene.grid, scene.time.stepper),
             .observe =
                 [this, observed](double t, const numerics::Spectra& at) {
                     observed->transform.backward(at, observed->fields);

@@ -8,6 +8,7 @@
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/signals.hpp"
+#include "run/step_bias.hpp"
 
 namespace drover::run {
 
@@ -28,7 +29,7 @@ double append_sample(const ScheduledRecording& samples, Pilot& pilot) {
 
 Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error) {
     io::Scene pilot_alone = scene;
-    pilot_alone.accuracy.effort = 0.0;
+    pilot_alone.accuracy.effort = effort_of_pilots;
     Simulation simulation = [&] {
         const LogPause quiet;  // the run itself says what its start has to say
         return kind_of(pilot_alone).make(pilot_alone, threads, {});

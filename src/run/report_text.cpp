@@ -4,6 +4,7 @@
 
 #include "drover/dem/bodies.hpp"
 #include "drover/run/report.hpp"
+#include "run/step_bias.hpp"
 
 namespace drover::run {
 
@@ -84,6 +85,11 @@ void add_scalars(const Report& report, std::string& out) {
         if (!row.axes.empty()) continue;
         const measure::Estimate& estimate = row.estimates.front();
         const double tau = estimate.autocorrelation_time, rounding = rounding_of(report, row);
+        if (row.name == "step_error" && std::isnan(estimate.mean)) {
+            out += text("{:<28} {:>8} not resolved (effort {:.3g} %)\n", row.name, row.unit,
+                        100.0 * effort_of_estimates(report.scene));
+            continue;
+        }
         const bool has_tau = std::isfinite(tau) && !is_zero(estimate, rounding);
         out += text("{:<28} {:>8} {} {} {:>9}{}\n", row.name, row.unit, mean_cell(estimate, rounding),
                     error_cell(estimate, rounding), has_tau ? text("{:.2g}", tau) : "-",

@@ -2,11 +2,11 @@
 #include "run/step_bias.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <utility>
 
 #include "drover/base/error.hpp"
+#include "drover/numerics/effort.hpp"
 #include "run/grid_run.hpp"
 
 namespace drover::run {
@@ -19,31 +19,47 @@ constexpr std::int64_t min_length = 2 * moments;  // of a piece, in steps
 /// Costs in steps of the run, measured: of a step of dt by the twin, of the observables of a piece, and once of the
 /// blocks of the twin.
 constexpr double twin_cost = 2.0, moments_cost = 2.0 * moments, start_cost = 50.0;
-constexpr double comparison_cost = 2.0;
+/// That of observing twice, and of the row that is kept: instructions for each value of the fields, and for each row.
+constexpr double work_of_comparison = 430.0, work_of_row = 1e6;
+/// Of accuracy.effort; the rest is for what is not counted: tables of steps, and what is written.  With noise the error
+/// of the fields needs few steps, and the twins need many.
+struct Shares {
+    double step_error, biases;
+};
+Shares shares_of_effort(const io::Scene& scene) { return io::has_noise(scene) ? Shares{0.35, 0.5} : Shares{0.7, 0.15}; }
 }  // namespace
 
 struct StepBias::Work {
     io::Scene scene;
     BiasedRun run;
     bool noisy;
+    numerics::Effort effort;
 
     // With noise: the twin, and its piece from step `begin` on; length 0: there is none now.
     std::optional<Twin> twin;
     numerics::Spectra twin_state;
     std::int64_t begin = 0, length = 0;
-    double spent = start_cost;  // steps
     std::vector<double> early, late;
     std::int64_t completed = -1, completed_length = 0;  // step at which the last piece ended
-    std::vector<std::vector<double>> row;               // as recorded
+    // Without noise: the step now, and that of the next comparison at the earliest; the last one was at `completed`.
+    std::int64_t now = 0, next = 0;
+    std::vector<std::vector<double>> row;  // as recorded
 
     Work(const io::Scene& the_scene, BiasedRun the_run)
         : scene(the_scene),
           run(std::move(the_run)),
           noisy(io::has_noise(scene)),
+          effort{.part = shares_of_effort(scene).biases * scene.accuracy.effort,
+                 .work_a_step = run.work_a_step,
+                 .spent = noisy ? start_cost : 0.0},
           early(run.values, 0.0),
           late(run.values, 0.0) {}
     std::vector<double> observe(std::int64_t step, const numerics::Spectra& state) const {
         return run.observe(static_cast<double>(step) * scene.time.dt, state);
+    }
+    double comparison_cost() const {
+        const double values = static_cast<double>(numerics::points(scene.grid)) * run.components;
+        return (work_of_comparison * values + work_of_row) / run.work_a_step;
     }
     void begin_piece(std::int64_t step, const numerics::Spectra& state);
     void advance_piece(std::int64_t step, const numerics::Spectra& state);
@@ -52,14 +68,16 @@ struct StepBias::Work {
 
 void StepBias::Work::begin_piece(std::int64_t step, const numerics::Spectra& state) {
     constexpr double part = 1.0 / 8.0;  // of what the steps so far allow
-    const double allowed = scene.accuracy.effort * static_cast<double>(step);
+    // Without that of the start, which would be one piece longer than many runs.
+    const auto steps = static_cast<double>(step);
+    const double allowed = std::min(2.0 * effort.part * steps, effort.allowed(steps));
     const auto next = moments * std::max(min_length / moments,
                                          static_cast<std::int64_t>(part * allowed / static_cast<double>(moments)));
-    if (allowed - spent < twin_cost * static_cast<double>(next) + moments_cost) return;
+    if (allowed - effort.spent < twin_cost * static_cast<double>(next) + moments_cost) return;
     if (!twin) twin = run.make_twin();
     begin = step;
     length = next;
-    spent += twin_cost * static_cast<double>(length) + moments_cost;
+    effort.spent += twin_cost * static_cast<double>(length) + moments_cost;
     twin_state = state;
     twin->follow();
     std::fill(early.begin(), early.end(), 0.0);
@@ -111,6 +129,7 @@ StepBias::~StepBias() = default;
 
 void StepBias::advance(std::int64_t step, const numerics::Spectra& state) {
     Work& w = *work_;
+    w.now = step;
     if (!w.noisy) return;
     if (w.length > 0) w.advance_piece(step, state);
     if (w.length == 0 && w.completed != step) w.begin_piece(step, state);  // the sums are recorded first
@@ -141,24 +160,30 @@ ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, co
         return scheduled;
     }
     const std::int64_t samples = io::whole_steps(w.scene, "output.sample_every", w.scene.output.sample_every);
-    const double per_sample = w.scene.accuracy.effort * static_cast<double>(samples);
-    const auto every = static_cast<std::int64_t>(std::ceil(comparison_cost / std::max(per_sample, 1e-9)));
-    ScheduledRecording scheduled{std::move(recording), 0,
-                                 [bias, &state] { return lend(bias->work_->row, bias->work_->compare(state)); }};
-    // At the start errors rise and fall within what the effort allows to compare: a few comparisons more, ever later.
-    scheduled.due = [samples, every](std::int64_t step) {
-        if (samples == 0 || step % samples != 0) return step == 0;
-        const std::int64_t sample = step / samples;
-        const auto bits = static_cast<std::uint64_t>(sample);
-        return sample % every == 0 || (sample < every && std::has_single_bit(bits) && std::countr_zero(bits) % 2 == 0);
+    // Ever later: errors rise and fall at the start, and what may be spent there is soon spent.
+    const auto observe = [bias, &state] {
+        Work& work = *bias->work_;
+        constexpr std::int64_t per_doubling = 8;
+        work.effort.spent += work.comparison_cost();
+        work.completed = work.now;
+        work.next = work.now + std::max<std::int64_t>(1, work.now / per_doubling);
+        return lend(work.row, work.compare(state));
+    };
+    ScheduledRecording scheduled{std::move(recording), 0, observe};
+    scheduled.due = [bias, samples](std::int64_t step) {
+        const Work& work = *bias->work_;
+        if (step == 0 || step == work.completed) return true;
+        return samples > 0 && step % samples == 0 && step >= work.next &&
+               work.effort.affords(work.comparison_cost(), static_cast<double>(step));
     };
     return scheduled;
 }
 
 std::vector<double> StepBias::save() const {
     const Work& w = *work_;
-    std::vector<double> values{static_cast<double>(w.begin), static_cast<double>(w.length), w.spent,
-                               static_cast<double>(w.completed), static_cast<double>(w.completed_length)};
+    std::vector<double> values{
+        static_cast<double>(w.begin),     static_cast<double>(w.length),           w.effort.spent,
+        static_cast<double>(w.completed), static_cast<double>(w.completed_length), static_cast<double>(w.next)};
     for (const auto* sums : {&w.early, &w.late}) values.insert(values.end(), sums->begin(), sums->end());
     if (w.length == 0) return values;
     append_numbers(w.twin_state, values);
@@ -169,7 +194,7 @@ std::vector<double> StepBias::save() const {
 
 void StepBias::restore(std::span<const double> values) {
     Work& w = *work_;
-    const std::size_t sums = w.early.size(), fixed = 5, complete = fixed + 2 * sums,
+    const std::size_t sums = w.early.size(), fixed = 6, complete = fixed + 2 * sums,
                       modes = 2 * numerics::Spectra(w.scene.grid, w.run.components).values.size();
     require(values.size() == complete || values.size() > complete + modes, {},
             "the checkpoint contains {} numbers of the step bias; expected {}, or more than {}; use the other "
@@ -177,9 +202,10 @@ void StepBias::restore(std::span<const double> values) {
             values.size(), complete, complete + modes);
     w.begin = static_cast<std::int64_t>(values[0]);
     w.length = static_cast<std::int64_t>(values[1]);
-    w.spent = values[2];
+    w.effort.spent = values[2];
     w.completed = static_cast<std::int64_t>(values[3]);
     w.completed_length = static_cast<std::int64_t>(values[4]);
+    w.next = static_cast<std::int64_t>(values[5]);
     const auto from = [&](std::size_t first) { return values.begin() + static_cast<std::ptrdiff_t>(first); };
     std::copy(from(fixed), from(fixed + sums), w.early.begin());
     std::copy(from(fixed + sums), from(complete), w.late.begin());
@@ -194,8 +220,17 @@ numerics::StepControl control_of_twin(const io::TimeControl& time) {
     return {.method = time.stepper, .dt = 0.5 * time.dt, .tolerance = 0.0, .watches_error = false};
 }
 
+double effort_of_estimates(const io::Scene& scene) {
+    return scene.accuracy.effort > 0.0 ? scene.accuracy.effort : io::Accuracy{}.effort;
+}
+
+double effort_of_step_error(const io::Scene& scene) {
+    return shares_of_effort(scene).step_error * effort_of_estimates(scene);
+}
+
 std::string why_no_step_bias(const io::Scene& scene) {
     if (scene.accuracy.effort == 0.0) return "not measured (accuracy.effort = 0)";
+    if (scene.accuracy.effort == effort_of_pilots) return "not measured (a pilot)";
     const bool noisy = io::has_noise(scene);
     if (noisy && scene.time.tolerance > 0.0) return "not measured (noise and a tolerance)";
     if (!noisy && scene.time.max_error == 0.0) return "not measured (time.max_error = 0)";

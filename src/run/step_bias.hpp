@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -26,10 +27,18 @@ struct Twin {
 
 numerics::StepControl control_of_twin(const io::TimeControl& time);
 
+/// accuracy.effort, and that of the error of the fields where it is 0.
+double effort_of_estimates(const io::Scene& scene);
+/// The part of it for the error of the fields, which pilots need whatever it costs.  The rest is for the biases.
+double effort_of_step_error(const io::Scene& scene);
+/// The effort of a pilot: no biases.
+inline constexpr double effort_of_pilots = std::numeric_limits<double>::infinity();
+
 /// What is measured of a run of fields, whatever their equations.
 struct BiasedRun {
-    std::size_t values = 0;  ///< of all observables, one after another
-    int components = 0;      ///< of a state
+    std::size_t values = 0;    ///< of all observables, one after another
+    int components = 0;        ///< of a state
+    double work_a_step = 1e6;  ///< numerics::Effort::work_a_step
     std::function<std::vector<double>(double time, const numerics::Spectra& state)> observe;
     std::function<std::optional<numerics::Spectra>()> known_error;  ///< numerics::StepError::known()
     std::function<Twin()> make_twin;

@@ -14,6 +14,7 @@
 #include "run/growing_waves.hpp"
 #include "run/judged_field.hpp"
 #include "run/scene_equations.hpp"
+#include "run/step_bias.hpp"
 
 namespace drover::run {
 
@@ -247,7 +248,17 @@ void add_few_particles(const files::ArchiveReader& archive, const io::Scene& sce
 void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
     const std::vector<double> errors = series_of(archive, "step_error"), times = series_of(archive, "time");
     if (errors.empty() || times.size() != errors.size() || scene.time.max_error == 0.0) return;
-    const auto worst = std::max_element(errors.begin(), errors.end());
+    if (std::isnan(errors.back()) && scene.time.max_error < 1.0) {
+        const auto known = std::find_if(errors.rbegin(), errors.rend(), [](double error) { return !std::isnan(error); });
+        warnings.push_back(
+            text("the error of the time steps is not resolved from t = {:.6g} s on (effort {:.3g} %); expected an "
+                 "estimate: give a larger accuracy.effort, or time.max_error = 1 for none of these warnings",
+                 times[static_cast<std::size_t>(known.base() - errors.begin())], 100.0 * effort_of_estimates(scene)));
+    }
+    const auto worst = std::max_element(errors.begin(), errors.end(), [](double a, double b) {
+        return (std::isnan(a) ? 0.0 : a) < (std::isnan(b) ? 0.0 : b);
+    });
+    if (std::isnan(*worst)) return;
     // A step that was chosen for means need not follow the noise path more closely than this.
     constexpr double decoupled = 0.3;
     const double allowed = std::max(scene.time.max_error, scene.time.chosen == "means" ? decoupled : 0.0);

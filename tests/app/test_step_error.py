@@ -134,8 +134,11 @@ def test_the_bias_of_each_number_of_a_run_without_noise_is_within_its_uncertaint
 
 
 def test_a_bias_that_was_not_measured_is_not_given_as_zero(tmp_path):
-    short = drover(tmp_path, "run", write_scene(tmp_path, name="short.toml", base=QUENCH)).stdout
-    assert re.search(r"polar_order +1 .*not resolved \(effort 5 %\)", short)
+    few = write_scene(tmp_path, {"accuracy.effort": 1e-4, "grid.nx": 128, "grid.ny": 128}, name="few.toml", base=QUENCH)
+    ended = drover(tmp_path, "run", few)
+    assert re.search(r"polar_order +1 .*not resolved \(effort 0.01 %\)", ended.stdout)
+    assert re.search(r"step_error +1 not resolved \(effort 0.01 %\)", ended.stdout)
+    assert "is not resolved from t = " in ended.stdout + ended.stderr
     without = write_scene(tmp_path, {"accuracy.effort": 0.0}, name="none.toml", base=QUENCH)
     none = drover(tmp_path, "run", without).stdout
     assert re.search(r"polar_order +1 .*not measured", none)

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <complex>
 
+#include "drover/numerics/effort.hpp"
+
 namespace drover::numerics::watched_stepper_tests {
 namespace {
 /// A' = A - (1 + i c) |A|^2 A of a uniform A = X + i Y: exp(-i c t) is exact.  Errors of |A| decay and change the
@@ -54,6 +56,70 @@ TEST(WatchedStepper, adds_up_errors_that_turn_with_an_oscillation) {
             EXPECT_GT(told, 0.5 * wrong) << "c = " << c << ", " << steps << " steps";
             EXPECT_LT(told, 2.5 * wrong) << "c = " << c << ", " << steps << " steps";
         }
+    }
+}
+
+/// What an estimate takes of a run of so many steps, in steps of it: right-hand sides, weighed by their points.
+struct Taken {
+    double steps = 0.0;
+    double allowed = 0.0;  // with what may be owed
+    StepError::Relative told;
+};
+
+Taken taken_by(double part, const Grid& grid, std::int64_t steps) {
+    constexpr double c = 3.0, dt = 2.0 * M_PI / c / 120.0;
+    Threads threads(1);
+    double evaluated = 0.0;
+    const auto counted = [&](const Grid& on) {
+        System system = oscillator(on, c);
+        system.nonlinear = [&evaluated, rate = system.nonlinear,
+                            weight = weighed_points(on) / weighed_points(grid)](double t, const Spectra& state,
+                                                                                Spectra& out) {
+            evaluated += weight;
+            rate(t, state, out);
+        };
+        return system;
+    };
+    const Effort effort{.part = part, .work_a_step = 2.0 * work_of_right_hand_side(grid, 2, 2, 2)};
+    const ErrorEquations errors{.fields = {{.first = 0, .name = "X"}, {.first = 1, .name = "Y"}},
+                                .on_grid = [&](const Grid& on, int, Threads&) { return counted(on); },
+                                .degree = 3,
+                                .shortest = 100.0,  // all points: the error costs as much as the run
+                                .effort = effort};
+    WatchedStepper stepper({.method = "etdrk2", .dt = dt}, counted(grid), 1, threads, errors);
+    Spectra state(grid, 2);
+    state[0][0] = 1.0;
+    for (std::int64_t step = 0; step < steps; ++step) {
+        stepper.advance(step, state);
+        stepper.watch(step, state);
+    }
+    constexpr double per_step = 2.0;
+    return {.steps = evaluated / per_step - static_cast<double>(steps),
+            .allowed = 1.2 * effort.allowed(static_cast<double>(steps)) + 2.0 * effort.credit(),
+            .told = stepper.step_error()};
+}
+
+TEST(WatchedStepper, takes_no_more_than_its_effort_and_knows_no_error_where_that_does_not_suffice) {
+    const Grid grid{.nx = 64, .ny = 64, .lx = 64.0, .ly = 64.0}, large{.nx = 256, .ny = 256, .lx = 256.0, .ly = 256.0};
+    const Taken all = taken_by(INFINITY, grid, 4000), some = taken_by(0.03, grid, 4000),
+                few = taken_by(1e-4, large, 60);
+    EXPECT_GT(all.steps, some.allowed);
+    EXPECT_LT(some.steps, some.allowed);
+    EXPECT_FALSE(std::isnan(all.told.error));
+    // Three steps: the first local error, which every run has.
+    EXPECT_LT(few.steps, few.allowed + 3.0);
+    EXPECT_TRUE(std::isnan(few.told.error));
+}
+
+TEST(Effort, is_a_part_of_the_time_of_a_run_and_twice_that_of_a_short_one) {
+    const Effort effort{.part = 0.05, .work_a_step = 9e7};
+    const double start = effort.allowed(0.0) / 0.1;  // steps
+    for (double steps = 0.0, before = 0.0; steps < 1e5; steps = 1.5 * steps + 1.0) {
+        const double all = start + steps, allowed = effort.allowed(steps), seconds = all * effort.seconds_a_step();
+        EXPECT_LE(allowed, (seconds < 10.0 ? 0.1 : 0.05) * all * (1.0 + 1e-12));
+        EXPECT_GE(allowed, 0.05 * all * (1.0 - 1e-12));
+        EXPECT_GE(allowed, before);
+        before = allowed;
     }
 }
 

@@ -57,6 +57,9 @@ numerics::System system_of(const Integrated& what, const numerics::Grid& grid, i
 /// Transforms of one evaluation of N; none where it is 0.
 TransformCount transforms_of(const Integrated& what);
 
+/// The work of a step by a method, as that of numerics::Effort.
+double work_of_step(const Integrated& what, const numerics::Grid& grid, const std::string& method);
+
 /// Memory that N holds [bytes], without the fields.
 double explicit_bytes(const Integrated& what, const numerics::Grid& grid, int degree);
 
@@ -102,7 +105,7 @@ private:
     };
     Integrated at_rung(int rung) const;
     Split split_at(int rung) const;
-    numerics::ErrorEquations watched() const;
+    numerics::ErrorEquations watched(const numerics::StepControl& control) const;
     numerics::ErrorEquations::OnGrid equations_on_grid(int rung) const;
     void set_reference(int rung);
     double part_of_reference() const;

@@ -1,5 +1,6 @@
 // numerics/adaptive_stepper.hpp: steps of fixed length, divided so that each part meets a tolerance.
 #pragma once
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,6 +25,7 @@ struct StepControl {
     double dt = 0.0;            ///< [s]
     double tolerance = 0.0;     ///< largest relative error of a part; 0: dt is never divided
     bool watches_error = true;  ///< whether the run estimates the error that its steps make: numerics::StepError
+    double effort = INFINITY;   ///< that this may take: numerics::Effort::part
 };
 
 /// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  With
@@ -49,6 +51,8 @@ public:
     void find_error(std::int64_t step, const Spectra& after, Spectra& before);
     /// The number of steps from the last one to the next whose error costs no right-hand side; 0: those of all do.
     std::int64_t steps_to_cheap_error();
+    /// What find_error() costs, in steps.
+    double cost_of_error();
 
     const System& system() const { return system_; }
     const std::string& method() const { return control_.method; }
@@ -73,6 +77,7 @@ private:
     void advance_in_parts(std::int64_t step, Spectra& state);
     void advance_by_sundials(std::int64_t step, Spectra& state);
     void repeat_finer(std::int64_t step, Spectra& state);
+    bool shares_first_rate() const;
     double finer_error() const;
     void make_sundials();
     double relative_error(const Spectra& before, const Spectra& after, const Spectra& error) const;

@@ -38,6 +38,11 @@ public:
     /// this one did after the last.
     void continue_local(double intervals);
 
+    /// Whether another local error may be measured, which costs this many steps and what is made of it; both are
+    /// counted then.  waited: steps since the last.  late: it is long overdue, so that the error is not known before it
+    /// comes.
+    bool spend(double steps, std::int64_t step, std::int64_t waited, bool late);
+
     /// The angle between the last local error and what it was taken for [radians]: 0 where it has only another size;
     /// those of waves, moving bands and oscillations turn.
     double turn() const;
@@ -56,7 +61,7 @@ public:
         double error = 0.0;
         std::string field;  ///< "rod_density", "bead_velocity", ...
     };
-    Relative largest() const;        ///< of any field, at most 1
+    Relative largest() const;        ///< of any field, at most 1; NaN where it is not known
     Relative largest_local() const;  ///< of the last local error alone
 
     /// The error on the grid of the fields; none where a part of it without known phases is larger, or where it is

@@ -40,6 +40,7 @@ public:
     void restore(std::span<const double> values);
 
 private:
+    bool can_check(std::int64_t step);
     void measure_error(std::int64_t step, const Spectra& state);
     std::int64_t steps_to_next_check(std::int64_t step, std::int64_t since_last);
 

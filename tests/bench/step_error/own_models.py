@@ -57,8 +57,9 @@ def row_of(folder, model):
         times, told = coarse["observables/time"][:], coarse["observables/step_error"][:]
         for frame in range(1, 11):
             true = true_error(coarse, fine, frame)
-            if 0.0 < true < 0.5:
-                ratios.append(told[np.argmin(np.abs(times - coarse["time"][frame]))] / true)
+            estimate = told[np.argmin(np.abs(times - coarse["time"][frame]))]
+            if 0.0 < true < 0.5 and np.isfinite(estimate):  # NaN: not resolved
+                ratios.append(estimate / true)
     turns = [[run(folder, model, "timed.h5", keys) for keys in
               ({"time.max_error": 0.0, "accuracy.effort": 0.0}, {"accuracy.effort": 0.0})] for _ in range(3)]
     without, with_it = (min(turn[k] for turn in turns) for k in (0, 1))
