@@ -26,7 +26,7 @@ constexpr double max_turn = 0.45;
 /// itself, and not where it turns, which would make it grow.  Where that is not enough it is taken less accurately, by
 /// at most this factor but where it turns, and is lost where this is not enough either.
 constexpr double largest_leap = 8.0, largest_change = 0.5, largest_turn = 0.1, largest_haste = 3.0;
-constexpr double hasty_use = 0.8, lost_use = 1.2;  // of what is allowed
+constexpr double hasty_use = 0.6, lost_use = 1.2;  // of what is allowed
 constexpr std::int64_t steps_before_leap = 3;
 /// What the error costs beside right-hand sides: a step of it, and a local error [instructions for each component and
 /// point of the coarse grid], and what every check does on the fine one; measured.
