@@ -25,8 +25,8 @@ constexpr double max_turn = 0.45;
 /// change, if it is small (projective integration): at most so many times the length of its step, by at most half of
 /// itself, and not where it turns, which would make it grow.  Where that is not enough it is taken less accurately, by
 /// at most this factor but where it turns, and is lost where this is not enough either.
-constexpr double largest_leap = 8.0, largest_change = 0.5, largest_turn = 0.1, largest_haste = 3.0;
-constexpr double hasty_use = 0.6, lost_use = 1.2;  // of what is allowed
+constexpr double largest_leap = 8.0, largest_change = 0.5, largest_turn = 0.1, largest_haste = 5.0;
+constexpr double hasty_use = 0.6, lost_use = 1.3;  // of what is allowed
 constexpr std::int64_t steps_before_leap = 3;
 /// What the error costs beside right-hand sides: a step of it, and a local error [instructions for each component and
 /// point of the coarse grid], and what every check does on the fine one; measured.
@@ -269,7 +269,9 @@ void ErrorEvolution::choose_leap(std::int64_t step) {
     constexpr double parted = 0.5;
     const double size = relative_size(error), strides = static_cast<double>(stride), now = static_cast<double>(step);
     is_lost = size < parted && effort.spent > lost_use * effort.allowed(now) + 2.0 * effort.credit();
-    if (noisy || (++taken < steps_before_leap && size < parted)) return;
+    const double hurry = haste(step);
+    const std::int64_t before_leap = steps_before_leap - (hurry > 1.0 ? 1 : 0);
+    if (noisy || (++taken < before_leap && size < parted)) return;
     // The length at which all that was taken costs what it may, and the next steps as well.
     const double next = cost * static_cast<double>(steps_before_leap),
                  rate = effort.allowed(now + 1.0) - effort.allowed(now);
@@ -279,8 +281,8 @@ void ErrorEvolution::choose_leap(std::int64_t step) {
     for (std::size_t k = 0; k < error.values.size(); ++k)
         change.values[k] = size < parted ? (error.values[k] - earlier.values[k]) / strides : Complex(0.0);
     if (size < parted)
-        longest = std::min(
-            {longest, largest_leap * strides, largest_change * size / relative_size(change), largest_turn / turn_rate});
+        longest = std::min({longest, largest_leap * hurry * strides, largest_change * size / relative_size(change),
+                            largest_turn / turn_rate});
     if (!(longest >= strides)) return;
     leap = static_cast<std::int64_t>(longest);
     taken = 0;

@@ -26,7 +26,7 @@ constexpr double work_of_comparison = 430.0, work_of_row = 1e6;
 struct Shares {
     double step_error, biases;
 };
-Shares shares_of_effort(const io::Scene& scene) { return io::has_noise(scene) ? Shares{0.35, 0.5} : Shares{0.7, 0.15}; }
+Shares shares_of_effort(const io::Scene& scene) { return io::has_noise(scene) ? Shares{0.35, 0.5} : Shares{0.8, 0.12}; }
 }  // namespace
 
 struct StepBias::Work {

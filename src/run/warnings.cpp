@@ -249,7 +249,8 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     const std::vector<double> errors = series_of(archive, "step_error"), times = series_of(archive, "time");
     if (errors.empty() || times.size() != errors.size() || scene.time.max_error == 0.0) return;
     if (std::isnan(errors.back()) && scene.time.max_error < 1.0) {
-        const auto known = std::find_if(errors.rbegin(), errors.rend(), [](double error) { return !std::isnan(error); });
+        const auto known =
+            std::find_if(errors.rbegin(), errors.rend(), [](double error) { return !std::isnan(error); });
         warnings.push_back(
             text("the error of the time steps is not resolved from t = {:.6g} s on (effort {:.3g} %); expected an "
                  "estimate: give a larger accuracy.effort, or time.max_error = 1 for none of these warnings",
