@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "drover/model/start.hpp"
-#include "drover/numerics/time_method.hpp"
 #include "quasi_linear.hpp"
 
 namespace drover::model {
@@ -186,11 +185,16 @@ TransformCount transforms_of(const Integrated& what) {
     return {.inverse = count.forward > 0 ? times * count.inverse : 0, .forward = times * count.forward};
 }
 
-double work_of_step(const Integrated& what, const numerics::Grid& grid, const std::string& method) {
+numerics::StepWork step_work(const Integrated& what, const numerics::Grid& grid) {
+    const Equations& equations = what.equations;
     const TransformCount count = transforms_of(what);
-    const int components = static_cast<int>(what.equations.state_components().size());
-    return std::max(1, numerics::time_method(method).stages) *
-           numerics::work_of_right_hand_side(grid, components, count.inverse, count.forward);
+    const int components = static_cast<int>(equations.state_components().size());
+    int noisy = equations.has_product_noise() ? components : 0;
+    if (equations.has_noise() && noisy == 0)
+        noisy =
+            static_cast<int>((equations.noise(equations.reference(), {1.0, 0.0}).diagonal().array() != 0.0).count());
+    return numerics::step_work(
+        grid, {.components = components, .noisy = noisy, .inverse = count.inverse, .forward = count.forward});
 }
 
 double explicit_bytes(const Integrated& what, const numerics::Grid& grid, int degree) {
@@ -215,8 +219,8 @@ FieldEvolution::FieldEvolution(Integrated what, const numerics::Grid& grid, cons
       threads_(threads),
       linear_(what_.equations.linear_system(grid, what_.kept_degree)),
       split_(split_at(0)),
-      stepper_(control, split_.system, seed, threads,
-               control.watches_error ? std::optional(watched(control)) : std::nullopt) {}
+      stepper_(control, split_.system, seed, threads, control.watches_error ? std::optional(watched()) : std::nullopt) {
+}
 
 Integrated FieldEvolution::at_rung(int rung) const {
     Integrated what = what_;
@@ -232,14 +236,12 @@ numerics::ErrorEquations::OnGrid FieldEvolution::equations_on_grid(int rung) con
     };
 }
 
-numerics::ErrorEquations FieldEvolution::watched(const numerics::StepControl& control) const {
+numerics::ErrorEquations FieldEvolution::watched() const {
     numerics::ErrorEquations result{.fields = {},
                                     .on_grid = equations_on_grid(0),
                                     .degree = linear_.degree,
                                     .noisy = what_.equations.has_noise() && !what_.is_quiet,
                                     .shortest = what_.shortest,
-                                    .effort = {.part = control.effort,
-                                               .work_a_step = work_of_step(what_, grid_, control.method)},
                                     .turning = what_.turning};
     const std::vector<StateComponent> components = components_of_state(what_.equations);
     for (std::size_t c = 0; c < components.size(); ++c) {

@@ -200,11 +200,19 @@ void AdaptiveStepper::find_error(std::int64_t step, const Spectra& after, Spectr
 
 std::int64_t AdaptiveStepper::steps_to_cheap_error() { return sundials_ ? 0 : stepper(1).steps_to_error(); }
 
-double AdaptiveStepper::cost_of_error() {
-    constexpr double again = 2.0, by_sundials = 3.0;  // the latter with a smaller tolerance
-    if (sundials_) return by_sundials;
+double AdaptiveStepper::work_done() const {
+    const TimeMethod& method = time_method(control_.method);
+    const std::int64_t steps = count_.accepted + count_.rejected;
+    const int stages = control_.tolerance > 0.0 ? method.stages_with_tolerance : method.stages;
+    const std::int64_t rates = count_.right_hand_sides > 0 ? count_.right_hand_sides : steps * stages;
+    return static_cast<double>(rates) * control_.work.rate + static_cast<double>(steps) * control_.work.noise;
+}
+
+double AdaptiveStepper::work_of_error(double work_of_step) {
     if (steps_to_cheap_error() > 0) return 0.0;
-    return shares_first_rate() ? again - 1.0 / time_method(control_.method).stages : again;
+    constexpr double in_halves = 2.0, by_sundials = 3.0;  // the latter with a smaller tolerance
+    const double work = (sundials_ ? by_sundials : in_halves) * work_of_step;
+    return std::max(0.0, shares_first_rate() ? work - control_.work.rate : work);
 }
 
 double AdaptiveStepper::last_step() const { return sundials_ ? sundials_->last_step() : control_.dt / division_; }

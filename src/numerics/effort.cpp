@@ -1,25 +1,26 @@
-// numerics/effort.cpp: measured constants of the work of steps (valgrind --tool=callgrind, 32 to 128 points squared).
+// numerics/effort.cpp: measured constants of work (valgrind --tool=callgrind, 32 to 128 points squared).
 #include "drover/numerics/effort.hpp"
 
 #include <algorithm>
 
 namespace drover::numerics {
 
-double Effort::seconds_a_step() const {
-    constexpr double per_second = 9e9;  // on one core, of the machine on which instructions were counted
-    return work_a_step / per_second;
+namespace {
+constexpr double a_second = 9e9;  // on one core of the machine on which instructions were counted
 }
 
-double Effort::allowed(double steps) const {
-    // Every run is taken to be longer by the first, since errors change fastest at the start; a short run [s].
-    constexpr double start = 0.1, shorter = 10.0;
-    const double seconds = start + steps * seconds_a_step();
-    return part * std::min(2.0 * seconds, std::max(shorter, seconds)) / seconds_a_step();
+StepWork step_work(const Grid& grid, const WorkCounts& counts) {
+    constexpr double of_two_transforms = 22.0, of_component = 19.0, of_noise = 39.0;  // for each point
+    const double pairs = (counts.inverse + 1) / 2 + (counts.forward + 1) / 2;
+    const double rate = of_two_transforms * pairs + of_component * counts.components;
+    return {.rate = rate * weighed_points(grid),
+            .rate_a_point = rate,
+            .noise = of_noise * counts.noisy * weighed_points(grid)};
 }
 
-double Effort::credit() const {
-    constexpr double seconds = 0.005;
-    return seconds / seconds_a_step();
+double work_of_observing(const Grid& grid, int components) {
+    constexpr double of_value = 190.0, of_row = 1e6;
+    return of_value * static_cast<double>(points(grid)) * components + of_row;
 }
 
 double weighed_points(const Grid& grid) {
@@ -31,10 +32,13 @@ double weighed_points(const Grid& grid) {
     return (static_cast<double>(points(grid)) + calls) * weight(grid.nx) * weight(grid.ny);
 }
 
-double work_of_right_hand_side(const Grid& grid, int components, int inverse, int forward) {
-    constexpr double of_two_transforms = 22.0, of_component = 19.0;  // for each point
-    const double pairs = (inverse + 1) / 2 + (forward + 1) / 2;
-    return (of_two_transforms * pairs + of_component * components) * weighed_points(grid);
+double Effort::allowed(double work) const {
+    constexpr double start = 0.1 * a_second, shorter = 10.0 * a_second;  // a start; a short run
+    const double all = start + work;
+    // Twice as much of the first third of a short run, so that its rest has some, too.
+    return part * std::min(2.0 * all, std::max(0.5 * (shorter + all), all));
 }
+
+double owed_work() { return 0.005 * a_second; }
 
 }  // namespace drover::numerics

@@ -28,20 +28,23 @@ constexpr double max_turn = 0.45;
 constexpr double largest_leap = 8.0, largest_change = 0.5, largest_turn = 0.1, largest_haste = 5.0;
 constexpr double hasty_use = 0.6, lost_use = 1.3;  // of what is allowed
 constexpr std::int64_t steps_before_leap = 3;
-/// What the error costs beside right-hand sides: a step of it, and a local error [instructions for each component and
-/// point of the coarse grid], and what every check does on the fine one; measured.
-constexpr double work_of_step = 170.0, work_of_check = 100.0, fine_work_of_check = 12.0;
+/// With noise the leap holds the error, which is what it will be sooner where its fast parts have relaxed; not where it
+/// grows by more in one step.
+constexpr double largest_growth = 1.2;
+/// What the error takes beside right-hand sides: a step of it, and a local error [instructions for each component and
+/// point of the coarse grid], and what every local error does on the fine one; measured.
+constexpr double work_of_value = 170.0, local_work = 100.0, fine_local_work = 12.0;
 /// A step of the run that is longer is taken in parts: dt may be an output interval, which a method divides.
 constexpr int max_parts = 64;
 }  // namespace
 
-ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& grid, double the_dt, int stages,
-                               bool the_divides)
+ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& grid, const StepControl& control)
     : equations(the_equations),
       fine{grid, the_equations.degree},
       coarse(coarse_grid(grid, the_equations.degree, the_equations.noisy, the_equations.shortest)),
-      dt(the_dt),
-      divides(the_divides),
+      dt(control.dt),
+      divides(control.tolerance > 0.0),
+      work(control.work),
       noisy(the_equations.noisy) {
     shared = shared_modes(coarse, fine);
     sampled = noisy ? sampled_modes(coarse.grid, fine) : shared;
@@ -53,13 +56,12 @@ ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& 
     local.motion = local.other_motion = earlier = change = start = motion = motion_before = error;
     constexpr double right_hand_sides = 3.3,
                      part_of_checks = 0.5;  // of the fields once or twice, twice with their error
-    effort = checks = equations.effort;
-    checks.part *= part_of_checks;
+    effort.part = control.effort;
+    checks.part = part_of_checks * control.effort;
     const double values = static_cast<double>(points(coarse.grid) * static_cast<std::size_t>(error.count())),
                  fine_values = static_cast<double>(points(grid) * static_cast<std::size_t>(error.count()));
-    cost = right_hand_sides * weighed_points(coarse.grid) / (weighed_points(grid) * std::max(1, stages)) +
-           work_of_step * values / effort.work_a_step;
-    check_cost = (work_of_check * values + fine_work_of_check * fine_values) / effort.work_a_step;
+    work_of_step = right_hand_sides * work.rate_a_point * weighed_points(coarse.grid) + work_of_value * values;
+    work_of_local = local_work * values + fine_local_work * fine_values;
     for (Reference* reference : {&from, &to, &between}) reference->fields = reference->rate = error;
     wave_local.resize(error.values.size());
     wave_error.resize(error.values.size());
@@ -214,7 +216,7 @@ void ErrorEvolution::evolve(std::int64_t step) {
     from.t = static_cast<double>(step - stride) * dt;
     to.t = static_cast<double>(step) * dt;
     for (int parts = 1;; parts *= 2) {
-        const bool is_coarse = perturbation_growth * strides * dt > max_change * haste(step) * parts;
+        const bool is_coarse = perturbation_growth * strides * dt > max_change * haste() * parts;
         if (is_coarse && parts < max_parts && stride == 1) continue;
         error.values = before.values;
         if (stride == 1 && perturbation_growth * dt > 2.0 * max_change * max_parts) {
@@ -226,7 +228,7 @@ void ErrorEvolution::evolve(std::int64_t step) {
         double fastest = 0.0;
         between.step = 0.0;
         error_step = strides / parts * dt;
-        effort.spent += cost * parts;
+        effort.spent += work_of_step * parts;
         for (int part = 0; part < parts; ++part) {
             const double t = from.t + (to.t - from.t) * part / parts;
             stepper(strides / parts).step(t, static_cast<std::uint64_t>(part), error);
@@ -252,35 +254,38 @@ void ErrorEvolution::follow_motion() {
 
 void ErrorEvolution::choose_stride(std::int64_t step) {
     const double so_far = static_cast<double>(step) / static_cast<double>(noisy ? min_noisy_strides : min_strides);
-    const double longest = std::min({so_far * haste(step), max_change * haste(step) / (perturbation_growth * dt),
-                                     noisy ? INFINITY : max_turn / turn_rate});
+    const double longest = std::min(
+        {so_far * haste(), max_change * haste() / (perturbation_growth * dt), noisy ? INFINITY : max_turn / turn_rate});
     stride = noisy ? max_noisy_stride : max_stride;
     while (stride > 1 && static_cast<double>(stride) > longest) stride /= 2;
 }
 
 /// 1 while the error costs less than it may, or turns, to largest_haste where it costs more.
-double ErrorEvolution::haste(std::int64_t step) const {
+double ErrorEvolution::haste() const {
     if (turn_rate * static_cast<double>(stride) > largest_turn) return 1.0;
-    const double used = effort.used(static_cast<double>(step));
-    return std::clamp(1.0 + (largest_haste - 1.0) * (used - hasty_use) / (1.0 - hasty_use), 1.0, largest_haste);
+    return std::clamp(1.0 + (largest_haste - 1.0) * (effort.used() - hasty_use) / (1.0 - hasty_use), 1.0,
+                      largest_haste);
 }
 
 void ErrorEvolution::choose_leap(std::int64_t step) {
     constexpr double parted = 0.5;
     const double size = relative_size(error), strides = static_cast<double>(stride), now = static_cast<double>(step);
-    is_lost = size < parted && effort.spent > lost_use * effort.allowed(now) + 2.0 * effort.credit();
-    const double hurry = haste(step);
+    is_lost = size < parted && effort.spent > lost_use * effort.allowed() + 2.0 * owed_work();
+    const double hurry = haste();
     const std::int64_t before_leap = steps_before_leap - (hurry > 1.0 ? 1 : 0);
-    if (noisy || (++taken < before_leap && size < parted)) return;
+    if (std::isinf(effort.part) || (++taken < before_leap && size < parted)) return;
     // The length at which all that was taken costs what it may, and the next steps as well.
-    const double next = cost * static_cast<double>(steps_before_leap),
-                 rate = effort.allowed(now + 1.0) - effort.allowed(now);
-    double longest = (effort.spent + next - hasty_use * effort.allowed(now)) / std::max(rate, 1e-9) -
+    const double next = work_of_step * static_cast<double>(steps_before_leap),
+                 a_step = effort.allowed(effort.done * (1.0 + 1.0 / now)) - effort.allowed();
+    double longest = (effort.spent + next - hasty_use * effort.allowed()) / a_step -
                      strides * static_cast<double>(steps_before_leap);
     longest = std::min(longest, std::max(64.0, now));
     for (std::size_t k = 0; k < error.values.size(); ++k)
-        change.values[k] = size < parted ? (error.values[k] - earlier.values[k]) / strides : Complex(0.0);
-    if (size < parted)
+        change.values[k] = size < parted && !noisy ? (error.values[k] - earlier.values[k]) / strides : Complex(0.0);
+    if (noisy && size < parted) {
+        if (size > largest_growth * relative_size(earlier)) return;
+        longest = std::min(longest, std::max(largest_leap * strides, now / 8.0));
+    } else if (size < parted)
         longest = std::min({longest, largest_leap * hurry * strides, largest_change * size / relative_size(change),
                             largest_turn / turn_rate});
     if (!(longest >= strides)) return;

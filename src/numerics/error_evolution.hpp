@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "drover/numerics/effort.hpp"
+#include "drover/numerics/adaptive_stepper.hpp"
 #include "drover/numerics/error_equations.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "numerics/coarse_error.hpp"
@@ -18,13 +18,14 @@ struct ErrorEvolution {
     ErrorEquations equations;
     KeptGrid fine, coarse;
     double dt;
-    bool divides;
+    bool divides;  // waves may turn within dt and be resolved all the same
+    StepWork work;
     std::int64_t stride = 1, since = 0;    // steps of the run in one of the error, and since its last
     std::int64_t last_moment = 0;          // step
     double unforeseen = 0.0;               // angle between the last local error and what it was taken for [radians]
     bool follows = false;                  // whether it is known from the motion of the fields
     double turn_rate = 0.0;                // of the fields' motion, in a step of the run [radians]
-    double cost;                           // of a step of the error, in steps of the run
+    double work_of_step;                   // of the error
     std::int64_t taken = 0, leap = 0;      // steps of the error since its last leap; length of the present one, or 0
     Spectra earlier, change;               // the error before its last step, and its change a step of the run
     Spectra start, motion, motion_before;  // fields before a step that is checked; their change a step of the run
@@ -51,9 +52,9 @@ struct ErrorEvolution {
     bool is_lost = false;     // it would have cost more than it may
     bool is_waiting = false;  // for a local error, for longer than it should
     std::int64_t waited = 0;  // steps
-    double check_cost;        // of a local error, beside the steps that it takes
+    double work_of_local;     // beside the steps that it takes
 
-    ErrorEvolution(const ErrorEquations& the_equations, const Grid& grid, double the_dt, int stages, bool the_divides);
+    ErrorEvolution(const ErrorEquations& the_equations, const Grid& grid, const StepControl& control);
     void set_equations();
     Reference& reference_at(double t);
     void perturbation_rate(double t, const Spectra& perturbation, Spectra& out);
@@ -76,7 +77,7 @@ struct ErrorEvolution {
     void bound();
     void choose_stride(std::int64_t step);
     void choose_leap(std::int64_t step);
-    double haste(std::int64_t step) const;
+    double haste() const;
     void end_leap(const Spectra& fine_fields);
     void follow_motion();
     double angle_to_drive() const;

@@ -19,8 +19,8 @@ constexpr std::int64_t min_moments = 64;
 constexpr double random_errors = 0.7;
 }  // namespace
 
-StepError::StepError(const ErrorEquations& equations, const Grid& grid, double dt, int stages, bool divides)
-    : work_(std::make_unique<ErrorEvolution>(equations, grid, dt, stages, divides)) {}
+StepError::StepError(const ErrorEquations& equations, const Grid& grid, const StepControl& control)
+    : work_(std::make_unique<ErrorEvolution>(equations, grid, control)) {}
 StepError::~StepError() = default;
 StepError::StepError(StepError&&) noexcept = default;
 
@@ -29,8 +29,9 @@ void StepError::set_equations(const ErrorEquations::OnGrid& on_grid) {
     work_->set_equations();
 }
 
-void StepError::add_local(const Spectra& local, const Spectra& fields) {
+void StepError::add_local(const Spectra& local, const Spectra& fields, double work) {
     ErrorEvolution& w = *work_;
+    for (Effort* effort : {&w.effort, &w.checks}) effort->spent += work + w.work_of_local;
     std::fill(w.shifted.values.begin(), w.shifted.values.end(), Complex(0.0));
     for (int c = 0; c < w.shifted.count(); ++c)
         for (const ModePair& pair : w.shared) w.shifted[c][pair.coarse] = local[c][pair.fine];
@@ -86,8 +87,9 @@ void StepError::start_local(const Spectra& before) {
     }
 }
 
-void StepError::advance(std::int64_t step, const Spectra& fields) {
+void StepError::advance(std::int64_t step, const Spectra& fields, double work) {
     ErrorEvolution& w = *work_;
+    w.effort.done = w.checks.done = work;
     for (int c = 0; c < w.error.count(); ++c)
         for (const FastWave& wave : w.waves) {
             const std::size_t k = static_cast<std::size_t>(c) * w.error.size + wave.mode;
@@ -123,17 +125,21 @@ void StepError::advance(std::int64_t step, const Spectra& fields) {
     w.choose_stride(step);
 }
 
-bool StepError::spend(double steps, std::int64_t step, std::int64_t waited, bool late) {
-    ErrorEvolution& w = *work_;
-    const double cost = steps + w.check_cost;
-    w.waited = waited;
-    if (step > 0 && !w.checks.affords(cost - w.checks.credit(), static_cast<double>(step))) {
-        w.is_waiting = w.is_waiting || (late && !w.noisy);
-        return false;
-    }
-    w.effort.spent += cost;
-    w.checks.spent += cost;
-    return true;
+std::int64_t StepError::steps_to_afford(double work, std::int64_t step) const {
+    const ErrorEvolution& w = *work_;
+    constexpr double part = 0.25;  // of what is left: the first steps may not take all
+    const Effort& checks = w.checks;
+    if (std::isinf(checks.part)) return 1;
+    const double a_step = checks.allowed(checks.done * (1.0 + 1.0 / static_cast<double>(step))) - checks.allowed(),
+                 left = checks.allowed() + owed_work() - checks.spent;
+    const double steps = (work + w.work_of_local - part * left) / a_step;
+    return std::clamp(static_cast<std::int64_t>(std::min(steps, 1e9)), std::int64_t{1},
+                      std::max<std::int64_t>(64, step));
+}
+
+void StepError::wait(std::int64_t waited) {
+    work_->is_waiting = true;
+    work_->waited = waited;
 }
 
 StepError::Relative StepError::largest() const {
@@ -199,7 +205,7 @@ constexpr std::size_t saved_spectra_count = 11;
 }  // namespace
 
 std::size_t StepError::saved_numbers() const {
-    return 13 + saved_of_field * work_->fields.size() + (2 + 2 * saved_spectra_count) * work_->error.values.size();
+    return 14 + saved_of_field * work_->fields.size() + (2 + 2 * saved_spectra_count) * work_->error.values.size();
 }
 
 std::vector<double> StepError::save() const {
@@ -212,6 +218,7 @@ std::vector<double> StepError::save() const {
                                work_->turn_rate,
                                work_->unforeseen,
                                work_->follows ? 1.0 : 0.0,
+                               work_->effort.done,
                                work_->effort.spent,
                                work_->checks.spent,
                                work_->is_lost ? 1.0 : 0.0,
@@ -241,6 +248,7 @@ void StepError::restore(std::span<const double> values) {
     work_->turn_rate = *next++;
     work_->unforeseen = *next++;
     work_->follows = *next++ != 0.0;
+    work_->effort.done = work_->checks.done = *next++;
     work_->effort.spent = *next++;
     work_->checks.spent = *next++;
     work_->is_lost = *next++ != 0.0;

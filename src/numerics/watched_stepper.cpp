@@ -11,10 +11,8 @@ namespace drover::numerics {
 
 WatchedStepper::WatchedStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads,
                                const std::optional<ErrorEquations>& watched)
-    : stepper_(control, std::move(system), seed, threads) {
-    if (watched && stepper_.system().nonlinear)
-        error_.emplace(*watched, stepper_.system().grid, control.dt, std::max(2, time_method(control.method).stages),
-                       control.tolerance > 0.0);
+    : stepper_(control, std::move(system), seed, threads), work_(control.work) {
+    if (watched && stepper_.system().nonlinear) error_.emplace(*watched, stepper_.system().grid, control);
 }
 
 void WatchedStepper::set_system(System system, const ErrorEquations::OnGrid& on_grid) {
@@ -35,35 +33,51 @@ std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::in
 std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t since_last) {
     const std::int64_t cheap = stepper_.steps_to_cheap_error();
     const std::int64_t longest = cheap > 0 ? std::max(cheap, steps_to_cheap_check(step)) : steps_to_dear_check(step);
+    const std::int64_t afforded = error_->steps_to_afford(stepper_.work_of_error(work_of_last_), step + 1);
     const std::int64_t shortest = std::clamp<std::int64_t>(step / 16, 10, 20);
-    constexpr double turn = 0.1;  // radians: with 0.5 the error of an oscillation was told too small
-    if (longest <= shortest || !error_->follows_phases(longest)) return longest;
-    const double factor = std::clamp(turn / error_->turn(), 0.25, 2.0);  // 2 where nothing has turned
-    return std::clamp(static_cast<std::int64_t>(static_cast<double>(since_last) * factor), shortest, longest);
+    known_until_ = INT64_MAX;
+    if (!error_->follows_phases(std::max({longest, shortest, afforded}))) return std::max(longest, afforded);
+    // Radians: with 0.5 the error of an oscillation was told too small; beyond the largest it is not known.
+    constexpr double turn = 0.1, largest_turn = 1.0, negligible = 1e-6;
+    const double steps_a_radian =
+        static_cast<double>(since_last) / error_->turn();  // infinite where nothing has turned
+    std::int64_t wanted = longest;
+    if (longest > shortest) {
+        const double factor = std::clamp(turn / error_->turn(), 0.25, 2.0);
+        wanted = std::clamp(static_cast<std::int64_t>(static_cast<double>(since_last) * factor), shortest, longest);
+    }
+    constexpr double forever = 1e9;
+    if (steps_a_radian < forever && error_->largest_local().error * static_cast<double>(afforded) > negligible)
+        known_until_ = step + std::max(wanted, static_cast<std::int64_t>(largest_turn * steps_a_radian));
+    return std::max(wanted, afforded);
 }
 
-/// Whether the error of this step may be measured.
-bool WatchedStepper::can_check(std::int64_t step) {
-    const std::int64_t waited = step - last_check_;
-    const bool is_late = waited > 3 * std::max(next_check_ - last_check_, std::clamp<std::int64_t>(step / 16, 7, 40));
-    return error_->spend(stepper_.cost_of_error(), step, waited, is_late);
+void WatchedStepper::count_work() {
+    const double now = stepper_.work_done();
+    work_of_last_ = now - counted_;
+    counted_ = now;
+    work_done_ += work_of_last_ + work_.observing;
 }
 
 void WatchedStepper::advance(std::int64_t step, Spectra& state) {
-    is_checked_ = error_ && step >= next_check_ && can_check(step);
+    is_checked_ = error_ && step >= next_check_;
     if (is_checked_) before_ = state;
     stepper_.advance(step, state);
+    count_work();
 }
 
 void WatchedStepper::watch(std::int64_t step, const Spectra& state) {
     if (is_checked_) measure_error(step, state);
-    if (error_) error_->advance(step + 1, state);
+    if (!error_) return;
+    if (step > known_until_) error_->wait(step - last_check_);
+    error_->advance(step + 1, state, work_done_);
 }
 
 void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
     error_->start_local(before_);
+    const double work = stepper_.work_of_error(work_of_last_);
     stepper_.find_error(step, state, before_);
-    error_->add_local(before_, state);
+    error_->add_local(before_, state, work);
     const std::int64_t since_last = std::max<std::int64_t>(1, step - last_check_);
     const std::int64_t next = steps_to_next_check(step, since_last);
     error_->continue_local(static_cast<double>(next) / static_cast<double>(since_last));
@@ -89,8 +103,12 @@ void WatchedStepper::begin_anew() {
 }
 
 std::vector<double> WatchedStepper::save() const {
-    std::vector<double> values{static_cast<double>(stepper_.division()), static_cast<double>(next_check_),
-                               static_cast<double>(last_check_)};
+    std::vector<double> values{static_cast<double>(stepper_.division()),
+                               static_cast<double>(next_check_),
+                               static_cast<double>(last_check_),
+                               static_cast<double>(known_until_),
+                               work_done_,
+                               work_of_last_};
     const std::vector<double> history = stepper_.save_history();
     values.insert(values.end(), history.begin(), history.end());
     if (!error_) return values;
@@ -101,8 +119,9 @@ std::vector<double> WatchedStepper::save() const {
 
 void WatchedStepper::restore(std::span<const double> values) {
     const std::size_t error_numbers = error_ ? error_->saved_numbers() : 0;
-    require(values.size() >= 3 + error_numbers, {}, "the checkpoint contains {} stepper values; expected {} or more",
-            values.size(), 3 + error_numbers);
+    constexpr std::size_t numbers = 6;
+    require(values.size() >= numbers + error_numbers, {},
+            "the checkpoint contains {} stepper values; expected {} or more", values.size(), numbers + error_numbers);
     const double division = values[0], next = values[1], last = values[2];
     require(division >= 1.0 && division <= AdaptiveStepper::max_division && division == std::round(division), {},
             "the checkpoint contains {} parts of a step; expected an integer from 1 to {}; use the other checkpoint",
@@ -113,7 +132,10 @@ void WatchedStepper::restore(std::span<const double> values) {
     stepper_.set_division(static_cast<int>(division));
     next_check_ = static_cast<std::int64_t>(next);
     last_check_ = static_cast<std::int64_t>(last);
-    stepper_.restore_history(values.subspan(3, values.size() - 3 - error_numbers));
+    known_until_ = values[3] < 0x1p53 ? static_cast<std::int64_t>(values[3]) : INT64_MAX;
+    work_done_ = values[4];
+    work_of_last_ = values[5];
+    stepper_.restore_history(values.subspan(numbers, values.size() - numbers - error_numbers));
     if (error_) error_->restore(values.last(error_numbers));
 }
 

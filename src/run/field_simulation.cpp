@@ -45,6 +45,13 @@ struct World {
 
 bool makes_step_error(const FieldProblem& problem) { return problem.integrated.equations.has_explicit_part(); }
 
+numerics::StepWork work_of_run(const io::Scene& scene, const FieldProblem& problem) {
+    numerics::StepWork work = model::step_work(problem.integrated, scene.grid);
+    const double samples = scene.output.sample_every > 0.0 ? scene.time.dt / scene.output.sample_every : 0.0;
+    work.observing = samples * numerics::work_of_observing(scene.grid, static_cast<int>(problem.components.size()));
+    return work;
+}
+
 World::World(const io::Scene& the_scene, Threads& threads)
     : scene(the_scene),
       problem(field_problem(scene)),
@@ -53,7 +60,8 @@ World::World(const io::Scene& the_scene, Threads& threads)
                  .dt = scene.time.dt,
                  .tolerance = scene.time.tolerance,
                  .watches_error = scene.time.max_error > 0.0 && makes_step_error(problem),
-                 .effort = effort_of_step_error(scene)},
+                 .effort = effort_of_step_error(scene),
+                 .work = work_of_run(scene, problem)},
                 static_cast<std::uint64_t>(scene.run.seed), threads),
       transform(scene.grid, evolution.linear().degree, threads),
       observer(problem.observer(threads, true)),
@@ -92,16 +100,15 @@ void World::to_grid() {
 BiasedRun World::biased(Threads& threads) const {
     struct Observed {
         Observed(const World& world, Threads& threads)
-            : observer(world.problem.observer(threads, false)),
-              transform(world.scene.grid, world.evolution.linear().degree, threads),
+            : transform(world.scene.grid, world.evolution.linear().degree, threads),
               fields(world.scene.grid, world.fields.count()),
               balanced(world.scene.grid, world.balanced.count()) {}
 
-        FieldObserver observer;
         numerics::Transform transform;
         numerics::Fields fields, balanced;
     };
-    const auto observed = std::make_shared<Observed>(*this, threads);
+    const FieldObserver part = problem.observer(threads, false);
+    const auto observed = std::make_shared<std::optional<Observed>>();  // made when it is needed
     const auto make_twin = [this, &threads] {
         const auto twin =
             std::make_shared<model::FieldEvolution>(problem.integrated, scene.grid, control_of_twin(scene.time),
@@ -111,16 +118,18 @@ BiasedRun World::biased(Threads& threads) const {
                     .save = [twin] { return twin->save(); },
                     .restore = [twin](std::span<const double> values) { twin->restore(values); }};
     };
-    return {.values = observed->observer.values,
+    return {.values = part.values,
             .components = state.count(),
-            .work_a_step = model::work_of_step(problem.integrated, scene.grid, scene.time.stepper),
+            .work_done = [this] { return evolution.work_done(); },
             .observe =
-                [this, observed](double t, const numerics::Spectra& at) {
-                    observed->transform.backward(at, observed->fields);
-                    find_balanced(evolution, t, at, observed->balanced);
+                [this, observed, part, &threads](double t, const numerics::Spectra& at) {
+                    if (!*observed) observed->emplace(*this, threads);
+                    Observed& now = **observed;
+                    now.transform.backward(at, now.fields);
+                    find_balanced(evolution, t, at, now.balanced);
                     std::vector<double> values;
-                    for (const std::vector<double>& row : observed->observer.measure(
-                             {.time = t, .spectra = at, .fields = observed->fields, .balanced = observed->balanced}))
+                    for (const std::vector<double>& row :
+                         part.measure({.time = t, .spectra = at, .fields = now.fields, .balanced = now.balanced}))
                         values.insert(values.end(), row.begin(), row.end());
                     return values;
                 },

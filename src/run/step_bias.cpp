@@ -16,11 +16,8 @@ namespace {
 /// half of what is compared with the last two: whether the difference still grows.
 constexpr std::int64_t moments = 8;
 constexpr std::int64_t min_length = 2 * moments;  // of a piece, in steps
-/// Costs in steps of the run, measured: of a step of dt by the twin, of the observables of a piece, and once of the
-/// blocks of the twin.
-constexpr double twin_cost = 2.0, moments_cost = 2.0 * moments, start_cost = 50.0;
-/// That of observing twice, and of the row that is kept: instructions for each value of the fields, and for each row.
-constexpr double work_of_comparison = 430.0, work_of_row = 1e6;
+/// In steps of the run, measured: of a step of dt by the twin, and once of the blocks of the twin.
+constexpr double twin_steps = 2.0, start_steps = 50.0;
 /// Of accuracy.effort; the rest is for what is not counted: tables of steps, and what is written.  With noise the error
 /// of the fields needs few steps, and the twins need many.
 struct Shares {
@@ -49,18 +46,14 @@ struct StepBias::Work {
         : scene(the_scene),
           run(std::move(the_run)),
           noisy(io::has_noise(scene)),
-          effort{.part = shares_of_effort(scene).biases * scene.accuracy.effort,
-                 .work_a_step = run.work_a_step,
-                 .spent = noisy ? start_cost : 0.0},
+          effort{.part = shares_of_effort(scene).biases * scene.accuracy.effort},
           early(run.values, 0.0),
           late(run.values, 0.0) {}
     std::vector<double> observe(std::int64_t step, const numerics::Spectra& state) const {
         return run.observe(static_cast<double>(step) * scene.time.dt, state);
     }
-    double comparison_cost() const {
-        const double values = static_cast<double>(numerics::points(scene.grid)) * run.components;
-        return (work_of_comparison * values + work_of_row) / run.work_a_step;
-    }
+    /// Of the observables of two states.
+    double work_of_comparison() const { return 2.0 * numerics::work_of_observing(scene.grid, run.components); }
     void begin_piece(std::int64_t step, const numerics::Spectra& state);
     void advance_piece(std::int64_t step, const numerics::Spectra& state);
     std::vector<std::vector<double>> compare(const numerics::Spectra& state);
@@ -69,15 +62,18 @@ struct StepBias::Work {
 void StepBias::Work::begin_piece(std::int64_t step, const numerics::Spectra& state) {
     constexpr double part = 1.0 / 8.0;  // of what the steps so far allow
     // Without that of the start, which would be one piece longer than many runs.
-    const auto steps = static_cast<double>(step);
-    const double allowed = std::min(2.0 * effort.part * steps, effort.allowed(steps));
+    const double allowed = std::min(2.0 * effort.part * effort.done, effort.allowed()),
+                 work_a_step = effort.done / static_cast<double>(step), steps = allowed / work_a_step;
+    if (effort.spent == 0.0) effort.spent = start_steps * work_a_step;
     const auto next = moments * std::max(min_length / moments,
-                                         static_cast<std::int64_t>(part * allowed / static_cast<double>(moments)));
-    if (allowed - effort.spent < twin_cost * static_cast<double>(next) + moments_cost) return;
+                                         static_cast<std::int64_t>(part * steps / static_cast<double>(moments)));
+    const double work =
+        twin_steps * static_cast<double>(next) * work_a_step + static_cast<double>(moments) * work_of_comparison();
+    if (allowed - effort.spent < work) return;
     if (!twin) twin = run.make_twin();
     begin = step;
     length = next;
-    effort.spent += twin_cost * static_cast<double>(length) + moments_cost;
+    effort.spent += work;
     twin_state = state;
     twin->follow();
     std::fill(early.begin(), early.end(), 0.0);
@@ -108,7 +104,10 @@ void StepBias::Work::advance_piece(std::int64_t step, const numerics::Spectra& s
 
 /// The observables of a state less those of the state without its error; NaN where the error is not known well enough.
 std::vector<std::vector<double>> StepBias::Work::compare(const numerics::Spectra& state) {
-    std::vector<double> differences(early.size(), NAN);
+    std::vector<double> differences(early.size(), now == 0 ? 0.0 : NAN);
+    if (now == 0) return {{1.0}, differences, differences};  // no step yet
+    if (!effort.affords(work_of_comparison())) return {{0.0}, differences, differences};  // at the end of a run
+    effort.spent += work_of_comparison();
     if (std::optional<numerics::Spectra> corrected = run.known_error()) {
         for (std::size_t k = 0; k < corrected->values.size(); ++k)
             corrected->values[k] = state.values[k] - corrected->values[k];
@@ -130,6 +129,7 @@ StepBias::~StepBias() = default;
 void StepBias::advance(std::int64_t step, const numerics::Spectra& state) {
     Work& w = *work_;
     w.now = step;
+    w.effort.done = w.run.work_done();
     if (!w.noisy) return;
     if (w.length > 0) w.advance_piece(step, state);
     if (w.length == 0 && w.completed != step) w.begin_piece(step, state);  // the sums are recorded first
@@ -164,7 +164,6 @@ ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, co
     const auto observe = [bias, &state] {
         Work& work = *bias->work_;
         constexpr std::int64_t per_doubling = 8;
-        work.effort.spent += work.comparison_cost();
         work.completed = work.now;
         work.next = work.now + std::max<std::int64_t>(1, work.now / per_doubling);
         return lend(work.row, work.compare(state));
@@ -174,7 +173,7 @@ ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, co
         const Work& work = *bias->work_;
         if (step == 0 || step == work.completed) return true;
         return samples > 0 && step % samples == 0 && step >= work.next &&
-               work.effort.affords(work.comparison_cost(), static_cast<double>(step));
+               work.effort.affords(work.work_of_comparison());
     };
     return scheduled;
 }

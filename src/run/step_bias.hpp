@@ -36,9 +36,9 @@ inline constexpr double effort_of_pilots = std::numeric_limits<double>::infinity
 
 /// What is measured of a run of fields, whatever their equations.
 struct BiasedRun {
-    std::size_t values = 0;    ///< of all observables, one after another
-    int components = 0;        ///< of a state
-    double work_a_step = 1e6;  ///< numerics::Effort::work_a_step
+    std::size_t values = 0;             ///< of all observables, one after another
+    int components = 0;                 ///< of a state
+    std::function<double()> work_done;  ///< by the run, without what estimates of errors take
     std::function<std::vector<double>(double time, const numerics::Spectra& state)> observe;
     std::function<std::optional<numerics::Spectra>()> known_error;  ///< numerics::StepError::known()
     std::function<Twin()> make_twin;

@@ -134,7 +134,7 @@ def test_the_bias_of_each_number_of_a_run_without_noise_is_within_its_uncertaint
 
 
 def test_a_bias_that_was_not_measured_is_not_given_as_zero(tmp_path):
-    few = write_scene(tmp_path, {"accuracy.effort": 1e-4, "grid.nx": 128, "grid.ny": 128}, name="few.toml", base=QUENCH)
+    few = write_scene(tmp_path, {"accuracy.effort": 1e-4, "grid.nx": 256, "grid.ny": 256}, name="few.toml", base=QUENCH)
     ended = drover(tmp_path, "run", few)
     assert re.search(r"polar_order +1 .*not resolved \(effort 0.01 %\)", ended.stdout)
     assert re.search(r"step_error +1 not resolved \(effort 0.01 %\)", ended.stdout)

@@ -80,13 +80,13 @@ Taken taken_by(double part, const Grid& grid, std::int64_t steps) {
         };
         return system;
     };
-    const Effort effort{.part = part, .work_a_step = 2.0 * work_of_right_hand_side(grid, 2, 2, 2)};
+    const StepWork work = step_work(grid, {.components = 2, .inverse = 2, .forward = 2});
     const ErrorEquations errors{.fields = {{.first = 0, .name = "X"}, {.first = 1, .name = "Y"}},
                                 .on_grid = [&](const Grid& on, int, Threads&) { return counted(on); },
                                 .degree = 3,
-                                .shortest = 100.0,  // all points: the error costs as much as the run
-                                .effort = effort};
-    WatchedStepper stepper({.method = "etdrk2", .dt = dt}, counted(grid), 1, threads, errors);
+                                .shortest = 100.0};  // all points: the error costs as much as the run
+    WatchedStepper stepper({.method = "etdrk2", .dt = dt, .effort = part, .work = work}, counted(grid), 1, threads,
+                           errors);
     Spectra state(grid, 2);
     state[0][0] = 1.0;
     for (std::int64_t step = 0; step < steps; ++step) {
@@ -94,8 +94,11 @@ Taken taken_by(double part, const Grid& grid, std::int64_t steps) {
         stepper.watch(step, state);
     }
     constexpr double per_step = 2.0;
+    const Effort effort{.part = part};
+    const double work_a_step = per_step * work.rate;
     return {.steps = evaluated / per_step - static_cast<double>(steps),
-            .allowed = 1.2 * effort.allowed(static_cast<double>(steps)) + 2.0 * effort.credit(),
+            .allowed =
+                (1.2 * effort.allowed(static_cast<double>(steps) * work_a_step) + 2.0 * owed_work()) / work_a_step,
             .told = stepper.step_error()};
 }
 
@@ -112,11 +115,12 @@ TEST(WatchedStepper, takes_no_more_than_its_effort_and_knows_no_error_where_that
 }
 
 TEST(Effort, is_a_part_of_the_time_of_a_run_and_twice_that_of_a_short_one) {
-    const Effort effort{.part = 0.05, .work_a_step = 9e7};
-    const double start = effort.allowed(0.0) / 0.1;  // steps
-    for (double steps = 0.0, before = 0.0; steps < 1e5; steps = 1.5 * steps + 1.0) {
-        const double all = start + steps, allowed = effort.allowed(steps), seconds = all * effort.seconds_a_step();
-        EXPECT_LE(allowed, (seconds < 10.0 ? 0.1 : 0.05) * all * (1.0 + 1e-12));
+    const Effort effort{.part = 0.05};
+    constexpr double short_run = 9e10;  // instructions in 10 s
+    const double start = effort.allowed(0.0) / 0.1;
+    for (double work = 0.0, before = 0.0; work < 1e13; work = 1.5 * work + 1e8) {
+        const double all = start + work, allowed = effort.allowed(work);
+        EXPECT_LE(allowed, (all < short_run ? 0.1 : 0.05) * all * (1.0 + 1e-12));
         EXPECT_GE(allowed, 0.05 * all * (1.0 - 1e-12));
         EXPECT_GE(allowed, before);
         before = allowed;

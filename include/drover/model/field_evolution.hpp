@@ -57,8 +57,8 @@ numerics::System system_of(const Integrated& what, const numerics::Grid& grid, i
 /// Transforms of one evaluation of N; none where it is 0.
 TransformCount transforms_of(const Integrated& what);
 
-/// The work of a step by a method, as that of numerics::Effort.
-double work_of_step(const Integrated& what, const numerics::Grid& grid, const std::string& method);
+/// What a step of a run does, without observables.
+numerics::StepWork step_work(const Integrated& what, const numerics::Grid& grid);
 
 /// Memory that N holds [bytes], without the fields.
 double explicit_bytes(const Integrated& what, const numerics::Grid& grid, int degree);
@@ -86,6 +86,7 @@ public:
 
     /// The estimated error of the time steps so far; none of a linear model, which is exact.
     numerics::StepError::Relative step_error() const { return stepper_.step_error(); }
+    double work_done() const { return stepper_.work_done(); }
     /// The error of the fields where it is known with its phases: see StepError::known().
     std::optional<numerics::Spectra> known_error() const { return stepper_.known_error(); }
 
@@ -105,7 +106,7 @@ private:
     };
     Integrated at_rung(int rung) const;
     Split split_at(int rung) const;
-    numerics::ErrorEquations watched(const numerics::StepControl& control) const;
+    numerics::ErrorEquations watched() const;
     numerics::ErrorEquations::OnGrid equations_on_grid(int rung) const;
     void set_reference(int rung);
     double part_of_reference() const;

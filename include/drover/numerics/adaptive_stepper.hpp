@@ -1,12 +1,12 @@
 // numerics/adaptive_stepper.hpp: steps of fixed length, divided so that each part meets a tolerance.
 #pragma once
-#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
+#include "drover/numerics/effort.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/sundials_stepper.hpp"
 
@@ -26,6 +26,7 @@ struct StepControl {
     double tolerance = 0.0;     ///< largest relative error of a part; 0: dt is never divided
     bool watches_error = true;  ///< whether the run estimates the error that its steps make: numerics::StepError
     double effort = INFINITY;   ///< that this may take: numerics::Effort::part
+    StepWork work = {};         ///< of which it is a part
 };
 
 /// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  With
@@ -51,8 +52,10 @@ public:
     void find_error(std::int64_t step, const Spectra& after, Spectra& before);
     /// The number of steps from the last one to the next whose error costs no right-hand side; 0: those of all do.
     std::int64_t steps_to_cheap_error();
-    /// What find_error() costs, in steps.
-    double cost_of_error();
+    /// The work of all steps so far, without that of errors.
+    double work_done() const;
+    /// What find_error() takes after a step that took so much.
+    double work_of_error(double work_of_step);
 
     const System& system() const { return system_; }
     const std::string& method() const { return control_.method; }

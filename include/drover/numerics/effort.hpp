@@ -1,4 +1,4 @@
-// numerics/effort.hpp: what estimates of errors may take of the time of a run.
+// numerics/effort.hpp: the work of a run, and what estimates of its errors may take of it.
 #pragma once
 #include <cmath>
 
@@ -6,27 +6,41 @@
 
 namespace drover::numerics {
 
-/// A part of the time of a run, counted in its steps.  Work is counted, not timed, so that results are the same on
-/// every machine; its constants are instructions, measured.
-struct Effort {
-    double part = INFINITY;    ///< of the time of a run above 10 s; of a shorter one twice as much
-    double work_a_step = 1e6;  ///< see work_of_right_hand_side()
-    double spent = 0.0;        ///< so far, in steps
-
-    double seconds_a_step() const;
-    /// That of this many steps, in steps.
-    double allowed(double steps) const;
-    /// What may be owed, since errors change fastest at the start, in steps.
-    double credit() const;
-    bool affords(double cost, double steps) const { return spent + cost <= allowed(steps); }
-    /// What was spent, in parts of what is allowed.
-    double used(double steps) const { return std::isinf(part) ? 0.0 : spent / allowed(steps); }
+/// What a run does, in instructions: counted, not timed, so that results are the same on every machine.
+struct StepWork {
+    double rate = 1e6;          ///< a right-hand side
+    double rate_a_point = 0.0;  ///< that of other grids, for each of weighed_points()
+    double noise = 0.0;         ///< of a step
+    double observing = 0.0;     ///< of each dt
 };
+
+/// Of equations with so many components of a state, of which the noise drives some, and transforms in a right-hand side.
+struct WorkCounts {
+    int components = 1, noisy = 0, inverse = 0, forward = 0;
+};
+StepWork step_work(const Grid& grid, const WorkCounts& counts);
+
+/// The work of the observables of a state with so many components, once.
+double work_of_observing(const Grid& grid, int components);
 
 /// The points of a grid as transforms of them cost: lengths with a factor 3 or 5 cost more than powers of 2.
 double weighed_points(const Grid& grid);
 
-/// The work of a right-hand side with so many transforms, and of what a step makes of it.
-double work_of_right_hand_side(const Grid& grid, int components, int inverse, int forward);
+/// A part of the work of a run.
+struct Effort {
+    double part = INFINITY;  ///< of a run above 10 s; of a shorter one twice as much
+    double done = 0.0;       ///< by the run so far, without what estimates take
+    double spent = 0.0;      ///< on estimates so far
+
+    double allowed() const { return allowed(done); }
+    /// When the run will have done so much.
+    double allowed(double work) const;
+    bool affords(double work) const { return spent + work <= allowed(); }
+    /// What was spent, in parts of what is allowed.
+    double used() const { return std::isinf(part) ? 0.0 : spent / allowed(); }
+};
+
+/// What may be owed, since errors change fastest at the start.
+double owed_work();
 
 }  // namespace drover::numerics

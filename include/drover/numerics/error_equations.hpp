@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "drover/base/threads.hpp"
-#include "drover/numerics/effort.hpp"
 #include "drover/numerics/system.hpp"
 
 namespace drover::numerics {
@@ -24,7 +23,6 @@ struct ErrorEquations {
     int degree = 1;  ///< as System::degree of the run
     bool noisy = false;
     double shortest = 0.0;  ///< wavenumber [1/mm] up to which the error needs modes of its own: those that are unstable
-    Effort effort = {};     ///< that the estimate may take
     /// First components of vectors that noise turns together without limit, in the direction of the mean of the first:
     /// errors of that direction change no mean, and are left out.
     std::vector<int> turning = {};

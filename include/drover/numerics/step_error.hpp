@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "drover/numerics/adaptive_stepper.hpp"
 #include "drover/numerics/error_equations.hpp"
 
 namespace drover::numerics {
@@ -20,28 +21,28 @@ struct ErrorEvolution;
 /// to persist no longer than a linear mode at their cut.  It is good to a factor of about 3 (tests/bench/step_error).
 class StepError {
 public:
-    /// `stages`: right-hand sides in a step of the run, which the estimate may cost a part of.  `divides`: a tolerance
-    /// divides dt, so that waves may turn within it and be resolved all the same.
-    StepError(const ErrorEquations& equations, const Grid& grid, double dt, int stages, bool divides = false);
+    StepError(const ErrorEquations& equations, const Grid& grid, const StepControl& control);
     ~StepError();
     StepError(StepError&&) noexcept;
 
     /// The same equations with another linear part.
     void set_equations(const ErrorEquations::OnGrid& on_grid);
 
+    /// Steps until the next local error, which takes so much work, may be measured; at least 1.  `step`: the steps so
+    /// far.
+    std::int64_t steps_to_afford(double work, std::int64_t step) const;
+    /// Whether the next local error, `waited` steps after the last, comes so late that the error is not known before
+    /// it.
+    void wait(std::int64_t waited);
+
     /// Called with the fields before a step whose local error add_local() will add.
     void start_local(const Spectra& before);
 
-    /// `local`: the error of the step that led to `state`.
-    void add_local(const Spectra& local, const Spectra& state);
+    /// `local`: the error of the step that led to `state`, which took so much work.
+    void add_local(const Spectra& local, const Spectra& state, double work);
     /// Called after it: that of each step up to the next call, which comes after `intervals` times as many steps as
     /// this one did after the last.
     void continue_local(double intervals);
-
-    /// Whether another local error may be measured, which costs this many steps and what is made of it; both are
-    /// counted then.  waited: steps since the last.  late: it is long overdue, so that the error is not known before it
-    /// comes.
-    bool spend(double steps, std::int64_t step, std::int64_t waited, bool late);
 
     /// The angle between the last local error and what it was taken for [radians]: 0 where it has only another size;
     /// those of waves, moving bands and oscillations turn.
@@ -50,8 +51,8 @@ public:
     /// tenth of the error so far, where the fields have parted, or with noise.
     bool follows_phases(std::int64_t steps) const;
 
-    /// Called with the fields after each step; `step`: the number of steps so far.
-    void advance(std::int64_t step, const Spectra& state);
+    /// Called with the fields after each step; `step`: the number of steps so far, which took `work`.
+    void advance(std::int64_t step, const Spectra& state, double work);
 
     /// The error of a field, of all steps so far, relative to its fluctuation: the root mean square of its deviation
     /// from its mean over the cell and over time, or of that over the cell now if larger, and at least 1e-5 of the

@@ -1,5 +1,6 @@
 // numerics/watched_stepper.hpp: an adaptive stepper with an estimate of the error that its steps make in the fields.
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -35,20 +36,25 @@ public:
     /// The error of the fields where it is known with its phases: see StepError::known().
     std::optional<Spectra> known_error() const { return error_ ? error_->known() : std::nullopt; }
 
+    /// By the run so far, without what estimates of errors take: see StepWork.
+    double work_done() const { return work_done_; }
+
     /// The values that a checkpoint stores besides the fields; restored for the present system.
     std::vector<double> save() const;
     void restore(std::span<const double> values);
 
 private:
-    bool can_check(std::int64_t step);
+    void count_work();
     void measure_error(std::int64_t step, const Spectra& state);
     std::int64_t steps_to_next_check(std::int64_t step, std::int64_t since_last);
 
     AdaptiveStepper stepper_;
     std::optional<StepError> error_;
     Spectra before_;  // the state before a step that is repeated in halves
-    std::int64_t last_check_ = 0, next_check_ = 0;
-    bool is_checked_ = false;  // the last step
+    std::int64_t last_check_ = 0, next_check_ = 0, known_until_ = INT64_MAX;
+    StepWork work_;
+    double work_done_ = 0.0, work_of_last_ = 0.0, counted_ = 0.0;  // in all, by the last step, by this stepper
+    bool is_checked_ = false;                                      // the last step
 };
 
 }  // namespace drover::numerics

@@ -5,8 +5,8 @@
 
 draws scenes of all forms (number n is the same for everyone), runs each with its own step and with a step 16 times
 shorter by etdrk4-krogstad, and writes FOLDER/step_error.csv: for each scene the estimate at its end (the observable
-step_error), the true error (the largest of any field, relative to its root mean square or to a thousandth of the
-largest that this has had), their ratio, and whether the run warned.  With noise both runs follow the same path, and
+step_error), the true error (the largest of any field of the state, relative to its fluctuation as step_error is), their
+ratio, and whether the run warned.  With noise both runs follow the same path, and
 errors of the direction of the mean order are left out, as in the estimate.  Rows that exist are kept: re-run to resume.
 """
 import argparse
@@ -22,7 +22,7 @@ import h5py
 
 TESTS = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(TESTS), str(TESTS / "extremes")]
-from field_error import FIELDS, frame_of, largest_error, size_of  # noqa: E402
+from field_error import FIELDS, frame_of, size_of, without_direction  # noqa: E402
 from studies import KeptTable, settings_of  # noqa: E402
 
 COLUMNS = ("scene", "kind", "method", "dt", "noise", "ended", "estimate", "true", "ratio", "field", "warned",
@@ -64,17 +64,29 @@ def scene(number):
     return kind + (", noise" if noisy else ""), keys
 
 
-def largest_sizes(start, observables):
-    """The largest root mean square that a field has had; of slaved velocities and of densities, which have no less than
-    their constant mean, that at the start."""
-    sizes = {group: size_of(start, group) for group in FIELDS if group[0] in start}
+def fluctuations(start, observables, slaved):
+    """Of each field of the state: the root mean square deviation from its mean over the cell and over time, or that
+    over the cell now if larger, and at least 1e-5 of the largest root mean square that it has had."""
+    found = {}
     for group in FIELDS:
-        if len(group) == 2 and (name := group[0].removesuffix("_x")) and f"variance_{name}" in observables:
-            square = observables[f"variance_{name}"][:]
-            for axis in "xy":
-                square = square + observables[f"{name}_mean_{axis}"][:]**2
-            sizes[group] = max(sizes[group], math.sqrt(square.max()))
-    return sizes
+        if group[0] not in start or (slaved and group[0] == "bead_velocity_x"):
+            continue
+        name = group[0].removesuffix("_x")
+        variance = observables[f"variance_{name}"][:]
+        squares, change = variance + (start[name].mean()**2 if len(group) == 1 else 0.0), 0.0
+        for axis in "xy" if len(group) == 2 else "":
+            mean = observables[f"{name}_mean_{axis}"][:]
+            squares, change = squares + mean**2, change + mean.var()
+        found[group] = math.sqrt(max(variance.mean() + change, variance[-1], 1e-10 * squares.max()))
+    return found
+
+
+def largest_error(frame, exact, noisy, sizes):
+    """The largest error of a field, relative to its fluctuation; and its name."""
+    wrong = {name: frame[name] - exact[name] for name in frame}
+    if noisy:
+        wrong = without_direction(wrong, exact)
+    return max((size_of(wrong, group) / size if size > 0.0 else 0.0, group[0]) for group, size in sizes.items())
 
 
 def run(program, folder, name, keys):
@@ -89,7 +101,7 @@ def run(program, folder, name, keys):
     with h5py.File(archive) as file:
         observables = file["observables"]
         found = {"estimate": float(observables["step_error"][-1]),
-                 "sizes": largest_sizes(frame_of(archive, 0), observables)}
+                 "sizes": fluctuations(frame_of(archive, 0), observables, keys.get("fields.bead_velocity") == "slaved")}
     return 0, json.loads(ended.stdout) | found, frame_of(archive)
 
 
@@ -105,7 +117,7 @@ def row_of(program, number):
         status, exact, reference = run(program, Path(folder), "exact", finer)
         if status != 0:
             return {**row, "ended": "reference: " + exact.splitlines()[-1][:200]}
-    error, field = largest_error(frame, reference, row["noise"], lambda group: 1e-3 * found["sizes"][group])
+    error, field = largest_error(frame, reference, row["noise"], found["sizes"])
     warned = any(warning.startswith("time.dt") for warning in found["warnings"])
     return {**row, "ended": "0", "estimate": f"{found['estimate']:.3g}", "true": f"{error:.3g}",
             "ratio": f"{found['estimate'] / error:.3g}" if error > 0.0 else "nan", "field": field, "warned": warned}
