@@ -8,6 +8,7 @@
 #include "drover/base/random.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/stepper_table.hpp"
+#include "drover/numerics/time_method.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 
 namespace drover::numerics {
@@ -19,14 +20,20 @@ namespace {
 constexpr std::int64_t max_stride = 64, max_noisy_stride = 8;
 constexpr std::int64_t min_strides = 4, min_noisy_strides = 8;  // in the run so far: a short run has an error, too
 constexpr double max_change = 0.3;                              // of the error by the explicit terms, in one step of it
+/// The same in a step of a run by a method of second order: the error may be taken as the fields are.
+constexpr double largest_own_change = 1.0;
+/// Parts of an error that grow show late, by longer steps than they allow: how fast terms were is forgotten slowly.
+constexpr double forgotten = 0.9;
 /// The fields' motion turns by at most this in one step of the error [radians], whose local error is constant.
 constexpr double max_turn = 0.45;
 /// Where the error costs more than it may, it takes a few steps, by which its fast parts relax, and leaps by its last
-/// change, if it is small (projective integration): at most so many times the length of its step, by at most half of
-/// itself, and not where it turns, which would make it grow.  Where that is not enough it is taken less accurately, by
-/// at most this factor but where it turns, and is lost where this is not enough either.
-constexpr double largest_leap = 8.0, largest_change = 0.5, largest_turn = 0.1, largest_haste = 5.0;
-constexpr double hasty_use = 0.6, lost_use = 1.3;  // of what is allowed
+/// change, if it is small (projective integration): at most so many times the length of its step, since parts that
+/// relax less fast would grow by longer leaps, by at most half of itself, and not where it turns.  Where that is not
+/// enough its steps are longer, by at most this factor, unless they turn it, which would make it grow.  It is lost where
+/// this is not enough either.
+constexpr double largest_leap = 8.0, largest_change = 0.5, largest_turn = 0.1;
+constexpr double largest_stretch = 4.0, aligned = 0.9;  // cosine between the error and its rate
+constexpr double hasty_use = 0.6, lost_use = 1.3;       // of what is allowed
 constexpr std::int64_t steps_before_leap = 3;
 /// With noise the leap holds the error, which is what it will be sooner where its fast parts have relaxed; not where it
 /// grows by more in one step.
@@ -45,6 +52,7 @@ ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& 
       dt(control.dt),
       divides(control.tolerance > 0.0),
       work(control.work),
+      own_change(time_method(control.method).order <= 2 && control.tolerance == 0.0 ? largest_own_change : 0.0),
       noisy(the_equations.noisy) {
     shared = shared_modes(coarse, fine);
     sampled = noisy ? sampled_modes(coarse.grid, fine) : shared;
@@ -216,14 +224,17 @@ void ErrorEvolution::evolve(std::int64_t step) {
     from.t = static_cast<double>(step - stride) * dt;
     to.t = static_cast<double>(step) * dt;
     for (int parts = 1;; parts *= 2) {
-        const bool is_coarse = perturbation_growth * strides * dt > max_change * haste() * parts;
-        if (is_coarse && parts < max_parts && stride == 1) continue;
+        const double change = perturbation_growth * strides * dt;
+        const bool is_own_step = parts == 1 && change <= own_change;
+        const bool is_coarse = change > max_change * stretch() * parts;
+        if (is_coarse && !is_own_step && parts < max_parts && stride == 1) continue;
         error.values = before.values;
         if (stride == 1 && perturbation_growth * dt > 2.0 * max_change * max_parts) {
             // An interval of outputs, much longer than the steps of its method: the errors of such intervals add up.
             for (std::size_t k = 0; k < error.values.size(); ++k) error.values[k] += dt * driven.values[k];
             return;
         }
+        const double growth_before = perturbation_growth;
         perturbation_growth = 0.0;
         double fastest = 0.0;
         between.step = 0.0;
@@ -234,8 +245,9 @@ void ErrorEvolution::evolve(std::int64_t step) {
             stepper(strides / parts).step(t, static_cast<std::uint64_t>(part), error);
             fastest = std::max(fastest, perturbation_growth);
         }
-        perturbation_growth = fastest;
-        if (stride > 1 || fastest * dt <= 2.0 * max_change * parts) return;
+        perturbation_growth = std::max(fastest, forgotten * growth_before);
+        alignment = std::abs(std::cos(angle_between(rate, error, fields, coarse)));
+        if (stride > 1 || fastest * dt <= std::max(2.0 * max_change * parts, parts == 1 ? own_change : 0.0)) return;
     }
 }
 
@@ -255,25 +267,24 @@ void ErrorEvolution::follow_motion() {
 void ErrorEvolution::choose_stride(std::int64_t step) {
     const double so_far = static_cast<double>(step) / static_cast<double>(noisy ? min_noisy_strides : min_strides);
     const double longest = std::min(
-        {so_far * haste(), max_change * haste() / (perturbation_growth * dt), noisy ? INFINITY : max_turn / turn_rate});
+        {so_far, max_change * stretch() / (perturbation_growth * dt), noisy ? INFINITY : max_turn / turn_rate});
     stride = noisy ? max_noisy_stride : max_stride;
     while (stride > 1 && static_cast<double>(stride) > longest) stride /= 2;
 }
 
-/// 1 while the error costs less than it may, or turns, to largest_haste where it costs more.
-double ErrorEvolution::haste() const {
-    if (turn_rate * static_cast<double>(stride) > largest_turn) return 1.0;
-    return std::clamp(1.0 + (largest_haste - 1.0) * (effort.used() - hasty_use) / (1.0 - hasty_use), 1.0,
-                      largest_haste);
+/// By which its steps may be longer: 1 while the error costs less than it may, or turns.
+double ErrorEvolution::stretch() const {
+    if (turn_rate * static_cast<double>(stride) > largest_turn || alignment < aligned) return 1.0;
+    return std::clamp(1.0 + (largest_stretch - 1.0) * (effort.used() - hasty_use) / (1.0 - hasty_use), 1.0,
+                      largest_stretch);
 }
 
 void ErrorEvolution::choose_leap(std::int64_t step) {
     constexpr double parted = 0.5;
     const double size = relative_size(error), strides = static_cast<double>(stride), now = static_cast<double>(step);
     is_lost = size < parted && effort.spent > lost_use * effort.allowed() + 2.0 * owed_work();
-    const double hurry = haste();
-    const std::int64_t before_leap = steps_before_leap - (hurry > 1.0 ? 1 : 0);
-    if (std::isinf(effort.part) || (++taken < before_leap && size < parted)) return;
+    if (std::isinf(effort.part)) return;
+    if (++taken < steps_before_leap && size < parted) return;
     // The length at which all that was taken costs what it may, and the next steps as well.
     const double next = work_of_step * static_cast<double>(steps_before_leap),
                  a_step = effort.allowed(effort.done * (1.0 + 1.0 / now)) - effort.allowed();
@@ -285,9 +296,10 @@ void ErrorEvolution::choose_leap(std::int64_t step) {
     if (noisy && size < parted) {
         if (size > largest_growth * relative_size(earlier)) return;
         longest = std::min(longest, std::max(largest_leap * strides, now / 8.0));
-    } else if (size < parted)
-        longest = std::min({longest, largest_leap * hurry * strides, largest_change * size / relative_size(change),
-                            largest_turn / turn_rate});
+    } else if (size < parted) {
+        longest = std::min(
+            {longest, largest_leap * strides, largest_change * size / relative_size(change), largest_turn / turn_rate});
+    }
     if (!(longest >= strides)) return;
     leap = static_cast<std::int64_t>(longest);
     taken = 0;

@@ -20,6 +20,7 @@ struct ErrorEvolution {
     double dt;
     bool divides;  // waves may turn within dt and be resolved all the same
     StepWork work;
+    double own_change;
     std::int64_t stride = 1, since = 0;    // steps of the run in one of the error, and since its last
     std::int64_t last_moment = 0;          // step
     double unforeseen = 0.0;               // angle between the last local error and what it was taken for [radians]
@@ -30,6 +31,7 @@ struct ErrorEvolution {
     Spectra earlier, change;               // the error before its last step, and its change a step of the run
     Spectra start, motion, motion_before;  // fields before a step that is checked; their change a step of the run
     double perturbation_growth = 0.0;      // |N(a + e) - N(a)|/|e|
+    double alignment = 0.0;                // of that rate with the error: the cosine of the angle between them
     Threads one{1};
     std::vector<ModePair> shared, sampled;
     std::vector<FieldSize> fields;
@@ -77,7 +79,7 @@ struct ErrorEvolution {
     void bound();
     void choose_stride(std::int64_t step);
     void choose_leap(std::int64_t step);
-    double haste() const;
+    double stretch() const;
     void end_leap(const Spectra& fine_fields);
     void follow_motion();
     double angle_to_drive() const;

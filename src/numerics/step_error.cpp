@@ -205,7 +205,7 @@ constexpr std::size_t saved_spectra_count = 11;
 }  // namespace
 
 std::size_t StepError::saved_numbers() const {
-    return 14 + saved_of_field * work_->fields.size() + (2 + 2 * saved_spectra_count) * work_->error.values.size();
+    return 15 + saved_of_field * work_->fields.size() + (2 + 2 * saved_spectra_count) * work_->error.values.size();
 }
 
 std::vector<double> StepError::save() const {
@@ -215,6 +215,7 @@ std::vector<double> StepError::save() const {
                                static_cast<double>(work_->taken),
                                static_cast<double>(work_->leap),
                                work_->perturbation_growth,
+                               work_->alignment,
                                work_->turn_rate,
                                work_->unforeseen,
                                work_->follows ? 1.0 : 0.0,
@@ -245,6 +246,7 @@ void StepError::restore(std::span<const double> values) {
     work_->taken = static_cast<std::int64_t>(*next++);
     work_->leap = static_cast<std::int64_t>(*next++);
     work_->perturbation_growth = *next++;
+    work_->alignment = *next++;
     work_->turn_rate = *next++;
     work_->unforeseen = *next++;
     work_->follows = *next++ != 0.0;

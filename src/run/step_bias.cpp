@@ -105,7 +105,7 @@ void StepBias::Work::advance_piece(std::int64_t step, const numerics::Spectra& s
 /// The observables of a state less those of the state without its error; NaN where the error is not known well enough.
 std::vector<std::vector<double>> StepBias::Work::compare(const numerics::Spectra& state) {
     std::vector<double> differences(early.size(), now == 0 ? 0.0 : NAN);
-    if (now == 0) return {{1.0}, differences, differences};  // no step yet
+    if (now == 0) return {{1.0}, differences, differences};                               // no step yet
     if (!effort.affords(work_of_comparison())) return {{0.0}, differences, differences};  // at the end of a run
     effort.spent += work_of_comparison();
     if (std::optional<numerics::Spectra> corrected = run.known_error()) {
