@@ -11,7 +11,6 @@
 #include "drover/files/archive.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/run/exit_status.hpp"
-#include "drover/run/explain.hpp"
 #include "drover/run/report.hpp"
 #include "drover/run/result.hpp"
 #include "drover/run/run_scene.hpp"
@@ -68,9 +67,6 @@ void add_share_options(CLI::App& command, ShareOptions& options, const ShareHelp
 void add_max_time(CLI::App& command);
 /// The scene with all its overrides.
 io::Scene scene_of(const SceneOptions& options);
-
-/// drover explain of a scene of particles.
-void print_particles(const io::Scene& scene, const run::ParticleExplanation& explanation);
 
 /// To standard output, without control characters: for all texts with names of files, or of files.
 void print(const std::string& words);

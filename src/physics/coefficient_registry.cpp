@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "model_file.hpp"
+
 namespace drover::physics {
 
 const CoefficientRow& coefficient_row(const std::string& key) {
@@ -176,18 +178,24 @@ std::vector<CoefficientValue> coefficient_values(const Model& model, const Coeff
     std::vector<CoefficientValue> result;
     for (const CoefficientRow& row : registry) {
         if (!has_fields(model.fields, row.needs)) continue;
-        std::string value = text("{:.6g}", row.value_in(model));
-        bool is_given = row.value_in(model) != 0.0;
-        if (row.varies()) {
-            for (const std::string& monomial : row.monomials_in(model)) value += " + " + monomial;
-            is_given = is_given || !row.monomials_in(model).empty();
-            if (!model.table.column(row.key()).values.empty()) value = "from the table", is_given = true;
-        }
-        if (is_given) result.push_back({row.key(), row.symbol, value, row.unit, row.doc});
+        const double constant = row.value_in(model);
+        if (row.varies() && !model.table.column(row.key()).values.empty())
+            result.push_back({row.key(), row.symbol, "from the table", row.unit, row.doc});
+        else if (row.varies() && !row.monomials_in(model).empty())
+            result.push_back({row.key(), row.symbol,
+                              text("{:.6g} + {}", constant, joined(row.monomials_in(model), " + ")), row.unit,
+                              row.doc});
+        else if (constant != 0.0) result.push_back({row.key(), row.symbol, constant, row.unit, row.doc});
     }
+    if (model.fields.rod_density && model.current.speed != 0.0)
+        result.push_back({"current.kind", "J", current_of(model.current.kind), "", "self-propulsion of the rods"});
+    if (const BodyForce& f = model.force; f.kind != "none")
+        result.push_back({"force", "f", text("({}, {}), {}", f.x, f.y, f.kind),
+                          f.kind == "point" ? "mg mm/s^2" : "mg/(mm s^2)", "force on the beads"});
+    if (const OrientingField& h = model.orienting_field; h.x != 0.0 || h.y != 0.0)
+        result.push_back({"orienting_field", "h", text("({}, {})", h.x, h.y), "[p]/s", "field that orients rods"});
     for (const auto& [name, value] : model.parameters)
-        result.push_back(
-            {"terms." + name, name, text("{:.6g}", value), "", "a parameter of the terms written as text"});
+        result.push_back({"terms." + name, name, value, "", "a parameter of the terms written as text"});
     return result;
 }
 

@@ -43,6 +43,7 @@ def field(row, model):
     noise = [c["key"] for c in model["coefficient"] if c.get("noise_of") == row["symbol"]]
     text = json.dumps
     return (f'    {{.symbol = {text(row["symbol"])}, .name = {text(row["name"])}, .left = {text(row["left"])},\n'
+            f'     .unit = {text(row["unit"])}, .meaning = {text(row["meaning"])},\n'
             f'     .spin = {int(row.get("rank") == "vector")}, .mass = {text(row.get("mass", ""))},\n'
             f'     .conserved = {text(row.get("conserved", False))}, .noise = {text(noise[0])},\n'
             f'     .terms = {{' + ",\n               ".join(terms) + "}}")
@@ -56,7 +57,8 @@ def main():
     currents = ", ".join(f"{{{json.dumps(kind)}, {json.dumps(text)}}}" for kind, text in model["current"].items())
     with open(sys.argv[2], "w") as file:
         file.write(f"""// Made of the model file by physics/embed_model.py.
-#include "physics/rod_bead.hpp"
+#include "drover/physics/coefficient_registry.hpp"
+#include "physics/model_file.hpp"
 
 namespace drover::physics {{
 

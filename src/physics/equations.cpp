@@ -183,37 +183,15 @@ void check(const Model& model, const LocationOf& location_of) {
     static_cast<void>(Equations(model));
 }
 
-std::vector<ActiveTerm> active_terms(const Equations& equations) {
-    std::vector<ActiveTerm> result;
-    const std::vector<std::string> described = described_terms(equations, equations.terms());
-    const model::Equations& forces = equations.forces();
-    for (std::size_t n = 0; n < described.size(); ++n) {
-        result.push_back({equations.terms()[n], described[n]});
-        if (forces.terms()[n].is_explicit) result.back().equation += ", explicit";
-        else if (!forces.terms()[n].is_placed && !forces.has_derivative(n, forces.reference()))
-            result.back().equation += ", explicit: it has no derivative where its fields are at rest";
-    }
-    std::stable_sort(result.begin(), result.end(), [](const ActiveTerm& a, const ActiveTerm& b) {
-        const auto number = [](const ActiveTerm& term) {
-            return term.name.starts_with("terms[") ? std::stoi(term.name.substr(6)) : 0;
-        };
-        return number(a) < number(b);
-    });
-    for (const auto& [key, equation] :
-         {std::pair{"noise.beads", "d_t rho: conserved noise"}, std::pair{"noise.rods", "d_t sigma: conserved noise"},
-          std::pair{"noise.velocity", "d_t v: white noise"}, std::pair{"noise.order", "d_t p: white noise"}}) {
-        const CoefficientRow& row = coefficient_row(key);
-        if (const double strength = row.value_in(equations.model); strength != 0.0)
-            result.push_back({key, text("{}, {} = {} {}", equation, row.symbol, strength, row.unit)});
+std::vector<std::string> written_terms(const Equations& equations) {
+    std::map<std::string, std::string> of_scene;
+    for (const SceneTerm& term : scene_terms(equations)) of_scene[term.written.name] = term.equation;
+    std::vector<std::string> result;
+    for (std::size_t n = 0; n < equations.terms().size(); ++n) {
+        const auto found = of_scene.find(equations.terms()[n]);
+        result.push_back(found == of_scene.end() ? equations.forces().terms()[n].text : found->second);
     }
     return result;
-}
-
-std::vector<std::string> terms_without_degree(const Equations& equations) {
-    std::vector<std::string> names;
-    for (std::size_t n = 0; n < equations.terms().size(); ++n)
-        if (!equations.forces().terms()[n].has_finite_degree) names.push_back(equations.terms()[n]);
-    return names;
 }
 
 bool has_pointwise_velocity(const Equations& equations) {

@@ -1,6 +1,8 @@
 // physics/form.cpp: layout and component names of a form.
 #include "drover/physics/form.hpp"
 
+#include "model_file.hpp"
+
 namespace drover::physics {
 
 Form make_form(const FieldChoice& fields, bool order_is_density) {
@@ -36,21 +38,17 @@ std::string form_name(const Form& form) {
 }
 
 std::vector<Component> component_names(const Form& form) {
-    std::vector<Component> names(static_cast<std::size_t>(numerics::components(layout(form))));
-    const auto put = [&](int at, Component component) { names[static_cast<std::size_t>(at)] = std::move(component); };
-    if (form.bead_density >= 0) put(form.bead_density, {"bead_density", "mm-2", "beads per area, rho"});
-    if (form.rod_density >= 0) put(form.rod_density, {"rod_density", "mm-2", "rods per area, sigma"});
-    if (form.bead_velocity >= 0) {
-        put(form.bead_velocity, {"bead_velocity_x", "mm s-1", "velocity of the beads along x, v_x"});
-        put(form.bead_velocity + 1, {"bead_velocity_y", "mm s-1", "velocity of the beads along y, v_y"});
-    }
-    if (form.polar_order >= 0) {
-        const std::string unit = form.order_is_density ? "mm-2" : "1",
-                          density = form.order_is_density ? " density" : "",
-                          meaning = form.order_is_density ? ": rod density times mean orientation"
-                                                          : ": mean orientation of the rods";
-        put(form.polar_order, {"polar_order_x", unit, "polar order" + density + " along x, p_x" + meaning});
-        put(form.polar_order + 1, {"polar_order_y", unit, "polar order" + density + " along y, p_y" + meaning});
+    std::vector<Component> names;
+    for (const RodBead::Field& row : rod_bead().fields) {
+        const int first = row.symbol == "rho"     ? form.bead_density
+                          : row.symbol == "sigma" ? form.rod_density
+                          : row.symbol == "v"     ? form.bead_velocity
+                                                  : form.polar_order;
+        if (first < 0) continue;
+        const std::vector<const char*> parts = row.spin == 0 ? std::vector{""} : std::vector{"_x", "_y"};
+        for (const char* part : parts)
+            names.push_back(
+                {row.name + part, unit_of(row, form.order_is_density), row.meaning + ", " + row.symbol + part});
     }
     return names;
 }

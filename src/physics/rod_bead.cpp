@@ -22,28 +22,6 @@ bool is_active(const CompiledModel& m, const std::string& key) {
            (row.compiled ? (m.*row.compiled).is_active() : row.value_in(m.model) != 0.0);
 }
 
-const std::string& current_of(const CompiledModel& m) {
-    for (const auto& [kind, formula] : rod_bead().currents)
-        if (kind == m.model.current.kind) return formula;
-    fail_input({}, "current.kind = \"{}\"; expected one of those of the model file", m.model.current.kind);
-}
-
-/// "d_t p: K3 lap p, K3 = 0.5 mm^2/s".
-std::string described(const CompiledModel& m, const RodBead::Field& field, const std::string& key,
-                      const std::string& formula) {
-    const BodyForce& force = m.model.force;
-    const OrientingField& h = m.model.orienting_field;
-    if (key == "force")
-        return text("{}: {} force ({}, {}) {}", field.left, force.kind, force.x, force.y,
-                    force.kind == "point" ? "mg mm/s^2" : "mg/(mm s^2)");
-    if (key == "orienting_field") return text("{}: h = ({}, {}) [p]/s", field.left, h.x, h.y);
-    if (key == "bead_current" || key == "inertia.advection") return text("{}: {}", field.left, formula);
-    const CoefficientRow& row = coefficient_row(key);
-    const std::string written = formula == "-div(J)" ? text("-div({})", current_of(m)) : formula,
-                      value = row.compiled ? (m.*row.compiled).text_of() : text("{}", row.value_in(m.model));
-    return text("{}: {}, {} = {} {}", field.left, written, row.symbol, value, row.unit);
-}
-
 model::GivenFunction function_of(const Coefficient& coefficient) {
     const std::shared_ptr<const numerics::SplineTable> table = coefficient.table();
     return {.arguments = 2,
@@ -88,7 +66,7 @@ void add_names(const CompiledModel& m, model::Model& result) {
     result.coefficients["force_y"] = force.y;
     result.coefficients["field_x"] = h.x;
     result.coefficients["field_y"] = h.y;
-    result.definitions.push_back({"J", {current_of(m), {}}});
+    result.definitions.push_back({"J", {current_of(m.model.current.kind), {}}});
     result.definitions.push_back({"h", {"field_x e_x + field_y e_y", {}}});
     if (force.kind == "point" && has_field(m.form, "v"))
         result.fields.push_back({.name = "force",
@@ -111,7 +89,11 @@ bool is_chosen(const std::string& name, const std::vector<std::string>* only) {
 
 /// What an equation has besides its terms.
 model::Field field_of(const CompiledModel& m, const RodBead::Field& row, Written as) {
-    model::Field field{.name = row.name, .symbol = row.symbol, .spin = row.spin};
+    model::Field field{.name = row.name,
+                       .symbol = row.symbol,
+                       .spin = row.spin,
+                       .unit = unit_of(row, m.form.order_is_density),
+                       .meaning = row.meaning};
     if (row.symbol == "rho") field.reference = m.model.uniform.bead_density;
     if (row.symbol == "sigma") field.reference = m.model.uniform.rod_density;
     field.conserved = row.conserved;
@@ -151,19 +133,6 @@ WrittenModel write_model(const CompiledModel& m, Written as, const std::vector<s
         result.model.fields.push_back(std::move(field));
     }
     add_names(m, result.model);
-    return result;
-}
-
-std::vector<std::string> described_terms(const CompiledModel& m, const std::vector<std::string>& names) {
-    std::map<std::string, std::string> readable;
-    for (const RodBead::Field& row : rod_bead().fields)
-        for (const auto& [key, formula] : row.terms)
-            if (is_chosen(key, &names)) readable[key] = described(m, row, key, formula);
-    for (const SceneTerm& term : scene_terms(m))
-        for (const RodBead::Field& row : rod_bead().fields)
-            if (term.field == row.symbol) readable[term.written.name] = row.left + ": " + term.equation;
-    std::vector<std::string> result;
-    for (const std::string& name : names) result.push_back(readable.at(name));
     return result;
 }
 

@@ -23,13 +23,7 @@ const TermTarget& target_of(const CompiledModel& model, const TextTerm& written)
     return *target;
 }
 
-std::string with_parameters(std::string equation, const CompiledModel& model, const TextTerm& written) {
-    for (const std::string& name : written.parameters)
-        equation += text(", {} = {}", name, model.model.parameters.at(name));
-    return equation;
-}
-
-SceneTerm text_term(const CompiledModel& model, const TextTerm& written, const TermTarget& target,
+SceneTerm text_term(const TextTerm& written, const TermTarget& target,
                     const std::shared_ptr<const model::Scope>& scope) {
     const bool is_flux = !written.flux.empty();
     require(is_flux != !written.value.empty(), written.where, "expected either value or flux in a term, {}",
@@ -46,11 +40,7 @@ SceneTerm text_term(const CompiledModel& model, const TextTerm& written, const T
         term.written.texts.push_back({one.text, one.where});
         shown.push_back(one.text);
     }
-    term.equation = with_parameters(text(is_flux            ? "-div({})"
-                                         : shown.size() > 1 ? "({})"
-                                                            : "{}",
-                                         joined(shown)),
-                                    model, written);
+    term.equation = text(is_flux ? "-div({})" : shown.size() > 1 ? "({})" : "{}", joined(shown));
     return term;
 }
 
@@ -61,15 +51,13 @@ SceneTerm function_term(const CompiledModel& model, const TextTerm& written, con
     scope->names = argument_names(model.form);
     scope->parameters = model.model.parameters;
     scope->functions = {{"function", given_function(call)}};
-    SceneTerm term{.field = target.symbol,
-                   .equation = text(target.is_scalar ? "-div of the Python function {}({}), linearised by differences"
-                                                     : "the Python function {}({}), linearised by differences",
-                                    written.function, joined(written.arguments)),
-                   .written = {.texts = {{text("function({})", joined(written.arguments)), written.where}},
-                               .is_flux = target.is_scalar,
-                               .scope = scope}};
-    term.equation = with_parameters(term.equation, model, written);
-    return term;
+    return {.field = target.symbol,
+            .equation = text(target.is_scalar ? "-div of the Python function {}({}), linearised by differences"
+                                              : "the Python function {}({}), linearised by differences",
+                             written.function, joined(written.arguments)),
+            .written = {.texts = {{text("function({})", joined(written.arguments)), written.where}},
+                        .is_flux = target.is_scalar,
+                        .scope = scope}};
 }
 }  // namespace
 
@@ -82,7 +70,7 @@ std::vector<SceneTerm> scene_terms(const CompiledModel& model) {
     for (std::size_t n = 0; n < model.model.text_terms.size(); ++n) {
         const TextTerm& written = model.model.text_terms[n];
         const TermTarget& target = target_of(model, written);
-        terms.push_back(written.function.empty() ? text_term(model, written, target, scope)
+        terms.push_back(written.function.empty() ? text_term(written, target, scope)
                                                  : function_term(model, written, target, n + 1));
         terms.back().written.name = text("terms[{}]", n + 1);
         terms.back().written.is_explicit = written.is_explicit;

@@ -20,6 +20,7 @@
 #include "drover/run/boundary_shares.hpp"
 #include "drover/run/calibration.hpp"
 #include "drover/run/dynamic_structure.hpp"
+#include "drover/run/explain.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/onset.hpp"
@@ -33,7 +34,7 @@
 #include "drover/run/tradeoff.hpp"
 #include "drover/run/wave_fit.hpp"
 #include "drover/run/write_result.hpp"
-#include "physics/rod_bead.hpp"
+#include "physics/model_file.hpp"
 #include "run/json.hpp"
 
 namespace drover::python {
@@ -292,7 +293,10 @@ void bind_scene(py::module_& module) {
     module.def(
         "explain",
         [](const io::Scene& scene) {
-            return interruptibly([&] { return run::explanation_json(run::with_chosen_step(scene, true)).dump(); });
+            return interruptibly([&] {
+                const run::Result found = run::explain(run::with_chosen_step(scene, true));
+                return run::result_json(run::with_units(found, scene.units)).dump();
+            });
         },
         py::arg("scene"));
     module.def(

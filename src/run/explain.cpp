@@ -1,93 +1,264 @@
-// run/explain.cpp: what a scene holds and what it costs.
+// run/explain.cpp: what a scene of fields holds, and what any scene costs.
 #include "drover/run/explain.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "drover/io/trajectory.hpp"
 #include "drover/numerics/time_method.hpp"
-#include "drover/physics/equations.hpp"
+#include "drover/physics/linear_theory.hpp"
+#include "drover/run/cost.hpp"
 #include "drover/run/kind.hpp"
+#include "drover/run/run_scene.hpp"
+#include "run/explain_particles.hpp"
+#include "run/scene_equations.hpp"
 
 namespace drover::run {
 
-Cost cost_of(const io::Scene& scene) {
-    const Needs needs = needs_of(scene);
-    return {.steps = io::whole_steps(scene, "time.end", scene.time.end),
-            .threads = kind_of(scene).threads(scene),
-            .needs = needs,
-            .time = needs.memory_bytes < needs.memory_free ? expected_time(scene) : std::nullopt};
-}
-
 namespace {
-/// The largest k with k (degree + 1) < points.
-int largest_kept(int points, int degree) { return (points - 1) / (degree + 1); }
-
-/// Right-hand sides of one step; 0: they vary.
-int stages_of(const io::Scene& scene) {
-    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
-    return scene.time.tolerance > 0.0 ? method.stages_with_tolerance : method.stages;
+Entry count(const char* name, const char* meaning, std::int64_t value) {
+    return {.name = name, .unit = "1", .meaning = meaning, .value = value};
 }
 
-std::string limit_of_growth(const physics::Equations& equations) {
-    if (equations.saturation.is_active()) return " until relaxation.saturation limits it";
-    return equations.model.text_terms.empty() ? "; no term saturates it" : " unless a term written as text limits it";
-}
-}  // namespace
+/// The terms of the equations and what they are called.
+struct ListedTerms {
+    model::Equations equations;  ///< of rods and beads without the mass, by which all forces are divided
+    std::vector<std::string> written;
+    std::vector<std::string> names = {};  ///< empty in a model that gives them none
+    const std::string& name(std::size_t term) const { return names.empty() ? written[term] : names[term]; }
+};
 
-FieldExplanation explain_fields(const io::Scene& scene) {
-    const physics::Equations equations(scene.model);
-    const numerics::System system = physics::linear_system(scene.model, scene.grid, scene.dealiasing);
-    return {.form = physics::form_name(equations.form),
-            .fields = physics::component_names(equations.form),
-            .terms = physics::active_terms(equations),
-            .without_degree = physics::terms_without_degree(equations),
-            .beyond_growth = physics::terms_beyond_propagator(equations),
-            .coefficients = physics::coefficient_values(scene.model),
-            .growth = physics::fastest_growth(system),
-            .fastest_rate = physics::fastest_rate(system),
-            .cost = cost_of(scene),
-            .transforms = physics::transform_count(equations),
-            .is_nonlinear = physics::is_nonlinear(equations),
-            .stages = physics::is_nonlinear(equations) ? stages_of(scene) : 0,
-            .limit_of_growth = limit_of_growth(equations),
-            .degree = system.degree,
-            .kept_x = largest_kept(scene.grid.nx, system.degree),
-            .kept_y = largest_kept(scene.grid.ny, system.degree)};
-}
-
-namespace {
-template <class Body>
-Supply supply_of(const std::vector<Body>& list, const dem::Bodies& bodies, const dem::Cell& cell) {
-    Supply supply{.count = list.size()};
-    std::vector<bool> seen(bodies.shapes.size());
-    for (const Body& body : list) {
-        const dem::Shape& shape = bodies.shapes[body.shape];
-        const double length = shape.head - shape.tail;
-        supply.area_fraction += shape.projected_area / dem::area(cell);
-        if (seen[body.shape]) continue;
-        const bool first = supply.shapes++ == 0;
-        seen[body.shape] = true;
-        supply.min_mass = first ? shape.mass : std::min(supply.min_mass, shape.mass);
-        supply.max_mass = first ? shape.mass : std::max(supply.max_mass, shape.mass);
-        supply.min_length = first ? length : std::min(supply.min_length, length);
-        supply.max_length = first ? length : std::max(supply.max_length, length);
+ListedTerms listed_terms(const io::Scene& scene, const model::Equations& equations) {
+    if (scene.kind != io::SceneKind::model) {
+        const physics::Equations rod_bead(scene.model);
+        return {.equations = rod_bead.forces(), .written = physics::written_terms(rod_bead), .names = rod_bead.terms()};
     }
-    return supply;
+    ListedTerms listed{.equations = equations, .written = {}};
+    for (const auto* terms : {&equations.terms(), &equations.noise_terms()})
+        for (const model::TermSummary& term : *terms) listed.written.push_back(term.text);
+    return listed;
+}
+
+List fields_of(const io::Scene& scene, const model::Equations& equations) {
+    constexpr const char* ranks[] = {"scalar", "vector", "nematic"};
+    List list{.name = "fields", .heading = "fields", .row = "field"};
+    for (std::size_t n = 0; n < equations.model().fields.size(); ++n) {
+        const model::Field& field = equations.model().fields[n];
+        if (field.left == model::LeftSide::given) continue;
+        const std::string rank = field.spin > 2 ? text("spin {}", field.spin) : ranks[field.spin];
+        list.rows.push_back({.entries = {words("name", "in figures and archives", field.name),
+                                         words("symbol", "in equations", field.symbol),
+                                         words("rank", "how it turns", (field.odd ? "odd " : "") + rank),
+                                         words("unit", "its unit", io::renamed(field.unit, scene.units)),
+                                         words("meaning", "what it is", field.meaning),
+                                         words("latex", "its equation as LaTeX", equations.latex(n))}});
+        list.rows.back().entries.back().shown.text = false;
+    }
+    return list;
+}
+
+/// Why a term is evaluated as a whole, without an exact linear part; "": it is not.
+const char* why_explicit(const model::Equations& equations, std::size_t term) {
+    if (term >= equations.terms().size()) return "";  // noise
+    const model::TermSummary& summary = equations.terms()[term];
+    if (summary.is_explicit) return "as written";
+    if (summary.is_placed) return "depends on position or time";
+    return equations.has_derivative(term, equations.reference()) ? "" : "no derivative at the references";
+}
+
+List terms_of(const model::Model& model, const ListedTerms& of) {
+    List list{.name = "terms", .heading = "terms of the equations", .row = "term"};
+    std::vector<model::TermSummary> terms = of.equations.terms();
+    terms.insert(terms.end(), of.equations.noise_terms().begin(), of.equations.noise_terms().end());
+    for (std::size_t n = 0; n < terms.size(); ++n) {
+        const model::Field& field = model.fields[terms[n].field];
+        const std::string left = field.left == model::LeftSide::balance ? "0"
+                                 : field.mass.text.empty()              ? "d_t " + field.symbol
+                                                                        : field.mass.text + " d_t " + field.symbol;
+        Record row;
+        if (!of.names.empty()) row.entries.push_back(words("name", "the key of its coefficient", of.names[n]));
+        row.entries.insert(row.entries.end(),
+                           {words("of", "left side of its equation", left), words("term", "as written", of.written[n]),
+                            words("explicit", "why nothing of it is in the exact linear part, if so",
+                                  why_explicit(of.equations, n))});
+        list.rows.push_back(std::move(row));
+    }
+    return list;
+}
+
+Record number_row(const std::string& name, const EntryValue& value) {
+    return {.entries = {words("name", "in equations", name),
+                        {.name = "value", .unit = "", .meaning = "its value", .value = value}}};
+}
+
+List coefficients_of(const io::Scene& scene, const model::Model& model) {
+    List list{.name = "coefficients", .heading = "coefficients", .row = "coefficient", .empty = "no coefficients"};
+    if (scene.kind != io::SceneKind::model) {
+        for (const physics::CoefficientValue& one : physics::coefficient_values(scene.model)) {
+            Record row = number_row(one.key, std::visit([](const auto& v) { return EntryValue(v); }, one.value));
+            row.entries.insert(row.entries.begin() + 1, words("symbol", "in equations", one.symbol));
+            row.entries.push_back(words("unit", "its unit", io::renamed(one.unit, scene.units)));
+            list.rows.push_back(std::move(row));
+        }
+        return list;
+    }
+    for (const auto& [name, value] : model.coefficients) list.rows.push_back(number_row(name, value));
+    for (const io::DeclaredTable& table : scene.declared.tables)
+        list.rows.push_back(number_row(table.symbol, text("a table of {}", joined(table.of))));
+    for (const model::WhiteNoise& noise : model.noises)
+        list.rows.push_back(number_row(noise.symbol + ", white noise", 1.0));
+    for (const model::Field& field : model.fields)
+        if (field.noise != 0.0)
+            list.rows.push_back(
+                number_row(text("{} noise of {}", field.noise_conserves ? "conserved" : "white", field.symbol),
+                           field.noise));
+    return list;
+}
+
+/// Whether a term reads a source at a point.
+bool has_source(const model::Model& model, const model::TermSummary& term) {
+    int first = 0;
+    for (const model::Field& field : model.fields) {
+        const int next = first + model::components(field);
+        if (field.left == model::LeftSide::given &&
+            std::any_of(term.reads.begin(), term.reads.end(), [&](int c) { return c >= first && c < next; }))
+            return true;
+        first = next;
+    }
+    return false;
+}
+
+/// The method, its steps and their transforms.
+void add_steps(const io::Scene& scene, const model::Integrated& what, Record& root) {
+    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+    const bool is_nonlinear = what.equations.has_nonlinear_part(), has_tolerance = scene.time.tolerance > 0.0;
+    const int stages = has_tolerance ? method.stages_with_tolerance : method.stages;
+    const model::TransformCount transforms = model::transforms_of(what);
+    const auto per_step = [&](const char* name, const char* meaning, int each) {
+        return is_nonlinear && stages == 0 ? number(name, "1", meaning, NAN)
+                                           : count(name, meaning, is_nonlinear ? stages * each : 0);
+    };
+    const bool is_divided = has_tolerance && (is_nonlinear || !method.is_exponential);
+    root.entries.insert(
+        root.entries.end(),
+        {words("stepper", "method and its source",
+               text("{}, order {}{}: {}", method.name, method.needs_tolerance ? "1 to " : "", method.order,
+                    method.citation)),
+         number("time_step", "s",
+                !is_divided              ? "time.dt"
+                : method.needs_tolerance ? "time.dt, which does not limit the steps of the method"
+                                         : "time.dt, each divided as time.tolerance requires",
+                scene.time.dt),
+         per_step("right_hand_sides_per_step",
+                  is_nonlinear ? "of the method" : "every term is linear and acts exactly on the Fourier modes", 1),
+         per_step("transforms_per_step", "real transforms", transforms.inverse + transforms.forward)});
+    root.parts.push_back({"transforms_per_right_hand_side",
+                          {.heading = "real transforms per right-hand side",
+                           .entries = {count("inverse", "to the grid", transforms.inverse),
+                                       count("forward", "from the grid", transforms.forward)}}});
+}
+
+/// Which modes the grid keeps, and their rates by the linear part about the references.
+void add_modes(const io::Scene& scene, const model::Integrated& what, const ListedTerms& of, Record& root) {
+    const numerics::System system = what.equations.linear_system(scene.grid, what.kept_degree);
+    const bool is_exact = numerics::time_method(scene.time.stepper).is_exponential;
+    std::vector<std::string> without_degree, beyond_linear;
+    for (std::size_t n = 0; n < of.equations.terms().size(); ++n) {
+        const model::TermSummary& term = of.equations.terms()[n];
+        if (!term.has_finite_degree) without_degree.push_back(of.name(n));
+        if (term.is_explicit || has_source(of.equations.model(), term) || !of.equations.is_isotropic(n))
+            beyond_linear.push_back(of.name(n));
+    }
+    const physics::FastestGrowth growth = physics::fastest_growth(system);
+    const double fastest = physics::fastest_rate(system);
+    const std::string factor = text("unstable: a mode grows about the references, by a factor e^{:.3g} in this run{}",
+                                    growth.rate * scene.time.end,
+                                    what.equations.has_nonlinear_part() ? " unless a nonlinear term limits it"
+                                                                        : "; no nonlinear term limits it");
+    const auto largest_kept = [&](int points) { return (points - 1) / (system.degree + 1); };
+    root.entries.insert(
+        root.entries.end(),
+        {count("degree", "of the products: modes with |k| < N/(degree + 1) on an axis are kept", system.degree),
+         number("fastest_rate", "s-1", "|s|max of the linear terms", fastest),
+         number("dt_times_fastest_rate", "1", is_exact ? "dt |s|max, exact for any dt" : "dt |s|max, implicit",
+                scene.time.dt * fastest),
+         number("growth_rate", "s-1",
+                growth.rate > 0.0   ? factor
+                : growth.rate < 0.0 ? "stable: the slowest mode decays about the references"
+                                    : "neutral: a mode neither grows nor decays about the references",
+                growth.rate),
+         number("growth_wavenumber", "mm-1", "|q| of that mode", growth.q),
+         {.name = "terms_without_degree", .unit = "", .meaning = "", .value = without_degree, .shown = {.text = false}},
+         {.name = "growth_leaves_out", .unit = "", .meaning = "", .value = beyond_linear, .shown = {.text = false}}});
+    root.parts.push_back({"largest_mode_kept",
+                          {.heading = "largest mode number that is kept",
+                           .entries = {count("x", "on this axis", largest_kept(scene.grid.nx)),
+                                       count("y", "on this axis", largest_kept(scene.grid.ny))}}});
+    if (!without_degree.empty())
+        root.footer.push_back(
+            text("no finite degree: {}; aliases are not removed exactly, see spectral_tail in the output",
+                 joined(without_degree)));
+    if (!beyond_linear.empty())
+        root.footer.push_back(
+            text("the growth rate leaves out {}, which depend on direction, position or time, have no derivative, or "
+                 "are explicit: see drover stability",
+                 joined(beyond_linear)));
+}
+
+Record explain_fields(const io::Scene& scene) {
+    const model::Integrated what = integrated_of(scene);
+    const ListedTerms of = listed_terms(scene, what.equations);
+    const numerics::Grid& grid = scene.grid;
+    Record root{.heading = text("fields on {} by {} points, {} by {} {}", grid.nx, grid.ny, grid.lx, grid.ly,
+                                scene.units.length == "none" ? "" : scene.units.length)};
+    root.heading.erase(root.heading.find_last_not_of(' ') + 1);
+    if (scene.kind != io::SceneKind::model)
+        root.entries.push_back(words("form", "fields of the model", physics::form_name(physics::form(scene.model))));
+    else if (!scene.declared.name.empty()) root.entries.push_back(words("name", "of the model", scene.declared.name));
+    add_steps(scene, what, root);
+    add_modes(scene, what, of, root);
+    root.lists = {fields_of(scene, what.equations), terms_of(what.equations.model(), of),
+                  coefficients_of(scene, what.equations.model())};
+    if (what.long_waves < INFINITY)
+        root.footer.push_back(
+            text("quasi-linear: waves with |q| > {} /mm act on the others and these on them, not on each other",
+                 what.long_waves));
+    return root;
+}
+
+void add_cost(const io::Scene& scene, Record& root) {
+    const Needs needs = needs_of(scene);
+    const int threads = kind_of(scene).threads(scene);
+    const auto hidden = [&](Entry entry) {
+        entry.shown.text = false;
+        root.entries.push_back(std::move(entry));
+    };
+    const std::optional<ExpectedTime> time =
+        needs.memory_bytes < needs.memory_free ? expected_time(scene) : std::nullopt;
+    root.entries.push_back(count("steps", "of time.dt", io::whole_steps(scene, "time.end", scene.time.end)));
+    root.entries.push_back(count("threads", "of the run", threads));
+    hidden(number("memory_bytes", "1", "of the run", needs.memory_bytes));
+    hidden(number("disk_bytes", "1", "at most", needs.disk_bytes));
+    hidden(number("seconds_per_step_estimate", "1", "wall time of a step", time ? time->step : NAN));
+    hidden(number("seconds_estimate", "1", "wall time of the run", time ? time->total : NAN));
+    hidden(words("archive", "of the run", archive_path(scene).string()));
+    root.footer.push_back(text("memory {} ({} free), disk at most {} ({} free)", bytes_text(needs.memory_bytes),
+                               bytes_text(needs.memory_free), bytes_text(needs.disk_bytes),
+                               bytes_text(needs.disk_free)));
+    if (time)
+        root.footer.push_back(
+            text("wall time about {} (estimate): {:.3g} ms per step, {}", duration_text(time->total), 1e3 * time->step,
+                 !time->scaled                            ? "measured on a few steps"
+                 : scene.kind == io::SceneKind::particles ? "scaled from a few steps in a smaller cell"
+                                                          : "scaled from a few steps on a smaller grid"));
+    root.footer.push_back("archive " + archive_path(scene).string());
 }
 }  // namespace
 
-ParticleExplanation explain_particles(const io::Scene& scene) {
-    const dem::Setup& setup = scene.particles;
-    const dem::Bodies bodies = dem::make_bodies(setup, static_cast<std::uint64_t>(scene.run.seed));
-    const double rate = 2.0 * std::numbers::pi * setup.plates.frequency, gravity = std::abs(setup.gravity.z);
-    return {.beads = supply_of(bodies.beads, bodies, setup.cell),
-            .rods = supply_of(bodies.rods, bodies, setup.cell),
-            .spheres = io::sphere_count(bodies),
-            .acceleration = gravity > 0.0 ? setup.plates.amplitude * rate * rate / gravity : 0.0,
-            .steps_per_period = setup.plates.frequency > 0.0 ? 1.0 / (setup.plates.frequency * scene.time.dt) : 0.0,
-            .cost = cost_of(scene)};
+Result explain(const io::Scene& scene) {
+    Record root = scene.kind == io::SceneKind::particles ? explain_particles(scene) : explain_fields(scene);
+    root.entries.insert(root.entries.begin(), words("kind", "of the scene", io::kind_name(scene.kind)));
+    add_cost(scene, root);
+    return {.root = std::move(root)};
 }
 
 }  // namespace drover::run

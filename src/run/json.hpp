@@ -31,7 +31,4 @@ nlohmann::json schema_json(const std::vector<io::SectionDescription>& sections);
 /// What a file holds: an archive of a run, a table of coefficients, or extended XYZ.
 nlohmann::json info_json(const std::filesystem::path& file);
 
-/// Fields and terms, or particles, and the costs of a scene with a time step.
-nlohmann::json explanation_json(const io::Scene& scene);
-
 }  // namespace drover::run

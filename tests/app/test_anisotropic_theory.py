@@ -83,6 +83,6 @@ def test_a_stationary_start_is_rejected_where_the_isotropic_theory_does_not_hold
 def test_explain_names_the_terms_that_its_growth_rate_leaves_out(tmp_path):
     write(tmp_path, ANCHORED)
     assert drover_json(tmp_path, "explain", "anchored.toml")["growth_leaves_out"] == ["terms[1]"]
-    assert "this leaves out terms[1], which depend" in drover(tmp_path, "explain", "anchored.toml").stdout
+    assert "the growth rate leaves out terms[1], which depend" in drover(tmp_path, "explain", "anchored.toml").stdout
     write(tmp_path, ANCHORED.replace('["0", "-W order_y"]', '["-W order_x", "-W order_y"]'))
     assert drover_json(tmp_path, "explain", "anchored.toml")["growth_leaves_out"] == []

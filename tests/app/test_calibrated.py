@@ -123,14 +123,14 @@ def test_both_normalisations_give_the_same_model(folder):
     reports = []
     for kind in ("order", "density-order"):
         text = drover(folder, "explain", "flock.toml", *settings([f"current.kind={kind}"])).stdout
-        reports.append(re.search(r"grows at ([0-9.e-]+) /s", text)[1])
+        reports.append(re.search(r"growth rate +([0-9.e-]+) s-1", text)[1])
     assert reports[0] == reports[1]
 
 
 def test_lambda_of_one_rod_gives_the_same_flock(folder):
     """lambda_s = 2 lambda, for constant and for local coefficients."""
     for more in ([], ["calibrated.coefficients=local"]):
-        reports = [re.search(r"grows at ([0-9.e-]+) /s",
+        reports = [re.search(r"growth rate +([0-9.e-]+) s-1",
                              drover(folder, "explain", "flock.toml",
                                     *settings([f"weathercock.convention={one}", *more])).stdout)[1]
                    for one in ("mean", "single-rod")]

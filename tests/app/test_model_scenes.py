@@ -122,6 +122,23 @@ def test_check_and_explain_describe_the_fields_and_terms(tmp_path):
         assert f"  {term}\n" in lines, term
 
 
+def test_explain_has_the_growth_and_the_modes_of_a_model_of_ones_own(tmp_path):
+    """d_t u = r u - (lap + 1)^2 u - u^3: the fastest wave has |q| = 1 /mm, which is mode 16 of the grid, and the rate
+    r = 0.1 /s; the highest kept mode has |q|^2 = 2 (k/16)^2."""
+    told = drover_json(tmp_path, "explain", MODELS / "swift-hohenberg.toml")
+    assert told["growth_rate"] == pytest.approx(0.1, abs=1e-9)  # (lap + 1)^2 cancels in lap lap + 2 lap + 1
+    assert told["growth_wavenumber"] == pytest.approx(1.0, rel=1e-12) and told["growth_leaves_out"] == []
+    kept = told["largest_mode_kept"]["x"]
+    assert kept * (told["degree"] + 1) < 128 <= (kept + 1) * (told["degree"] + 1)
+    assert told["fastest_rate"] == pytest.approx((2.0 * (kept / 16)**2 - 1.0)**2 - 0.1, rel=1e-9)
+    count = told["transforms_per_right_hand_side"]
+    assert told["transforms_per_step"] == told["right_hand_sides_per_step"] * (count["inverse"] + count["forward"])
+    assert told["memory_bytes"] > 8 * 128**2 and told["seconds_estimate"] > 0.0
+    lines = drover_json(tmp_path, "explain", MODELS / "swift-hohenberg.toml", "--set",
+                        'equations.u="r u - u^3 + 0.1 d_x d_x u"')
+    assert lines["growth_leaves_out"] == ["+ 0.1 d_x d_x u"] and lines["growth_rate"] == pytest.approx(0.1, rel=1e-12)
+
+
 def test_a_run_on_other_threads_and_one_killed_and_resumed_give_the_same_bytes(tmp_path):
     keys = ["grid.nx=64", "grid.ny=64"]
     whole = run(tmp_path, "whole.h5", *keys)

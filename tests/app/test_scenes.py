@@ -354,7 +354,7 @@ def test_explain_reports_the_cost_of_a_scene(scene, tmp_path):
     assert told["memory_bytes"] > 8 * nx * ny * len(told["fields"])
     assert 0.0 < told["seconds_per_step_estimate"]
     assert told["seconds_per_step_estimate"] * told["steps"] <= told["seconds_estimate"]
-    assert f"form: {told['form']}\n" in text and "(estimate)" in text
+    assert f"  form: {told['form']}\n" in text and "(estimate)" in text
     assert [term["name"] for term in told["terms"] if term["name"] not in text] == []
 
 

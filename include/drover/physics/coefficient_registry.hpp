@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "drover/base/schema.hpp"
+#include "drover/base/variant.hpp"
 #include "drover/physics/coefficient.hpp"
 #include "drover/physics/model.hpp"
 
@@ -70,10 +71,13 @@ struct ModelSection {
 /// All sections of a model with their keys, in the order in which a scene is written.
 std::vector<ModelSection> model_sections(const CoefficientRegistry& registry = coefficient_registry());
 
-/// Readable description of a nonzero coefficient of a model.
+/// What a symbol in the equations of a model stands for.
 struct CoefficientValue {
-    std::string key, symbol, value, unit, doc;
+    std::string key, symbol;
+    Variant<double, std::string> value;
+    std::string unit, doc;
 };
+/// Those that are not 0.
 std::vector<CoefficientValue> coefficient_values(const Model& model,
                                                  const CoefficientRegistry& registry = coefficient_registry());
 

@@ -11,12 +11,6 @@
 
 namespace drover::physics {
 
-/// Readable description of an active term.
-struct ActiveTerm {
-    std::string name;      ///< the key of its coefficient, or terms[n] for a text term
-    std::string equation;  ///< "d_t p: -a p, a = 0.5 1/s"
-};
-
 /// A compiled model with its equations: those of rod_bead.toml and the terms of the scene, without what is zero.
 struct Equations : CompiledModel {
     explicit Equations(const Model& model);  ///< throws as check()
@@ -60,11 +54,8 @@ private:
 /// Throws an input Error, with its location, for a model with invalid parameters or text terms.
 void check(const Model& model, const LocationOf& location_of = no_location);
 
-/// Built-in terms first, then those of the scene, then noise.
-std::vector<ActiveTerm> active_terms(const Equations& equations);
-
-/// Names of the terms whose products have no finite degree.
-std::vector<std::string> terms_without_degree(const Equations& equations);
+/// What Equations::terms() are: "-a p", the texts of the scene and its functions.
+std::vector<std::string> written_terms(const Equations& equations);
 
 /// Whether a slaved velocity is a nonlinear function of the fields: some force on the beads is evaluated on the grid.
 bool has_pointwise_velocity(const Equations& equations);

@@ -1,0 +1,11 @@
+// run/explain_particles.hpp: what a scene of particles holds.
+#pragma once
+#include "drover/io/scene.hpp"
+#include "drover/run/result.hpp"
+
+namespace drover::run {
+
+/// The bodies in their cell, its plates, and the measurements of a calibration.
+Record explain_particles(const io::Scene& scene);
+
+}  // namespace drover::run
