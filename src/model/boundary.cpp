@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace drover::model {
 
@@ -53,6 +55,17 @@ void add_margins(const MarginOf& margin, const ComputeAll& compute, BoundaryLine
     }
 }
 }  // namespace
+
+MarginOf where_valid(MarginOf margin) {
+    return [of = std::move(margin)](const numerics::PlanePoint& point) -> Margin {
+        try {
+            return of(point);
+        } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;  // such as a signal
+            return {.value = std::numeric_limits<double>::quiet_NaN()};
+        }
+    };
+}
 
 Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin, const std::vector<MarginOf>& draws,
                         const numerics::ContourOptions& options, const ComputeAll& compute) {

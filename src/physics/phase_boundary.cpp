@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "base/constants.hpp"
 #include "drover/base/draws.hpp"
@@ -142,37 +143,22 @@ private:
 
 }  // namespace
 
-std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::PlanePoint>& points, Limit limit,
-                            Threads& threads) {
-    const PlaneModels models(plane);
-    std::vector<Margin> result(points.size());
-    threads.for_chunks(points.size(), 16, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) result[i] = models.margin(points[i], limit);
-    });
-    return result;
-}
-
-Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Model>& draws,
-                        const numerics::ContourOptions& options, const ComputeAll& compute) {
-    const PlaneModels models(plane);
-    std::vector<model::MarginOf> drawn;
+model::PlaneMargins margins_over(const Plane& plane, Limit limit, const std::vector<Model>& draws) {
+    const auto models = std::make_shared<const PlaneModels>(plane);
+    model::PlaneMargins result{.at = [models, limit](
+                                         const numerics::PlanePoint& point) { return models->margin(point, limit); },
+                               .draws = {}};
     for (const Model& one : draws) try {
             Plane changed = plane;
             changed.model = one;
-            drawn.emplace_back([of = PlaneModels(changed, models), limit](const numerics::PlanePoint& point) -> Margin {
-                try {
+            result.draws.push_back(
+                model::where_valid([of = PlaneModels(changed, *models), limit](const numerics::PlanePoint& point) {
                     return of.margin(point, limit);
-                } catch (const Error& error) {
-                    if (!is_of_scene(error.fault())) throw;
-                    return {.value = none};
-                }
-            });
+                }));
         } catch (const Error& error) {
             if (!is_of_scene(error.fault())) throw;
         }
-    return model::trace_boundary(
-        {.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to},
-        [&](const numerics::PlanePoint& point) { return models.margin(point, limit); }, drawn, options, compute);
+    return result;
 }
 
 }  // namespace drover::physics

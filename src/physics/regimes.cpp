@@ -35,18 +35,6 @@ Regime regime_of(double onset, double phase_separation, double banding, double o
     return oblique < 0.0 ? Regime::oblique : Regime::flock;
 }
 
-std::vector<RegimePoint> regimes(const Plane& plane, const std::vector<numerics::PlanePoint>& points,
-                                 Threads& threads) {
-    const auto at = [&](Limit limit) { return margins(plane, points, limit, threads); };
-    const auto onset = at(Limit::onset), separation = at(Limit::phase_separation), banding = at(Limit::banding),
-               oblique = at(Limit::oblique);
-    std::vector<RegimePoint> result;
-    for (std::size_t n = 0; n < points.size(); ++n)
-        result.push_back(
-            {regime_of(onset[n].value, separation[n].value, banding[n].value, oblique[n].value), onset[n].value});
-    return result;
-}
-
 const AreaFraction* find_area_fraction(const std::string& name) {
     for (const AreaFraction& fraction : area_fractions)
         if (name == fraction.name) return &fraction;

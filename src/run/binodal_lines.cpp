@@ -17,8 +17,8 @@ using physics::DensityAxis;
 constexpr int steps = 32;  // along the plane
 
 /// The component of the density of an axis; -1: not that of a field.
-int component_of(const physics::PlaneAxis& axis, const physics::Form& form) {
-    const DensityAxis density = physics::density_axis(axis.name);
+int component_of(const std::string& axis, const physics::Form& form) {
+    const DensityAxis density = physics::density_axis(axis);
     return density == DensityAxis::none ? -1 : density == DensityAxis::rods ? form.rod_density : form.bead_density;
 }
 
@@ -57,9 +57,9 @@ Branches branches_of(const physics::Binodal& binodal, const physics::PlaneAxis& 
 }
 
 /// The part of a line within the plane.
-physics::BoundaryLine line_in(const physics::Plane& plane, const std::vector<numerics::PlanePoint>& points,
-                              bool swapped) {
-    physics::BoundaryLine line;
+model::BoundaryLine line_in(const physics::Plane& plane, const std::vector<numerics::PlanePoint>& points,
+                            bool swapped) {
+    model::BoundaryLine line;
     const auto inside = [](const physics::PlaneAxis& axis, double value) {
         return value >= axis.from && value <= axis.to;
     };
@@ -71,23 +71,21 @@ physics::BoundaryLine line_in(const physics::Plane& plane, const std::vector<num
 }
 }  // namespace
 
-void check_binodal_plane(const io::Scene& scene, const physics::Plane& plane) {
-    const physics::Form form = physics::form(plane.model);
-    require(component_of(plane.x, form) >= 0 || component_of(plane.y, form) >= 0,
-            io::location_of(scene, "boundary.lines"),
+void check_binodal_plane(const io::Scene& scene, const std::string& x, const std::string& y) {
+    const physics::Form form = physics::form(scene.model);
+    require(component_of(x, form) >= 0 || component_of(y, form) >= 0, io::location_of(scene, "boundary.lines"),
             "boundary.lines has \"binodal\", the densities of coexisting phases, and the axes are {} and {}; expected "
             "the mean density of a field as one axis, such as uniform.rod_density",
-            plane.x.name, plane.y.name);
+            x, y);
 }
 
 BinodalLines trace_binodal_lines(const io::Scene& scene, const physics::Plane& plane, Threads& threads) {
-    check_binodal_plane(scene, plane);
     io::Scene line = line_of(scene);
     line.model.weathercock.convention = plane.model.weathercock.convention;
     const physics::Form form = physics::form(line.model);
-    const bool swapped = component_of(plane.x, form) < 0;
+    const bool swapped = component_of(plane.x.name, form) < 0;
     const physics::PlaneAxis &x = swapped ? plane.y : plane.x, &y = swapped ? plane.x : plane.y;
-    const int component = component_of(x, form);
+    const int component = component_of(x.name, form);
     const physics::TravellingProblem problem{.model =
                                                  [model = line.model, set = y.set](double value) {
                                                      check_stop_signal();
@@ -100,7 +98,7 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const physics::Plane& p
                                              .dealiasing = line.dealiasing};
     physics::TravellingSolver solver(problem, threads);
     const physics::TravellingState first = find_state(travelling_guess(scene, line, threads), solver);
-    const bool y_is_density = component_of(y, form) >= 0;
+    const bool y_is_density = component_of(y.name, form) >= 0;
     Branches whole;
     BinodalLines found;
     for (const double last : {y.from, y.to}) {
@@ -117,7 +115,7 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const physics::Plane& p
         join(whole.high, part.high);
     }
     for (const std::vector<numerics::PlanePoint>* points : {&whole.low, &whole.high})
-        if (physics::BoundaryLine one = line_in(plane, *points, swapped); !one.points.empty())
+        if (model::BoundaryLine one = line_in(plane, *points, swapped); !one.points.empty())
             found.boundary.lines.push_back(std::move(one));
     return found;
 }

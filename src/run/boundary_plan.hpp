@@ -1,35 +1,25 @@
-// run/boundary_plan.hpp: the plane, the uncertain numbers and the conventions of drover boundary, read from a scene.
+// run/boundary_plan.hpp: the plane, the uncertain numbers and the lines of drover boundary, read from a scene.
 #pragma once
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drover/io/scene.hpp"
-#include "drover/physics/phase_boundary.hpp"
+#include "run/boundary_records.hpp"
 
 namespace drover::run {
 
 struct PlannedBoundary {
-    physics::Plane plane;
-    std::vector<physics::Uncertain> uncertain;  ///< beside those from a table of calibrated.table
-    std::vector<std::string> conventions;       ///< of lambda: at least one
-    std::vector<physics::Limit> limits;
-    bool has_binodal = false;  ///< with it or a limit
+    DescribedAxis x, y;                                  ///< named by their keys, "driving.strength", "coefficients.a"
+    std::vector<std::pair<std::string, double>> errors;  ///< standard errors by key, beside those of tables
+    std::vector<std::string> conventions;                ///< of lambda: at least one; none in a model of one's own
+    std::vector<std::string> lines;                      ///< at least one, binodals last
 };
 
-/// The lines that a plane may show, which are the choices of boundary.lines: the limits, and the binodals of phases
-/// that coexist.
-const std::vector<std::string>& line_names();
+/// The lines that a plane may show: limits of stability of rods and beads and the binodals of phases that coexist, or
+/// the uniform states of a model of one's own.
+const std::vector<std::string>& line_names(io::SceneKind kind);
 inline constexpr const char* binodal_name = "binodal";
-
-/// "key = from:to", an axis of a plane.
-struct KeyRange {
-    std::string key;
-    double from = 0.0, to = 1.0;
-};
-
-/// The axis that the scene's key `list` gives; messages quote `example`.  Throws an input Error at `where`.
-KeyRange read_axis(const std::string& list, const std::string& written, const std::string& example,
-                   const SourceLocation& where);
 
 /// Throws an input Error at the key that is wrong.
 PlannedBoundary plan_boundary(const io::Scene& scene);

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "drover/model/instabilities.hpp"
-#include "drover/physics/phase_boundary.hpp"
 #include "drover/physics/stability.hpp"
+#include "physics/planes.hpp"
 
 namespace drover {
 namespace {

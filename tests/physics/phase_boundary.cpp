@@ -9,6 +9,7 @@
 
 #include "drover/base/random.hpp"
 #include "flock_model.hpp"
+#include "planes.hpp"
 
 namespace drover::physics::phase_boundary_tests {
 namespace {
@@ -154,7 +155,7 @@ TEST(PhaseBoundaryLong, of_banding_is_the_closed_form) {
     for (const BoundaryPoint& p : found.lines[0].points) {
         EXPECT_NEAR(p.x * p.y - a, p.x * p.x / (4.0 * b * pressure + 2.0 * w * p.x), 1e-8);
         // Waves a little off p0 are like those along it: where these grow, so do those.
-        EXPECT_LT(margins(plane, {{p.x, p.y - 1e-3}}, Limit::oblique, threads)[0].value, 0.0);
+        EXPECT_LT(margins(plane, {{p.x, p.y - 1e-3}}, Limit::oblique)[0].value, 0.0);
     }
 }
 
@@ -287,7 +288,7 @@ TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
         // One point of each, so that trials are independent: half-way along.
         const BoundaryPoint& p = found.lines[0].points[found.lines[0].points.size() / 2];
         ASSERT_TRUE(std::isfinite(p.band.x_low) && std::isfinite(p.band.x_high));
-        const auto true_margin = [&](double x) { return margins(truth, {{x, p.y}}, Limit::onset, threads)[0].value; };
+        const auto true_margin = [&](double x) { return margins(truth, {{x, p.y}}, Limit::onset)[0].value; };
         within_band += true_margin(p.band.x_low) * true_margin(p.band.x_high) < 0.0;
     }
     // Binomial: 136.5 +- 6.6 of 200; four deviations.

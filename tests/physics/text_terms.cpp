@@ -8,9 +8,9 @@
 
 #include "drover/numerics/stepper.hpp"
 #include "drover/physics/initial_state.hpp"
-#include "drover/physics/phase_boundary.hpp"
 #include "drover/physics/stability.hpp"
 #include "evolution.hpp"
+#include "planes.hpp"
 #include "symbols.hpp"
 
 namespace drover::physics::text_terms_tests {
@@ -150,7 +150,6 @@ TEST(TextTerms, have_the_uniform_states_modes_and_structure_factors_of_the_built
 }
 
 TEST(TextTerms, have_the_phase_boundaries_of_the_built_in_terms) {
-    Threads threads(1);
     const auto margins_of = [&](const Model& model, auto set) {
         Plane plane{.model = model,
                     .x = {.name = "sigma",
@@ -161,7 +160,7 @@ TEST(TextTerms, have_the_phase_boundaries_of_the_built_in_terms) {
                     .y = {.name = "b", .unit = "", .from = 0.5, .to = 2.0, .set = set}};
         std::vector<double> values;
         for (const Limit limit : {Limit::onset, Limit::banding, Limit::oblique})
-            for (const Margin& margin : margins(plane, {{0.7, 0.8}, {1.3, 1.1}, {1.9, 1.7}}, limit, threads))
+            for (const Margin& margin : margins(plane, {{0.7, 0.8}, {1.3, 1.1}, {1.9, 1.7}}, limit))
                 values.push_back(margin.value);
         return values;
     };

@@ -36,6 +36,14 @@ struct Boundary {
 Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin, const std::vector<MarginOf>& draws,
                         const numerics::ContourOptions& options, const ComputeAll& compute);
 
+/// A margin over a plane, and the same with other values of uncertain numbers.
+struct PlaneMargins {
+    MarginOf at;
+    std::vector<MarginOf> draws = {};
+};
+/// NaN, as where a state does not exist, where a margin throws an Error of the scene.
+MarginOf where_valid(MarginOf margin);
+
 /// The state of a margin: the isotropic one nearest to the references, or the one of the largest order.
 enum class MarginState { isotropic, ordered };
 

@@ -21,9 +21,6 @@ enum class Limit {
 std::string limit_name(Limit limit);
 Limit limit_of(const std::string& name);  ///< throws an input Error that lists the valid names
 
-using model::Boundary;
-using model::BoundaryLine;
-using model::BoundaryPoint;
 using model::Margin;
 
 /// Stability margin, exact in the limit q -> 0, by second-order perturbation theory; waves of finite length may become
@@ -58,13 +55,8 @@ struct Plane {
     PlaneAxis x, y;
 };
 
-/// The margin at points of a plane.  Throws an input Error that names the point if its model is invalid.
-std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::PlanePoint>& points, Limit limit,
-                            Threads& threads);
-
-/// Traces the lines of one limit, with the error band that follows from draws of the model within its errors.  Draws
-/// whose model is not valid are left out: see DrawField::draws.
-Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Model>& draws,
-                        const numerics::ContourOptions& options, const ComputeAll& compute);
+/// The margins of one limit over a plane, and those of draws of its model within the errors.  Draws whose model is not
+/// valid are left out: see DrawField::draws.  They throw an input Error that names a point whose model is invalid.
+model::PlaneMargins margins_over(const Plane& plane, Limit limit, const std::vector<Model>& draws = {});
 
 }  // namespace drover::physics

@@ -16,14 +16,6 @@ std::string regime_legend();
 /// From the margins of the four limits; NaN: the state that the limit concerns does not exist.
 Regime regime_of(double onset, double phase_separation, double banding, double oblique);
 
-struct RegimePoint {
-    Regime regime = Regime::undefined;
-    double effective_relaxation = 0.0;  ///< abar = a - lambda alpha/Gamma [1/s]; NaN outside a coefficient table
-};
-
-/// Throws as margins().
-std::vector<RegimePoint> regimes(const Plane& plane, const std::vector<numerics::PlanePoint>& points, Threads& threads);
-
 /// An area fraction as an axis: the density times the area of one particle.
 struct AreaFraction {
     const char* name;  ///< bead_area_fraction, rod_area_fraction
