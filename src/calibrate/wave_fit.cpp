@@ -12,7 +12,6 @@
 
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
-#include "drover/physics/stability.hpp"
 
 namespace drover::calibrate {
 
@@ -329,28 +328,6 @@ void check_record(const WaveRecord& record, const std::vector<FittedNumber>& num
             min_wave_pairs + 1);
 }
 }  // namespace
-
-WaveModel rod_bead_waves(const physics::Model& start, const physics::UniformPoint& about,
-                         const std::vector<RodBeadNumber>& numbers) {
-    const physics::Equations of_start(start);
-    WaveModel waves;
-    for (const int component : of_start.linearised(about)->state_components()) {
-        const bool beads = component == of_start.component(physics::FieldIndex::bead_density),
-                   rods = component == of_start.component(physics::FieldIndex::rod_density);
-        waves.fields.push_back({.is_conserved = beads || rods, .size = beads ? about.bead_density : about.rod_density});
-    }
-    physics::Model model = start;
-    for (const RodBeadNumber& number : numbers)
-        waves.numbers.push_back({.key = number.key, .start = number.in(model), .least = number.least});
-    waves.at = [=](const std::vector<double>& values) {
-        physics::Model changed = start;
-        for (std::size_t i = 0; i < values.size(); ++i) numbers[i].in(changed) = values[i];
-        const auto linear = physics::Equations(changed).linearised(about);
-        return LinearWaves{.symbol = [linear](const numerics::Wavevector& q) { return linear->symbol(q); },
-                           .noise = [linear](const numerics::Wavevector& q) { return linear->noise(q); }};
-    };
-    return waves;
-}
 
 WaveFit fit_waves(const WaveModel& model, const WaveRecord& record, NoiseOf noise) {
     check_record(record, model.numbers);

@@ -1,4 +1,4 @@
-// run/wave_fit.cpp: drover fit: the model, its uniform state in the frames, and a table of estimates.
+// run/wave_fit.cpp: drover fit: a table of estimates.
 #include "drover/run/wave_fit.hpp"
 
 #include <algorithm>
@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "drover/io/scene_text.hpp"
-#include "drover/physics/linear_theory.hpp"
 #include "run/wave_problem.hpp"
 
 namespace drover::run {
@@ -15,50 +14,6 @@ namespace drover::run {
 namespace {
 using calibrate::FittedValue;
 using calibrate::WaveRecord;
-
-/// The uniform state about which the waves of a record are small.
-struct State {
-    physics::UniformPoint point;
-    bool is_flock = false;
-};
-
-State state_of(const WaveRecord& record, const physics::Form& form, const physics::Model& model,
-               const std::string& name) {
-    const auto fields = record.amplitudes.front().size() / record.frames;
-    std::vector<double> means(fields, 0.0);
-    double square = 0.0;
-    const auto order = static_cast<std::size_t>(form.polar_order);
-    for (std::size_t frame = 0; frame < record.frames; ++frame) {
-        const auto* at = &record.amplitudes.front()[frame * fields];
-        for (std::size_t i = 0; i < fields; ++i) means[i] += at[i].real() / static_cast<double>(record.frames);
-        square += (std::norm(at[order]) + std::norm(at[order + 1])) / static_cast<double>(record.frames);
-    }
-    State state{.point = physics::at_rest(physics::reference(model.uniform))};
-    if (form.bead_density >= 0) state.point.bead_density = means[static_cast<std::size_t>(form.bead_density)];
-    if (form.rod_density >= 0) state.point.rod_density = means[static_cast<std::size_t>(form.rod_density)];
-    const Eigen::Vector2d mean(means[order], means[order + 1]);
-    state.is_flock = is_steady(mean.squaredNorm(), square, name, "mean order");
-    if (!state.is_flock) return state;
-    state.point.order = mean;
-    if (form.velocity == physics::Velocity::dynamic) {
-        const auto velocity = static_cast<std::size_t>(form.bead_velocity);
-        state.point.velocity = {means[velocity], means[velocity + 1]};
-    }
-    return state;
-}
-
-std::vector<calibrate::RodBeadNumber> numbers_of(const std::vector<std::string>& keys, const physics::Model& model,
-                                                 std::vector<std::string>& units) {
-    std::vector<calibrate::RodBeadNumber> numbers;
-    for (const std::string& key : keys) {
-        const io::ModelNumber number = io::model_number(key, {}, model);
-        require(key != "uniform.rod_density" && key != "uniform.bead_density", {},
-                "{} is that of the frames; expected a coefficient of the equations", key);
-        numbers.push_back({.key = key, .in = number.in, .least = number.range.min});
-        units.push_back(number.unit.empty() ? "1" : number.unit);
-    }
-    return numbers;
-}
 
 Record row_of(const std::string& key, const std::string& unit, double start, const FittedValue& found,
               const std::optional<FittedValue>& sparse) {
@@ -150,41 +105,6 @@ std::vector<Entry> entries_of(const WaveProblem& problem, double largest, const 
     entries.insert(entries.end(), rest.begin(), rest.end());
     return entries;
 }
-
-WaveProblem rod_bead_problem(const io::Scene& scene, const WaveFitOptions& options, const WaveChoice& choice,
-                             const files::ArchiveReader& archive, const io::Scene& source) {
-    const physics::Equations equations(scene.model);
-    const physics::Form& form = equations.form;
-    const std::string beyond = physics::nonuniform_term(equations);
-    require(beyond.empty(), {scene.file}, "{} depends on position or time; expected equations with uniform states",
-            beyond);
-    WaveProblem problem;
-    const std::vector<calibrate::RodBeadNumber> numbers = numbers_of(options.keys, scene.model, problem.units);
-    if (source.kind == io::SceneKind::particles) {
-        problem.record = particle_waves(archive, options.archive, source, form, choice);
-    } else {
-        RecordedFields recorded{.grid = source.grid,
-                                .kept_degree =
-                                    physics::kept_degree(physics::Equations(source.model), source.dealiasing)};
-        for (const physics::Component& one : physics::component_names(form))
-            recorded.components.push_back({one.name, one.unit});
-        problem.record = field_waves(archive, options.archive, recorded, choice);
-    }
-    const State state = state_of(problem.record, form, scene.model, options.archive);
-    if (state.is_flock)
-        leave_out_mean(problem.record, options.archive, options.max_wavenumber);  // the mean is the flock itself
-    const bool fits_noise = std::any_of(options.keys.begin(), options.keys.end(),
-                                        [](const std::string& key) { return key.starts_with("noise."); });
-    problem.noise = fits_noise ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
-    problem.waves = calibrate::rod_bead_waves(scene.model, state.point, numbers);
-    problem.about = state.is_flock ? "a flock" : "the state without order";
-    problem.state = {{.name = "order",
-                      .unit = form.order_is_density ? "mm-2" : "1",
-                      .meaning = "its polar order",
-                      .value = std::vector<double>{state.point.order.x(), state.point.order.y()},
-                      .shown = {.text = state.is_flock}}};
-    return problem;
-}
 }  // namespace
 
 io::Scene fitted_scene(const std::string& archive, const std::string& file, const std::vector<std::string>& overrides) {
@@ -207,9 +127,7 @@ Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options) {
                             .begin = options.begin,
                             .end = options.end,
                             .every = options.every};
-    WaveProblem problem = scene.kind == io::SceneKind::model
-                              ? model_wave_problem(scene, options.keys, choice, archive, options.archive, source)
-                              : rod_bead_problem(scene, options, choice, archive, source);
+    WaveProblem problem = wave_problem(scene, options.keys, choice, {archive, options.archive, source});
     const std::vector<calibrate::FittedNumber> numbers = problem.waves.numbers;
     const calibrate::WaveFit fit = calibrate::fit_waves(problem.waves, problem.record, problem.noise);
     std::optional<calibrate::WaveFit> sparse;

@@ -90,7 +90,7 @@ def test_a_noisy_flock_gives_its_coefficients_back(tmp_path):
     drover(tmp_path, "run", "flock.toml", "--quiet", "-o", "flock.h5")
     keys = ["relaxation.saturation", "elasticity.stiffness", "current.speed", "noise.order"]
     found, result = found_in(tmp_path, "flock.h5", *keys, "--from", "50", "--set", "relaxation.saturation=0.5")
-    assert result["about"] == "a flock" and result["order"][0] > 0.6
+    assert result["about"] == "an ordered state" and result["polar_order_x"] > 0.6
     for key in keys:
         assert abs(found[key]["value"] - {**LINEAR, **weak}[key]) < 4.0 * found[key]["error"], key
     mean = ["--from", "50", "--max-wavenumber", "0.1"]
@@ -114,7 +114,7 @@ def test_waves_of_particles_are_sums_over_bodies(tmp_path):
     waves = [np.mean(axes[:, :, :2] * np.exp(-2j * np.pi / 12.0 * (places[:, :, :2] @ n))[:, :, None], axis=1)
              for n in ([0, 0], [1, 0], [0, 1])]
     weights = (0.5, 1.0, 1.0)
-    if result["about"] == "a flock":  # these few rods keep their mean direction, which is then no wave
+    if result["about"] == "an ordered state":  # these few rods keep their mean direction, which is then no wave
         waves, weights = waves[1:], weights[1:]
     assert result["waves"] == len(waves)
     # The maximum of the likelihood of a' = r a + f, real at q = 0: r = sum w Re(a* a')/sum w |a|^2, and the variance.

@@ -12,6 +12,7 @@
 #include "drover/physics/linear_theory.hpp"
 #include "drover/physics/uniform_states.hpp"
 #include "physics/evolution.hpp"
+#include "rod_bead_waves.hpp"
 
 namespace drover::calibrate::wave_fit_tests {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "drover/model/symbol.hpp"
-#include "drover/physics/equations.hpp"
+#include "drover/numerics/grid.hpp"
 
 namespace drover::calibrate {
 
@@ -49,16 +49,6 @@ struct WaveModel {
     std::vector<FittedNumber> numbers;
     std::function<LinearWaves(const std::vector<double>&)> at;  ///< for values of the numbers
 };
-
-/// A number of rods and beads.
-struct RodBeadNumber {
-    std::string key;
-    std::function<double&(physics::Model&)> in;
-    double least = -std::numeric_limits<double>::infinity();
-};
-/// The fields of a record are those with a rate, in the order of physics::FieldIndex.
-WaveModel rod_bead_waves(const physics::Model& start, const physics::UniformPoint& about,
-                         const std::vector<RodBeadNumber>& numbers);
 
 struct FittedValue {
     double value = 0.0;

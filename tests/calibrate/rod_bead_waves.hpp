@@ -1,0 +1,43 @@
+// tests/calibrate/rod_bead_waves.hpp: waves of rods and beads for fits, by their forces.
+#pragma once
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "drover/calibrate/wave_fit.hpp"
+#include "drover/physics/equations.hpp"
+
+namespace drover::calibrate {
+
+/// A number of rods and beads.
+struct RodBeadNumber {
+    std::string key;
+    std::function<double&(physics::Model&)> in;
+    double least = -std::numeric_limits<double>::infinity();
+};
+
+/// The fields of a record are those with a rate, in the order of physics::FieldIndex.
+inline WaveModel rod_bead_waves(const physics::Model& start, const physics::UniformPoint& about,
+                                const std::vector<RodBeadNumber>& numbers) {
+    const physics::Equations of_start(start);
+    WaveModel waves;
+    for (const int component : of_start.linearised(about)->state_components()) {
+        const bool beads = component == of_start.component(physics::FieldIndex::bead_density),
+                   rods = component == of_start.component(physics::FieldIndex::rod_density);
+        waves.fields.push_back({.is_conserved = beads || rods, .size = beads ? about.bead_density : about.rod_density});
+    }
+    physics::Model model = start;
+    for (const RodBeadNumber& number : numbers)
+        waves.numbers.push_back({.key = number.key, .start = number.in(model), .least = number.least});
+    waves.at = [=](const std::vector<double>& values) {
+        physics::Model changed = start;
+        for (std::size_t i = 0; i < values.size(); ++i) numbers[i].in(changed) = values[i];
+        const auto linear = physics::Equations(changed).linearised(about);
+        return LinearWaves{.symbol = [linear](const numerics::Wavevector& q) { return linear->symbol(q); },
+                           .noise = [linear](const numerics::Wavevector& q) { return linear->noise(q); }};
+    };
+    return waves;
+}
+
+}  // namespace drover::calibrate
