@@ -40,10 +40,6 @@ model::Integrated integrated(const Model& model, const Dealiasing& dealiasing) {
     return integrated(Equations(model), reference(model.uniform), dealiasing);
 }
 
-TransformCount transform_count(const Equations& equations) {
-    return model::transforms_of(integrated(equations, reference(equations.model.uniform)));
-}
-
 bool is_nonlinear(const Equations& equations) {
     return equations.solver(reference(equations.model.uniform)).has_nonlinear_part();
 }

@@ -74,7 +74,7 @@ numerics::System system_of(const physics::Model& model, const numerics::Grid& gr
 
 /// Of a step of ETDRK2: two right-hand sides.
 double transforms_of(const physics::Model& model) {
-    const physics::TransformCount count = physics::transform_count(physics::Equations(model));
+    const model::TransformCount count = model::transforms_of(physics::integrated(model));
     return 2.0 * (count.inverse + count.forward);
 }
 
@@ -131,8 +131,7 @@ void flock_watch(benchmark::State& state) {
 /// The transforms that a step of the flock makes, and nothing else: two right-hand sides, products being a copy.
 void flock_transforms(benchmark::State& state) {
     Threads threads(static_cast<int>(state.range(1)));
-    const physics::Equations equations(flock);
-    const physics::TransformCount count = physics::transform_count(equations);
+    const model::TransformCount count = model::transforms_of(physics::integrated(flock));
     const numerics::System system = physics::linear_system(flock, grid_of(state));
     const numerics::Transform transform(system.grid, system.degree, threads);
     numerics::Spectra from(system.grid, count.inverse), to(system.grid, count.forward);

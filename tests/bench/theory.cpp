@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "drover/model/instabilities.hpp"
-#include "drover/physics/stability.hpp"
+#include "physics/linear_modes.hpp"
 #include "physics/planes.hpp"
 
 namespace drover {

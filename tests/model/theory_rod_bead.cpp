@@ -6,8 +6,8 @@
 
 #include "drover/model/theory.hpp"
 #include "drover/physics/long_waves.hpp"
-#include "drover/physics/stability.hpp"
 #include "physics/flock_model.hpp"
+#include "physics/linear_modes.hpp"
 #include "physics/structure.hpp"
 
 namespace drover::model::theory_rod_bead_tests {

@@ -5,8 +5,8 @@
 
 #include "drover/numerics/stepper.hpp"
 #include "drover/physics/long_waves.hpp"
-#include "drover/physics/stability.hpp"
 #include "full_model.hpp"
+#include "linear_modes.hpp"
 #include "modes.hpp"
 #include "text_terms.hpp"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "drover/model/instabilities.hpp"
-#include "drover/physics/stability.hpp"
+#include "linear_modes.hpp"
 
 namespace drover::physics {
 

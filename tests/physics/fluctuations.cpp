@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <numbers>
 
-#include "drover/physics/stability.hpp"
 #include "flock_model.hpp"
+#include "linear_modes.hpp"
 #include "symbols.hpp"
 
 namespace drover::physics::fluctuations_tests {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "drover/physics/long_waves.hpp"
-#include "drover/physics/stability.hpp"
+#include "linear_modes.hpp"
 #include "symbols.hpp"
 #include "text_terms.hpp"
 

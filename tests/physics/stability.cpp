@@ -1,5 +1,4 @@
 // tests/physics/stability.cpp: modes of waves on uniform states against closed forms; what grows, found and named.
-#include "drover/physics/stability.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +7,7 @@
 #include "drover/base/random.hpp"
 #include "drover/physics/long_waves.hpp"
 #include "flock_model.hpp"
+#include "linear_modes.hpp"
 #include "symbols.hpp"
 
 namespace drover::physics::stability_tests {

@@ -6,6 +6,7 @@
 
 #include "drover/base/random.hpp"
 #include "drover/base/threads.hpp"
+#include "drover/physics/integrated.hpp"
 #include "full_model.hpp"
 #include "modes.hpp"
 #include "text_terms.hpp"
@@ -213,19 +214,19 @@ TEST(Terms, that_are_inactive_cost_no_transform) {
     model.drag.coefficient_terms = model.driving.strength_terms = model.relaxation.rate_terms =
         model.relaxation.saturation_terms = model.weathercock.strength_terms = {};
     // rho, v, p, the force, curl p; rho v, d_t v, d_t p, p^2/2.
-    EXPECT_EQ(transform_count(Equations(model)).inverse, 8);
-    EXPECT_EQ(transform_count(Equations(model)).forward, 7);
+    EXPECT_EQ(transforms_of(integrated(model)).inverse, 8);
+    EXPECT_EQ(transforms_of(integrated(model)).forward, 7);
     model.advection.strength = 0.0;
-    EXPECT_EQ(transform_count(Equations(model)).inverse, 7);
-    EXPECT_EQ(transform_count(Equations(model)).forward, 6);
+    EXPECT_EQ(transforms_of(integrated(model)).inverse, 7);
+    EXPECT_EQ(transforms_of(integrated(model)).forward, 6);
     model.relaxation.saturation = 0.0;
-    EXPECT_EQ(transform_count(Equations(model)).inverse, 5);
-    EXPECT_EQ(transform_count(Equations(model)).forward, 4);
+    EXPECT_EQ(transforms_of(integrated(model)).inverse, 5);
+    EXPECT_EQ(transforms_of(integrated(model)).forward, 4);
 }
 
 TEST(Terms, of_a_form_with_fewer_fields_cost_fewer_transforms) {
     const auto count = [](const Model& model) {
-        const TransformCount c = transform_count(Equations(model));
+        const model::TransformCount c = transforms_of(integrated(model));
         return c.inverse + c.forward;
     };
     std::vector<NamedModel> forms = all_forms();

@@ -8,8 +8,8 @@
 
 #include "drover/numerics/stepper.hpp"
 #include "drover/physics/initial_state.hpp"
-#include "drover/physics/stability.hpp"
 #include "evolution.hpp"
+#include "linear_modes.hpp"
 #include "planes.hpp"
 #include "symbols.hpp"
 

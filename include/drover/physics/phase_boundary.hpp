@@ -24,7 +24,7 @@ Limit limit_of(const std::string& name);  ///< throws an input Error that lists 
 using model::Margin;
 
 /// Stability margin, exact in the limit q -> 0, by second-order perturbation theory; waves of finite length may become
-/// unstable earlier, see physics/stability.hpp.  NaN: the state of this limit does not exist, or the densities are
+/// unstable earlier, see model/instabilities.hpp.  NaN: the state of this limit does not exist, or the densities are
 /// outside a table.  Its angle is that from p0.
 Margin margin(const Equations& equations, double bead_density, double rod_density, Limit limit);
 

@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/physics/stability.hpp"
+#include "drover/model/theory.hpp"
+#include "drover/physics/uniform_states.hpp"
 
 namespace drover::physics {
 

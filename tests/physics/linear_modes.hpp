@@ -1,10 +1,7 @@
-// physics/stability.hpp: linear modes of a uniform state: rates, frequencies and shapes.
+// tests/physics/linear_modes.hpp: linear modes of a uniform state of rods and beads.
 #pragma once
 #include <cmath>
-#include <string>
-#include <vector>
 
-#include "drover/base/threads.hpp"
 #include "drover/model/theory.hpp"
 #include "drover/physics/equations.hpp"
 #include "drover/physics/uniform_states.hpp"
