@@ -8,6 +8,7 @@
 #include "drover/model/instabilities.hpp"
 #include "physics/linear_modes.hpp"
 #include "physics/planes.hpp"
+#include "physics/symbols.hpp"
 
 namespace drover {
 namespace {
