@@ -7,6 +7,7 @@
 
 #include "drover/numerics/kept_modes.hpp"
 #include "drover/physics/coefficient_registry.hpp"
+#include "drover/physics/linear_theory.hpp"
 #include "io/scene_declared.hpp"
 #include "io/scene_model.hpp"
 
@@ -280,6 +281,7 @@ model::Start start_of(const Scene& scene) {
 }
 
 int kept_degree(const Scene& scene, const model::Equations& equations) {
+    if (scene.kind == SceneKind::fields) return physics::kept_degree(physics::Equations(scene.model), scene.dealiasing);
     return numerics::kept_degree(equations.degree(), scene.dealiasing.rule);
 }
 

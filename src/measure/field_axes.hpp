@@ -1,4 +1,4 @@
-// measure/field_axes.hpp: the axes of the observables of fields, and their correlations.
+// measure/field_axes.hpp: the axes and names of the observables of fields.
 #pragma once
 #include "drover/measure/field_setting.hpp"
 #include "drover/measure/observable.hpp"
@@ -11,7 +11,10 @@ Axis separation_axis(const FieldSetting& setting);
 Axis term_axis(const FieldSetting& setting);
 Axis family_axis(const BoxFamily& family, const FieldSetting& setting);
 
-/// <a(r0) a(r0 + r)> by the distance r, from |a_q|^2 of each stored mode: averaged over r0 and the directions of r.
-std::vector<double> radial_correlation(const FieldSetting& setting, const std::vector<double>& powers);
+/// "mean_phi", of a part "mean_p_x", or with the name of the field first.
+std::string statistic_name(const MeasuredField& field, const std::string& statistic, std::size_t part);
+std::string statistic_name(const MeasuredField& field, const std::string& statistic);
+/// Of the number of bodies in the cell.
+std::string total_name(const MeasuredField& field);
 
 }  // namespace drover::measure

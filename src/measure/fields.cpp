@@ -6,14 +6,13 @@
 #include <utility>
 
 #include "drover/base/text.hpp"
+#include "drover/model/start.hpp"
 #include "measure/field_axes.hpp"
 #include "measure/shared_rows.hpp"
 
 namespace drover::measure {
 
 namespace {
-
-using numerics::Complex;
 
 double cell_width(const FieldSetting& setting) { return setting.grid.lx / setting.grid.nx; }
 double cell_height(const FieldSetting& setting) { return setting.grid.ly / setting.grid.ny; }
@@ -38,24 +37,6 @@ void bin_separations(FieldSetting& setting) {
     for (std::size_t bin = 0; bin < bins; ++bin) setting.separations.push_back(sum[bin] / weight[bin]);
 }
 
-/// |component along q|^2 and |component across q|^2 of a vector, mode by mode.
-void split_powers(const FieldSetting& setting, std::span<const Complex> x, std::span<const Complex> y,
-                  std::vector<double>& along, std::vector<double>& across,
-                  const std::function<void(std::size_t, Complex)>& see_along) {
-    along.resize(x.size());
-    across.resize(x.size());
-    for (std::size_t j = 0, mode = 0; j < static_cast<std::size_t>(setting.grid.ny); ++j)
-        for (std::size_t i = 0; i < numerics::columns(setting.grid); ++i, ++mode) {
-            const numerics::Wavevector q = numerics::wavevector(setting.grid, i, j);
-            const double size = std::sqrt(q.x * q.x + q.y * q.y);
-            const double cosine = size > 0.0 ? q.x / size : 1.0, sine = size > 0.0 ? q.y / size : 0.0;
-            const Complex component = cosine * x[mode] + sine * y[mode];
-            along[mode] = std::norm(component);
-            across[mode] = std::norm(cosine * y[mode] - sine * x[mode]);
-            if (see_along) see_along(mode, component);
-        }
-}
-
 /// Shorter sides of long boxes; on the smallest grids the longer side is that of the cell.
 std::vector<int> long_ladder(int n) {
     std::vector<int> sides = numerics::box_ladder(n / 4);
@@ -63,29 +44,48 @@ std::vector<int> long_ladder(int n) {
     return sides;
 }
 
-/// Sum over all modes in shells, at each sample, of the observables named: the total power.
-std::vector<double> total_power(const FieldSetting& setting, const std::vector<RecordedSeries>& series,
-                                const std::vector<std::string>& names) {
-    const std::vector<double>& weight = setting.shells.weight;
-    std::vector<double> total;
-    for (const std::string& name : names) {
-        const RecordedSeries* recorded = find_row(series, name);
-        if (recorded == nullptr) continue;
-        total.resize(recorded->values.size() / weight.size());
-        for (std::size_t sample = 0; sample < total.size(); ++sample)
-            for (std::size_t n = 0; n < weight.size(); ++n)
-                total[sample] += weight[n] * recorded->values[sample * weight.size() + n];
+void add_fields(const model::Equations& equations, const std::vector<model::StateComponent>& components,
+                FieldSetting& setting) {
+    int first = setting.of_state + setting.in_balance;
+    for (const model::StateComponent& component : components) {
+        if (component.part == 0) {
+            const model::Field& field = equations.model().fields[component.field];
+            setting.fields.push_back({.name = field.name,
+                                      .symbol = field.symbol,
+                                      .unit = field.unit,
+                                      .short_name = model::short_name(field),
+                                      .counted = model::counted_by(field),
+                                      .components = model::dataset_names(field),
+                                      .field = component.field,
+                                      .spin = field.spin,
+                                      .first = first,
+                                      .is_solenoidal = field.solenoidal,
+                                      .name_first = field.observed.name_first});
+        }
+        ++first;
     }
-    return total;
+}
+
+/// Vectors of bodies, the flow by its unit.
+void add_body_vectors(const model::Equations& equations, FieldSetting& setting) {
+    for (const MeasuredField& one : setting.fields) {
+        const std::string& density = equations.model().fields[one.field].observed.of;
+        if (density.empty()) continue;
+        BodyVector vector{.first = one.first};
+        for (const MeasuredField& other : setting.fields)
+            if (other.symbol == density) {
+                vector.density = other.first;
+                vector.is_sum = other.unit == one.unit;
+            }
+        (one.unit == "mm s-1" ? setting.flow : setting.order) = vector;
+    }
 }
 
 }  // namespace
 
-FieldSetting make_field_setting(const numerics::Grid& grid, const physics::Form& form, int degree,
-                                std::optional<std::vector<std::string>> power_terms) {
+FieldSetting make_field_setting(const model::Equations& equations, const numerics::Grid& grid, int degree) {
     const int shorter = grid.ny == 1 ? grid.nx : std::min(grid.nx, grid.ny);
     FieldSetting setting{.grid = grid,
-                         .form = form,
                          .shells = numerics::shells(grid, degree),
                          .sectors = numerics::sectors(grid, direction_sectors),
                          .boxes = numerics::box_ladder(shorter),
@@ -93,38 +93,24 @@ FieldSetting make_field_setting(const numerics::Grid& grid, const physics::Form&
                          .degree = degree,
                          .separations = {},
                          .separation_bin = {},
-                         .terms = std::move(power_terms)};
+                         .terms = {},
+                         .fields = {}};
     bin_separations(setting);
+    const auto state = model::components_of_state(equations), balanced = model::components_in_balance(equations);
+    add_fields(equations, state, setting);
+    setting.of_state = static_cast<int>(state.size());
+    add_fields(equations, balanced, setting);
+    setting.in_balance = static_cast<int>(balanced.size());
+    std::ranges::stable_sort(setting.fields, {}, [&](const MeasuredField& field) {
+        return equations.model().fields[field.field].observed.drawn;
+    });
+    add_body_vectors(equations, setting);
     return setting;
 }
 
 bool is_in_tail(const numerics::Grid& grid, int degree, std::size_t column, std::size_t row) {
     const double cut = 2.0 / 3.0 / (degree + 1);
     return static_cast<double>(column) > cut * grid.nx || std::abs(numerics::mode_number_y(grid, row)) > cut * grid.ny;
-}
-
-ModePowers mode_powers(const FieldSetting& setting, const numerics::Spectra& spectra,
-                       const numerics::Spectra* velocity) {
-    const physics::Form& form = setting.form;
-    const bool has_rods = form.rod_density >= 0, has_beads = form.bead_density >= 0, has_order = form.polar_order >= 0;
-    ModePowers powers;
-    if (has_rods)
-        for (const Complex sigma : spectra[form.rod_density]) powers.rods.push_back(std::norm(sigma));
-    if (has_beads)
-        for (const Complex rho : spectra[form.bead_density]) powers.beads.push_back(std::norm(rho));
-    for (std::size_t m = 0; has_beads && has_rods && m < spectra.size; ++m)
-        powers.beads_rods.push_back((std::conj(spectra[form.bead_density][m]) * spectra[form.rod_density][m]).real());
-    if (velocity != nullptr)
-        split_powers(setting, (*velocity)[0], (*velocity)[1], powers.velocity_along, powers.velocity_across, {});
-    if (!has_order) return powers;
-    if (has_rods) powers.cross.resize(spectra.size);
-    const auto cross = [&](std::size_t mode, Complex along) {
-        const Complex sigma = spectra[form.rod_density][mode];
-        powers.cross[mode] = sigma.imag() * along.real() - sigma.real() * along.imag();  // Re(sigma^* i along)
-    };
-    split_powers(setting, spectra[form.polar_order], spectra[form.polar_order + 1], powers.order_along,
-                 powers.order_across, has_rods ? cross : std::function<void(std::size_t, Complex)>());
-    return powers;
 }
 
 std::span<const BoxFamily> box_families() {
@@ -171,24 +157,29 @@ Axis family_axis(const BoxFamily& family, const FieldSetting& setting) {
 
 Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries> series) {
     Recorded recorded{.series = std::move(series), .area = numerics::area(setting.grid)};
+    const auto values = [&](const std::string& name) {
+        const RecordedSeries* row = find_row(recorded.series, name);
+        return row == nullptr ? std::vector<double>() : row->values;
+    };
     const auto points = static_cast<double>(numerics::points(setting.grid));
-    for (const BoxFamily& family : box_families())
-        for (const char* what : {"rod", "bead"}) {
-            const RecordedSeries* total = find_row(recorded.series, text("{}s_total", what));
-            if (total == nullptr) continue;
-            BoxSizes boxes{what, family.ending, family.shape, total->values.empty() ? 0.0 : total->values.front(), {}};
+    recorded.indicators.push_back(values("polar_order"));
+    for (const MeasuredField& field : setting.fields) {
+        if (field.first >= setting.of_state) continue;  // what is in balance follows the others
+        recorded.indicators.push_back(values("variance_" + field.name));
+        recorded.indicators.push_back(values("size_mean_" + field.name));
+        if (field.counted.empty()) continue;
+        std::vector<double> total = values(total_name(field));
+        for (const double mean : values(statistic_name(field, "mean"))) total.push_back(mean * recorded.area);
+        if (total.empty()) continue;
+        for (const BoxFamily& family : box_families()) {
+            BoxSizes boxes{field.counted, family.ending, family.shape, total.front(), {}};
             for (const int side : setting.*family.sides) {
                 const numerics::BoxCells box = numerics::box_cells(setting.grid, side, family.along_x, family.along_y);
                 boxes.fractions.push_back(static_cast<double>(box.x) * box.y / points);
             }
             recorded.boxes.push_back(std::move(boxes));
         }
-    for (const std::vector<std::string>& names : {std::vector<std::string>{"structure_factor_rods"},
-                                                  {"structure_factor_beads"},
-                                                  {"structure_factor_order_along", "structure_factor_order_across"}})
-        recorded.indicators.push_back(total_power(setting, recorded.series, names));
-    if (const RecordedSeries* order = find_row(recorded.series, "polar_order"))
-        recorded.indicators.push_back(order->values);
+    }
     return recorded;
 }
 

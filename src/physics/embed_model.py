@@ -46,6 +46,9 @@ def field(row, model):
             f'     .unit = {text(row["unit"])}, .meaning = {text(row["meaning"])},\n'
             f'     .spin = {int(row.get("rank") == "vector")}, .mass = {text(row.get("mass", ""))},\n'
             f'     .conserved = {text(row.get("conserved", False))}, .noise = {text(noise[0])},\n'
+            f'     .observed = {{.short_name = {text(row["short"])}, .counted = {text(row.get("counted", ""))},\n'
+            f'                  .of = {text(row.get("of", ""))},\n'
+            f'                  .name_first = {text(row.get("name_first", False))}, .drawn = {row["drawn"]}}},\n'
             f'     .terms = {{' + ",\n               ".join(terms) + "}}")
 
 

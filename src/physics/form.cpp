@@ -37,18 +37,23 @@ std::string form_name(const Form& form) {
     return text("polar order{}{}{}", beads ? ", bead density" : "", rods ? ", rod density" : "", velocity);
 }
 
+bool has_field(const Form& form, const std::string& symbol) {
+    if (symbol == "rho") return form.bead_density >= 0;
+    if (symbol == "sigma") return form.rod_density >= 0;
+    return symbol == "p" ? form.polar_order >= 0 : form.velocity != Velocity::absent;
+}
+
 std::vector<Component> component_names(const Form& form) {
     std::vector<Component> names;
     for (const RodBead::Field& row : rod_bead().fields) {
-        const int first = row.symbol == "rho"     ? form.bead_density
-                          : row.symbol == "sigma" ? form.rod_density
-                          : row.symbol == "v"     ? form.bead_velocity
-                                                  : form.polar_order;
-        if (first < 0) continue;
-        const std::vector<const char*> parts = row.spin == 0 ? std::vector{""} : std::vector{"_x", "_y"};
-        for (const char* part : parts)
+        const bool follows = row.symbol == "v" && form.velocity != Velocity::dynamic;
+        if (follows || !has_field(form, row.symbol)) continue;
+        const model::Field field{.name = row.name, .symbol = row.symbol, .spin = row.spin};
+        const std::vector<std::string> components = model::dataset_names(field),
+                                       symbols = model::component_names(field);
+        for (std::size_t part = 0; part < components.size(); ++part)
             names.push_back(
-                {row.name + part, unit_of(row, form.order_is_density), row.meaning + ", " + row.symbol + part});
+                {components[part], unit_of(row, form.order_is_density), row.meaning + ", " + symbols[part]});
     }
     return names;
 }

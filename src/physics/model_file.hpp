@@ -4,9 +4,11 @@
 #include <utility>
 #include <vector>
 
+#include "drover/model/model.hpp"
+
 namespace drover::physics {
 
-/// The file, as it is compiled into the library.
+/// The file, as it is compiled into the library, without its coefficients.
 struct RodBead {
     struct Field {
         std::string symbol, name, left;
@@ -15,7 +17,8 @@ struct RodBead {
         int spin = 0;
         std::string mass;
         bool conserved = false;
-        std::string noise;                                       ///< key of its strength
+        std::string noise;  ///< key of its strength
+        model::Observed observed;
         std::vector<std::pair<std::string, std::string>> terms;  ///< key and formula
     };
     std::vector<Field> fields;

@@ -93,7 +93,8 @@ model::Field field_of(const CompiledModel& m, const RodBead::Field& row, Written
                        .symbol = row.symbol,
                        .spin = row.spin,
                        .unit = unit_of(row, m.form.order_is_density),
-                       .meaning = row.meaning};
+                       .meaning = row.meaning,
+                       .observed = row.observed};
     if (row.symbol == "rho") field.reference = m.model.uniform.bead_density;
     if (row.symbol == "sigma") field.reference = m.model.uniform.rod_density;
     field.conserved = row.conserved;

@@ -3,12 +3,6 @@
 
 namespace drover::physics {
 
-bool has_field(const Form& form, const std::string& symbol) {
-    if (symbol == "rho") return form.bead_density >= 0;
-    if (symbol == "sigma") return form.rod_density >= 0;
-    return symbol == "p" || form.velocity != Velocity::absent;
-}
-
 std::map<std::string, std::string> text_names(const Form& form) {
     std::map<std::string, std::string> names;
     for (const TermTarget& target : term_targets) {

@@ -17,8 +17,6 @@ inline constexpr std::array term_targets{TermTarget{"bead_density", "rho", true}
                                          TermTarget{"rod_density", "sigma", true},
                                          TermTarget{"bead_velocity", "v", false}, TermTarget{"order", "p", false}};
 
-bool has_field(const Form& form, const std::string& symbol);
-
 /// The names that texts may use, and those that arguments of functions may have, with the formulas that they stand for.
 std::map<std::string, std::string> text_names(const Form& form);
 std::map<std::string, std::string> argument_names(const Form& form);

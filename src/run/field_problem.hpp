@@ -8,7 +8,6 @@
 #include "drover/io/scene.hpp"
 #include "drover/measure/observable.hpp"
 #include "drover/model/field_evolution.hpp"
-#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
@@ -28,18 +27,8 @@ struct FieldObserver {
     std::size_t values = 0;  ///< of all quantities
     std::function<std::vector<std::vector<double>>(const FieldState&)> measure;
 };
-
-/// Observers of rows, whose moment is made of a state.
-template <class Moment, class MakeMoment>
-FieldObserver field_observer(measure::Observables<Moment> rows, MakeMoment moment_of) {
-    FieldObserver result{.axes = measure::axes_of(rows), .quantities = quantities_of(rows), .measure = {}};
-    for (const auto& row : rows) result.values += measure::size_of(row.axes);
-    result.measure = [rows = std::move(rows), moment_of = std::move(moment_of)](const FieldState& state) {
-        const Moment moment = moment_of(state);
-        return measure_all(rows, moment);
-    };
-    return result;
-}
+/// whole: with what a run alone can tell, its energy budget and its step error.
+FieldObserver field_observer(const io::Scene& scene, const model::Integrated& what, Threads& threads, bool whole);
 
 struct FieldProblem {
     model::Integrated integrated;
@@ -48,8 +37,6 @@ struct FieldProblem {
     std::vector<double> sizes;                ///< of each component: its size in the model; 0: unknown
     /// The state at t = 0, unless it is that of a file.  linear: L and the modes that are kept.
     std::function<numerics::Spectra(const numerics::System& linear, Threads& threads)> start;
-    /// whole: with what a run alone can tell, its energy budget and its step error.
-    std::function<FieldObserver(Threads& threads, bool whole)> observer;
     /// Why a run may have diverged, for people.  tail: the part of the variance of the field in its shortest waves.
     std::function<std::string(const numerics::System& linear, double tail)> likely_cause;
     /// The text of a term that is not finite somewhere in a state; "" if all are.
@@ -58,7 +45,8 @@ struct FieldProblem {
 
 /// Throws an input Error for equations that a run cannot integrate.
 FieldProblem field_problem(const io::Scene& scene);
-FieldProblem rod_bead_problem(const io::Scene& scene);
-FieldProblem declared_problem(const io::Scene& scene);
+/// Sets what follows `balanced`.
+void complete_rod_bead(const io::Scene& scene, FieldProblem& problem);
+void complete_declared(const io::Scene& scene, FieldProblem& problem);
 
 }  // namespace drover::run

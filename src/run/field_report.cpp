@@ -1,9 +1,9 @@
 // run/field_report.cpp: the results of a run of fields beside their linear theory.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "drover/measure/fields.hpp"
-#include "drover/measure/model_fields.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/physics/energy.hpp"
 #include "drover/physics/function_terms.hpp"
@@ -32,92 +32,52 @@ struct Measured {
     std::vector<PredictedRow> predicted;
 };
 
-/// The first part of each field.
-std::vector<std::size_t> first_parts(const model::Model& model) {
-    std::vector<std::size_t> first{0};
+/// The structure factors of the observables.
+std::vector<PredictedRow> predicted_rows(const model::Model& model, const measure::FieldSetting& setting) {
+    std::vector<std::size_t> parts{0};  // the first part of each field
     for (const model::Field& field : model.fields)
-        first.push_back(first.back() + static_cast<std::size_t>(model::components(field)));
-    return first;
-}
-
-void add_rows(const std::string& name, const model::Field& field, std::size_t first, const std::string& counted,
-              std::vector<PredictedRow>& rows) {
-    if (field.spin == 0) rows.push_back({name, first, first, counted});
-    else {
-        rows.push_back({name + "_along", first, first});
-        rows.push_back({name + "_across", first + 1, first + 1});
-    }
-}
-
-/// As observables of rods and beads are named.
-std::vector<PredictedRow> rod_bead_rows(const model::Model& model) {
-    constexpr std::array names{std::pair{"rho", "beads"}, std::pair{"sigma", "rods"}, std::pair{"v", "velocity"},
-                               std::pair{"p", "order"}};
-    const std::vector<std::size_t> first = first_parts(model);
+        parts.push_back(parts.back() + static_cast<std::size_t>(model::components(field)));
     std::vector<PredictedRow> rows;
-    std::vector<std::size_t> densities;
-    for (std::size_t n = 0; n < model.fields.size(); ++n) {
-        const model::Field& field = model.fields[n];
-        for (const auto& [symbol, name] : names)
-            if (field.symbol == symbol)
-                add_rows(text("structure_factor_{}", name), field, first[n],
-                         field.spin == 0 ? std::string(name, std::string_view(name).size() - 1) : "", rows);
-        if (field.spin == 0) densities.push_back(first[n]);
+    for (const measure::MeasuredField& field : setting.fields) {
+        const std::string name = "structure_factor_" + field.short_name;
+        const std::size_t first = parts[field.field];
+        if (field.spin == 0) rows.push_back({name, first, first, field.counted});
+        else {
+            rows.push_back({name + "_along", first, first});
+            rows.push_back({name + "_across", first + 1, first + 1});
+        }
+        for (const measure::MeasuredField& other : setting.fields)
+            if (field.first < other.first && field.spin == 0 && other.spin == 0)
+                rows.push_back({name + "_" + other.short_name, first, parts[other.field]});
     }
-    if (densities.size() == 2) rows.push_back({"structure_factor_beads_rods", densities[0], densities[1]});
     return rows;
 }
 
-Measured measured_rods_and_beads(const files::ArchiveReader& archive, const io::Scene& scene,
-                                 const model::Equations& solver, const Sampling& sampling) {
-    const physics::Equations equations(scene.model);
-    Measured result{.setting = measure::make_field_setting(scene.grid, physics::form(scene.model),
-                                                           physics::kept_degree(equations, scene.dealiasing)),
-                    .predicted = rod_bead_rows(solver.model())};
-    result.setting.watches_error = false;
-    result.biased = biased_rows(measure::field_observables(result.setting), {"rod", "bead"});
+/// The observables that the archive has: those of earlier versions have fewer.
+Measured measured_in(const files::ArchiveReader& archive, const io::Scene& scene, const model::Equations& equations,
+                     const Sampling& sampling) {
+    Measured result{.setting = measure::make_field_setting(equations, scene.grid, io::kept_degree(scene, equations))};
+    measure::FieldSetting& setting = result.setting;
+    const auto is_absent = [&](const auto& row) {
+        return !archive.has(std::string(field_samples_group) + "/" + row.name);
+    };
+    setting.watches_error = false;
+    const auto biased = measure::field_observables(setting);
+    result.biased.has_all = std::none_of(biased.begin(), biased.end(), is_absent);
+    for (const auto& row : biased) result.biased.rows.push_back({row.name, measure::size_of(row.axes)});
+    for (const measure::MeasuredField& field : setting.fields)
+        if (!field.counted.empty()) result.biased.densities.push_back(field.counted);
     if (scene.output.powers) {
         Threads one(1);
-        result.setting.terms = physics::EnergyMeter(equations, scene.grid, scene.dealiasing, one).terms();
+        setting.terms =
+            physics::EnergyMeter(physics::Equations(scene.model), scene.grid, scene.dealiasing, one).terms();
     }
-    result.setting.watches_error = scene.time.max_error > 0.0;
-    result.recorded = measure::field_recording(result.setting, read_series(archive, field_samples_group,
-                                                                           measure::field_observables(result.setting),
-                                                                           sampling.samples));
-    return result;
-}
-
-Measured measured_model(const files::ArchiveReader& archive, const io::Scene& scene, const model::Equations& equations,
-                        const Sampling& sampling) {
-    // Archives of before November 2026 have no estimate.
-    const bool watches = scene.time.max_error > 0.0 && archive.has(std::string(field_samples_group) + "/step_error");
-    const std::vector<model::StateComponent> balanced = model::components_in_balance(equations);
-    const bool with_balanced =
-        !balanced.empty() && archive.has(std::string(field_samples_group) + "/mean_" + balanced.front().name);
-    measure::ModelSetting setting =
-        measure::make_model_setting(equations, scene.grid, io::kept_degree(scene, equations), false, with_balanced);
-    std::vector<std::string> densities;
-    for (const measure::MeasuredField& field : setting.fields)
-        if (field.is_density) densities.push_back(field.name);
-    Measured result{.biased = biased_rows(measure::model_observables(setting), std::move(densities))};
-    setting.grid.watches_error = watches;
+    setting.watches_error = true;
+    auto rows = measure::field_observables(setting);
+    std::erase_if(rows, is_absent);
     result.recorded =
-        measure::model_recording(setting, read_series(archive, field_samples_group, measure::model_observables(setting),
-                                                      sampling.samples));
-    result.setting = setting.grid;
-    const model::Model& model = equations.model();
-    const std::vector<std::size_t> first = first_parts(model);
-    for (const measure::MeasuredField& field : setting.fields) {
-        const std::size_t n = setting.components[static_cast<std::size_t>(field.first)].field;
-        add_rows("structure_factor_" + field.name, model.fields[n], first[n], field.is_density ? field.name : "",
-                 result.predicted);
-        for (const measure::MeasuredField& other : setting.fields) {
-            const std::size_t m = setting.components[static_cast<std::size_t>(other.first)].field;
-            if (field.first < other.first && field.spin == 0 && other.spin == 0)
-                result.predicted.push_back(
-                    {text("structure_factor_{}_{}", field.name, other.name), first[n], first[m]});
-        }
-    }
+        measure::field_recording(setting, read_series(archive, field_samples_group, rows, sampling.samples));
+    result.predicted = predicted_rows(equations.model(), setting);
     return result;
 }
 
@@ -171,9 +131,7 @@ void predict(const model::Equations& equations, const Measured& measured, Report
 Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
     const model::Equations equations = equations_of(scene);
     const Sampling sampling = sampling_of(archive, scene, field_samples_group);
-    Measured measured = scene.kind == io::SceneKind::model
-                            ? measured_model(archive, scene, equations, sampling)
-                            : measured_rods_and_beads(archive, scene, equations, sampling);
+    Measured measured = measured_in(archive, scene, equations, sampling);
     Report report = summary_report(scene, sampling, measured.recorded);
     report.setting = measured.setting;
     report.step_bias =

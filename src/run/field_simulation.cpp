@@ -64,7 +64,7 @@ World::World(const io::Scene& the_scene, Threads& threads)
                  .work = work_of_run(scene, problem)},
                 static_cast<std::uint64_t>(scene.run.seed), threads),
       transform(scene.grid, evolution.linear().degree, threads),
-      observer(problem.observer(threads, true)),
+      observer(field_observer(scene, problem.integrated, threads, true)),
       state(first_state(threads)),
       fields(scene.grid, state.count()),
       balanced(scene.grid, static_cast<int>(problem.balanced.size())) {
@@ -107,7 +107,7 @@ BiasedRun World::biased(Threads& threads) const {
         numerics::Transform transform;
         numerics::Fields fields, balanced;
     };
-    const FieldObserver part = problem.observer(threads, false);
+    const FieldObserver part = field_observer(scene, problem.integrated, threads, false);
     const auto observed = std::make_shared<std::optional<Observed>>();  // made when it is needed
     const auto make_twin = [this, &threads] {
         const auto twin =
@@ -137,13 +137,6 @@ BiasedRun World::biased(Threads& threads) const {
             .make_twin = make_twin};
 }
 
-}  // namespace
-
-FieldProblem field_problem(const io::Scene& scene) {
-    return scene.kind == io::SceneKind::model ? declared_problem(scene) : rod_bead_problem(scene);
-}
-
-namespace {
 files::Recording frames_of(const FieldProblem& problem, const numerics::Grid& grid) {
     files::Recording recording = frames_on(grid);
     recording.quantities = problem.components;

@@ -1,18 +1,12 @@
 // run/rod_bead_problem.cpp: a run of the fields of rods and beads.
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
-#include <optional>
 
-#include "drover/measure/fields.hpp"
-#include "drover/numerics/transform.hpp"
-#include "drover/physics/energy.hpp"
 #include "drover/physics/initial_state.hpp"
 #include "drover/physics/integrated.hpp"
 #include "run/field_problem.hpp"
 #include "run/grid_run.hpp"
-#include "run/scene_equations.hpp"
 
 namespace drover::run {
 
@@ -95,66 +89,14 @@ std::string term_not_finite(const io::Scene& scene, double t, const numerics::Sp
     }
     return "";
 }
-
-FieldObserver observer_of(const io::Scene& scene, const physics::Equations& equations, int degree, Threads& threads,
-                          bool whole) {
-    struct Observer {
-        Observer(const io::Scene& scene, const physics::Form& the_form, int degree, Threads& threads)
-            : form(the_form),
-              setting(measure::make_field_setting(scene.grid, form, degree)),
-              transform(scene.grid, degree, threads) {}
-
-        physics::Form form;
-        measure::FieldSetting setting;
-        numerics::Transform transform;
-        numerics::Spectra velocity = {};
-        std::optional<physics::EnergyMeter> energy = {};
-    };
-    const auto own = std::make_shared<Observer>(scene, equations.form, degree, threads);
-    if (whole && scene.output.powers) {
-        own->energy.emplace(equations, scene.grid, scene.dealiasing, threads);
-        own->setting.terms = own->energy->terms();
-    }
-    own->setting.watches_error = whole && scene.time.max_error > 0.0;
-    if (own->form.velocity != physics::Velocity::absent) own->velocity = numerics::Spectra(scene.grid, 2);
-    return field_observer(measure::field_observables(own->setting), [own](const FieldState& state) {
-        const physics::Form& form = own->form;
-        if (form.velocity == physics::Velocity::slaved) own->transform.forward(state.balanced, own->velocity);
-        if (form.velocity == physics::Velocity::dynamic)
-            for (int axis = 0; axis < 2; ++axis)
-                std::ranges::copy(state.spectra[form.bead_velocity + axis], own->velocity[axis].begin());
-        std::optional<physics::EnergyBudget> energy;
-        if (own->energy) energy = own->energy->measure(state.time, state.spectra);
-        return measure::FieldMoment{.setting = own->setting,
-                                    .spectra = state.spectra,
-                                    .fields = state.fields,
-                                    .velocity = own->velocity.size > 0 ? &own->velocity : nullptr,
-                                    .slaved_velocity = &state.balanced,
-                                    .energy = std::move(energy),
-                                    .step_error = state.step_error};
-    });
-}
 }  // namespace
 
-FieldProblem rod_bead_problem(const io::Scene& scene) {
+void complete_rod_bead(const io::Scene& scene, FieldProblem& problem) {
     const physics::Equations equations(scene.model);
-    FieldProblem problem{.integrated = integrated_of(scene)};
-    for (const physics::Component& one : physics::component_names(equations.form))
-        problem.components.push_back({one.name, one.unit, one.meaning, {"y", "x"}});
-    if (equations.form.velocity == physics::Velocity::slaved)
-        for (const char* axis : {"x", "y"})
-            problem.balanced.push_back(
-                {text("bead_velocity_{}", axis),
-                 "mm s-1",
-                 text("velocity of the beads along {}, in balance with the forces on them", axis),
-                 {"y", "x"}});
     problem.sizes = sizes_of(equations, scene);
     problem.start = [scene](const numerics::System& linear, Threads& threads) {
         return physics::initial_spectra(scene.initial, scene.model, linear, static_cast<std::uint64_t>(scene.run.seed),
                                         threads);
-    };
-    problem.observer = [scene, equations, degree = problem.integrated.kept_degree](Threads& threads, bool whole) {
-        return observer_of(scene, equations, degree, threads, whole);
     };
     problem.likely_cause = [equations](const numerics::System& linear, double) {
         return likely_cause(equations, linear);
@@ -162,7 +104,6 @@ FieldProblem rod_bead_problem(const io::Scene& scene) {
     problem.term_not_finite = [scene](double t, const numerics::Spectra& state) {
         return term_not_finite(scene, t, state);
     };
-    return problem;
 }
 
 }  // namespace drover::run

@@ -150,7 +150,7 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
     }
     biases.missing = why_no_step_bias(scene);
     const std::string group = step_bias_group;
-    if (biases.missing.empty() && !archive.has(group + "/late")) biases.missing = "not measured";
+    if (biases.missing.empty() && (!measured.has_all || !archive.has(group + "/late"))) biases.missing = "not measured";
     if (!biases.missing.empty()) return biases;
     const std::vector<double> times = archive.read(group + "/time").values,
                               steps = archive.read(group + "/steps").values,

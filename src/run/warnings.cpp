@@ -223,9 +223,8 @@ void add_few_particles(const files::ArchiveReader& archive, const io::Scene& sce
     for (const model::Field& field : equations.model().fields) {
         const int here = component;
         component += model::components(field);
-        const bool is_density = field.spin == 0 && field.conserved && field.reference > 0.0;
-        if (!is_density || !multiplies_itself(equations, here)) continue;
-        const std::vector<double> powers = series_of(archive, "structure_factor_" + field.name),
+        if (model::counted_by(field).empty() || !multiplies_itself(equations, here)) continue;
+        const std::vector<double> powers = series_of(archive, "structure_factor_" + model::short_name(field)),
                                   means = series_of(archive, "mean_" + field.name);
         if (samples == 0 || powers.size() < samples || means.size() != samples) continue;
         const double mean = late_mean(means, samples, 0), shortest = late_mean(powers, samples, powers.size());

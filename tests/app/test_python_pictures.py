@@ -202,7 +202,10 @@ def test_an_exact_solution_is_drawn_beside_the_profiles_of_a_run(tmp_path, monke
             assert np.abs(solved.get_ydata() - predicted.get_ydata()).max() < 0.05
         assert [line.get_label() for line in axes.lines][-1] == "exact"
         assert drover.plot.length(run).lines[0].get_ydata()[-1] > 12.0  # the spot grows to a radius of 8 mm
-        assert drover.plot.growth(run).get_ylim()[0] == 0.0
+        density, velocity = drover.plot.growth(run).lines  # which is in balance, and slows down
+        assert density.get_ydata()[0] == pytest.approx(
+            float(np.sqrt(run.observables.variance_bead_density[0]) / run.observables.mean_bead_density[0]))
+        assert velocity.get_ydata()[-1] < 0.5 * velocity.get_ydata()[0]
 
 
 def sweep_of(keys, value, branches=()):

@@ -10,6 +10,8 @@
 
 #include "drover/base/random.hpp"
 #include "drover/numerics/transform.hpp"
+#include "measure/fields_support.hpp"
+#include "measure/unit_product.hpp"
 
 namespace drover::measure::fields_tests {
 namespace {
@@ -27,8 +29,7 @@ struct Scene {
     Fields fields;
     Spectra spectra;
 
-    explicit Scene(const Grid& grid)
-        : setting(make_field_setting(grid, physics::rods_only, 1)), fields(grid, 3), spectra(grid, 3) {}
+    explicit Scene(const Grid& grid) : setting(rods_on(grid)), fields(grid, 3), spectra(grid, 3) {}
 
     void to_spectra() {
         Threads threads(1);
@@ -39,7 +40,7 @@ struct Scene {
 
     /// What the observable of that name gives.
     std::vector<double> operator()(const std::string& name) const {
-        const FieldMoment moment{setting, spectra, fields};
+        const FieldMoment moment = moment_of(setting, spectra, fields);
         const auto rows = field_observables(setting);
         if (const auto* row = find_row(rows, name)) return measure_one(*row, moment);
         ADD_FAILURE() << name << " is not measured";
@@ -90,15 +91,24 @@ double modes_beside(const FieldSetting& setting, std::size_t mode) {
 
 TEST(FieldObservables, every_row_has_a_unique_name_a_unit_and_a_formula) {
     std::set<std::string> names;
-    for (const auto& row : field_observables(make_field_setting(oblong, physics::rods_only, 1))) {
+    for (const auto& row : field_observables(rods_on(oblong))) {
         EXPECT_TRUE(names.insert(row.name).second) << row.name;
         EXPECT_FALSE(row.unit.empty() || row.formula.empty()) << row.name;
     }
 }
 
+TEST(UnitProduct, adds_exponents_and_keeps_what_it_cannot_read_in_brackets) {
+    EXPECT_EQ(unit_product({"mm s-1", "mm s-1", "mm2"}), "mm4 s-2");
+    EXPECT_EQ(unit_product({"mm-2", "mm2"}), "1");
+    EXPECT_EQ(unit_product({"1", "1"}), "1");
+    EXPECT_EQ(unit_product({"1/mm^2", "1/mm^2", "mm2"}), "(1/mm^2)^2 mm2");
+    EXPECT_EQ(unit_product({"1/mm^2", "1", "mm2"}), "(1/mm^2) mm2");
+    EXPECT_EQ(unit_product({"mm/s", "K", "mm2"}), "(mm/s) (K) mm2");
+}
+
 TEST(FieldObservables, have_as_many_values_as_their_axes) {
     const Scene scene = random_scene(oblong, 1);
-    const FieldMoment moment{scene.setting, scene.spectra, scene.fields};
+    const FieldMoment moment = moment_of(scene.setting, scene.spectra, scene.fields);
     for (const auto& row : field_observables(scene.setting))
         EXPECT_EQ(row.measure(moment).size(), size_of(row.axes)) << row.name;
 }
@@ -172,8 +182,7 @@ TEST(StructureFactor, of_one_wave_of_rods_is_nonzero_only_in_its_shell_and_secto
 TEST(StructureFactor, resolves_waves_of_order_along_and_across_q) {
     for (const auto& [kx, ky] : {std::pair{2, 0}, {0, 4}, {3, 2}, {2, -3}}) {
         const double qx = tau * kx / oblong.lx, qy = tau * ky / oblong.ly, q = std::hypot(qx, qy);
-        const auto shell = static_cast<std::size_t>(
-            make_field_setting(oblong, physics::rods_only, 1).shells.of_mode[stored_mode(oblong, kx, ky)]);
+        const auto shell = static_cast<std::size_t>(rods_on(oblong).shells.of_mode[stored_mode(oblong, kx, ky)]);
         for (const bool is_along : {true, false}) {
             Scene scene(oblong);
             add_wave(scene, 1, kx, ky, is_along ? qx / q : -qy / q);
@@ -235,7 +244,7 @@ TEST(StructureFactor, of_a_field_rotated_by_90_degrees_has_its_sectors_rotated) 
 
 TEST(StructureFactor, summed_over_all_modes_is_the_variance_in_real_space) {
     const Scene scene = random_scene(oblong, 6);
-    const ModePowers powers = mode_powers(scene.setting, scene.spectra);
+    const std::vector<FieldPowers> powers = moment_of(scene.setting, scene.spectra, scene.fields).powers;
     const auto total = [&](const std::vector<double>& power) {
         double sum = 0.0;
         for (std::size_t m = 1; m < power.size(); ++m)
@@ -248,8 +257,8 @@ TEST(StructureFactor, summed_over_all_modes_is_the_variance_in_real_space) {
         for (const double value : scene.fields[component]) sum += (value - mean) * (value - mean);
         return sum / static_cast<double>(scene.fields.size);
     };
-    EXPECT_NEAR(total(powers.rods), variance(0), 1e-12);  // rounding
-    EXPECT_NEAR(total(powers.order_along) + total(powers.order_across), variance(1) + variance(2), 1e-12);
+    EXPECT_NEAR(total(powers[0].along), variance(0), 1e-12);  // rounding
+    EXPECT_NEAR(total(powers[1].along) + total(powers[1].across), variance(1) + variance(2), 1e-12);
 }
 
 TEST(StructureFactor, of_independent_rods_is_their_density) {
@@ -269,11 +278,10 @@ TEST(StructureFactor, of_independent_rods_is_their_density) {
 }
 
 TEST(FieldObservables, of_a_form_without_a_field_are_those_of_the_others) {
-    const physics::Form order_alone{.polar_order = 0};
-    const FieldSetting setting = make_field_setting(oblong, order_alone, 3);
+    const FieldSetting setting = setting_of(oblong, model_of({.rod_density = false}, "order"), 3);
     const Spectra spectra(oblong, 2);
     const Fields fields(oblong, 2);
-    const FieldMoment moment{setting, spectra, fields};
+    const FieldMoment moment = moment_of(setting, spectra, fields);
     EXPECT_FALSE(field_observables(setting).empty());
     for (const auto& row : field_observables(setting)) {
         for (const double value : measure_one(row, moment)) EXPECT_TRUE(value == 0.0 || std::isnan(value)) << row.name;

@@ -7,6 +7,7 @@
 
 #include "drover/measure/fields.hpp"
 #include "drover/numerics/transform.hpp"
+#include "measure/fields_support.hpp"
 #include "measure/particles_support.hpp"
 
 namespace drover::measure::shared_rows_tests {
@@ -44,9 +45,10 @@ ParticleScene particles_of(const Snapshot& snapshot) {
 /// The same bodies as fields; the cells have an area of 1 mm^2.
 class FieldScene {
 public:
-    FieldScene(const Snapshot& snapshot, const physics::Form& form)
+    FieldScene(const Snapshot& snapshot, const physics::Model& model)
         : threads_(1),
-          setting_(make_field_setting(grid, form, 1)),
+          setting_(setting_of(grid, model)),
+          form(physics::form(model)),
           fields_(grid, numerics::components(physics::layout(form))),
           velocity_(grid, 2),
           spectra_(grid, fields_.count()),
@@ -70,26 +72,26 @@ public:
     }
     FieldMoment moment() const {
         return {.setting = setting_,
-                .spectra = spectra_,
-                .fields = fields_,
-                .velocity = &velocity_spectra_,
-                .slaved_velocity = &velocity_};
+                .state = spectra_,
+                .state_on_grid = fields_,
+                .balanced = velocity_spectra_,
+                .balanced_on_grid = velocity_};
     }
     const FieldSetting& setting() const { return setting_; }
 
 private:
     Threads threads_;
     FieldSetting setting_;
+    physics::Form form;
     numerics::Fields fields_, velocity_;
     numerics::Spectra spectra_, velocity_spectra_;
 };
 
-std::vector<physics::Form> forms() {
-    std::vector<physics::Form> result;
+std::vector<physics::Model> models() {
+    std::vector<physics::Model> result;
     for (const char* velocity : {"dynamic", "slaved"})
-        for (const bool order_is_density : {true, false})
-            result.push_back(physics::make_form({.bead_density = true, .rod_density = true, .bead_velocity = velocity},
-                                                order_is_density));
+        for (const char* kind : {"order", "density-order"})
+            result.push_back(model_of({.bead_density = true, .rod_density = true, .bead_velocity = velocity}, kind));
     return result;
 }
 
@@ -133,14 +135,14 @@ void expect_one_definition(const Row& of_fields, const Row& of_particles) {
 }
 
 /// Both recordings of the same snapshots.
-std::pair<Recorded, Recorded> recordings(const physics::Form& form) {
+std::pair<Recorded, Recorded> recordings(const physics::Model& model) {
     std::vector<ParticleMoment> particle_moments;
     std::vector<std::unique_ptr<FieldScene>> fields;
     std::vector<FieldMoment> field_moments;
     const ParticleSetting setting = particles_of(snapshots.front()).setting();
     for (const Snapshot& snapshot : snapshots) {
         particle_moments.push_back(particles_of(snapshot).moment(setting));
-        fields.push_back(std::make_unique<FieldScene>(snapshot, form));
+        fields.push_back(std::make_unique<FieldScene>(snapshot, model));
         field_moments.push_back(fields.back()->moment());
     }
     const FieldSetting& field_setting = fields.front()->setting();
@@ -149,8 +151,8 @@ std::pair<Recorded, Recorded> recordings(const physics::Form& form) {
 }
 
 TEST(SharedRows, of_fields_and_particles_agree_on_the_same_snapshots) {
-    for (const physics::Form& form : forms()) {
-        const auto [fields, particles] = recordings(form);
+    for (const physics::Model& model : models()) {
+        const auto [fields, particles] = recordings(model);
         std::set<std::string> shared;
         for (const RecordedSeries& of_fields : fields.series) {
             const RecordedSeries* of_particles = find_row(particles.series, of_fields.name);
@@ -166,7 +168,7 @@ TEST(SharedRows, of_fields_and_particles_agree_on_the_same_snapshots) {
 }
 
 TEST(SharedRows, of_both_summaries_agree_on_the_same_snapshots) {
-    auto [fields, particles] = recordings(forms().front());
+    auto [fields, particles] = recordings(models().front());
     fields.warm_up = particles.warm_up = 0;
     const Summary of_fields = summarise(fields), of_particles = summarise(particles);
     std::set<std::string> shared;
@@ -203,8 +205,8 @@ TEST(SharedRows, are_means_over_bodies_and_not_over_the_area) {
             order_x += snapshot.rods(i, j) * std::cos(snapshot.angle(i, j)) / (4.0 * 2304.0);
             order_y += snapshot.rods(i, j) * std::sin(snapshot.angle(i, j)) / (4.0 * 2304.0);
         }
-    for (const physics::Form& form : forms()) {
-        const FieldScene scene(snapshot, form);
+    for (const physics::Model& model : models()) {
+        const FieldScene scene(snapshot, model);
         const auto value = [&](const char* name) {
             return measure_one(*find_row(field_observables(scene.setting()), name), scene.moment()).front();
         };
@@ -220,8 +222,9 @@ TEST(FlowAlignment, is_the_cosine_between_flow_and_order_and_nan_without_either)
     EXPECT_NEAR(particles("flow_alignment"), -0.6, 1e-12);  // all rods along x; rounding
     for (dem::Bead& bead : particles.bodies.beads) bead.velocity = {};
     EXPECT_TRUE(std::isnan(particles("flow_alignment")));
-    for (const physics::Form& form : forms()) {
-        const FieldSetting setting = make_field_setting(grid, form, 1);
+    for (const physics::Model& model : models()) {
+        const FieldSetting setting = setting_of(grid, model);
+        const physics::Form form = physics::form(model);
         numerics::Fields fields(grid, numerics::components(physics::layout(form))), velocity(grid, 2);
         numerics::Spectra spectra(grid, fields.count()), velocity_spectra(grid, 2);
         Threads threads(1);
@@ -240,10 +243,10 @@ TEST(FlowAlignment, is_the_cosine_between_flow_and_order_and_nan_without_either)
             transform.forward(velocity, velocity_spectra);
             const auto rows = field_observables(setting);
             const FieldMoment moment{.setting = setting,
-                                     .spectra = spectra,
-                                     .fields = fields,
-                                     .velocity = &velocity_spectra,
-                                     .slaved_velocity = &velocity};
+                                     .state = spectra,
+                                     .state_on_grid = fields,
+                                     .balanced = velocity_spectra,
+                                     .balanced_on_grid = velocity};
             return measure_one(*find_row(rows, "flow_alignment"), moment).front();
         };
         EXPECT_NEAR(alignment(-3.0, 4.0, 0.5), -0.6, 1e-12);
@@ -263,10 +266,10 @@ TEST(FlowAlignment, that_is_undefined_in_a_sample_has_no_mean_and_the_summary_re
 
 TEST(SharedRows, leave_no_name_of_a_field_to_an_observable) {
     const auto observables = particle_observables(particles_of(snapshots.front()).setting());
-    for (const physics::Form& form : forms())
-        for (const physics::Component& component : physics::component_names(form)) {
+    for (const physics::Model& model : models())
+        for (const physics::Component& component : physics::component_names(physics::form(model))) {
             EXPECT_EQ(find_row(observables, component.name), nullptr) << component.name;
-            EXPECT_EQ(find_row(field_observables(make_field_setting(grid, form, 1)), component.name), nullptr);
+            EXPECT_EQ(find_row(field_observables(setting_of(grid, model)), component.name), nullptr);
         }
 }
 

@@ -11,11 +11,12 @@
 
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
+#include "measure/fields_support.hpp"
 
 namespace drover::measure::summary_tests {
 namespace {
 
-const FieldSetting setting = make_field_setting({.nx = 16, .ny = 32, .lx = 4.0, .ly = 8.0}, physics::rods_only, 3);
+const FieldSetting setting = rods_on({.nx = 16, .ny = 32, .lx = 4.0, .ly = 8.0}, 3);
 
 /// Recorded values of every observable: `mean(name, k)` of the k-th value, times 1 + 0.1 noise at each sample.
 struct Recording {
@@ -135,8 +136,8 @@ TEST(Summary, susceptibility_and_binder_cumulant_are_those_of_the_polar_order) {
     EXPECT_LT(*binder.error, 0.01);  // 2/3/sqrt(20000) = 0.005
 }
 
-TEST(Summary, leaves_the_longest_warm_up_of_order_and_powers_out_of_all_means) {
-    for (const std::string slow : {"polar_order", "structure_factor_rods", "structure_factor_order_across"}) {
+TEST(Summary, leaves_the_longest_warm_up_of_order_and_variances_out_of_all_means) {
+    for (const std::string slow : {"polar_order", "variance_rod_density", "size_mean_polar_order"}) {
         Recording recording(4000, [](const std::string&, std::size_t) { return 1.0; });
         std::vector<double>& series = recording[slow];
         const std::size_t size = series.size() / 4000;

@@ -8,6 +8,7 @@
 #include "drover/measure/fields.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/initial_state.hpp"
+#include "measure/fields_support.hpp"
 
 namespace drover::measure::two_components_tests {
 namespace {
@@ -31,20 +32,14 @@ public:
           system_(physics::linear_system(model, grid)),
           spectra_(physics::initial_spectra(formulas, model, system_, 1, threads_)),
           fields_(grid, spectra_.count()),
-          velocity_(grid, 2),
           energy_(equations_, grid, {}, threads_),
-          setting_(make_field_setting(grid, equations_.form, system_.degree, energy_.terms())) {
+          setting_(setting_of(grid, model, system_.degree)) {
         numerics::Transform(grid, system_.degree, threads_).backward(spectra_, fields_);
-        for (int axis = 0; axis < 2; ++axis)
-            std::copy(spectra_[equations_.form.bead_velocity + axis].begin(),
-                      spectra_[equations_.form.bead_velocity + axis].end(), velocity_[axis].begin());
+        setting_.terms = energy_.terms();
     }
     std::vector<double> operator()(const std::string& name) const {
-        const FieldMoment moment{.setting = setting_,
-                                 .spectra = spectra_,
-                                 .fields = fields_,
-                                 .velocity = &velocity_,
-                                 .energy = energy_.measure(0.0, spectra_)};
+        FieldMoment moment = moment_of(setting_, spectra_, fields_);
+        moment.energy = energy_.measure(0.0, spectra_);
         const auto rows = field_observables(setting_);
         if (const auto* row = find_row(rows, name)) return measure_one(*row, moment);
         ADD_FAILURE() << name << " is not measured";
@@ -58,7 +53,6 @@ private:
     numerics::System system_;
     numerics::Spectra spectra_;
     numerics::Fields fields_;
-    numerics::Spectra velocity_;
     physics::EnergyMeter energy_;
     FieldSetting setting_;
 };
@@ -71,6 +65,19 @@ TEST(BeadVelocity, of_a_uniform_flow_with_a_wave_has_the_order_of_the_flow) {
     EXPECT_NEAR(scene("bead_velocity_mean_x")[0], 0.8, rounding);
     EXPECT_NEAR(scene("bead_speed")[0], 1.0, rounding);
     EXPECT_NEAR(scene("bead_velocity_order")[0], 0.8, rounding);
+}
+
+TEST(FieldObservables, of_rods_and_beads_are_those_of_any_field_as_well) {
+    const Fixture scene({.kind = "formula",
+                         .rod_density = "2 + 0.3 * cos(2*pi*x/8)",
+                         .bead_velocity_x = "0.3 + 0.1 * cos(2*pi*x/8)",
+                         .bead_velocity_y = "-0.4"});
+    EXPECT_NEAR(scene("mean_rod_density")[0], 2.0, rounding);
+    EXPECT_NEAR(scene("rods_total")[0], 96.0, 48.0 * rounding);
+    EXPECT_NEAR(scene("mean_bead_velocity_x")[0], 0.3, rounding);
+    EXPECT_NEAR(scene("size_mean_bead_velocity")[0], 0.5, rounding);
+    EXPECT_NEAR(scene("largest_bead_velocity")[0], std::hypot(0.4, 0.4), rounding);
+    EXPECT_NEAR(scene("correlation_rod_density")[0], 4.0 + 0.5 * 0.09, 4.0 * rounding) << "at no distance";
 }
 
 TEST(BeadVelocity, across_the_wavevector_is_shear_and_along_it_is_sound) {

@@ -154,8 +154,9 @@ void require_kind(const Scene& scene, SceneKind kind, const std::string& command
 /// The same for a command on fields of any model.
 void require_grid(const Scene& scene, const std::string& command);
 
-/// Of a scene with a model of its own: its start, and the degree that decides which modes are kept.
+/// The start of a scene with a model of its own.
 model::Start start_of(const Scene& scene);
+/// The degree that decides which modes are kept.
 int kept_degree(const Scene& scene, const model::Equations& equations);
 
 /// Whether a number of the model came from the table of calibrated.table.

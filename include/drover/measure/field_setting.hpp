@@ -1,20 +1,39 @@
-// measure/field_setting.hpp: the grid, modes, boxes and bins that the observables of fields share.
+// measure/field_setting.hpp: the fields, grid, modes, boxes and bins that the observables of fields share.
 #pragma once
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "drover/model/equations.hpp"
 #include "drover/numerics/grid.hpp"
 #include "drover/numerics/shells.hpp"
-#include "drover/physics/form.hpp"
 
 namespace drover::measure {
+
+/// A field, as observables name it.
+struct MeasuredField {
+    std::string name, symbol, unit;
+    std::string short_name;               ///< in structure factors
+    std::string counted;                  ///< what number fluctuations count; "": nothing
+    std::vector<std::string> components;  ///< their names
+    std::size_t field = 0;                ///< its place in the model
+    int spin = 0;
+    int first = 0;               ///< its first component: those of a state, then those in balance
+    bool is_solenoidal = false;  ///< has no part along q
+    bool name_first = false;     ///< model::Observed
+};
+
+/// A vector of bodies: the order of rods, the flow of beads.
+struct BodyVector {
+    int first = 0;        ///< its first component
+    int density = -1;     ///< of the bodies; -1: they are uniform
+    bool is_sum = false;  ///< over the bodies of a unit of area, not their mean
+};
 
 /// What the observables of a run need, prepared once.
 struct FieldSetting {
     numerics::Grid grid;
-    physics::Form form;
     numerics::Shells shells;
     numerics::Sectors sectors;
     std::vector<int> boxes;                         ///< box sides, in cells: a box has as many cells along x as along y
@@ -24,9 +43,12 @@ struct FieldSetting {
     std::vector<int> separation_bin;                ///< of each grid point as a displacement, -1 for none
     std::optional<std::vector<std::string>> terms;  ///< whose powers are measured; nullopt: no energy budget
     bool watches_error = true;                      ///< the run estimates the error of its time steps
+    std::vector<MeasuredField> fields;              ///< in the order of their observables
+    int of_state = 0;                               ///< components of a state
+    int in_balance = 0;                             ///< components in balance
+    std::optional<BodyVector> order, flow;          ///< of bodies; the flow is a velocity
 };
-FieldSetting make_field_setting(const numerics::Grid& grid, const physics::Form& form, int degree,
-                                std::optional<std::vector<std::string>> power_terms = {});
+FieldSetting make_field_setting(const model::Equations& equations, const numerics::Grid& grid, int degree);
 
 /// Boxes of one shape, by size.  The names of their observables end in `ending`.
 struct BoxFamily {

@@ -75,6 +75,16 @@ enum class Part {
     imaginary  ///< _im
 };
 
+/// What observables make of a field, and how they name it where that is not by its name.
+struct Observed {
+    std::string short_name = {};  ///< in structure factors: "rods"
+    std::string counted = {};     ///< a body of a density, whose number fluctuations are measured: "rod"
+    /// Symbol of the density whose bodies have a vector: the mean over them or, in the unit of that density, their sum.
+    std::string of = {};
+    bool name_first = false;  ///< "polar_order_mean_x" in place of "mean_polar_order_x"
+    int drawn = 0;            ///< its place among observables and in figures; 0: that in the model
+};
+
 /// A declared field.  In two dimensions a field of spin m has one component (m = 0) or two (m >= 1): those of the
 /// complex number F = F_1 + i F_2 that turns by the angle m theta when space is turned by theta.  A vector has spin 1
 /// (F = v_x + i v_y), a nematic spin 2 (F = Q_xx + i Q_xy).
@@ -95,6 +105,7 @@ struct Field {
     double reference = 0.0;        ///< of a true scalar: its value in the state about which the linear part is exact
     double noise = 0.0;            ///< D: <f f> = D delta delta for each component of a noise f of its own in d_t F
     bool noise_conserves = false;  ///< <f f> = D q^2 delta delta: the noise is the divergence of a random flux
+    Observed observed = {};
     SourceLocation where = {};
 };
 
@@ -129,5 +140,16 @@ std::vector<std::string> component_names(const Field& field);
 std::vector<std::string> dataset_names(const Field& field);
 
 inline int components(const Field& field) { return field.spin == 0 ? 1 : 2; }
+
+/// What a density counts in boxes, a conserved scalar of positive mean by its own name; "" of other fields.
+inline std::string counted_by(const Field& field) {
+    const bool is_density = field.spin == 0 && field.conserved && field.reference > 0.0;
+    return field.observed.counted.empty() && is_density ? field.name : field.observed.counted;
+}
+
+/// Its name in structure factors.
+inline std::string short_name(const Field& field) {
+    return field.observed.short_name.empty() ? field.name : field.observed.short_name;
+}
 
 }  // namespace drover::model

@@ -40,6 +40,9 @@ inline constexpr Form rods_only{.rod_density = 0, .polar_order = 1, .order_is_de
 
 numerics::Layout layout(const Form& form);
 
+/// By its symbol in equations.
+bool has_field(const Form& form, const std::string& symbol);
+
 /// Readable name: "two-component", "dilute", "overdamped", "rods only", "polar", or else the list of fields.
 std::string form_name(const Form& form);
 

@@ -31,16 +31,10 @@ struct BiasedRows {
         std::string name;
         std::size_t values = 1;
     };
-    std::vector<Row> rows;
-    std::vector<std::string> densities;  ///< "rod": those that are counted in boxes
+    std::vector<Row> rows = {};
+    std::vector<std::string> densities = {};  ///< "rod": those that are counted in boxes
+    bool has_all = true;                      ///< false: the archive is of a version with other observables
 };
-
-template <class Moment>
-BiasedRows biased_rows(const measure::Observables<Moment>& observables, std::vector<std::string> densities) {
-    BiasedRows result{.rows = {}, .densities = std::move(densities)};
-    for (const auto& row : observables) result.rows.push_back({row.name, measure::size_of(row.axes)});
-    return result;
-}
 
 /// From what the archive of a run of fields has recorded, for the rows of its summary.
 /// is_exact: every term is linear.

@@ -70,7 +70,7 @@ def draw_profiles(axes, run, exact=None):
 
 def draw_growth(axes, run):
     """Draws standard deviations of the fields over time, densities relative to their means."""
-    # A field in balance has none in archives of the shipped model.
+    # A field in balance has none in archives of earlier versions of the shipped model.
     roles = [role for role in roles_of(run) if f"variance_{role.name}" in run.observables]
     if draw_deviations(axes, run, sorted(roles, key=lambda role: not role.is_density)):
         rows, is_log = -(-len(axes.lines) // 2), axes.get_yscale() == "log"
