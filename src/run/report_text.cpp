@@ -28,21 +28,25 @@ double largest_of_unit(const Report& report, const std::string& unit) {
     return largest;
 }
 
+/// The largest number of the unit of the field of which a variance or structure factor is; 1 of others.
+double amplitude_of(const Report& report, const std::string& row) {
+    const measure::MeasuredField* found = nullptr;
+    for (const measure::MeasuredField& field : report.setting.fields)
+        for (const std::string& name : {"variance_" + field.name, "structure_factor_" + field.short_name})
+            if ((row == name || row.starts_with(name + "_")) &&
+                (found == nullptr || field.name.size() > found->name.size()))
+                found = &field;
+    return found ? largest_of_unit(report, io::renamed(found->unit, report.scene.units)) : 1.0;
+}
+
 /// What a number may be that would be zero without rounding: fields and energies are sums of terms as large as the
 /// largest number of their unit, variances and structure factors are squares of fields.
 double rounding_of(const Report& report, const measure::SummaryRow& row) {
     constexpr double relative = 1e-12;
-    const bool is_structure_factor = row.name.starts_with("structure_factor_");
-    if (!is_structure_factor && !row.name.starts_with("variance_") && !row.name.ends_with("_susceptibility"))
-        return row.axes.empty() ? relative * largest_of_unit(report, row.unit) : 0.0;
-    const auto is_of = [&](const char* field) { return row.name.find(field) != std::string::npos; };
-    const char* field = is_of("order")      ? "polar_order_mean_x"
-                        : is_of("velocity") ? "bead_velocity_mean_x"
-                        : is_of("rod")      ? "max_rod_density"
-                                            : "max_bead_density";
-    const measure::SummaryRow* sized = measure::find_row(report.summary, field);
-    const double amplitude = relative * (sized ? largest_of_unit(report, sized->unit) : 1.0);
     const bool is_variance = row.name.starts_with("variance_");
+    if (!is_variance && !row.name.starts_with("structure_factor_") && !row.name.ends_with("_susceptibility"))
+        return row.axes.empty() ? relative * largest_of_unit(report, row.unit) : 0.0;
+    const double amplitude = relative * amplitude_of(report, row.name);
     const double area =
         io::has_grid(report.scene.kind) ? numerics::area(report.scene.grid) : dem::area(report.scene.particles.cell);
     return amplitude * amplitude * (is_variance ? 1.0 : area);
@@ -99,24 +103,43 @@ void add_scalars(const Report& report, std::string& out) {
     }
 }
 
-/// One measured array with its prediction, at the chosen indices.
-void add_array(const Report& report, const std::string& name, const std::string& heading, std::span<const double> axis,
-               const std::vector<std::size_t>& chosen, std::string& out) {
-    const measure::SummaryRow* row = measure::find_row(report.summary, name);
-    if (row == nullptr) return;
-    const Prediction* prediction = find_prediction(report, name);
-    out += text("\n{} [{}]\n{:>11} {:>11} {:>9} {:>11} {:>7}   step\n", name, row->unit, heading, "measured", "error",
-                "linear", "sigmas");
-    const double rounding = rounding_of(report, *row);
-    for (const std::size_t i : chosen) {
+/// At most `max` indices below `count`, evenly spaced on a logarithmic scale.
+std::vector<std::size_t> log_spaced(std::size_t count, std::size_t max) {
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = 0; i < std::min(count, max); ++i) {
+        const double power = max <= 1 ? 0.0 : static_cast<double>(i) / static_cast<double>(std::min(count, max) - 1);
+        auto index = static_cast<std::size_t>(std::lround(std::pow(static_cast<double>(count), power))) - 1;
+        if (!chosen.empty()) index = std::max(index, chosen.back() + 1);
+        if (index < count) chosen.push_back(index);
+    }
+    return chosen;
+}
+
+/// One measured array over one axis, with the prediction of a run of fields.
+void add_array(const Report& report, const measure::SummaryRow& row, std::string& out) {
+    const measure::Axis& axis = row.axes.front();
+    const bool is_of_fields = io::has_grid(report.scene.kind);
+    const std::string heading = axis.name == "wavenumber" ? text("|q| [{}]", io::renamed("1/mm", report.scene.units))
+                                                          : text("{} [{}]", axis.name, axis.unit);
+    const std::size_t width = std::max<std::size_t>(11, heading.size());
+    out += text("\n{} [{}]\n{:>{}} {:>11} {:>9}{}\n", row.name, row.unit, heading, width, "measured", "error",
+                is_of_fields ? text(" {:>11} {:>7}   step", "linear", "sigmas") : "");
+    const Prediction* prediction = find_prediction(report, row.name);
+    const double rounding = rounding_of(report, row);
+    for (const std::size_t i : log_spaced(axis.values.size(), 12)) {
         const double predicted = prediction ? prediction->values[i] : NAN;
-        out += text("{} {} {} {} {}{}\n", cell(axis[i]), mean_cell(row->estimates[i], rounding),
-                    error_cell(row->estimates[i], rounding), cell(predicted),
-                    deviation_cell(row->estimates[i], predicted), step_cell(report, *row, i));
+        out += text("{:>{}.5g} {} {}", axis.values[i], width, mean_cell(row.estimates[i], rounding),
+                    error_cell(row.estimates[i], rounding));
+        if (is_of_fields)
+            out += text(" {} {}{}", cell(predicted), deviation_cell(row.estimates[i], predicted),
+                        step_cell(report, row, i));
+        out += '\n';
     }
 }
 
-void add_boxes(const Report& report, const std::string& what, const measure::BoxFamily& family, std::string& out) {
+void add_boxes(const Report& report, const measure::MeasuredField& field, const measure::BoxFamily& family,
+               std::string& out) {
+    const std::string& what = field.counted;
     const auto row = [&](const char* result) {
         return measure::find_row(report.summary, what + result + family.ending);
     };
@@ -125,8 +148,8 @@ void add_boxes(const Report& report, const std::string& what, const measure::Box
     if (number == nullptr || deviation == nullptr || exponent == nullptr) return;
     const Prediction* linear = find_prediction(report, deviation->name);
     const Prediction* linear_exponent = find_prediction(report, exponent->name);
-    out += text("\nfluctuations of the number of {}s, each in a {}: DN ~ N^exponent from each box to the next\n", what,
-                family.shape);
+    out += text("\nfluctuations of the {}, each in a {}: DN ~ N^exponent from each box to the next\n",
+                what == field.name ? "amount of " + what : text("number of {}s", what), family.shape);
     out +=
         text("{:>11} {:>11} {:>11} {:>9} {:>11} {:>7}   {:>9} {:>9} {:>9}   step (of DN)\n",
              family.along_x == family.along_y ? text("side [{}]", io::renamed("mm", report.scene.units)) : "short side",
@@ -145,54 +168,16 @@ void add_boxes(const Report& report, const std::string& what, const measure::Box
     }
 }
 
-/// At most `max` indices below `count`, evenly spaced on a logarithmic scale.
-std::vector<std::size_t> log_spaced(std::size_t count, std::size_t max) {
-    std::vector<std::size_t> chosen;
-    for (std::size_t i = 0; i < std::min(count, max); ++i) {
-        const double power = max <= 1 ? 0.0 : static_cast<double>(i) / static_cast<double>(std::min(count, max) - 1);
-        auto index = static_cast<std::size_t>(std::lround(std::pow(static_cast<double>(count), power))) - 1;
-        if (!chosen.empty()) index = std::max(index, chosen.back() + 1);
-        if (index < count) chosen.push_back(index);
-    }
-    return chosen;
-}
-}  // namespace
-
-namespace {
-/// The arrays of a run of fields.
-void add_field_arrays(const Report& report, std::string& out) {
-    const std::vector<std::size_t> shells = log_spaced(report.setting.shells.q.size(), 12);
-    const std::string wavenumber = text("|q| [{}]", io::renamed("1/mm", report.scene.units));
-    for (const char* name :
-         {"structure_factor_rods", "structure_factor_beads", "structure_factor_order_along",
-          "structure_factor_order_across", "structure_factor_velocity_along", "structure_factor_velocity_across"})
-        add_array(report, name, wavenumber, report.setting.shells.q, shells, out);
-    // Long boxes differ from square ones only in a flock; the archive and --json always contain them.
+/// Of a run of fields structure factors and number fluctuations; the archive and --json have all arrays.
+void add_arrays(const Report& report, std::string& out) {
+    const bool is_of_fields = io::has_grid(report.scene.kind);
+    for (const measure::SummaryRow& row : report.summary.rows)
+        if (row.axes.size() == 1 && (!is_of_fields || row.axes.front().name == "wavenumber"))
+            add_array(report, row, out);
+    // Long boxes differ from square ones only in a flock.
     for (const measure::BoxFamily& family : measure::box_families())
         if (family.along_x == family.along_y || report.about_flock)
-            for (const char* what : {"rod", "bead"}) add_boxes(report, what, family, out);
-    if (!report.about.empty()) out += "\nlinear: the linear theory about " + report.about + ", on the same grid\n";
-    if (!report.no_prediction.empty()) out += "\nno linear prediction: " + report.no_prediction + "\n";
-}
-
-/// Every array over one axis, at some of its coordinates, with its prediction.
-void add_arrays(const Report& report, std::string& out) {
-    const bool has_step = report.scene.kind != io::SceneKind::particles;
-    for (const measure::SummaryRow& row : report.summary.rows) {
-        if (row.axes.size() != 1) continue;
-        const measure::Axis& axis = row.axes.front();
-        const Prediction* prediction = find_prediction(report, row.name);
-        out +=
-            text("\n{} [{}]\n{:>20} {:>11} {:>9}{}{}\n", row.name, row.unit, axis.name + " [" + axis.unit + "]", "mean",
-                 "error", prediction ? text(" {:>11} {:>7}", "linear", "(m-l)/e") : "", has_step ? "   step" : "");
-        for (const std::size_t i : log_spaced(axis.values.size(), 12)) {
-            out += text("{:>20.5g} {} {}", axis.values[i], mean_cell(row.estimates[i]), error_cell(row.estimates[i]));
-            if (prediction)
-                out += text(" {} {}", cell(prediction->values[i]),
-                            deviation_cell(row.estimates[i], prediction->values[i]));
-            out += (has_step ? step_cell(report, row, i) : "") + "\n";
-        }
-    }
+            for (const measure::MeasuredField& field : report.setting.fields) add_boxes(report, field, family, out);
     if (!report.about.empty()) out += "\nlinear: the linear theory about " + report.about + ", on the same grid\n";
     if (!report.no_prediction.empty()) out += "\nno linear prediction: " + report.no_prediction + "\n";
 }
@@ -204,8 +189,7 @@ std::string report_text(const Report& report) {
                            summary.samples, summary.warm_up);
     for (const std::string& warning : report.warnings) out += "warning: " + warning + "\n";
     add_scalars(report, out);
-    if (report.scene.kind == io::SceneKind::fields) add_field_arrays(report, out);
-    else add_arrays(report, out);
+    add_arrays(report, out);
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
     const measure::SummaryRow* slowest = nullptr;  // the one that needs the longest run
     for (const measure::SummaryRow& row : summary.rows)
