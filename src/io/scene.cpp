@@ -270,6 +270,7 @@ void require_grid(const Scene& scene, const std::string& command) {
 }
 
 model::Start start_of(const Scene& scene) {
+    if (scene.kind == SceneKind::fields) return physics::start_of(scene.initial);
     const physics::InitialState& initial = scene.initial;
     return {.kind = initial.kind,
             .amplitude = initial.amplitude,

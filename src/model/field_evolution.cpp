@@ -149,15 +149,9 @@ std::optional<Followed> followed_scalar(const Equations& equations, double short
 }
 
 namespace {
-struct Solved {
-    numerics::System system;
-    std::shared_ptr<ExplicitPart> part;  // nullptr: N is 0
-    std::shared_ptr<const Range> followed;
-};
-
-Solved solved(const Integrated& what, const numerics::Grid& grid, int degree, Threads& threads,
-              const std::optional<Followed>& followed = std::nullopt) {
-    Solved result;
+Split split(const Integrated& what, const numerics::Grid& grid, int degree, Threads& threads,
+            const std::optional<Followed>& followed = std::nullopt) {
+    Split result;
     result.system = what.equations.system(grid, threads, degree, &result.part);
     if (what.is_quiet) {
         result.system.noise = {};
@@ -176,7 +170,7 @@ numerics::System system_of(const Integrated& what, const numerics::Grid& grid, T
 }
 
 numerics::System system_of(const Integrated& what, const numerics::Grid& grid, int degree, Threads& threads) {
-    return solved(what, grid, degree, threads).system;
+    return split(what, grid, degree, threads).system;
 }
 
 TransformCount transforms_of(const Integrated& what) {
@@ -252,9 +246,8 @@ numerics::ErrorEquations FieldEvolution::watched() const {
     return result;
 }
 
-FieldEvolution::Split FieldEvolution::split_at(int rung) const {
-    Solved found = solved(at_rung(rung), grid_, what_.kept_degree, threads_, followed_);
-    return {.system = std::move(found.system), .followed = std::move(found.followed), .part = std::move(found.part)};
+Split FieldEvolution::split_at(int rung) const {
+    return split(at_rung(rung), grid_, what_.kept_degree, threads_, followed_);
 }
 
 void FieldEvolution::set_reference(int rung) {

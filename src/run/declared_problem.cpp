@@ -2,7 +2,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "drover/model/start.hpp"
 #include "drover/run/warnings.hpp"
 #include "run/field_problem.hpp"
 #include "run/growing_waves.hpp"
@@ -36,10 +35,6 @@ void complete_declared(const io::Scene& scene, FieldProblem& problem) {
     const model::Equations& equations = problem.integrated.equations;
     problem.integrated.shortest = shortest_of_patterns(equations, scene.grid, problem.integrated.kept_degree);
     problem.sizes.assign(problem.components.size(), 0.0);
-    problem.start = [scene, equations](const numerics::System& linear, Threads& threads) {
-        return model::start_spectra(io::start_of(scene), equations, linear, static_cast<std::uint64_t>(scene.run.seed),
-                                    threads);
-    };
     problem.likely_cause = [grid = scene.grid, dt = scene.time.dt](const numerics::System&, double tail) {
         return likely_cause(grid, dt, tail);
     };

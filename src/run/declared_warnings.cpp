@@ -1,19 +1,16 @@
 // run/declared_warnings.cpp: what is known of a run of a declared model before it.
 #include <cmath>
 
-#include "drover/model/start.hpp"
 #include "drover/physics/linear_theory.hpp"
 #include "run/field_health.hpp"
 #include "run/growing_waves.hpp"
 #include "run/judged_field.hpp"
-#include "run/text_resolution.hpp"
 
 namespace drover::run {
 
 std::vector<std::string> declared_warnings(const io::Scene& scene) {
     const model::Equations equations(io::model_of(scene.declared));
-    std::vector<std::string> warnings =
-        model::start_warnings(io::start_of(scene), equations, scene.grid, io::kept_degree(scene, equations));
+    std::vector<std::string> warnings;
     if (std::string cut = growing_waves_warning(equations.linear_system(scene.grid, io::kept_degree(scene, equations)));
         !cut.empty())
         warnings.push_back(std::move(cut));
@@ -28,7 +25,6 @@ std::vector<std::string> declared_warnings(const io::Scene& scene) {
             "/s: {:.3g} in a step of time.dt = {}; expected less than 1, or the run may diverge: choose time.dt = "
             "{:.2g}, or a coarser grid",
             rate, part, scene.time.dt, scene.time.dt / (2.0 * part)));
-    for (std::string& warning : text_resolution_warnings(scene)) warnings.push_back(std::move(warning));
     if (!equations.has_nonlinear_part()) {
         const physics::FastestGrowth growth =
             physics::fastest_growth(equations.linear_system(scene.grid, io::kept_degree(scene, equations)));

@@ -35,8 +35,6 @@ struct FieldProblem {
     std::vector<files::Quantity> components;  ///< of a state, as frames have them
     std::vector<files::Quantity> balanced;    ///< components in balance that frames have, too
     std::vector<double> sizes;                ///< of each component: its size in the model; 0: unknown
-    /// The state at t = 0, unless it is that of a file.  linear: L and the modes that are kept.
-    std::function<numerics::Spectra(const numerics::System& linear, Threads& threads)> start;
     /// Why a run may have diverged, for people.  tail: the part of the variance of the field in its shortest waves.
     std::function<std::string(const numerics::System& linear, double tail)> likely_cause;
     /// The text of a term that is not finite somewhere in a state; "" if all are.

@@ -76,7 +76,9 @@ World::World(const io::Scene& the_scene, Threads& threads)
 }
 
 numerics::Spectra World::first_state(Threads& threads) const {
-    if (scene.initial.kind != "file") return problem.start(evolution.linear(), threads);
+    if (scene.initial.kind != "file")
+        return model::start_spectra(io::start_of(scene), problem.integrated.equations, evolution.linear(),
+                                    static_cast<std::uint64_t>(scene.run.seed), threads);
     numerics::Spectra spectra(scene.grid, static_cast<int>(problem.components.size()));
     std::vector<FrameField> wanted;
     for (const files::Quantity& one : problem.components) wanted.push_back({one.name, one.unit});

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "drover/physics/initial_state.hpp"
 #include "drover/physics/integrated.hpp"
 #include "run/field_problem.hpp"
 #include "run/grid_run.hpp"
@@ -94,10 +93,6 @@ std::string term_not_finite(const io::Scene& scene, double t, const numerics::Sp
 void complete_rod_bead(const io::Scene& scene, FieldProblem& problem) {
     const physics::Equations equations(scene.model);
     problem.sizes = sizes_of(equations, scene);
-    problem.start = [scene](const numerics::System& linear, Threads& threads) {
-        return physics::initial_spectra(scene.initial, scene.model, linear, static_cast<std::uint64_t>(scene.run.seed),
-                                        threads);
-    };
     problem.likely_cause = [equations](const numerics::System& linear, double) {
         return likely_cause(equations, linear);
     };

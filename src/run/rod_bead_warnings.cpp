@@ -6,7 +6,6 @@
 
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/function_terms.hpp"
-#include "drover/physics/initial_state.hpp"
 #include "drover/physics/linear_theory.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/warnings.hpp"
@@ -250,10 +249,8 @@ std::vector<JudgedField> rod_bead_judged(const io::Scene& scene) {
 }
 
 std::vector<std::string> rod_bead_warnings(const io::Scene& scene) {
-    std::vector<std::string> warnings =
-        physics::initial_warnings(scene.initial, scene.model, scene.grid, scene.dealiasing);
+    std::vector<std::string> warnings;
     add_growth(scene, warnings);
-    for (std::string& warning : text_resolution_warnings(scene)) warnings.push_back(std::move(warning));
     for (const std::string& remark : physics::function_remarks(physics::CompiledModel(scene.model)))
         warnings.push_back(remark);
     return warnings;

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <tuple>
 
 #include "drover/measure/fields.hpp"
+#include "drover/model/start.hpp"
 #include "drover/numerics/time_method.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/run/field_simulation.hpp"
@@ -15,6 +17,7 @@
 #include "run/judged_field.hpp"
 #include "run/scene_equations.hpp"
 #include "run/step_bias.hpp"
+#include "run/text_resolution.hpp"
 
 namespace drover::run {
 
@@ -305,7 +308,13 @@ std::vector<JudgedField> judged_fields(const io::Scene& scene) {
 }
 
 std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
-    return scene.kind == io::SceneKind::model ? declared_warnings(scene) : rod_bead_warnings(scene);
+    const model::Equations equations = equations_of(scene);
+    std::vector<std::string> warnings =
+        model::start_warnings(io::start_of(scene), equations, scene.grid, io::kept_degree(scene, equations));
+    std::ranges::move(scene.kind == io::SceneKind::model ? declared_warnings(scene) : rod_bead_warnings(scene),
+                      std::back_inserter(warnings));
+    std::ranges::move(text_resolution_warnings(scene), std::back_inserter(warnings));
+    return warnings;
 }
 
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {

@@ -154,7 +154,7 @@ void require_kind(const Scene& scene, SceneKind kind, const std::string& command
 /// The same for a command on fields of any model.
 void require_grid(const Scene& scene, const std::string& command);
 
-/// The start of a scene with a model of its own.
+/// The start of a scene of fields, unless it is that of a file.
 model::Start start_of(const Scene& scene);
 /// The degree that decides which modes are kept.
 int kept_degree(const Scene& scene, const model::Equations& equations);

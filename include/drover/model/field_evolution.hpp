@@ -49,6 +49,13 @@ struct Integrated {
     double shortest = 0.0;          ///< numerics::ErrorEquations::shortest
 };
 
+/// L, N and Q about one reference.
+struct Split {
+    numerics::System system;
+    std::shared_ptr<ExplicitPart> part;     ///< nullptr: N is 0
+    std::shared_ptr<const Range> followed;  ///< the values of the followed scalar
+};
+
 /// L, N and Q.
 numerics::System system_of(const Integrated& what, const numerics::Grid& grid, Threads& threads);
 /// The same with other modes kept than those of what.kept_degree; 1: all, whatever the products need.
@@ -98,12 +105,6 @@ public:
     void restore(std::span<const double> values);
 
 private:
-    /// The equations about one reference.
-    struct Split {
-        numerics::System system;
-        std::shared_ptr<const Range> followed;  ///< the values of the followed scalar; nullptr: N is 0
-        std::shared_ptr<const ExplicitPart> part;
-    };
     Integrated at_rung(int rung) const;
     Split split_at(int rung) const;
     numerics::ErrorEquations watched() const;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "drover/base/threads.hpp"
+#include "drover/model/start.hpp"
 #include "drover/physics/linear_theory.hpp"
 
 namespace drover::physics {
@@ -27,9 +28,8 @@ struct InitialState {
 void check(const InitialState& initial, const Model& model, const numerics::Grid& grid,
            const Dealiasing& dealiasing = {}, const LocationOf& place = no_location);
 
-/// Formulas that the grid cuts, or that jump at a periodic edge, each with its remedy.
-std::vector<std::string> initial_warnings(const InitialState& initial, const Model& model, const numerics::Grid& grid,
-                                          const Dealiasing& dealiasing);
+/// The same in the terms of any model, with the places of its formulas.
+model::Start start_of(const InitialState& initial, const LocationOf& place = no_location);
 
 /// The initial fields for every kind except "file": the uniform state plus the perturbation.  Random: independent
 /// normal numbers of the given standard deviation in each cell of each field; the mean densities do not change.
