@@ -275,18 +275,17 @@ def spread_shells(q):
 
 def draw_numbers(upper, lower, run):
     """Draws number fluctuations above, their local exponents below; returns the results drawn."""
-    numbers = results.number_fluctuations(run)
+    numbers, bodies = results.number_fluctuations(run), results.counted_bodies(run)
     if not is_drawable(numbers) or not (numbers.mean > ROUNDING * numbers.x).any():
         for axes in (upper, lower):
-            write_instead(axes, "no fluctuations\nof a number" if "field" in run.scene else
-                          f"no fluctuations\nof the number of {results.counted(run) or 'particle'}s")
+            write_instead(axes, "no fluctuations\nof " + (f"the number of {bodies}s" if bodies else "a number"))
         return []
     draw_result(upper, numbers, BLUE, "o")
     upper.plot(numbers.x, numpy.sqrt(numbers.x), color=GREY, linestyle=":")
     log_axes(upper)
     upper.set_ylabel(r"deviation $\Delta N$")
     upper.tick_params(which="both", labelbottom=False)
-    keys = number_keys(numbers, "particle" if "field" in run.scene else results.counted(run))
+    keys = number_keys(numbers, bodies or "particle")
     make_room_below(upper, len(keys) - 1)  # the points ascend, which leaves some space
     upper.legend(handles=keys, loc="lower right")
     exponents = results.number_exponents(run, numbers)

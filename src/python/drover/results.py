@@ -45,9 +45,15 @@ def counted(run):
     return next(iter(names), None)
 
 
-def counted_words(run):
+def counted_bodies(run):
+    """The same where the run measured their number in the cell, and None otherwise."""
     what = counted(run)
-    return f"amount $N$ of {what.replace('_', ' ')}" if "field" in run.scene else f"number $N$ of {what}s"
+    return what if f"{what}s_total" in run.observables else None
+
+
+def counted_words(run):
+    bodies = counted_bodies(run)
+    return f"number $N$ of {bodies}s" if bodies else f"amount $N$ of {counted(run).replace('_', ' ')}"
 
 
 def number_fluctuations(run):
@@ -60,10 +66,10 @@ def number_fluctuations(run):
     variance = loaded(run.observables[f"{what}_number_variance"], run.path).mean("time").values
     side = run.observables["box_side"].values  # of a square with the area of the box
     area = run.scene["grid"]["lx"] * run.scene["grid"]["ly"]
-    if "field" in run.scene:
-        total = area * loaded(run.observables[f"mean_{what}"], run.path).mean().item()
-    else:
+    if counted_bodies(run):
         total = loaded(run.observables[f"{what}s_total"], run.path).mean().item()
+    else:
+        total = area * loaded(run.observables[f"mean_{what}"], run.path).mean().item()
     return bare(total * side**2 / area, numpy.sqrt(variance))
 
 
