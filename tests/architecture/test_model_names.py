@@ -1,6 +1,7 @@
-"""tests/architecture/test_model_names.py: the Python package names no field and no coefficient of the shipped model.
+"""tests/architecture/test_model_names.py: where code may name fields and coefficients of the shipped model.
 
-What it draws and reads it asks the archive, the scene or the model file.  Docstrings and comments may have examples.
+What the Python package draws and reads it asks the archive, the scene or the model file; so do the layers of C++ that
+know no rods and beads, and runs of fields.  Docstrings and comments may have examples.
 """
 import ast
 import re
@@ -33,6 +34,47 @@ ALLOWED_SECTIONS = {
     "onset_figure.py": {"drag"},
     "compare.py": {"relaxation"},                 # a row of its table
 }
+
+
+# Layers of C++, and in their files so many places that name them.  Measures of particles are apart.
+LAYERS = ("numerics", "model", "measure", "run")
+COUNTED = {
+    "src/measure/fields.cpp": 1,
+    "src/measure/shared_rows.hpp": 6,
+    "src/measure/summary.cpp": 3,
+    "src/run/binodal_lines.cpp": 7,
+    "src/run/boundary_plan.cpp": 3,
+    "src/run/calibration_table.cpp": 2,
+    "src/run/explain.cpp": 1,
+    "src/run/passed_onset.cpp": 9,
+    "src/run/rod_bead_problem.cpp": 23,
+    "src/run/rod_bead_stability.cpp": 11,
+    "src/run/rod_bead_warnings.cpp": 39,
+    "src/run/scene_equations.cpp": 3,
+    "src/run/sweep_plan.cpp": 4,
+    "src/run/sweep_table.cpp": 3,
+    "src/run/trade_axes.cpp": 16,
+    "src/run/tradeoff.cpp": 1,
+    "src/run/warnings.cpp": 1,
+    "src/run/wave_fit.cpp": 10,
+    "src/run/wave_record.cpp": 3,
+    "src/run/wish.cpp": 3,
+}
+
+
+def places_in(layer):
+    """{file: places with a name} of a layer of C++."""
+    found = {}
+    for path in (*ROOT.glob(f"src/{layer}/*.[ch]pp"), *ROOT.glob(f"include/drover/{layer}/*.hpp")):
+        code = without_comments(path.read_text(encoding="utf-8"))
+        count = sum(code.count(name) for name in NAMES)
+        if count and not path.name.startswith("particle"):
+            found[str(path.relative_to(ROOT))] = count
+    return found
+
+
+def without_comments(code):
+    return re.sub(r"//[^\n]*|/\*.*?\*/", "", code, flags=re.DOTALL)
 
 
 def docstrings(tree):
@@ -91,9 +133,14 @@ def test_code_in_python_names_no_field_and_no_coefficient_of_the_shipped_model()
 def test_the_bindings_name_none_either():
     wrong = []
     for path in sorted(PACKAGE.glob("*.[ch]pp")):
-        code = re.sub(r"//[^\n]*|/\*.*?\*/", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        code = without_comments(path.read_text(encoding="utf-8"))
         wrong += [f"{path.name}: {name}" for name in NAMES if name in code]
     assert wrong == []
+
+
+def test_layers_of_cpp_name_them_in_no_more_places_than_are_listed():
+    found = {file: count for layer in LAYERS for file, count in places_in(layer).items()}
+    assert found == COUNTED, "ask the model (model::Field) instead; where a place is gone, lower its count"
 
 
 def test_what_is_allowed_is_there():
