@@ -81,6 +81,22 @@ void add_body_vectors(const model::Equations& equations, FieldSetting& setting) 
     }
 }
 
+/// Sum over all modes in shells, at each sample, of the structure factors of a field.
+std::vector<double> total_power(const FieldSetting& setting, const std::vector<RecordedSeries>& series,
+                                const MeasuredField& field) {
+    const std::vector<double>& weight = setting.shells.weight;
+    std::vector<double> total;
+    for (const char* part : {"", "_along", "_across"}) {
+        const RecordedSeries* recorded = find_row(series, "structure_factor_" + field.short_name + part);
+        if (recorded == nullptr) continue;
+        total.resize(recorded->values.size() / weight.size());
+        for (std::size_t sample = 0; sample < total.size(); ++sample)
+            for (std::size_t n = 0; n < weight.size(); ++n)
+                total[sample] += weight[n] * recorded->values[sample * weight.size() + n];
+    }
+    return total;
+}
+
 }  // namespace
 
 FieldSetting make_field_setting(const model::Equations& equations, const numerics::Grid& grid, int degree) {
@@ -165,8 +181,12 @@ Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries
     recorded.indicators.push_back(values("polar_order"));
     for (const MeasuredField& field : setting.fields) {
         if (field.first >= setting.of_state) continue;  // what is in balance follows the others
-        recorded.indicators.push_back(values("variance_" + field.name));
-        recorded.indicators.push_back(values("size_mean_" + field.name));
+        if (field.short_name == field.name) {
+            recorded.indicators.push_back(values("variance_" + field.name));
+            recorded.indicators.push_back(values("size_mean_" + field.name));
+        } else if (!setting.flow || setting.flow->first != field.first) {  // which follows the order
+            recorded.indicators.push_back(total_power(setting, recorded.series, field));
+        }
         if (field.counted.empty()) continue;
         std::vector<double> total = values(total_name(field));
         for (const double mean : values(statistic_name(field, "mean"))) total.push_back(mean * recorded.area);

@@ -136,8 +136,8 @@ TEST(Summary, susceptibility_and_binder_cumulant_are_those_of_the_polar_order) {
     EXPECT_LT(*binder.error, 0.01);  // 2/3/sqrt(20000) = 0.005
 }
 
-TEST(Summary, leaves_the_longest_warm_up_of_order_and_variances_out_of_all_means) {
-    for (const std::string slow : {"polar_order", "variance_rod_density", "size_mean_polar_order"}) {
+TEST(Summary, leaves_the_longest_warm_up_of_order_and_powers_out_of_all_means) {
+    for (const std::string slow : {"polar_order", "structure_factor_rods", "structure_factor_order_across"}) {
         Recording recording(4000, [](const std::string&, std::size_t) { return 1.0; });
         std::vector<double>& series = recording[slow];
         const std::size_t size = series.size() / 4000;
