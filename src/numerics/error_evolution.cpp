@@ -29,8 +29,8 @@ constexpr double max_turn = 0.45;
 /// Where the error costs more than it may, it takes a few steps, by which its fast parts relax, and leaps by its last
 /// change, if it is small (projective integration): at most so many times the length of its step, since parts that
 /// relax less fast would grow by longer leaps, by at most half of itself, and not where it turns.  Where that is not
-/// enough its steps are longer, by at most this factor, unless they turn it, which would make it grow.  It is lost where
-/// this is not enough either.
+/// enough its steps are longer, by at most this factor, unless they turn it, which would make it grow.  It is lost
+/// where this is not enough either.
 constexpr double largest_leap = 8.0, largest_change = 0.5, largest_turn = 0.1;
 constexpr double largest_stretch = 4.0, aligned = 0.9;  // cosine between the error and its rate
 constexpr double hasty_use = 0.6, lost_use = 1.3;       // of what is allowed

@@ -14,7 +14,7 @@ struct StepWork {
     double observing = 0.0;     ///< of each dt
 };
 
-/// Of equations with so many components of a state, of which the noise drives some, and transforms in a right-hand side.
+/// Of equations: components of a state, those that noise drives, and transforms of a right-hand side.
 struct WorkCounts {
     int components = 1, noisy = 0, inverse = 0, forward = 0;
 };

@@ -31,9 +31,9 @@ MODELS = ("active-nematic", "brusselator", "cahn-hilliard", "ginzburg-landau", "
 
 
 def run(folder, model, archive, keys):
-    ended = subprocess.run([DROVER, "run", str(ROOT / "models" / f"{model}.toml"), "--quiet", "--overwrite", "-o", archive,
-                            *settings_of({"run.threads": 1, **keys})], cwd=folder, check=False, capture_output=True,
-                           text=True)
+    command = [DROVER, "run", str(ROOT / "models" / f"{model}.toml"), "--quiet", "--overwrite", "-o", archive]
+    ended = subprocess.run([*command, *settings_of({"run.threads": 1, **keys})], cwd=folder, check=False,
+                           capture_output=True, text=True)
     if ended.returncode != 0:
         raise RuntimeError(ended.stderr)
 
@@ -61,8 +61,8 @@ def row_of(folder, model, effort):
             estimate = told[np.argmin(np.abs(times - coarse["time"][frame]))]
             if 0.0 < true < 0.5 and np.isfinite(estimate):  # NaN: not resolved
                 ratios.append(estimate / true)
-    return {"model": model, "effort": effort, "frames": len(ratios), "least_ratio": f"{min(ratios, default=np.nan):.2f}",
-            "largest_ratio": f"{max(ratios, default=np.nan):.2f}"}
+    return {"model": model, "effort": effort, "frames": len(ratios),
+            "least_ratio": f"{min(ratios, default=np.nan):.2f}", "largest_ratio": f"{max(ratios, default=np.nan):.2f}"}
 
 
 def main():
