@@ -289,11 +289,12 @@ const std::vector<Row<Accuracy>>& schema<Accuracy>() {
         {.name = "effort",
          .member = &Accuracy::effort,
          .range = {.min = 0.0, .max = 10.0},
-         .doc = "part of the time of the run (below 10 s twice as much) that may be spent on what the time step makes "
-                "wrong, on the error of the fields and on the bias of each result: with noise, pieces of the run "
-                "are repeated with dt/2 on the same noise path; without noise, observables are compared "
-                "with those of the fields less their estimated error; 0: no biases, and 0.05 for the error of the "
-                "fields"}};
+         .doc =
+             "part of the work of the run, as counted, that may be spent on what the time step makes wrong (twice as "
+             "much up to 3.3 s of it, falling to it at 10 s): on the error of the fields and on the bias of each "
+             "result: with noise, pieces of the run are repeated with dt/2 on the same noise path; without noise, "
+             "observables are compared with those of the fields less their estimated error; 0: no biases, and 0.05 "
+             "for the error of the fields"}};
     return rows;
 }
 

@@ -314,7 +314,8 @@ Observables<FieldMoment> field_observables(const FieldSetting& setting) {
     if (setting.watches_error)
         add(rows, "step_error", "1",
             "estimated error of the time steps so far: the largest of any field, relative to its deviation from its "
-            "mean over the cell and time; with noise on the same path, without the direction of the mean order",
+            "mean over the cell and time; with noise on the same path, without the direction of the mean order; NaN "
+            "where accuracy.effort does not resolve it",
             [](const FieldMoment& moment) { return moment.step_error; });
     if (setting.terms) add_energy(setting, rows);
     std::erase_if(rows, [](const auto& row) { return size_of(row.axes) == 0; });  // a grid too small for any shell

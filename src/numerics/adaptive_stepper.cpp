@@ -132,6 +132,7 @@ void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
 }
 
 void AdaptiveStepper::advance(std::int64_t step, Spectra& state) {
+    count_before_ = count_;
     if (sundials_) {
         advance_by_sundials(step, state);
     } else if (control_.tolerance > 0.0 && system_.nonlinear) {
@@ -190,28 +191,30 @@ double AdaptiveStepper::finer_error() const {
     return std::exp2(noise_ ? -1.5 : -static_cast<double>(order));
 }
 
-void AdaptiveStepper::find_error(std::int64_t step, const Spectra& after, Spectra& before) {
-    if (!sundials_ && stepper(1).last_error(static_cast<double>(step + 1) * control_.dt, after, before)) return;
+bool AdaptiveStepper::find_error(std::int64_t step, const Spectra& after, Spectra& before) {
+    if (!sundials_ && stepper(1).last_error(static_cast<double>(step + 1) * control_.dt, after, before)) return false;
     repeat_finer(step, before);
     const double factor = 1.0 / (1.0 - finer_error());
     for (std::size_t k = 0; k < before.values.size(); ++k)
         before.values[k] = factor * (after.values[k] - before.values[k]);
+    return true;
 }
 
 std::int64_t AdaptiveStepper::steps_to_cheap_error() { return sundials_ ? 0 : stepper(1).steps_to_error(); }
 
-double AdaptiveStepper::work_done() const {
+double AdaptiveStepper::work_of_step() const {
+    // Of differences of integers, which are the same after a restart.
     const TimeMethod& method = time_method(control_.method);
-    const std::int64_t steps = count_.accepted + count_.rejected;
+    const std::int64_t steps = count_.accepted + count_.rejected - count_before_.accepted - count_before_.rejected;
     const int stages = control_.tolerance > 0.0 ? method.stages_with_tolerance : method.stages;
-    const std::int64_t rates = count_.right_hand_sides > 0 ? count_.right_hand_sides : steps * stages;
+    const std::int64_t counted = count_.right_hand_sides - count_before_.right_hand_sides,
+                       rates = counted > 0 ? counted : steps * stages;
     return static_cast<double>(rates) * control_.work.rate + static_cast<double>(steps) * control_.work.noise;
 }
 
-double AdaptiveStepper::work_of_error(double work_of_step) {
-    if (steps_to_cheap_error() > 0) return 0.0;
+double AdaptiveStepper::work_of_error() const {
     constexpr double in_halves = 2.0, by_sundials = 3.0;  // the latter with a smaller tolerance
-    const double work = (sundials_ ? by_sundials : in_halves) * work_of_step;
+    const double work = (sundials_ ? by_sundials : in_halves) * work_of_step();
     return std::max(0.0, shares_first_rate() ? work - control_.work.rate : work);
 }
 

@@ -62,8 +62,8 @@ ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& 
     error = Spectra(coarse.grid, components(system.layout));
     shifted = rate = local.last = local.before = local.other = drive = driven = error;
     local.motion = local.other_motion = earlier = change = start = motion = motion_before = error;
-    constexpr double right_hand_sides = 3.3,
-                     part_of_checks = 0.5;  // of the fields once or twice, twice with their error
+    constexpr double right_hand_sides = 3.3;  // of the fields once or twice, twice with their error
+    constexpr double part_of_checks = 0.5;    // of the effort
     effort.part = control.effort;
     checks.part = part_of_checks * control.effort;
     const double values = static_cast<double>(points(coarse.grid) * static_cast<std::size_t>(error.count())),
@@ -147,6 +147,7 @@ void ErrorEvolution::perturbation_rate(double t, const Spectra& perturbation, Sp
         }
         perturbation_growth = relative_size(rate) / relative;
     } catch (const Error&) {  // a density that only the fine grid resolves
+        std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
         begin();
     }
 }
@@ -238,6 +239,7 @@ void ErrorEvolution::evolve(std::int64_t step) {
         perturbation_growth = 0.0;
         double fastest = 0.0;
         between.step = 0.0;
+        std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
         error_step = strides / parts * dt;
         effort.spent += work_of_step * parts;
         for (int part = 0; part < parts; ++part) {
@@ -246,7 +248,7 @@ void ErrorEvolution::evolve(std::int64_t step) {
             fastest = std::max(fastest, perturbation_growth);
         }
         perturbation_growth = std::max(fastest, forgotten * growth_before);
-        alignment = std::abs(std::cos(angle_between(rate, error, fields, coarse)));
+        alignment = fastest > 0.0 ? std::abs(std::cos(angle_between(rate, error, fields, coarse))) : 0.0;
         if (stride > 1 || fastest * dt <= std::max(2.0 * max_change * parts, parts == 1 ? own_change : 0.0)) return;
     }
 }
@@ -287,9 +289,9 @@ void ErrorEvolution::choose_leap(std::int64_t step) {
     if (++taken < steps_before_leap && size < parted) return;
     // The length at which all that was taken costs what it may, and the next steps as well.
     const double next = work_of_step * static_cast<double>(steps_before_leap),
-                 a_step = effort.allowed(effort.done * (1.0 + 1.0 / now)) - effort.allowed();
-    double longest = (effort.spent + next - hasty_use * effort.allowed()) / a_step -
-                     strides * static_cast<double>(steps_before_leap);
+                 over = effort.spent + next - hasty_use * effort.allowed();
+    if (over <= 0.0) return;
+    double longest = over / effort.gain(work_of_run_step) - strides * static_cast<double>(steps_before_leap);
     longest = std::min(longest, std::max(64.0, now));
     for (std::size_t k = 0; k < error.values.size(); ++k)
         change.values[k] = size < parted && !noisy ? (error.values[k] - earlier.values[k]) / strides : Complex(0.0);

@@ -50,11 +50,11 @@ struct ErrorEvolution {
     System system;
     std::map<double, Stepper> steppers;  // by their steps over dt: a stride, or one over a number of parts
     bool noisy;
-    Effort effort, checks;    // of all, and of local errors alone
-    bool is_lost = false;     // it would have cost more than it may
-    bool is_waiting = false;  // for a local error, for longer than it should
-    std::int64_t waited = 0;  // steps
-    double work_of_local;     // beside the steps that it takes
+    Effort effort, checks;          // of all, and of local errors alone
+    bool is_lost = false;           // it would have cost more than it may
+    bool is_waiting = false;        // for a local error, for longer than it should
+    double work_of_run_step = 0.0;  // the last
+    double work_of_local;           // beside the steps that it takes
 
     ErrorEvolution(const ErrorEquations& the_equations, const Grid& grid, const StepControl& control);
     void set_equations();

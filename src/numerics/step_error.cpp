@@ -29,7 +29,7 @@ void StepError::set_equations(const ErrorEquations::OnGrid& on_grid) {
     work_->set_equations();
 }
 
-void StepError::add_local(const Spectra& local, const Spectra& fields, double work) {
+void StepError::add_local(const Spectra& local, const Spectra& fields, double work, std::int64_t waited) {
     ErrorEvolution& w = *work_;
     for (Effort* effort : {&w.effort, &w.checks}) effort->spent += work + w.work_of_local;
     std::fill(w.shifted.values.begin(), w.shifted.values.end(), Complex(0.0));
@@ -52,7 +52,7 @@ void StepError::add_local(const Spectra& local, const Spectra& fields, double wo
     constexpr double unlike = 0.5, matters = 0.1;  // radians; of the error
     const bool is_unlike = w.is_waiting && w.unforeseen > unlike;
     w.is_lost =
-        w.is_lost || (is_unlike && static_cast<double>(w.waited) * w.local_size() > matters * w.relative_size(w.error));
+        w.is_lost || (is_unlike && static_cast<double>(waited) * w.local_size() > matters * w.relative_size(w.error));
     w.is_waiting = false;
     w.local.add(w.shifted, w.start, std::sqrt(now), std::sqrt(before), w.fields, w.coarse);
     w.bound();
@@ -87,9 +87,8 @@ void StepError::start_local(const Spectra& before) {
     }
 }
 
-void StepError::advance(std::int64_t step, const Spectra& fields, double work) {
+void StepError::advance(std::int64_t step, const Spectra& fields) {
     ErrorEvolution& w = *work_;
-    w.effort.done = w.checks.done = work;
     for (int c = 0; c < w.error.count(); ++c)
         for (const FastWave& wave : w.waves) {
             const std::size_t k = static_cast<std::size_t>(c) * w.error.size + wave.mode;
@@ -125,22 +124,22 @@ void StepError::advance(std::int64_t step, const Spectra& fields, double work) {
     w.choose_stride(step);
 }
 
-std::int64_t StepError::steps_to_afford(double work, std::int64_t step) const {
+void StepError::count_work(double done, double of_step) {
+    work_->effort.done = work_->checks.done = done;
+    work_->work_of_run_step = of_step;
+}
+
+std::int64_t StepError::steps_to_afford(double work, std::int64_t most) const {
     const ErrorEvolution& w = *work_;
     constexpr double part = 0.25;  // of what is left: the first steps may not take all
     const Effort& checks = w.checks;
     if (std::isinf(checks.part)) return 1;
-    const double a_step = checks.allowed(checks.done * (1.0 + 1.0 / static_cast<double>(step))) - checks.allowed(),
-                 left = checks.allowed() + owed_work() - checks.spent;
-    const double steps = (work + w.work_of_local - part * left) / a_step;
-    return std::clamp(static_cast<std::int64_t>(std::min(steps, 1e9)), std::int64_t{1},
-                      std::max<std::int64_t>(64, step));
+    const double left = checks.allowed() + owed_work() - checks.spent,
+                 steps = (work + w.work_of_local - part * left) / checks.gain(w.work_of_run_step);
+    return static_cast<std::int64_t>(std::clamp(steps, 1.0, static_cast<double>(most)));
 }
 
-void StepError::wait(std::int64_t waited) {
-    work_->is_waiting = true;
-    work_->waited = waited;
-}
+void StepError::wait() { work_->is_waiting = true; }
 
 StepError::Relative StepError::largest() const {
     const ErrorEvolution& w = *work_;

@@ -21,8 +21,7 @@ void WatchedStepper::set_system(System system, const ErrorEquations::OnGrid& on_
 }
 
 namespace {
-/// Steps until the next is repeated in halves, which costs two steps: 1.7 % of 2000 steps, 0.4 % of a long run.  Local
-/// errors change most at the start.
+/// Steps until the next is repeated in halves, if that may be spent.  Local errors change most at the start.
 std::int64_t steps_to_dear_check(std::int64_t step) { return std::clamp<std::int64_t>(2 * step / 3, 1, 500); }
 /// Where the error of a step costs no right-hand side.
 std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::int64_t>(step / 16, 1, 100); }
@@ -33,7 +32,9 @@ std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::in
 std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t since_last) {
     const std::int64_t cheap = stepper_.steps_to_cheap_error();
     const std::int64_t longest = cheap > 0 ? std::max(cheap, steps_to_cheap_check(step)) : steps_to_dear_check(step);
-    const std::int64_t afforded = error_->steps_to_afford(stepper_.work_of_error(work_of_last_), step + 1);
+    const std::int64_t afforded =
+        error_->steps_to_afford(stepper_.steps_to_cheap_error() > 0 ? 0.0 : stepper_.work_of_error(),
+                                std::max<std::int64_t>(64, step));
     const std::int64_t shortest = std::clamp<std::int64_t>(step / 16, 10, 20);
     known_until_ = INT64_MAX;
     if (!error_->follows_phases(std::max({longest, shortest, afforded}))) return std::max(longest, afforded);
@@ -53,10 +54,8 @@ std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t
 }
 
 void WatchedStepper::count_work() {
-    const double now = stepper_.work_done();
-    work_of_last_ = now - counted_;
-    counted_ = now;
-    work_done_ += work_of_last_ + work_.observing;
+    work_of_last_ = stepper_.work_of_step() + work_.observing;
+    work_done_ += work_of_last_;
 }
 
 void WatchedStepper::advance(std::int64_t step, Spectra& state) {
@@ -67,18 +66,18 @@ void WatchedStepper::advance(std::int64_t step, Spectra& state) {
 }
 
 void WatchedStepper::watch(std::int64_t step, const Spectra& state) {
-    if (is_checked_) measure_error(step, state);
     if (!error_) return;
-    if (step > known_until_) error_->wait(step - last_check_);
-    error_->advance(step + 1, state, work_done_);
+    error_->count_work(work_done_, work_of_last_);
+    if (is_checked_) measure_error(step, state);
+    if (step > known_until_) error_->wait();
+    error_->advance(step + 1, state);
 }
 
 void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
     error_->start_local(before_);
-    const double work = stepper_.work_of_error(work_of_last_);
-    stepper_.find_error(step, state, before_);
-    error_->add_local(before_, state, work);
     const std::int64_t since_last = std::max<std::int64_t>(1, step - last_check_);
+    const bool is_repeated = stepper_.find_error(step, state, before_);
+    error_->add_local(before_, state, is_repeated ? stepper_.work_of_error() : 0.0, since_last);
     const std::int64_t next = steps_to_next_check(step, since_last);
     error_->continue_local(static_cast<double>(next) / static_cast<double>(since_last));
     next_check_ = step + next;

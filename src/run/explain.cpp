@@ -220,8 +220,8 @@ Record explain_fields(const io::Scene& scene) {
                   coefficients_of(scene, what.equations.model())};
     if (what.long_waves < INFINITY)
         root.footer.push_back(
-            text("quasi-linear: waves with |q| > {} /mm act on the others and these on them, not on each other",
-                 what.long_waves));
+            text("quasi-linear: waves with |q| > {} {} act on the others and these on them, not on each other",
+                 what.long_waves, io::renamed("1/mm", scene.units)));
     return root;
 }
 

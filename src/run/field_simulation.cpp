@@ -253,7 +253,8 @@ std::string describe(const model::FieldEvolution& evolution, const io::Scene& sc
 
 void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step) {
     constexpr double any = 1.0;  // where the fields of two steps may part
-    if (time.chosen != "fields" || time.max_error >= any || error.error <= choice_margin * time.max_error) return;
+    if (time.chosen != "fields" || time.max_error >= any) return;
+    if (!(error.error > choice_margin * time.max_error)) return;  // also where it is not resolved
     // Errors grow at least in proportion to time: more than half of the step where much of the run is to come.
     const double t = static_cast<double>(step) * time.dt, order = numerics::time_method(time.stepper).order;
     const int halvings = std::clamp(static_cast<int>(std::ceil(std::log2(2.0 * time.end / t) / order)), 1, 4);

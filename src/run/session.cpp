@@ -14,7 +14,7 @@ namespace {
 io::Scene ready(const io::Scene& scene) {
     check_memory(scene);
     io::Scene chosen = with_chosen_step(scene, true);
-    chosen.accuracy.effort = 0.0;  // it is a result of runs that end
+    chosen.accuracy.biases = false;  // they are results of runs that end
     return chosen;
 }
 }  // namespace

@@ -151,9 +151,10 @@ ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, co
                        {"early", "1", "the same, mean over the second quarter of the piece", {"value"}}},
         .rows_per_chunk = 8};
     if (w.noisy) {
-        const auto observe = [bias, step = &w.completed, length = &w.completed_length] {
+        const auto observe = [bias] {
             Work& work = *bias->work_;
-            return lend(work.row, {{static_cast<double>(*length)}, work.late, work.early});
+            const bool ends = work.completed == work.now;  // not where a run ends within a piece
+            return lend(work.row, {{ends ? static_cast<double>(work.completed_length) : 0.0}, work.late, work.early});
         };
         ScheduledRecording scheduled{std::move(recording), 0, observe};
         scheduled.due = [bias](std::int64_t step) { return bias->work_->completed == step; };
@@ -229,6 +230,7 @@ double effort_of_step_error(const io::Scene& scene) {
 
 std::string why_no_step_bias(const io::Scene& scene) {
     if (scene.accuracy.effort == 0.0) return "not measured (accuracy.effort = 0)";
+    if (!scene.accuracy.biases) return "not measured";
     if (scene.accuracy.effort == effort_of_pilots) return "not measured (a pilot)";
     const bool noisy = io::has_noise(scene);
     if (noisy && scene.time.tolerance > 0.0) return "not measured (noise and a tolerance)";

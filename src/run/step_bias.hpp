@@ -44,7 +44,7 @@ struct BiasedRun {
     std::function<Twin()> make_twin;
 };
 
-/// Measures the change of the observables of one run by its time step, within accuracy.effort of the steps.
+/// Measures the change of the observables of one run by its time step, within its share of accuracy.effort.
 ///
 /// With noise, pieces of the run are repeated by a twin: from the state at their start, with dt/2, on the same noise
 /// path.  The difference of an observable grows over its correlation time to that of the means.  A piece begins when

@@ -76,6 +76,7 @@ double unseen_error(const files::ArchiveReader& archive, double warm_up, const D
         const auto i = std::min(static_cast<std::size_t>(next - times.begin()), errors.size() - 1);
         seen += errors[i] * all.shares[k];
     }
+    if (std::isnan(run) || std::isnan(seen)) return INFINITY;  // not resolved at some samples
     return run > 0.0 && seen > 0.0 ? std::max(1.0, run / samples / seen) : 1.0;
 }
 

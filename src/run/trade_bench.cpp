@@ -57,7 +57,9 @@ double largest_step_error(const files::ArchiveReader& archive) {
     const std::string dataset = std::string(field_samples_group) + "/step_error";
     if (!archive.has(dataset)) return 0.0;
     const std::vector<double> values = archive.read(dataset).values;
-    return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+    double largest = 0.0;  // of those that are resolved: only fields that have parted are asked for
+    for (const double value : values) largest = std::fmax(largest, value);
+    return largest;
 }
 
 /// The samples at whole multiples of a longer spacing; none where it is not a multiple.

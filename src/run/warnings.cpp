@@ -250,14 +250,16 @@ void add_few_particles(const files::ArchiveReader& archive, const io::Scene& sce
 void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
     const std::vector<double> errors = series_of(archive, "step_error"), times = series_of(archive, "time");
     if (errors.empty() || times.size() != errors.size() || scene.time.max_error == 0.0) return;
-    if (std::isnan(errors.back()) && scene.time.max_error < 1.0) {
-        const auto known =
-            std::find_if(errors.rbegin(), errors.rend(), [](double error) { return !std::isnan(error); });
-        warnings.push_back(
-            text("the error of the time steps is not resolved from t = {:.6g} s on (effort {:.3g} %); expected an "
-                 "estimate: give a larger accuracy.effort, or time.max_error = 1 for none of these warnings",
-                 times[static_cast<std::size_t>(known.base() - errors.begin())], 100.0 * effort_of_estimates(scene)));
-    }
+    const auto is_unknown = [](double error) { return std::isnan(error); };
+    const auto unknown = std::count_if(errors.begin(), errors.end(), is_unknown);
+    const auto first = std::find_if(errors.begin(), errors.end(), is_unknown);
+    if (unknown > 0 && scene.time.max_error < 1.0)
+        warnings.push_back(text(
+            "the error of the time steps is not resolved at {} of {} samples, first at t = {:.6g} s (effort "
+            "{:.3g} %); expected an estimate at all: increase accuracy.effort, or set time.max_error = 1 to turn off "
+            "this warning",
+            unknown, errors.size(), times[static_cast<std::size_t>(first - errors.begin())],
+            100.0 * effort_of_estimates(scene)));
     const auto worst = std::max_element(errors.begin(), errors.end(), [](double a, double b) {
         return (std::isnan(a) ? 0.0 : a) < (std::isnan(b) ? 0.0 : b);
     });

@@ -120,9 +120,7 @@ WaveRecord record_of(const io::Scene& scene, const model::Equations& equations, 
     if (source.scene.kind == io::SceneKind::particles)
         return particle_waves(source.archive, source.name, source.scene, physics::form(scene.model), choice);
     RecordedFields recorded{.grid = source.scene.grid,
-                            .kept_degree = is_of_own ? io::kept_degree(source.scene, equations_of(source.scene))
-                                                     : physics::kept_degree(physics::Equations(source.scene.model),
-                                                                            source.scene.dealiasing)};
+                            .kept_degree = io::kept_degree(source.scene, equations_of(source.scene))};
     for (const model::StateComponent& one : model::components_of_state(equations))
         recorded.components.push_back({one.name, one.unit});
     return field_waves(source.archive, source.name, recorded, choice);

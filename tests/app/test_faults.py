@@ -363,7 +363,7 @@ def test_a_short_memory_ends_a_run_with_a_sentence(tmp_path):
     write_scene(tmp_path, SHORT)
     expected = contents(tmp_path / "whole.h5")
     statuses = set()
-    for kilobytes in range(20000, 80000, 1500):
+    for kilobytes in range(20000, 100000, 2000):
         loads = f'ulimit -v {kilobytes}; "{DROVER}" --version > /dev/null 2>&1 || exit 127'  # too little for libraries
         ended = subprocess.run(["sh", "-c", f'{loads}; "{DROVER}" run flock.toml --quiet --overwrite'],
                                cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False)

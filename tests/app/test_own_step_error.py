@@ -17,7 +17,7 @@ grid = {nx = 16, ny = 16, lx = 16.0, ly = 16.0}
 time = {dt = 0.5, end = 2000.0}
 output = {frame_every = 0.0, sample_every = 1.0}
 analysis = {warm_up = 50.0}
-accuracy = {effort = 0.2}
+accuracy = {effort = 0.5}
 [equations]
 f = "-f - f^3 + lap f"
 """
@@ -29,7 +29,8 @@ def errors(path):
 
 
 def test_the_error_of_equations_of_ones_own_is_that_of_the_built_in_ones(tmp_path):
-    built_in, own = (drover_json(tmp_path, "run", MODELS / f"{name}.toml", "-o", f"{name}.h5", "-q", *settings(SMALL))
+    enough = [*SMALL, "accuracy.effort=1.0"]  # that biases are resolved
+    built_in, own = (drover_json(tmp_path, "run", MODELS / f"{name}.toml", "-o", f"{name}.h5", "-q", *settings(enough))
                      for name in ("flock", "flock-as-equations"))
     found, expected = errors(tmp_path / "flock-as-equations.h5")[1], errors(tmp_path / "flock.h5")[1]
     # The same method on the same equations.  The fields agree to about 1e-12, and the error of a step is the difference

@@ -138,7 +138,7 @@ def test_a_bias_that_was_not_measured_is_not_given_as_zero(tmp_path):
     ended = drover(tmp_path, "run", few)
     assert re.search(r"polar_order +1 .*not resolved \(effort 0.01 %\)", ended.stdout)
     assert re.search(r"step_error +1 not resolved \(effort 0.01 %\)", ended.stdout)
-    assert "is not resolved from t = " in ended.stdout + ended.stderr
+    assert "the error of the time steps is not resolved at " in ended.stdout + ended.stderr
     without = write_scene(tmp_path, {"accuracy.effort": 0.0}, name="none.toml", base=QUENCH)
     none = drover(tmp_path, "run", without).stdout
     assert re.search(r"polar_order +1 .*not measured", none)
@@ -155,6 +155,45 @@ def test_a_restart_within_a_piece_that_is_repeated_gives_the_same_bytes(tmp_path
     with h5py.File(tmp_path / "whole.h5") as file:
         assert len(file["step_bias/steps"]) > 4
     assert_same_bytes(tmp_path / "whole.h5", tmp_path / "parts.h5")
+
+
+# A force that moves: the errors of its steps turn faster than a small effort can follow.
+MOVING = {
+    "fields.bead_density": True, "fields.rod_density": False, "fields.bead_velocity": "dynamic",
+    "uniform.bead_density": 1.0, "drag.coefficient": 4.0, "viscosity.shear": 64.0, "stiffness.beads": 64.0,
+    "force.kind": "point", "force.x": 100.0, "force.at_x": 24.0, "force.at_y": 48.0, "force.velocity_x": 8.0,
+    "force.width": 2.0, "grid.nx": 96, "grid.ny": 96, "grid.lx": 96.0, "grid.ly": 96.0, "time.dt": 0.025,
+    "time.end": 2.0, "output.frame_every": 2.0, "output.sample_every": 0.025, "accuracy.effort": 0.02,
+}
+
+
+def test_a_restart_while_the_error_is_not_resolved_gives_the_same_bytes(tmp_path):
+    drover(tmp_path, "run", write_scene(tmp_path, name="whole.toml", base=MOVING), "--quiet")
+    with h5py.File(tmp_path / "whole.h5") as file:
+        unknown = np.isnan(file["observables/step_error"][:])
+    assert 5 < unknown.sum() < len(unknown)
+    first = int(np.argmax(unknown))
+    for step in sorted({first - 1, first + 1, first + 5, *range(first + 8, 80, 8)}):
+        part = write_scene(tmp_path, {"time.end": round(0.025 * step, 6)}, name="part.toml", base=MOVING)
+        drover(tmp_path, "run", part, "--quiet", "--overwrite")
+        drover(tmp_path, "restart", "part.h5", "--quiet", "--set", "time.end=2.0")
+        with h5py.File(tmp_path / "whole.h5") as whole, h5py.File(tmp_path / "part.h5") as parts:
+            told = [file["observables/step_error"][:].tobytes() for file in (whole, parts)]
+        assert told[0] == told[1], step
+
+
+def test_a_step_that_was_chosen_is_kept_where_its_error_is_not_resolved(tmp_path):
+    (tmp_path / "chosen.toml").write_text("""
+field = [{symbol = "A", name = "amplitude", rank = "complex"}]
+equations = {A = "A + (1 + 2 i) lap A - (1 - i) |A|^2 A"}
+grid = {nx = 64, ny = 64, lx = 48.0, ly = 48.0}
+time = {end = 30.0, max_error = 0.01}
+initial = {kind = "formula", amplitude_re = "1", amplitude = 0.01}
+output = {frame_every = 30.0, sample_every = 0.5}
+accuracy = {effort = 0.005}
+""")
+    ended = drover(tmp_path, "run", "chosen.toml")
+    assert "error of nan" not in ended.stdout + ended.stderr and "is not resolved at" in ended.stdout + ended.stderr
 
 
 WAVES = {"uniform.rod_density": 1.0, "relaxation.rate": -1.0, "relaxation.saturation": 2.0,

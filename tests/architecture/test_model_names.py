@@ -45,7 +45,6 @@ COUNTED = {
     "src/run/binodal_lines.cpp": 7,
     "src/run/boundary_plan.cpp": 3,
     "src/run/calibration_table.cpp": 2,
-    "src/run/explain.cpp": 1,
     "src/run/passed_onset.cpp": 9,
     "src/run/rod_bead_problem.cpp": 23,
     "src/run/rod_bead_stability.cpp": 11,
@@ -56,7 +55,7 @@ COUNTED = {
     "src/run/trade_axes.cpp": 16,
     "src/run/tradeoff.cpp": 1,
     "src/run/warnings.cpp": 1,
-    "src/run/wave_fit.cpp": 10,
+    "src/run/wave_problem.cpp": 3,
     "src/run/wave_record.cpp": 3,
     "src/run/wish.cpp": 3,
 }

@@ -47,7 +47,8 @@ struct Analysis {
 
 /// The errors of the results of a run.
 struct Accuracy {
-    double effort = 0.05;  ///< of the time of the steps, to measure the bias of each result by the time step; 0: none
+    double effort = 0.05;  ///< of the work of a run, to measure what the time step makes wrong; 0: no biases
+    bool biases = true;    ///< whether those of the results are measured; not in runs that have none
 };
 
 /// Seed and threads.

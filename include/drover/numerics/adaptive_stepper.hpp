@@ -49,13 +49,13 @@ public:
     /// Writes the error of the step that advance() has just taken from `before` to `after` over `before`.  A multistep
     /// method has an estimate.  The step is taken again by others, and by that while it starts, in twice as many parts
     /// without control, or by methods of SUNDIALS that vary their step, with a hundredth of the tolerance.
-    void find_error(std::int64_t step, const Spectra& after, Spectra& before);
+    /// Whether the step was taken again.
+    bool find_error(std::int64_t step, const Spectra& after, Spectra& before);
     /// The number of steps from the last one to the next whose error costs no right-hand side; 0: those of all do.
     std::int64_t steps_to_cheap_error();
-    /// The work of all steps so far, without that of errors.
-    double work_done() const;
-    /// What find_error() takes after a step that took so much.
-    double work_of_error(double work_of_step);
+    /// The work of the last step from advance(), and of taking it again.
+    double work_of_step() const;
+    double work_of_error() const;
 
     const System& system() const { return system_; }
     const std::string& method() const { return control_.method; }
@@ -95,8 +95,8 @@ private:
     std::optional<SundialsStepper> sundials_, finer_sundials_;
     int division_ = 1, taken_ = 1;  // parts of the next dt, of the last one
     Spectra next_, error_;
-    std::string failure_;  // of the right-hand side in the last attempt; else ""
-    StepCount count_;
+    std::string failure_;             // of the right-hand side in the last attempt; else ""
+    StepCount count_, count_before_;  // before the last advance()
 };
 
 }  // namespace drover::numerics

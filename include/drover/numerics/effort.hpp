@@ -28,13 +28,15 @@ double weighed_points(const Grid& grid);
 
 /// A part of the work of a run.
 struct Effort {
-    double part = INFINITY;  ///< of a run above 10 s; of a shorter one twice as much
+    double part = INFINITY;  ///< of a run above 10 s; twice as much up to 3.3 s, falling in between
     double done = 0.0;       ///< by the run so far, without what estimates take
     double spent = 0.0;      ///< on estimates so far
 
     double allowed() const { return allowed(done); }
     /// When the run will have done so much.
     double allowed(double work) const;
+    /// By which that grows with so much work.
+    double gain(double work) const { return allowed(done + work) - allowed(); }
     bool affords(double work) const { return spent + work <= allowed(); }
     /// What was spent, in parts of what is allowed.
     double used() const { return std::isinf(part) ? 0.0 : spent / allowed(); }

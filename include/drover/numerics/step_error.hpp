@@ -28,18 +28,19 @@ public:
     /// The same equations with another linear part.
     void set_equations(const ErrorEquations::OnGrid& on_grid);
 
-    /// Steps until the next local error, which takes so much work, may be measured; at least 1.  `step`: the steps so
-    /// far.
-    std::int64_t steps_to_afford(double work, std::int64_t step) const;
-    /// Whether the next local error, `waited` steps after the last, comes so late that the error is not known before
-    /// it.
-    void wait(std::int64_t waited);
+    /// Called first after each step: the work of all steps so far and of this one.
+    void count_work(double done, double of_step);
+
+    /// Steps until the next local error, which takes so much work, may be measured; from 1 to `most`.
+    std::int64_t steps_to_afford(double work, std::int64_t most) const;
+    /// The next local error comes so late that the error is not known before it.
+    void wait();
 
     /// Called with the fields before a step whose local error add_local() will add.
     void start_local(const Spectra& before);
 
-    /// `local`: the error of the step that led to `state`, which took so much work.
-    void add_local(const Spectra& local, const Spectra& state, double work);
+    /// `local`: the error of the step that led to `state`, which took so much work; `waited`: steps since the last.
+    void add_local(const Spectra& local, const Spectra& state, double work, std::int64_t waited);
     /// Called after it: that of each step up to the next call, which comes after `intervals` times as many steps as
     /// this one did after the last.
     void continue_local(double intervals);
@@ -51,8 +52,8 @@ public:
     /// tenth of the error so far, where the fields have parted, or with noise.
     bool follows_phases(std::int64_t steps) const;
 
-    /// Called with the fields after each step; `step`: the number of steps so far, which took `work`.
-    void advance(std::int64_t step, const Spectra& state, double work);
+    /// Called with the fields after each step; `step`: the number of steps so far.
+    void advance(std::int64_t step, const Spectra& state);
 
     /// The error of a field, of all steps so far, relative to its fluctuation: the root mean square of its deviation
     /// from its mean over the cell and over time, or of that over the cell now if larger, and at least 1e-5 of the

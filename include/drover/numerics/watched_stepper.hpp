@@ -53,8 +53,8 @@ private:
     Spectra before_;  // the state before a step that is repeated in halves
     std::int64_t last_check_ = 0, next_check_ = 0, known_until_ = INT64_MAX;
     StepWork work_;
-    double work_done_ = 0.0, work_of_last_ = 0.0, counted_ = 0.0;  // in all, by the last step, by this stepper
-    bool is_checked_ = false;                                      // the last step
+    double work_done_ = 0.0, work_of_last_ = 0.0;
+    bool is_checked_ = false;  // the last step
 };
 
 }  // namespace drover::numerics
