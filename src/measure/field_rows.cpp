@@ -28,7 +28,13 @@ void for_stored_modes(const numerics::Grid& grid, See see) {
 /// e^{i spin theta}, theta the angle of q: its real part times F_1 and its imaginary part times F_2 are along q.
 Complex frame_of(const numerics::Grid& grid, std::size_t column, std::size_t row, int spin) {
     const numerics::Wavevector q = numerics::wavevector(grid, column, row);
-    return std::polar(1.0, spin * std::atan2(q.y, q.x));
+    const double size = std::sqrt(q.x * q.x + q.y * q.y);
+    const Complex direction = size > 0.0 ? Complex(q.x / size, q.y / size) : Complex(1.0);
+    Complex frame = direction;
+    for (int m = 1; m < spin; ++m)
+        frame = {frame.real() * direction.real() - frame.imag() * direction.imag(),
+                 frame.real() * direction.imag() + frame.imag() * direction.real()};
+    return frame;
 }
 
 FieldPowers powers_of_field(const MeasuredField& field, const FieldMoment& moment) {
@@ -72,19 +78,14 @@ double largest_size(const FieldMoment& moment, int first) {
     return std::sqrt(square);
 }
 
-struct FieldVariance {
-    double all = 0.0, tail = 0.0;  ///< tail: in the outer third of the kept modes
-};
-FieldVariance variance_of(const FieldSetting& setting, const FieldPowers& powers) {
-    FieldVariance variance;
-    const std::vector<double> sum = sum_of(powers);
+void add_variance(const FieldSetting& setting, FieldPowers& powers) {
     for_stored_modes(setting.grid, [&](std::size_t mode, std::size_t column, std::size_t row) {
-        if (mode == 0 || !numerics::is_kept(setting.grid, setting.degree, column, row)) return;
-        const double power = sum[mode] * numerics::mode_weight(setting.grid, column);
-        variance.all += power;
-        if (is_in_tail(setting.grid, setting.degree, column, row)) variance.tail += power;
+        const double power = powers.along[mode] + (powers.across.empty() ? 0.0 : powers.across[mode]);
+        if (mode == 0 || power == 0.0 || !numerics::is_kept(setting.grid, setting.degree, column, row)) return;
+        const double weighted = power * numerics::mode_weight(setting.grid, column);
+        powers.variance += weighted;
+        if (is_in_tail(setting.grid, setting.degree, column, row)) powers.tail += weighted;
     });
-    return variance;
 }
 
 /// <a(r0) a(r0 + r)> by the distance r, from |a_q|^2 of each stored mode: averaged over r0 and the directions of r.
@@ -177,13 +178,13 @@ void add_spectra(const FieldSetting& setting, std::size_t n, FieldRows& rows) {
                       factor = unit_product({field.unit, field.unit, "mm2"}),
                       structure_factor = "structure_factor_" + field.short_name;
     add(rows, "variance_" + field.name, square, "variance of " + words + " over the cell",
-        [n](const FieldMoment& moment) { return variance_of(moment.setting, moment.powers[n]).all; });
+        [n](const FieldMoment& moment) { return moment.powers[n].variance; });
     add(rows, "spectral_tail_" + field.name, "1",
         "fraction of the variance of " + words +
             " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
         [n](const FieldMoment& moment) {
-            const FieldVariance variance = variance_of(moment.setting, moment.powers[n]);
-            return variance.all != 0.0 ? variance.tail / variance.all : 0.0;  // NaN stays NaN
+            const FieldPowers& powers = moment.powers[n];
+            return powers.variance != 0.0 ? powers.tail / powers.variance : 0.0;  // NaN stays NaN
         });
     const auto part = [&](const std::string& ending, const std::string& meaning,
                           std::vector<double> FieldPowers::*powers) {
@@ -295,7 +296,10 @@ std::string total_name(const MeasuredField& field) { return field.short_name + "
 
 std::vector<FieldPowers> FieldMoment::powers_of(const FieldMoment& moment) {
     std::vector<FieldPowers> powers;
-    for (const MeasuredField& field : moment.setting.fields) powers.push_back(powers_of_field(field, moment));
+    for (const MeasuredField& field : moment.setting.fields) {
+        powers.push_back(powers_of_field(field, moment));
+        add_variance(moment.setting, powers.back());
+    }
     return powers;
 }
 
