@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <memory>
 #include <utility>
 
 #include "drover/base/text.hpp"
@@ -56,12 +57,6 @@ FieldPowers powers_of_field(const MeasuredField& field, const FieldMoment& momen
     return powers;
 }
 
-std::vector<double> sum_of(const FieldPowers& powers) {
-    std::vector<double> sum = powers.along;
-    for (std::size_t mode = 0; mode < powers.across.size(); ++mode) sum[mode] += powers.across[mode];
-    return sum;
-}
-
 /// area times the mean over each shell.
 std::vector<double> by_shell(const FieldSetting& setting, const std::vector<double>& powers) {
     std::vector<double> means = numerics::shell_means(setting.grid, setting.shells, powers);
@@ -78,9 +73,12 @@ double largest_size(const FieldMoment& moment, int first) {
     return std::sqrt(square);
 }
 
-void add_variance(const FieldSetting& setting, FieldPowers& powers) {
+/// Sets what follows from the parts along and across q.
+void complete(const FieldSetting& setting, FieldPowers& powers) {
+    powers.sum = powers.along;
+    for (std::size_t mode = 0; mode < powers.across.size(); ++mode) powers.sum[mode] += powers.across[mode];
     for_stored_modes(setting.grid, [&](std::size_t mode, std::size_t column, std::size_t row) {
-        const double power = powers.along[mode] + (powers.across.empty() ? 0.0 : powers.across[mode]);
+        const double power = powers.sum[mode];
         if (mode == 0 || power == 0.0 || !numerics::is_kept(setting.grid, setting.degree, column, row)) return;
         const double weighted = power * numerics::mode_weight(setting.grid, column);
         powers.variance += weighted;
@@ -88,23 +86,32 @@ void add_variance(const FieldSetting& setting, FieldPowers& powers) {
     });
 }
 
-/// <a(r0) a(r0 + r)> by the distance r, from |a_q|^2 of each stored mode: averaged over r0 and the directions of r.
-std::vector<double> radial_correlation(const FieldSetting& setting, const std::vector<double>& powers) {
-    numerics::Spectra power(setting.grid, 1);
-    for (std::size_t m = 0; m < power.size; ++m) power[0][m] = powers[m];
-    numerics::Fields correlation(setting.grid, 1);
-    Threads one(1);
-    numerics::Transform(setting.grid, setting.degree, one).backward(power, correlation);
-    std::vector<double> sums(setting.separations.size()), counts(sums.size());
-    for (std::size_t i = 0; i < correlation.size; ++i) {
-        if (setting.separation_bin[i] < 0) continue;
-        const auto bin = static_cast<std::size_t>(setting.separation_bin[i]);
-        sums[bin] += correlation[0][i];
-        counts[bin] += 1.0;
+/// <a(r0) a(r0 + r)> by the distance r, averaged over r0 and the directions of r.
+class RadialCorrelation {
+public:
+    explicit RadialCorrelation(const FieldSetting& setting) : transform_(setting.grid, setting.degree, one_) {}
+
+    /// From |a_q|^2 of each stored mode.
+    std::vector<double> operator()(const FieldSetting& setting, const std::vector<double>& powers) const {
+        numerics::Spectra power(setting.grid, 1);
+        for (std::size_t m = 0; m < power.size; ++m) power[0][m] = powers[m];
+        numerics::Fields correlation(setting.grid, 1);
+        transform_.backward(power, correlation);
+        std::vector<double> sums(setting.separations.size()), counts(sums.size());
+        for (std::size_t i = 0; i < correlation.size; ++i) {
+            if (setting.separation_bin[i] < 0) continue;
+            const auto bin = static_cast<std::size_t>(setting.separation_bin[i]);
+            sums[bin] += correlation[0][i];
+            counts[bin] += 1.0;
+        }
+        for (std::size_t bin = 0; bin < sums.size(); ++bin) sums[bin] /= counts[bin];
+        return sums;
     }
-    for (std::size_t bin = 0; bin < sums.size(); ++bin) sums[bin] /= counts[bin];
-    return sums;
-}
+
+private:
+    Threads one_{1};
+    numerics::Transform transform_;
+};
 
 /// Sum over the grid of the product of two fields, divided by the number of points.
 double mean_product(std::span<const double> a, std::span<const double> b) {
@@ -172,7 +179,8 @@ void add_means(const MeasuredField& field, FieldRows& rows) {
         [first](const FieldMoment& moment) { return largest_size(moment, first); });
 }
 
-void add_spectra(const FieldSetting& setting, std::size_t n, FieldRows& rows) {
+void add_spectra(const FieldSetting& setting, std::size_t n,
+                 const std::shared_ptr<const RadialCorrelation>& correlation, FieldRows& rows) {
     const MeasuredField& field = setting.fields[n];
     const std::string words = words_of(field), symbol = field.symbol, square = unit_product({field.unit, field.unit}),
                       factor = unit_product({field.unit, field.unit, "mm2"}),
@@ -203,14 +211,14 @@ void add_spectra(const FieldSetting& setting, std::size_t n, FieldRows& rows) {
             "_q|^2, mean over a sector of a shell; NaN where the sector contains no mode",
         [n](const FieldMoment& moment) {
             const FieldSetting& s = moment.setting;
-            std::vector<double> means = numerics::sector_means(s.grid, s.shells, s.sectors, sum_of(moment.powers[n]));
+            std::vector<double> means = numerics::sector_means(s.grid, s.shells, s.sectors, moment.powers[n].sum);
             for (double& mean : means) mean *= numerics::area(s.grid);
             return means;
         });
     add(rows, statistic_name(field, "correlation"), square, {separation_axis(setting)},
         "<" + symbol + "(r0) . " + symbol +
             "(r0 + r)>, averaged over r0 and over the directions of r; includes the square of the mean",
-        [n](const FieldMoment& moment) { return radial_correlation(moment.setting, sum_of(moment.powers[n])); });
+        [n, correlation](const FieldMoment& moment) { return (*correlation)(moment.setting, moment.powers[n].sum); });
 }
 
 void add_numbers(const FieldSetting& setting, std::size_t n, FieldRows& rows) {
@@ -298,7 +306,7 @@ std::vector<FieldPowers> FieldMoment::powers_of(const FieldMoment& moment) {
     std::vector<FieldPowers> powers;
     for (const MeasuredField& field : moment.setting.fields) {
         powers.push_back(powers_of_field(field, moment));
-        add_variance(moment.setting, powers.back());
+        complete(moment.setting, powers.back());
     }
     return powers;
 }
@@ -307,9 +315,10 @@ Observables<FieldMoment> field_observables(const FieldSetting& setting) {
     FieldRows rows;
     add_shared(setting.order.has_value(), setting.flow.has_value(), rows);
     if (setting.order && setting.order->density >= 0) add_cross(setting, rows);
+    const auto correlation = std::make_shared<const RadialCorrelation>(setting);
     for (std::size_t n = 0; n < setting.fields.size(); ++n) {
         add_means(setting.fields[n], rows);
-        add_spectra(setting, n, rows);
+        add_spectra(setting, n, correlation, rows);
         if (!setting.fields[n].counted.empty()) add_numbers(setting, n, rows);
     }
     for (const MeasuredField& a : setting.fields)

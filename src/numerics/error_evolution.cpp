@@ -51,7 +51,6 @@ ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& 
       coarse(coarse_grid(grid, the_equations.degree, the_equations.noisy, the_equations.shortest)),
       dt(control.dt),
       divides(control.tolerance > 0.0),
-      work(control.work),
       own_change(time_method(control.method).order <= 2 && control.tolerance == 0.0 ? largest_own_change : 0.0),
       noisy(the_equations.noisy) {
     shared = shared_modes(coarse, fine);
@@ -68,7 +67,7 @@ ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& 
     checks.part = part_of_checks * control.effort;
     const double values = static_cast<double>(points(coarse.grid) * static_cast<std::size_t>(error.count())),
                  fine_values = static_cast<double>(points(grid) * static_cast<std::size_t>(error.count()));
-    work_of_step = right_hand_sides * work.rate_a_point * weighed_points(coarse.grid) + work_of_value * values;
+    work_of_step = right_hand_sides * control.work.rate_a_point * weighed_points(coarse.grid) + work_of_value * values;
     work_of_local = local_work * values + fine_local_work * fine_values;
     for (Reference* reference : {&from, &to, &between}) reference->fields = reference->rate = error;
     wave_local.resize(error.values.size());

@@ -19,7 +19,6 @@ struct ErrorEvolution {
     KeptGrid fine, coarse;
     double dt;
     bool divides;  // waves may turn within dt and be resolved all the same
-    StepWork work;
     double own_change;
     std::int64_t stride = 1, since = 0;    // steps of the run in one of the error, and since its last
     std::int64_t last_moment = 0;          // step

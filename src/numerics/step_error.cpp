@@ -204,7 +204,7 @@ constexpr std::size_t saved_spectra_count = 11;
 }  // namespace
 
 std::size_t StepError::saved_numbers() const {
-    return 15 + saved_of_field * work_->fields.size() + (2 + 2 * saved_spectra_count) * work_->error.values.size();
+    return 14 + saved_of_field * work_->fields.size() + (2 + 2 * saved_spectra_count) * work_->error.values.size();
 }
 
 std::vector<double> StepError::save() const {
@@ -218,7 +218,6 @@ std::vector<double> StepError::save() const {
                                work_->turn_rate,
                                work_->unforeseen,
                                work_->follows ? 1.0 : 0.0,
-                               work_->effort.done,
                                work_->effort.spent,
                                work_->checks.spent,
                                work_->is_lost ? 1.0 : 0.0,
@@ -249,7 +248,6 @@ void StepError::restore(std::span<const double> values) {
     work_->turn_rate = *next++;
     work_->unforeseen = *next++;
     work_->follows = *next++ != 0.0;
-    work_->effort.done = work_->checks.done = *next++;
     work_->effort.spent = *next++;
     work_->checks.spent = *next++;
     work_->is_lost = *next++ != 0.0;

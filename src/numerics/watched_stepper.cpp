@@ -11,7 +11,7 @@ namespace drover::numerics {
 
 WatchedStepper::WatchedStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads,
                                const std::optional<ErrorEquations>& watched)
-    : stepper_(control, std::move(system), seed, threads), work_(control.work) {
+    : stepper_(control, std::move(system), seed, threads), observing_(control.work.observing) {
     if (watched && stepper_.system().nonlinear) error_.emplace(*watched, stepper_.system().grid, control);
 }
 
@@ -53,21 +53,17 @@ std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t
     return std::max(wanted, afforded);
 }
 
-void WatchedStepper::count_work() {
-    work_of_last_ = stepper_.work_of_step() + work_.observing;
-    work_done_ += work_of_last_;
-}
-
 void WatchedStepper::advance(std::int64_t step, Spectra& state) {
     is_checked_ = error_ && step >= next_check_;
     if (is_checked_) before_ = state;
     stepper_.advance(step, state);
-    count_work();
+    const double work = stepper_.work_of_step() + observing_;
+    work_done_ += work;
+    if (error_) error_->count_work(work_done_, work);
 }
 
 void WatchedStepper::watch(std::int64_t step, const Spectra& state) {
     if (!error_) return;
-    error_->count_work(work_done_, work_of_last_);
     if (is_checked_) measure_error(step, state);
     if (step > known_until_) error_->wait();
     error_->advance(step + 1, state);
@@ -102,12 +98,8 @@ void WatchedStepper::begin_anew() {
 }
 
 std::vector<double> WatchedStepper::save() const {
-    std::vector<double> values{static_cast<double>(stepper_.division()),
-                               static_cast<double>(next_check_),
-                               static_cast<double>(last_check_),
-                               static_cast<double>(known_until_),
-                               work_done_,
-                               work_of_last_};
+    std::vector<double> values{static_cast<double>(stepper_.division()), static_cast<double>(next_check_),
+                               static_cast<double>(last_check_), static_cast<double>(known_until_), work_done_};
     const std::vector<double> history = stepper_.save_history();
     values.insert(values.end(), history.begin(), history.end());
     if (!error_) return values;
@@ -118,7 +110,7 @@ std::vector<double> WatchedStepper::save() const {
 
 void WatchedStepper::restore(std::span<const double> values) {
     const std::size_t error_numbers = error_ ? error_->saved_numbers() : 0;
-    constexpr std::size_t numbers = 6;
+    constexpr std::size_t numbers = 5;
     require(values.size() >= numbers + error_numbers, {},
             "the checkpoint contains {} stepper values; expected {} or more", values.size(), numbers + error_numbers);
     const double division = values[0], next = values[1], last = values[2];
@@ -133,7 +125,6 @@ void WatchedStepper::restore(std::span<const double> values) {
     last_check_ = static_cast<std::int64_t>(last);
     known_until_ = values[3] < 0x1p53 ? static_cast<std::int64_t>(values[3]) : INT64_MAX;
     work_done_ = values[4];
-    work_of_last_ = values[5];
     stepper_.restore_history(values.subspan(numbers, values.size() - numbers - error_numbers));
     if (error_) error_->restore(values.last(error_numbers));
 }

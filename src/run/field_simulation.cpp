@@ -101,16 +101,11 @@ void World::to_grid() {
 
 BiasedRun World::biased(Threads& threads) const {
     struct Observed {
-        Observed(const World& world, Threads& threads)
-            : transform(world.scene.grid, world.evolution.linear().degree, threads),
-              fields(world.scene.grid, world.fields.count()),
-              balanced(world.scene.grid, world.balanced.count()) {}
-
-        numerics::Transform transform;
         numerics::Fields fields, balanced;
     };
     const FieldObserver part = field_observer(scene, problem.integrated, threads, false);
-    const auto observed = std::make_shared<std::optional<Observed>>();  // made when it is needed
+    const auto observed = std::make_shared<Observed>(numerics::Fields(scene.grid, fields.count()),
+                                                     numerics::Fields(scene.grid, balanced.count()));
     const auto make_twin = [this, &threads] {
         const auto twin =
             std::make_shared<model::FieldEvolution>(problem.integrated, scene.grid, control_of_twin(scene.time),
@@ -124,14 +119,12 @@ BiasedRun World::biased(Threads& threads) const {
             .components = state.count(),
             .work_done = [this] { return evolution.work_done(); },
             .observe =
-                [this, observed, part, &threads](double t, const numerics::Spectra& at) {
-                    if (!*observed) observed->emplace(*this, threads);
-                    Observed& now = **observed;
-                    now.transform.backward(at, now.fields);
-                    find_balanced(evolution, t, at, now.balanced);
+                [this, observed, part](double t, const numerics::Spectra& at) {
+                    transform.backward(at, observed->fields);
+                    find_balanced(evolution, t, at, observed->balanced);
                     std::vector<double> values;
-                    for (const std::vector<double>& row :
-                         part.measure({.time = t, .spectra = at, .fields = now.fields, .balanced = now.balanced}))
+                    for (const std::vector<double>& row : part.measure(
+                             {.time = t, .spectra = at, .fields = observed->fields, .balanced = observed->balanced}))
                         values.insert(values.end(), row.begin(), row.end());
                     return values;
                 },

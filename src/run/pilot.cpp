@@ -30,6 +30,7 @@ double append_sample(const ScheduledRecording& samples, Pilot& pilot) {
 Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error) {
     io::Scene pilot_alone = scene;
     pilot_alone.accuracy.effort = effort_of_pilots;
+    pilot_alone.accuracy.biases = false;
     Simulation simulation = [&] {
         const LogPause quiet;  // the run itself says what its start has to say
         return kind_of(pilot_alone).make(pilot_alone, threads, {});

@@ -231,7 +231,6 @@ double effort_of_step_error(const io::Scene& scene) {
 std::string why_no_step_bias(const io::Scene& scene) {
     if (scene.accuracy.effort == 0.0) return "not measured (accuracy.effort = 0)";
     if (!scene.accuracy.biases) return "not measured";
-    if (scene.accuracy.effort == effort_of_pilots) return "not measured (a pilot)";
     const bool noisy = io::has_noise(scene);
     if (noisy && scene.time.tolerance > 0.0) return "not measured (noise and a tolerance)";
     if (!noisy && scene.time.max_error == 0.0) return "not measured (time.max_error = 0)";

@@ -31,7 +31,7 @@ numerics::StepControl control_of_twin(const io::TimeControl& time);
 double effort_of_estimates(const io::Scene& scene);
 /// The part of it for the error of the fields, which pilots need whatever it costs.  The rest is for the biases.
 double effort_of_step_error(const io::Scene& scene);
-/// The effort of a pilot: no biases.
+/// Of a pilot.
 inline constexpr double effort_of_pilots = std::numeric_limits<double>::infinity();
 
 /// What is measured of a run of fields, whatever their equations.

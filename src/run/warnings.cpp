@@ -256,8 +256,8 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     if (unknown > 0 && scene.time.max_error < 1.0)
         warnings.push_back(text(
             "the error of the time steps is not resolved at {} of {} samples, first at t = {:.6g} s (effort "
-            "{:.3g} %); expected an estimate at all: increase accuracy.effort, or set time.max_error = 1 to turn off "
-            "this warning",
+            "{:.3g} %); expected an estimate: increase accuracy.effort, or set time.max_error = 1 to turn off this "
+            "warning",
             unknown, errors.size(), times[static_cast<std::size_t>(first - errors.begin())],
             100.0 * effort_of_estimates(scene)));
     const auto worst = std::max_element(errors.begin(), errors.end(), [](double a, double b) {

@@ -78,6 +78,7 @@ bool mark_conserved(const model::Equations& equations, const std::vector<double>
     }
     return are_single;
 }
+
 /// Removes the mean of an archive from its waves.  Throws an input Error where no other wave is left.
 void leave_out_mean(WaveRecord& record, const std::string& archive, double max_wavenumber) {
     require(record.q.size() > 1, {archive},

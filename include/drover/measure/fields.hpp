@@ -19,6 +19,7 @@ inline constexpr int direction_sectors = 8;
 /// sin(m theta) F_2 and -sin(m theta) F_1 + cos(m theta) F_2, theta the angle of q, 0 at q = 0.
 struct FieldPowers {
     std::vector<double> along, across;
+    std::vector<double> sum;            ///< of both
     double variance = 0.0, tail = 0.0;  ///< over the cell; tail: in the outer third of the kept modes
 };
 

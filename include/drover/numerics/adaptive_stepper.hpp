@@ -49,7 +49,7 @@ public:
     /// Writes the error of the step that advance() has just taken from `before` to `after` over `before`.  A multistep
     /// method has an estimate.  The step is taken again by others, and by that while it starts, in twice as many parts
     /// without control, or by methods of SUNDIALS that vary their step, with a hundredth of the tolerance.
-    /// Whether the step was taken again.
+    /// Returns whether the step was taken again.
     bool find_error(std::int64_t step, const Spectra& after, Spectra& before);
     /// The number of steps from the last one to the next whose error costs no right-hand side; 0: those of all do.
     std::int64_t steps_to_cheap_error();

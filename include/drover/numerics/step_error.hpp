@@ -28,7 +28,7 @@ public:
     /// The same equations with another linear part.
     void set_equations(const ErrorEquations::OnGrid& on_grid);
 
-    /// Called first after each step: the work of all steps so far and of this one.
+    /// Called first after each step: the work of all steps so far and of this one.  No checkpoint has it.
     void count_work(double done, double of_step);
 
     /// Steps until the next local error, which takes so much work, may be measured; from 1 to `most`.

@@ -44,7 +44,6 @@ public:
     void restore(std::span<const double> values);
 
 private:
-    void count_work();
     void measure_error(std::int64_t step, const Spectra& state);
     std::int64_t steps_to_next_check(std::int64_t step, std::int64_t since_last);
 
@@ -52,8 +51,8 @@ private:
     std::optional<StepError> error_;
     Spectra before_;  // the state before a step that is repeated in halves
     std::int64_t last_check_ = 0, next_check_ = 0, known_until_ = INT64_MAX;
-    StepWork work_;
-    double work_done_ = 0.0, work_of_last_ = 0.0;
+    double observing_;  // work of each dt
+    double work_done_ = 0.0;
     bool is_checked_ = false;  // the last step
 };
 
