@@ -2,7 +2,6 @@
 #include "run/field_problem.hpp"
 
 #include <memory>
-#include <optional>
 
 #include "drover/measure/fields.hpp"
 #include "drover/model/start.hpp"
@@ -21,36 +20,29 @@ std::vector<files::Quantity> quantities(const std::vector<model::StateComponent>
 }
 
 struct Observer {
-    Observer(measure::FieldSetting of_run, Threads& threads)
+    Observer(std::shared_ptr<const measure::FieldSetting> of_run, Threads& threads)
         : setting(std::move(of_run)),
-          transform(setting.grid, setting.degree, threads),
-          balanced(setting.grid, setting.in_balance) {}
+          transform(setting->grid, setting->degree, threads),
+          balanced(setting->grid, setting->in_balance),
+          rows(measure::field_observables(*setting)) {}
 
-    measure::FieldSetting setting;
+    std::shared_ptr<const measure::FieldSetting> setting;
     numerics::Transform transform;
     numerics::Spectra balanced;
-    std::optional<physics::EnergyMeter> energy = {};
-    measure::Observables<measure::FieldMoment> rows = {};
+    measure::Observables<measure::FieldMoment> rows;
+    std::shared_ptr<physics::EnergyMeter> energy = {};
 };
-}  // namespace
 
-FieldObserver field_observer(const io::Scene& scene, const model::Integrated& what, Threads& threads, bool whole) {
-    const auto own =
-        std::make_shared<Observer>(measure::make_field_setting(what.equations, scene.grid, what.kept_degree), threads);
-    own->setting.watches_error = whole && scene.time.max_error > 0.0;
-    if (whole && scene.output.powers) {
-        own->energy.emplace(physics::Equations(scene.model), scene.grid, scene.dealiasing, threads);
-        own->setting.terms = own->energy->terms();
-    }
-    own->rows = measure::field_observables(own->setting);
+FieldObserver observer_of(const std::shared_ptr<Observer>& own) {
     FieldObserver result{.axes = measure::axes_of(own->rows),
                          .quantities = quantities_of(own->rows),
                          .values = 0,
+                         .setting = own->setting,
                          .measure = {}};
     for (const auto& row : own->rows) result.values += measure::size_of(row.axes);
     result.measure = [own](const FieldState& state) {
         if (own->balanced.count() > 0) own->transform.forward(state.balanced, own->balanced);
-        measure::FieldMoment moment{.setting = own->setting,
+        measure::FieldMoment moment{.setting = *own->setting,
                                     .state = state.spectra,
                                     .state_on_grid = state.fields,
                                     .balanced = own->balanced,
@@ -60,6 +52,30 @@ FieldObserver field_observer(const io::Scene& scene, const model::Integrated& wh
         return measure_all(own->rows, moment);
     };
     return result;
+}
+}  // namespace
+
+FieldObserver field_observer(const io::Scene& scene, const model::Integrated& what, Threads& threads) {
+    const auto setting = std::make_shared<measure::FieldSetting>(
+        measure::make_field_setting(what.equations, scene.grid, what.kept_degree));
+    setting->watches_error = scene.time.max_error > 0.0;
+    std::shared_ptr<physics::EnergyMeter> energy;
+    if (scene.output.powers) {
+        energy = std::make_shared<physics::EnergyMeter>(physics::Equations(scene.model), scene.grid, scene.dealiasing,
+                                                        threads);
+        setting->terms = energy->terms();
+    }
+    const auto own = std::make_shared<Observer>(setting, threads);
+    own->energy = energy;
+    return observer_of(own);
+}
+
+FieldObserver observer_of_state(const FieldObserver& whole, Threads& threads) {
+    if (!whole.setting->watches_error && !whole.setting->terms) return whole;
+    const auto setting = std::make_shared<measure::FieldSetting>(*whole.setting);
+    setting->watches_error = false;
+    setting->terms.reset();
+    return observer_of(std::make_shared<Observer>(setting, threads));
 }
 
 FieldProblem field_problem(const io::Scene& scene) {

@@ -1,11 +1,13 @@
 // run/field_problem.hpp: what a run of fields needs of its equations, whatever they are.
 #pragma once
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "drover/files/archive.hpp"
 #include "drover/io/scene.hpp"
+#include "drover/measure/field_setting.hpp"
 #include "drover/measure/observable.hpp"
 #include "drover/model/field_evolution.hpp"
 
@@ -25,10 +27,12 @@ struct FieldObserver {
     std::vector<measure::Axis> axes;
     std::vector<files::Quantity> quantities;
     std::size_t values = 0;  ///< of all quantities
+    std::shared_ptr<const measure::FieldSetting> setting;
     std::function<std::vector<std::vector<double>>(const FieldState&)> measure;
 };
-/// whole: with what a run alone can tell, its energy budget and its step error.
-FieldObserver field_observer(const io::Scene& scene, const model::Integrated& what, Threads& threads, bool whole);
+FieldObserver field_observer(const io::Scene& scene, const model::Integrated& what, Threads& threads);
+/// The same without what a run alone can tell, its energy budget and its step error.
+FieldObserver observer_of_state(const FieldObserver& whole, Threads& threads);
 
 struct FieldProblem {
     model::Integrated integrated;

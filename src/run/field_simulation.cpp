@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "drover/measure/fields.hpp"
 #include "drover/model/start.hpp"
@@ -64,7 +65,7 @@ World::World(const io::Scene& the_scene, Threads& threads)
                  .work = work_of_run(scene, problem)},
                 static_cast<std::uint64_t>(scene.run.seed), threads),
       transform(scene.grid, evolution.linear().degree, threads),
-      observer(field_observer(scene, problem.integrated, threads, true)),
+      observer(field_observer(scene, problem.integrated, threads)),
       state(first_state(threads)),
       fields(scene.grid, state.count()),
       balanced(scene.grid, static_cast<int>(problem.balanced.size())) {
@@ -103,9 +104,8 @@ BiasedRun World::biased(Threads& threads) const {
     struct Observed {
         numerics::Fields fields, balanced;
     };
-    const FieldObserver part = field_observer(scene, problem.integrated, threads, false);
-    const auto observed = std::make_shared<Observed>(numerics::Fields(scene.grid, fields.count()),
-                                                     numerics::Fields(scene.grid, balanced.count()));
+    const FieldObserver part = observer_of_state(observer, threads);
+    const auto observed = std::make_shared<std::optional<Observed>>();
     const auto make_twin = [this, &threads] {
         const auto twin =
             std::make_shared<model::FieldEvolution>(problem.integrated, scene.grid, control_of_twin(scene.time),
@@ -120,11 +120,15 @@ BiasedRun World::biased(Threads& threads) const {
             .work_done = [this] { return evolution.work_done(); },
             .observe =
                 [this, observed, part](double t, const numerics::Spectra& at) {
-                    transform.backward(at, observed->fields);
-                    find_balanced(evolution, t, at, observed->balanced);
+                    if (!*observed)
+                        observed->emplace(numerics::Fields(scene.grid, fields.count()),
+                                          numerics::Fields(scene.grid, balanced.count()));
+                    Observed& now = **observed;
+                    transform.backward(at, now.fields);
+                    find_balanced(evolution, t, at, now.balanced);
                     std::vector<double> values;
-                    for (const std::vector<double>& row : part.measure(
-                             {.time = t, .spectra = at, .fields = observed->fields, .balanced = observed->balanced}))
+                    for (const std::vector<double>& row :
+                         part.measure({.time = t, .spectra = at, .fields = now.fields, .balanced = now.balanced}))
                         values.insert(values.end(), row.begin(), row.end());
                     return values;
                 },

@@ -159,6 +159,7 @@ public:
           target_(choice_margin * max_error_of(scene)),
           pilot_(pilot),
           bias_of_difference_(has_product_noise(scene) ? 2.0 : 4.0 / 3.0),
+          foreseen_(std::exp2(numerics::time_method(scene.time.stepper).order - 1)),
           is_noisy_(io::has_noise(scene)),
           is_coarse_(numerics::points(pilot_.grid) < numerics::points(scene.grid)),
           threads_(choose_threads(pilot_)) {}
@@ -198,7 +199,7 @@ private:
 
     std::optional<io::TimeControl> by_fields() {
         for (int unresolved = 0; within_reach(); pilot_.time.dt *= 0.5) {
-            const Pilot run = next_run(target_);
+            const Pilot run = next_run(foreseen_ * target_);
             const bool reached_end = std::isinf(run.stopped);
             if (!run.failure.empty()) failure_ = run.failure;
             else failure_ = text("its error is {:.2g} of a field at t = {:.4g} s", run.step_error, run.stopped);
@@ -206,8 +207,14 @@ private:
             unresolved = is_coarse_ && run.failure.empty() && !is_resolved(run) ? unresolved + 1 : 0;
             if (unresolved == 2) break;
             if (reached_end && unresolved == 0 &&
-                (run.count.rejected == 0 || pilot_.time.tolerance < largest_tolerance))
-                return chosen("fields", text("step_error {:.2g}", run.step_error), run.count.largest_error);
+                (run.count.rejected == 0 || pilot_.time.tolerance < largest_tolerance)) {
+                if (run.step_error <= target_)
+                    return chosen("fields", text("step_error {:.2g}", run.step_error), run.count.largest_error);
+                const double of_longer = pilot_.time.dt;
+                pilot_.time.dt *= 0.5;
+                return chosen("fields", text("step_error {:.2g} with dt = {:.4g} s", run.step_error, of_longer),
+                              run.count.largest_error / foreseen_);
+            }
             stopped_.push_back(run.stopped);
             if (is_chaotic()) break;
         }
@@ -266,6 +273,7 @@ private:
     double target_;
     io::Scene pilot_;
     double bias_of_difference_;  // of means: half of the step makes half or a quarter of it
+    double foreseen_;            // half of the step makes the error of fields at least so many times smaller
     bool is_noisy_, is_coarse_;
     Threads threads_;
     int runs_ = 0;

@@ -25,7 +25,7 @@ numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads);
 files::Recording frame_recording(const io::Scene& scene);
 
 /// A step is chosen for this part of time.max_error: the estimate is within a factor of 2 to 3 of the error.
-inline constexpr double choice_margin = 0.5;
+inline constexpr double choice_margin = 0.4;
 
 /// The error of a step that drover chose is above its limit: the run must be made again with a shorter one.
 class StepTooLong : public Error {
