@@ -251,13 +251,14 @@ std::string describe(const model::FieldEvolution& evolution, const io::Scene& sc
 void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step) {
     constexpr double any = 1.0;  // where the fields of two steps may part
     if (time.chosen != "fields" || time.max_error >= any) return;
-    if (!(error.error > choice_margin * time.max_error)) return;  // also where it is not resolved
-    // Errors grow at least in proportion to time: more than half of the step where much of the run is to come.
+    if (!(error.error > time.max_error)) return;  // also where it is not resolved
+    // Errors grow at least in proportion to time.
     const double t = static_cast<double>(step) * time.dt, order = numerics::time_method(time.stepper).order;
-    const int halvings = std::clamp(static_cast<int>(std::ceil(std::log2(2.0 * time.end / t) / order)), 1, 4);
+    const double excess = error.error / (choice_margin * time.max_error) * time.end / t;
+    const int halvings = std::clamp(static_cast<int>(std::ceil(std::log2(excess) / order)), 1, 4);
     throw StepTooLong(
         text("the chosen time.dt = {} makes an error of {:.2g} of the fluctuation of the {} by t = {:.6g} s; expected "
-             "at most half of time.max_error = {}: run the scene again from its start, with time.dt = {}",
+             "at most time.max_error = {}: run the scene again from its start, with time.dt = {}",
              time.dt, error.error, error.field, t, time.max_error, std::ldexp(time.dt, -halvings)),
         halvings);
 }

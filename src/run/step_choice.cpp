@@ -312,9 +312,9 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
         failure = ladder.failure();
     }
     fail_run(
-        "no time step was found that keeps the error below half of time.max_error = {}: {}; expected a time.dt in "
-        "the scene, or a larger time.max_error",
-        max_error_of(scene), failure);
+        "no time step was found that keeps the error below {} of time.max_error = {}: {}; expected a time.dt in the "
+        "scene, or a larger time.max_error",
+        choice_margin, max_error_of(scene), failure);
 }
 
 }  // namespace drover::run

@@ -52,7 +52,7 @@ def test_the_fields_of_a_run_without_a_step_have_the_error_that_is_asked_for(tmp
     assert chosen["stepper"] == "etdrk4-krogstad"  # the method is left out too
     run(tmp_path, "fine", **SMOOTH, **{"time.dt": chosen["dt"] / 16, "time.stepper": "etdrk4-krogstad"})
     for field in (["rod_density"], ["polar_order_x", "polar_order_y"], ["bead_velocity_x", "bead_velocity_y"]):
-        # A step is chosen for half of the error, by an estimate that is right within a factor of three.
+        # A step is chosen for 0.4 of the error, by an estimate that is right within a factor of three.
         assert error_of(tmp_path / "chosen.h5", tmp_path / "fine.h5", field) < 1.5 * max_error, field
     assert not [warning for warning in result["warnings"] if "time.dt" in warning]
 
@@ -96,8 +96,28 @@ def test_a_model_of_ones_own_without_a_step_has_the_error_that_is_asked_for(max_
     with h5py.File(tmp_path / "own.h5") as file:
         wave = np.exp(1j * file["time"][:])  # X + i Y, exactly
         wrong = np.abs(file["X"][:].mean(axis=(1, 2)) - wave.real).max() / np.std(wave.real)
-    # A step is chosen for half of the error, by an estimate that is right within a factor of three.
+    # A step is chosen for 0.4 of the error, by an estimate that is right within a factor of three.
     assert 0.0 < wrong < 1.5 * max_error
+
+
+def test_a_step_is_foreseen_by_a_pilot_with_twice_the_step(tmp_path):
+    (tmp_path / "own.toml").write_text(OSCILLATION)
+    foreseen = 0
+    for max_error in (0.05, 0.025, 0.0125, 0.006):  # a step of fourth order is halved once over a factor of 16
+        said = drover(tmp_path, "run", "own.toml", "--overwrite", "--set", "time.end=30.0", "--set",
+                      f"time.max_error={max_error}", "--set", "output.frame_every=1.0", "--set",
+                      "output.sample_every=0.5", "-o", "own.h5").stderr
+        chosen = time_table(tmp_path / "own.h5")
+        found = re.search(r"step_error ([0-9.e-]+) with dt = ([0-9.]+) s", chosen["pilot"])
+        if found:
+            foreseen += 1
+            assert float(found[2]) == 2.0 * chosen["dt"] and 0.4 * max_error < float(found[1]) <= 8 * 0.4 * max_error
+        assert "doing so now" not in said
+        with h5py.File(tmp_path / "own.h5") as file:
+            wave = np.exp(1j * file["time"][:])
+            wrong = np.abs(file["X"][:].mean(axis=(1, 2)) - wave.real).max() / np.std(wave.real)
+        assert wrong < 1.5 * max_error
+    assert foreseen > 0
 
 
 @pytest.mark.parametrize("equation", ["h - h^3 + lap h + 0.6 xi", "h - h^2 + lap h + 0.4 h xi"])

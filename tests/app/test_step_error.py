@@ -190,7 +190,7 @@ grid = {nx = 64, ny = 64, lx = 48.0, ly = 48.0}
 time = {end = 30.0, max_error = 0.01}
 initial = {kind = "formula", amplitude_re = "1", amplitude = 0.01}
 output = {frame_every = 30.0, sample_every = 0.5}
-accuracy = {effort = 0.005}
+accuracy = {effort = 0.001}
 """)
     ended = drover(tmp_path, "run", "chosen.toml")
     assert "error of nan" not in ended.stdout + ended.stderr and "is not resolved at" in ended.stdout + ended.stderr

@@ -25,13 +25,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from studies import KeptTable, settings_of, timed  # noqa: E402
 
 DROVER = str(Path(os.environ.get("DROVER", "build/release/drover")).absolute())
-COLUMNS = ("seed", "scene", "kind", "asked", "outcome", "method", "dt", "error", "starts", "seconds", "best",
+COLUMNS = ("seed", "scene", "points", "kind", "asked", "outcome", "method", "dt", "error", "starts", "seconds", "best",
            "best_seconds", "settings")
 FIELDS = (("bead_density",), ("rod_density",), ("bead_velocity_x", "bead_velocity_y"),
           ("polar_order_x", "polar_order_y"))
 
 
-def draw(number, seed):
+def draw(number, seed, is_large):
     rng = random.Random(f"step-{seed}-{number}")
 
     def log(low, high):
@@ -39,10 +39,11 @@ def draw(number, seed):
 
     kind = ("rods", "rods, random start", "dynamic", "slaved")[number % 4]
     points = rng.choice((32, 64))
+    nx, ny = (96, 96) if is_large else (points, 16)
     keys = {"uniform.rod_density": 1.0, "current.speed": log(0.3, 2.0), "pressure.rods": log(0.1, 1.0),
             "diffusion.rods": log(0.1, 1.0), "advection.strength": log(0.1, 1.0), "elasticity.stiffness": log(0.3, 1.0),
-            "relaxation.rate": -log(0.2, 1.5), "relaxation.saturation": log(0.5, 3.0), "grid.nx": points,
-            "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 8.0, "run.threads": 1}
+            "relaxation.rate": -log(0.2, 1.5), "relaxation.saturation": log(0.5, 3.0), "grid.nx": nx,
+            "grid.ny": ny, "grid.lx": 16.0, "grid.ly": 8.0, "run.threads": 1}
     if kind in ("dynamic", "slaved"):
         keys |= {"fields.bead_density": True, "fields.bead_velocity": kind, "uniform.bead_density": 1.0,
                  "drag.coefficient": log(2.0, 8.0), "driving.strength": log(0.5, 3.0), "stiffness.beads": log(0.5, 5.0),
@@ -83,9 +84,9 @@ def error_of(archive, exact):
     return worst
 
 
-def judge(number, seed, folder):
-    kind, keys, asked = draw(number, seed)
-    row = {"seed": seed, "scene": number, "kind": kind, "asked": asked, "settings": json.dumps(keys)}
+def judge(number, seed, is_large, folder):
+    kind, keys, asked = draw(number, seed, is_large)
+    row = {"seed": seed, "scene": number, "points": f"{keys['grid.nx']} by {keys['grid.ny']}", "kind": kind, "asked": asked, "settings": json.dumps(keys)}
     said, _ = run(folder, "chosen", keys)
     if said is None:
         return {**row, "outcome": "stopped"}
@@ -116,6 +117,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--large", action="store_true", help="on 96 by 96 points, for some seconds each")
     parser.add_argument("--output", type=Path, required=True)
     options = parser.parse_args()
     table = KeptTable(options.output, COLUMNS)
@@ -124,7 +126,7 @@ def main():
         (Path(name) / "empty.toml").write_text("")
         for number in range(options.scenes):
             if (options.seed, number) not in known:
-                table.add(judge(number, options.seed, Path(name)))
+                table.add(judge(number, options.seed, options.large, Path(name)))
     some = [row for row in table.rows if row["outcome"] == "run"]
     ratio = [float(row["error"]) / float(row["asked"]) for row in some]
     print(f"{len(table.rows)} scenes, {len(some)} run: error at most the one asked in {sum(r <= 1 for r in ratio)}, "
