@@ -86,7 +86,8 @@ def error_of(archive, exact):
 
 def judge(number, seed, is_large, folder):
     kind, keys, asked = draw(number, seed, is_large)
-    row = {"seed": seed, "scene": number, "points": f"{keys['grid.nx']} by {keys['grid.ny']}", "kind": kind, "asked": asked, "settings": json.dumps(keys)}
+    row = {"seed": seed, "scene": number, "points": f"{keys['grid.nx']} by {keys['grid.ny']}", "kind": kind,
+           "asked": asked, "settings": json.dumps(keys)}
     said, _ = run(folder, "chosen", keys)
     if said is None:
         return {**row, "outcome": "stopped"}
