@@ -233,13 +233,10 @@ std::vector<Level> cell_levels(const io::Scene& scene) {
         return {{"twice the sides",
                  {set("cell.lx", 2.0 * scene.particles.cell.lx), set("cell.ly", 2.0 * scene.particles.cell.ly)}}};
     }
-    const physics::InitialState& start = scene.initial;
-    bool uniform = start.kind != "file" && start.kind != "mode";
-    for (const auto& [component, formula] : scene.declared.start)
+    if (scene.initial.kind == "file" || scene.initial.kind == "mode") return {};
+    bool uniform = true;
+    for (const auto& [component, formula] : io::start_of(scene).formulas)
         uniform = uniform && !mentions(formula.text, {"x", "y"});
-    for (const std::string* formula : {&start.bead_density, &start.rod_density, &start.bead_velocity_x,
-                                       &start.bead_velocity_y, &start.polar_order_x, &start.polar_order_y})
-        uniform = uniform && !mentions(*formula, {"x", "y"});
     if (!uniform) return {};
     return {{"twice the sides",
              {set("grid.nx", 2 * scene.grid.nx), set("grid.ny", 2 * scene.grid.ny), set("grid.lx", 2.0 * scene.grid.lx),
