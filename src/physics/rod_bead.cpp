@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include "drover/physics/function_terms.hpp"
 #include "term_names.hpp"
 #include "text_terms.hpp"
 
@@ -157,6 +158,23 @@ std::optional<std::map<std::string, double>> ratios_of_terms(const CompiledModel
         ratios[row.key()] = now / before;
     }
     return ratios;
+}
+
+std::string key_of_term(const std::string& symbol, const std::string& factor) {
+    for (const RodBead::Field& field : rod_bead().fields)
+        for (const auto& [key, formula] : field.terms)  // of one coefficient: "-b |p|^2 p"
+            if (field.symbol == symbol && formula.ends_with(" " + factor) &&
+                formula.find(' ') == formula.size() - factor.size() - 1)
+                return key;
+    return "";
+}
+
+std::vector<HeldRange> held_ranges(const TableData& table) {
+    std::vector<HeldRange> ranges;
+    if (!table.has_values() || table.outside != "hold") return ranges;
+    for (const auto& [symbol, nodes] : {std::pair{"rho", &table.bead_density}, std::pair{"sigma", &table.rod_density}})
+        if (nodes->size() > 1) ranges.push_back({.symbol = symbol, .min = nodes->front(), .max = nodes->back()});
+    return ranges;
 }
 
 }  // namespace drover::physics

@@ -89,6 +89,29 @@ std::string example_of_number(const io::Scene& scene) {
     return scene.kind == io::SceneKind::model ? "\"coefficients.a = 1.2\"" : "\"relaxation.rate = 1.2\"";
 }
 
+std::string key_of_term(const io::Scene& scene, const model::Equations& equations, const model::Field& field,
+                        const std::string& factor) {
+    if (scene.kind != io::SceneKind::model) return physics::key_of_term(field.symbol, factor);
+    for (const model::TermSummary& term : equations.terms()) {
+        if (equations.model().fields[term.field].symbol != field.symbol || !term.text.ends_with(" " + factor)) continue;
+        std::string name = term.text.substr(0, term.text.size() - factor.size() - 1);
+        name.erase(0, name.find_first_not_of("+- "));
+        if (scene.declared.coefficients.contains(name)) return own_section + name;
+    }
+    return "";
+}
+
+std::vector<physics::HeldRange> held_ranges(const io::Scene& scene) {
+    if (scene.kind != io::SceneKind::model) return physics::held_ranges(scene.model.table);
+    std::vector<physics::HeldRange> ranges;
+    for (const io::DeclaredTable& table : scene.declared.tables)
+        for (std::size_t k = 0; k < table.of.size() && table.outside == "hold"; ++k) {
+            const std::vector<double>& nodes = k == 0 ? table.first : table.second;
+            ranges.push_back({.symbol = table.of[k], .min = nodes.front(), .max = nodes.back()});
+        }
+    return ranges;
+}
+
 io::Scene scene_with(const io::Scene& scene, const std::string& key, double value) {
     io::Scene changed = scene;
     if (scene.kind == io::SceneKind::model)

@@ -3,6 +3,7 @@
 #include "drover/io/scene.hpp"
 #include "drover/model/field_evolution.hpp"
 #include "drover/model/theory.hpp"
+#include "drover/physics/function_terms.hpp"
 
 namespace drover::run {
 
@@ -28,6 +29,12 @@ SceneNumber number_of(const io::Scene& scene, const std::string& list, const std
                       const SourceLocation& where);
 /// An assignment for messages.
 std::string example_of_number(const io::Scene& scene);
+
+/// The key of the coefficient of a term in the equation of a field, as "lap u" of u; "": there is none.
+std::string key_of_term(const io::Scene& scene, const model::Equations& equations, const model::Field& field,
+                        const std::string& factor);
+/// Where tables of coefficients end that hold their outermost values.
+std::vector<physics::HeldRange> held_ranges(const io::Scene& scene);
 
 /// The scene with another value of a number.
 io::Scene scene_with(const io::Scene& scene, const std::string& key, double value);

@@ -15,6 +15,7 @@
 #include "drover/numerics/time_method.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "run/field_problem.hpp"
+#include "run/scene_equations.hpp"
 
 namespace drover::run {
 
@@ -67,21 +68,17 @@ private:
     Spectra state_;
 };
 
+/// Of the equations; functions of the calling program are not looked at.
 bool any_text_mentions(const io::Scene& scene, const std::vector<std::string>& names) {
-    for (const physics::TextTerm& term : scene.model.text_terms) {
-        if (term.call) continue;
-        for (const auto* expressions : {&term.value, &term.flux})
-            for (const physics::WrittenExpression& one : *expressions)
-                if (mentions(one.text, names)) return true;
-    }
-    if (scene.kind != io::SceneKind::model) return false;
-    const model::Model model = io::model_of(scene.declared);
-    return std::any_of(model.fields.begin(), model.fields.end(),
-                       [&](const model::Field& field) {
-                           return mentions(field.equation.text, names) || mentions(field.mass.text, names);
-                       }) ||
-           std::any_of(model.definitions.begin(), model.definitions.end(),
-                       [&](const model::Definition& one) { return mentions(one.value.text, names); });
+    const model::Model model = equations_of(scene).model();
+    const auto any = [&](const model::Text& one) { return mentions(one.text, names); };
+    const auto any_of_term = [&](const model::WrittenTerm& term) {
+        return (!term.scope || term.scope->functions.empty()) && std::ranges::any_of(term.texts, any);
+    };
+    return std::ranges::any_of(model.definitions, any, &model::Definition::value) ||
+           std::ranges::any_of(model.fields, [&](const model::Field& field) {
+               return any(field.equation) || any(field.mass) || std::ranges::any_of(field.further, any_of_term);
+           });
 }
 
 /// Squares of amplitudes of one component.

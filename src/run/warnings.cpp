@@ -3,21 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <numeric>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include "drover/measure/fields.hpp"
-#include "drover/model/start.hpp"
 #include "drover/numerics/time_method.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "run/field_prediction.hpp"
 #include "run/growing_waves.hpp"
-#include "run/judged_field.hpp"
 #include "run/scene_equations.hpp"
 #include "run/step_bias.hpp"
-#include "run/text_resolution.hpp"
+#include "run/warning_parts.hpp"
 
 namespace drover::run {
 
@@ -27,6 +26,31 @@ std::vector<double> series_of(const files::ArchiveReader& archive, const std::st
 }
 
 namespace {
+/// The size of a field where products matter, its first component in the equations being `at`: the mean of a density;
+/// the order of bodies that all point along it (their mean or, in the unit of their density, their sum), or that of an
+/// ordered uniform state if it is smaller.  0: unknown.
+double scale_of(const model::Equations& equations, const model::Field& field, std::size_t at,
+                const model::StationaryStates& found) {
+    if (field.spin == 0) return std::max(0.0, equations.reference()[at]);
+    double scale = 0.0;
+    if (field.unit == "1" && !field.observed.of.empty()) scale = 1.0;
+    for (const model::Field& other : equations.model().fields)
+        if (other.symbol == field.observed.of && other.unit == field.unit) scale = other.reference;
+    for (const model::StationaryState& state : found.states)
+        if (const double size = std::hypot(state.values[at], state.values[at + 1]); size > 0.0)
+            scale = scale > 0.0 ? std::min(scale, size) : size;
+    return scale;
+}
+
+/// None where the theory has none about the references.
+model::StationaryStates states_of(const io::Scene& scene, const model::Equations& equations) try {
+    return placed_term_of(scene, equations).empty() ? stationary_states_of(scene, equations)
+                                                    : model::StationaryStates();
+} catch (const Error& error) {
+    if (error.fault() != Fault::input) throw;
+    return {};
+}
+
 /// The variance that noise maintains in the shortest waves of the grid, of each component of the equations.
 using TailPowers = std::vector<double>;
 
@@ -96,12 +120,6 @@ std::optional<TailPowers> tail_powers(const io::Scene& scene, const model::Equat
     return isotropic_tail(equations, system);
 }
 
-double predicted_tail(const TailPowers& powers, const JudgedField& field) {
-    double sum = 0.0;
-    for (int part = 0; part < field.parts; ++part) sum += powers[static_cast<std::size_t>(field.first + part)];
-    return sum;
-}
-
 /// The tail of one field at its worst.
 struct Tail {
     double fraction = 0.0;  ///< of the variance of the field
@@ -111,13 +129,13 @@ struct Tail {
 /// The largest tail of the samples that count.  Those are samples whose tail the run has built up, not those in which
 /// short waves of the start still decay, and whose tail is larger than `least` [unit of the field, squared]: a
 /// field that is still or by now negligible needs no resolution.
-Tail worst_tail(const JudgedField& field, const std::vector<double>& times, const std::vector<double>& tails,
+Tail worst_tail(bool judges_transients, const std::vector<double>& times, const std::vector<double>& tails,
                 const std::vector<double>& variances, double least) {
     Tail worst;
     for (std::size_t i = 1; i < tails.size(); ++i) {
         const double power = tails[i] * variances[i];
         const bool is_late = times[i] >= 0.5 * times.back(),
-                   is_built_up = field.judges_transients && power > 2.0 * tails[0] * variances[0];
+                   is_built_up = judges_transients && power > 2.0 * tails[0] * variances[0];
         if ((is_late || is_built_up) && power > least && tails[i] > worst.fraction)
             worst = {.fraction = tails[i], .time = times[i]};
     }
@@ -139,27 +157,31 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
     const numerics::System system = what.equations.linear_system(scene.grid, what.kept_degree);
     const std::vector<double> times = series_of(archive, "time");
     std::optional<TailPowers> powers;  // take longer than all else
-    for (const JudgedField& field : judged_fields(scene)) {
+    std::size_t next = 0;
+    for (const model::Field& field : what.equations.model().fields) {
+        const std::size_t at = std::exchange(next, next + static_cast<std::size_t>(model::components(field)));
+        if (field.left != model::LeftSide::rate) continue;  // what is in balance follows the others
         const std::vector<double> tails = series_of(archive, "spectral_tail_" + field.name),
                                   variances = series_of(archive, "variance_" + field.name);
-        if (tails.size() < 2 || variances.size() != tails.size() || times.size() != tails.size()) continue;
-        const double own = *std::max_element(variances.begin(), variances.end());
-        constexpr double rounding = 1e-20;  // mm-4, of a density whose mean is 0: nothing is there
-        if (own == 0.0 || (field.judges_transients && field.scale == 0.0 && own < rounding)) continue;
-        const double size = field.scale > 0.0 ? field.scale * field.scale : own;
-        const double least = field.judges_transients ? max_spectral_tail * std::max(max_spectral_tail * size, own)
-                                                     : 1e-12 * own;  // not of rounding
-        Tail worst = worst_tail(field, times, tails, variances, least);
+        if (tails.size() < 2 || variances.size() != tails.size() || times.size() != tails.size() ||
+            *std::max_element(tails.begin(), tails.end()) <= max_spectral_tail)
+            continue;
+        const double own = *std::max_element(variances.begin(), variances.end()),
+                     scale = scale_of(what.equations, field, at, states_of(scene, what.equations));
+        if (own < 1e-20) continue;  // rounding
+        const double least = scale > 0.0 ? max_spectral_tail * std::max(max_spectral_tail * scale * scale, own)
+                                         : 1e-12 * own;  // not of rounding
+        Tail worst = worst_tail(scale > 0.0, times, tails, variances, least);
         if (worst.fraction <= max_spectral_tail) continue;
         if (!powers) powers = tail_powers(scene, what.equations, system, archive);
         if (!powers) return;
-        worst = worst_tail(field, times, tails, variances,
-                           std::max(least, max_tail_over_linear * predicted_tail(*powers, field)));
+        const double predicted = std::accumulate(powers->begin() + static_cast<std::ptrdiff_t>(at),
+                                                 powers->begin() + static_cast<std::ptrdiff_t>(next), 0.0);
+        worst = worst_tail(scale > 0.0, times, tails, variances, std::max(least, max_tail_over_linear * predicted));
         if (worst.fraction <= max_spectral_tail) continue;
+        const std::string smoothing = key_of_term(scene, what.equations, field, "lap " + field.symbol);
         numerics::Grid finer = scene.grid;
-        const auto points = [&](int now) {
-            return field.judges_transients ? points_that_resolve(now, worst.fraction) : 2 * now;
-        };
+        const auto points = [&](int now) { return scale > 0.0 ? points_that_resolve(now, worst.fraction) : 2 * now; };
         finer.nx = points(finer.nx);
         if (finer.ny > 1) finer.ny = points(finer.ny);
         warnings.push_back(
@@ -167,8 +189,7 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
                  "t = {:.6g} s (spectral_tail_{}); expected less than {}: choose {}{}; a step that is too "
                  "long has the same effect: try time.dt = {}",
                  field.name, grid_keys(scene.grid), worst.fraction, worst.time, field.name, max_spectral_tail,
-                 grid_keys(finer), field.smoothing.empty() ? "" : ", or a larger " + field.smoothing,
-                 0.5 * scene.time.dt));
+                 grid_keys(finer), smoothing.empty() ? "" : ", or a larger " + smoothing, 0.5 * scene.time.dt));
     }
 }
 
@@ -185,9 +206,8 @@ void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene,
     if (names.empty()) return;
     warnings.push_back(
         text("not finite in at least one sample: {}; the run diverged: choose a smaller time.dt than {}, or add a "
-             "term that limits growth{}",
-             joined(names), scene.time.dt,
-             scene.kind == io::SceneKind::model ? "" : ", such as relaxation.saturation"));
+             "term that limits growth",
+             joined(names), scene.time.dt));
 }
 
 double kept_modes(const numerics::Grid& grid, int degree) {
@@ -295,39 +315,15 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
 
 }  // namespace
 
-std::vector<JudgedField> judged_fields(const io::Scene& scene) {
-    if (scene.kind != io::SceneKind::model) return rod_bead_judged(scene);
-    std::vector<JudgedField> fields;
-    int component = 0;
-    for (const model::Field& field : io::model_of(scene.declared).fields) {
-        const int parts = model::components(field);
-        // What is in balance follows the others.
-        if (field.left == model::LeftSide::rate)
-            fields.push_back({.name = field.name, .first = component, .parts = parts});
-        component += parts;
-    }
-    return fields;
-}
-
-std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
-    const model::Equations equations = equations_of(scene);
-    std::vector<std::string> warnings =
-        model::start_warnings(io::start_of(scene), equations, scene.grid, io::kept_degree(scene, equations));
-    std::ranges::move(scene.kind == io::SceneKind::model ? declared_warnings(scene) : rod_bead_warnings(scene),
-                      std::back_inserter(warnings));
-    std::ranges::move(text_resolution_warnings(scene), std::back_inserter(warnings));
-    return warnings;
-}
-
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
     const model::Integrated what = integrated_of(scene);
     std::vector<std::string> warnings = field_scene_warnings(scene);
     add_not_finite(archive, scene, what.equations, warnings);
     add_resolution(archive, scene, what, warnings);
-    if (scene.kind == io::SceneKind::fields) add_density_warnings(archive, scene, warnings);
+    add_density_warnings(archive, scene, what, warnings);
     add_few_particles(archive, scene, what, warnings);
     add_step_error(archive, scene, warnings);
-    if (scene.kind == io::SceneKind::fields) add_late_order(archive, scene, warnings);
+    add_late_order(archive, scene, what, warnings);
     return warnings;
 }
 

@@ -102,3 +102,45 @@ accuracy = {{effort = {effort}}}
     with h5py.File(tmp_path / "own.h5") as file:
         for name, rows in before.items():
             assert numpy.array_equal(file[f"step_bias/{name}"][:], rows, equal_nan=True)
+
+
+# p decays at 0.5 - 0.1 t: its onset is at 5 s, and at 9 s it can have grown by exp(0.1 (9 - 5)^2 / 2) = 2.2, at 0.4 /s,
+# where it saturates at sqrt(0.4 / 2) = 0.45.  A flow that follows it changes nothing.
+@pytest.mark.parametrize("end, strength, is_late", [(4.0, 0.1, False), (9.0, 0.1, True), (40.0, 0.1, False),
+                                                    (9.0, 0.0, False)])
+@pytest.mark.parametrize("flow", [False, True])
+def test_a_ramp_that_ends_before_order_has_grown_is_told(end, strength, is_late, flow, tmp_path):
+    fields, equations = '{symbol = "p", rank = "vector"}', f"({strength} t - 0.5) p - 2 |p|^2 p + lap p"
+    equations = f'p = "{equations}"'
+    if flow:
+        fields += ', {symbol = "v", rank = "vector"}'
+        equations += ', v = "100 (p - v)"'
+    (tmp_path / "own.toml").write_text(f"""
+field = [{fields}]
+equations = {{{equations}}}
+grid = {{nx = 16, ny = 16, lx = 16.0, ly = 16.0}}
+time = {{dt = 0.05, end = {end}, stepper = "etdrk4-krogstad"}}
+initial = {{kind = "random", amplitude = 1e-4}}
+output = {{frame_every = {end}, sample_every = 0.5}}
+""")
+    said = drover(tmp_path, "run", "own.toml", "--quiet").stdout
+    told = [line for line in said.splitlines() if "at which it saturates" in line]
+    assert len(told) == is_late, said
+    for part in ("far below the 0.45", "a factor of 2.2 at most", "at 0.4 /s at the end") if is_late else ():
+        assert part in told[0], told[0]
+
+
+def test_values_beyond_a_table_that_is_held_are_told(tmp_path):
+    (tmp_path / "own.toml").write_text("""
+field = [{symbol = "u", name = "heat", reference = 1.0}]
+tabulated = [{symbol = "D", of = ["u"], first = [0.9, 1.0, 1.1], values = [1.0, 1.5, 2.0], outside = "hold"}]
+equations = {u = "div(D grad u)"}
+grid = {nx = 32, ny = 1, lx = 32.0, ly = 1.0}
+time = {dt = 0.01, end = 0.1}
+initial = {kind = "formula", heat = "1 + 0.3 sin(2 pi x / 32)"}
+output = {frame_every = 0.1, sample_every = 0.1}
+""")
+    said = drover(tmp_path, "run", "own.toml", "--quiet").stdout
+    for value in (0.7, 1.3):  # at the start, on a point
+        assert f"heat left the table of coefficients in 2 samples, {value} at t = 0 s" in said
+    assert "beyond 0.9 to 1.1" in said

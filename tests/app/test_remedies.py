@@ -22,8 +22,8 @@ def test_the_warning_of_negative_densities_recommends_no_noise_below_zero_and_no
     scene = write_scene(tmp_path, {"grid.nx": points, "grid.ny": points, "grid.lx": 16.0 * points / 16,
                                    "grid.ly": 16.0 * points / 16}, base=NEGATIVE)
     found = drover(tmp_path, "run", scene, "--quiet").stdout
-    assert "the rod density is negative" in found and "below 0" not in found
-    assert ("grid.nx = " in found) == names_grid and ("larger uniform.rod_density" in found) != names_grid, found
+    assert "rod_density is negative" in found and "below 0" not in found
+    assert ("grid.nx = " in found) == names_grid and ("choose a larger mean" in found) != names_grid, found
 
 
 def test_a_time_step_that_is_recommended_divides_the_durations(tmp_path):

@@ -24,6 +24,7 @@ TEST(ModelScene, that_would_not_change_is_warned_of) {
     EXPECT_NE(found[0].find("nothing will change"), std::string::npos);
     EXPECT_TRUE(warnings_of("lap u - u^3", random_start).empty());
     EXPECT_TRUE(warnings_of("1 + lap u").empty());  // a source
+    EXPECT_TRUE(warnings_of("sin(t) + lap u").empty());
 }
 
 TEST(ModelScene, whose_explicit_waves_are_too_fast_for_the_step_is_warned_of) {
@@ -39,6 +40,21 @@ TEST(ModelScene, with_functions_that_are_no_polynomials_is_warned_of) {
     const std::vector<std::string> found = warnings_of("lap u - sin(u)", random_start);
     ASSERT_EQ(found.size(), 1u);
     EXPECT_NE(found[0].find("no polynomials"), std::string::npos);
+}
+
+TEST(ModelScene, whose_growth_no_term_stops_is_warned_of) {
+    for (const char* const product : {"", " - |grad u|^2"}) {  // which vanishes where u is uniform
+        const std::vector<std::string> found = warnings_of(std::string("20 u + lap u") + product, random_start);
+        ASSERT_EQ(found.size(), 1u);
+        EXPECT_NE(found[0].find("a mode grows at 20 /s at |q| = 0 /mm, by a factor e^20"), std::string::npos);
+        EXPECT_NE(found[0].find("choose time.end = 0.69 or less"), std::string::npos) << found[0];  // 10^6: e^13.8
+    }
+    EXPECT_TRUE(warnings_of("20 u + lap u - 1e-4 u^3", random_start).empty());
+    EXPECT_TRUE(warnings_of("13 u + lap u", random_start).empty());
+    const std::vector<std::string> keyed =
+        warnings_of("20 u + lap u - b |u|^2 u", random_start + "[coefficients]\nb = 0.0\n");
+    ASSERT_EQ(keyed.size(), 1u);
+    EXPECT_NE(keyed[0].find("give coefficients.b > 0"), std::string::npos) << keyed[0];
 }
 
 TEST(ModelScene, has_a_stationary_start_only_where_isotropic_theory_is_that_of_its_waves) {

@@ -1,0 +1,109 @@
+// run/scene_warnings.cpp: what is known of a run of fields before it.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "drover/model/start.hpp"
+#include "drover/physics/function_terms.hpp"
+#include "drover/physics/linear_theory.hpp"
+#include "drover/run/warnings.hpp"
+#include "run/field_health.hpp"
+#include "run/growing_waves.hpp"
+#include "run/scene_equations.hpp"
+#include "run/text_resolution.hpp"
+#include "run/warning_parts.hpp"
+
+namespace drover::run {
+
+namespace {
+/// Whether uniform deviations from the references with the same conserved means obey linear equations, so that nothing
+/// limits their growth: tried at two of them and their sum.
+bool is_linear_when_uniform(const model::Equations& equations) {
+    const model::UniformState rest = equations.reference();
+    model::UniformState one = rest, other = rest, both = rest;
+    constexpr double large = 1e3;  // so that weak products count
+    std::size_t at = 0;
+    for (const model::Field& field : equations.model().fields)
+        for (int k = 0; k < model::components(field); ++k, ++at) {
+            if (field.conserved) continue;
+            one[at] += large * std::cos(static_cast<double>(at));
+            other[at] += large * std::cos(static_cast<double>(2 * at + 1));
+            both[at] += one[at] + other[at] - 2.0 * rest[at];
+        }
+    const Eigen::ArrayXd excess = equations.uniform_rates(both) + equations.uniform_rates(rest) -
+                                  equations.uniform_rates(one) - equations.uniform_rates(other);
+    return (excess.abs() <= 1e-9 * equations.uniform_rate_sizes(both).array()).all();
+}
+
+/// Growth of linear equations, or of uniform deviations that obey such.
+void add_growth(const io::Scene& scene, const model::Equations& equations, const numerics::System& system,
+                std::vector<std::string>& warnings) {
+    physics::FastestGrowth growth{.rate = -std::numeric_limits<double>::infinity()};
+    if (!equations.has_nonlinear_part()) growth = physics::fastest_growth(system);
+    else
+        for (const numerics::Block& block : {system.linear(0.0).even, system.linear(0.0).odd})
+            for (const numerics::Complex rate : numerics::eigenvalues(block))
+                growth.rate = std::max(growth.rate, rate.real());
+    const double most = std::log(max_field_size);
+    if (growth.rate * scene.time.end <= most) return;
+    if (equations.has_nonlinear_part() &&
+        (calls_program(scene) || !placed_term_of(scene, equations).empty() || !is_linear_when_uniform(equations)))
+        return;
+    std::string limits;
+    for (const model::Field& field : equations.model().fields)
+        if (const std::string key = key_of_term(scene, equations, field, text("|{0}|^2 {0}", field.symbol));
+            !key.empty())
+            limits = text("give {} > 0", key);
+    warnings.push_back(
+        text("a mode grows at {:.4g} /s at |q| = {:.3g} /mm, by a factor e^{:.3g} in this run, and no term stops it: "
+             "{}, or choose time.end = {:.2g} or less",
+             growth.rate, growth.q, growth.rate * scene.time.end, limits.empty() ? "add a product that does" : limits,
+             most / growth.rate));
+}
+}  // namespace
+
+bool calls_program(const io::Scene& scene) {
+    return std::ranges::any_of(scene.model.text_terms, [](const auto& term) { return !term.function.empty(); });
+}
+
+bool stays_at_start(const io::Scene& scene, const model::Equations& equations) {
+    return scene.initial.kind == "uniform" && !equations.has_noise() && placed_term_of(scene, equations).empty() &&
+           equations.uniform_rates(equations.reference()).cwiseAbs().maxCoeff() == 0.0;
+}
+
+std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
+    const model::Equations equations = equations_of(scene);
+    const int degree = io::kept_degree(scene, equations);
+    std::vector<std::string> warnings = model::start_warnings(io::start_of(scene), equations, scene.grid, degree);
+    if (scene.kind == io::SceneKind::fields)
+        std::ranges::move(physics::function_remarks(physics::CompiledModel(scene.model)), std::back_inserter(warnings));
+    if (!physics::missing_function(scene.model).empty()) return warnings;
+    const numerics::System system = equations.linear_system(scene.grid, degree);
+    if (scene.kind == io::SceneKind::model) {  // a flock is far from its references
+        if (std::string cut = growing_waves_warning(system); !cut.empty()) warnings.push_back(std::move(cut));
+        if (!equations.has_finite_degree())
+            warnings.emplace_back(
+                "some functions of the equations are no polynomials: their aliases are not removed exactly; compare "
+                "with a run on twice the points");
+    }
+    if (const double rate = equations.explicit_rate(scene.grid), part = rate * scene.time.dt;
+        part > 1.0 && scene.time.tolerance == 0.0)
+        warnings.push_back(text(
+            "the terms that name an axis, or depend on position or time, change the waves of the grid at up to {:.3g} "
+            "/s: {:.3g} in a step of time.dt = {}; expected less than 1, or the run may diverge: choose time.dt = "
+            "{:.2g}, or a coarser grid",
+            rate, part, scene.time.dt, scene.time.dt / (2.0 * part)));
+    add_growth(scene, equations, system, warnings);
+    if (stays_at_start(scene, equations)) {
+        const double rate = physics::fastest_growth(system).rate;
+        warnings.push_back(
+            text("the start is uniform, stationary and without noise: nothing will change{}; choose initial.kind = "
+                 "\"random\", or noise",
+                 rate > 0.0 ? text(", although a mode grows at {:.3g} /s", rate) : ""));
+    }
+    std::ranges::move(text_resolution_warnings(scene), std::back_inserter(warnings));
+    return warnings;
+}
+
+}  // namespace drover::run
