@@ -168,7 +168,7 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
             continue;
         const double own = *std::max_element(variances.begin(), variances.end()),
                      scale = scale_of(what.equations, field, at, states_of(scene, what.equations));
-        if (own < 1e-20) continue;  // rounding
+        if (own == 0.0 || (scale == 0.0 && own < 1e-20)) continue;  // rounding
         const double least = scale > 0.0 ? max_spectral_tail * std::max(max_spectral_tail * scale * scale, own)
                                          : 1e-12 * own;  // not of rounding
         Tail worst = worst_tail(scale > 0.0, times, tails, variances, least);
