@@ -253,7 +253,8 @@ void check_chosen_step(const io::TimeControl& time, const numerics::StepError::R
     if (time.chosen != "fields" || time.max_error >= any) return;
     if (!(error.error > time.max_error)) return;  // also where it is not resolved
     // Errors grow at least in proportion to time, and fall less than the order tells: fields that are not smooth.
-    const double t = static_cast<double>(step) * time.dt, order = 0.5 * numerics::time_method(time.stepper).order;
+    const double t = static_cast<double>(step) * time.dt,
+                 order = std::max(1.0, 0.5 * numerics::time_method(time.stepper).order);
     const double excess = error.error / (choice_margin * time.max_error) * time.end / t;
     const int halvings = std::clamp(static_cast<int>(std::ceil(std::log2(excess) / order)), 1, 4);
     throw StepTooLong(
