@@ -33,13 +33,13 @@ double weighed_points(const Grid& grid) {
 }
 
 double Effort::allowed(double work) const {
-    constexpr double start = 0.055 * a_second, shorter = 10.0 * a_second;  // a start; a short run
+    constexpr double start = 0.1 * a_second, shorter = 10.0 * a_second;  // a start; a short run
     const double all = start + work;
     // Twice as much of the first third of a short run, so that its rest has some, too.
     return part * std::min(2.0 * all, std::max(0.5 * (shorter + all), all));
 }
 
-double owed_work() { return 0.002 * a_second; }
-double owed_before_lost() { return 0.015 * a_second; }
+double owed_work() { return 0.005 * a_second; }
+double owed_before_lost() { return 0.01 * a_second; }
 
 }  // namespace drover::numerics
