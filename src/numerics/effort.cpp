@@ -40,6 +40,5 @@ double Effort::allowed(double work) const {
 }
 
 double owed_work() { return 0.005 * a_second; }
-double owed_before_lost() { return 0.01 * a_second; }
 
 }  // namespace drover::numerics

@@ -285,7 +285,7 @@ double ErrorEvolution::stretch() const {
 void ErrorEvolution::choose_leap(std::int64_t step) {
     constexpr double parted = 0.5;
     const double size = relative_size(error), strides = static_cast<double>(stride), now = static_cast<double>(step);
-    is_lost = size < parted && effort.spent > lost_use * effort.allowed() + owed_before_lost();
+    is_lost = size < parted && effort.spent > lost_use * effort.allowed() + 2.0 * owed_work();
     if (std::isinf(effort.part)) return;
     if (++taken < steps_before_leap && size < parted) return;
     // The length at which all that was taken costs what it may, and the next steps as well.

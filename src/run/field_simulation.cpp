@@ -105,7 +105,7 @@ BiasedRun World::biased(Threads& threads) const {
         numerics::Fields fields, balanced;
     };
     const FieldObserver part = observer_of_state(observer, threads);
-    const auto observed = std::make_shared<std::optional<Observed>>();
+    const auto observed = std::make_shared<std::optional<Observed>>();  // made when it is needed
     const auto make_twin = [this, &threads] {
         const auto twin =
             std::make_shared<model::FieldEvolution>(problem.integrated, scene.grid, control_of_twin(scene.time),

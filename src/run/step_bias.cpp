@@ -18,8 +18,8 @@ constexpr std::int64_t moments = 8;
 constexpr std::int64_t min_length = 2 * moments;  // of a piece, in steps
 /// In steps of the run, measured: of a step of dt by the twin, and once of the blocks of the twin.
 constexpr double twin_steps = 2.0, start_steps = 50.0;
-/// Of accuracy.effort; the rest is for what is not counted, as what is written.  With noise the error
-/// of the fields needs few steps, and the twins need many.
+/// Of accuracy.effort; the rest, with noise, is for what is not counted, as what is written.  With noise the error of
+/// the fields needs few steps, and the twins need many.
 struct Shares {
     double step_error, biases;
 };

@@ -205,7 +205,7 @@ def test_a_run_that_no_chosen_step_brings_to_the_limit_ends_with_a_remedy(tmp_pa
     # A pilot to 64 s sees linear terms alone; the method, of first order, would then need steps of 1e-5 s.
     scene = write_scene(tmp_path, {**LATE, "time.max_error": 1e-5}, name="late.toml", base={})
     failed = drover(tmp_path, "run", scene, status=1)
-    assert re.search("[6-9] halvings of the step did not suffice", failed.stderr) and "give time.dt" in failed.stderr
+    assert "6 halvings of the step did not suffice" in failed.stderr and "give time.dt" in failed.stderr
 
 
 DEMIX = """field = [{symbol = "phi", conserved = true}]

@@ -42,9 +42,7 @@ struct Effort {
     double used() const { return std::isinf(part) ? 0.0 : spent / allowed(); }
 };
 
-/// What checks may owe, since errors change fastest at the start.
+/// What may be owed, since errors change fastest at the start.
 double owed_work();
-/// What an error may owe that is followed no longer.
-double owed_before_lost();
 
 }  // namespace drover::numerics
