@@ -177,7 +177,8 @@ RUNS = [("Fields of rods and beads", "flock", [*TINY, "output.powers=true"]),
         ("Fields of rods and beads", "isotropic", [*TINY, "output.powers=true"]),
         ("Fields of rods and beads", "barenblatt", TINY), ("Fields of rods and beads", "point-force", TINY),
         ("Particles", "bead-flock", FEW), ("Particles", "flower-flock", FEW), ("Particles", "bead-gas", FEW),
-        ("Models of your own", "active-nematic", TINY), ("Models of your own", "toner-tu", TINY),
+        ("Models of your own", "active-nematic", [*TINY, "output.powers=true"]),
+        ("Models of your own", "toner-tu", TINY),
         ("Models of your own", "bidisperse-bed", TINY)]
 
 
@@ -219,7 +220,7 @@ def generic(name, scene):
     """The name of an observable of a scene with fields of its own, F for each of these."""
     values = tomllib.loads((TREE / "models" / f"{scene}.toml").read_text(encoding="utf-8"))
     names = [field["name"] + end for field in values.get("field", [])
-             for end in (("_re", "_im") if field.get("rank") == "complex" else ("",))]
+             for end in (("_re", "_im", "") if field.get("rank") == "complex" else ("",))]
     for field in sorted(names, key=len, reverse=True):
         name = name.replace(field, "F")
     return name

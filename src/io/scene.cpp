@@ -9,6 +9,7 @@
 #include "drover/physics/coefficient_registry.hpp"
 #include "drover/physics/linear_theory.hpp"
 #include "io/scene_declared.hpp"
+#include "io/scene_initial.hpp"
 #include "io/scene_model.hpp"
 
 namespace drover::io {
@@ -47,6 +48,8 @@ const KindRow& row_of(SceneKind kind) {
     return *std::find_if(scene_kinds.begin(), scene_kinds.end(), [&](const KindRow& row) { return row.kind == kind; });
 }
 
+constexpr const char* initial_section = "initial";
+
 /// All sections of all scenes but those of the model, which come first in a scene of fields.
 template <class AnyScene, class Visit>
 void for_sections(AnyScene& scene, Visit visit) {
@@ -58,7 +61,7 @@ void for_sections(AnyScene& scene, Visit visit) {
     of_grids("dealiasing", "Dealiasing of products of fields.", scene.dealiasing);
     for_particle_sections(scene.particles, of_particles);
     of_all("time", "Time stepping.", scene.time);
-    of_grids("initial", "The initial state.", scene.initial);
+    of_grids(initial_section, "The initial state.", scene.initial);
     of_all("output", "Output files and intervals.", scene.output);
     of_all("analysis", "Time averages.", scene.analysis);
     of_grids("accuracy", "The errors of the results of a run.", scene.accuracy);
@@ -81,18 +84,9 @@ struct KeyOf {
     const char* key;
     SectionOf kinds;
 };
-constexpr std::array keys_of_kinds{KeyOf{"time.stepper", grids},
-                                   KeyOf{"time.tolerance", grids},
-                                   KeyOf{"time.max_error", grids},
-                                   KeyOf{"time.chosen", grids},
-                                   KeyOf{"time.pilot", grids},
-                                   KeyOf{"output.powers", fields},
-                                   KeyOf{"initial.bead_density", fields},
-                                   KeyOf{"initial.rod_density", fields},
-                                   KeyOf{"initial.bead_velocity_x", fields},
-                                   KeyOf{"initial.bead_velocity_y", fields},
-                                   KeyOf{"initial.polar_order_x", fields},
-                                   KeyOf{"initial.polar_order_y", fields}};
+constexpr std::array keys_of_kinds{KeyOf{"time.stepper", grids},   KeyOf{"time.tolerance", grids},
+                                   KeyOf{"time.max_error", grids}, KeyOf{"time.chosen", grids},
+                                   KeyOf{"time.pilot", grids},     KeyOf{"output.powers", grids}};
 
 bool is_of(SceneKind kind, SectionOf section) { return (section & row_of(kind).section) != 0; }
 
@@ -100,6 +94,10 @@ bool is_of(SceneKind kind, const std::string& key) {
     const auto found =
         std::find_if(keys_of_kinds.begin(), keys_of_kinds.end(), [&](const KeyOf& one) { return key == one.key; });
     return found == keys_of_kinds.end() || is_of(kind, found->kinds);
+}
+
+FormulasOf formulas_of(SceneKind kind) {
+    return kind == SceneKind::model ? FormulasOf::declared : FormulasOf::rod_bead;
 }
 
 const char* words(SceneKind kind) { return row_of(kind).words; }
@@ -154,27 +152,11 @@ SceneKind kind_of(const LocatedTables& tables) {
 
 void reject_keys_of_others(const Scene& scene) {
     for (const KeyOf& one : keys_of_kinds) {
-        const bool is_component = scene.kind == SceneKind::model && std::string_view(one.key).starts_with("initial.");
-        if (is_component || is_of(scene.kind, one.kinds)) continue;
+        if (is_of(scene.kind, one.kinds)) continue;
         if (const auto place = scene.places.find(one.key); place != scene.places.end())
             fail_input(place->second, "{} is for scenes of {}, and this is a scene of {}; remove it", one.key,
                        kinds_text(one.kinds), words(scene.kind));
     }
-}
-
-/// [initial] of a declared model: keys, and a formula for each component.
-void read_initial(LocatedTables& tables, Scene& scene) {
-    const auto table = tables.find("initial");
-    if (table == tables.end()) return;
-    for (const auto& [key, value] : table->second.values) scene.places.emplace("initial." + key, value.where);
-    const std::vector<std::string> components = read_start(table->second, scene.declared);
-    std::vector<Description> rows = descriptions<physics::InitialState>();
-    std::erase_if(rows, [](const Description& row) { return !is_of(SceneKind::model, "initial." + row.name); });
-    for (const std::string& name : components) {
-        rows.push_back(rows.front());
-        rows.back().name = name;
-    }
-    reject_unknown_keys(table->second, "initial", rows);
 }
 
 }  // namespace
@@ -187,10 +169,15 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
     if (scene.kind == SceneKind::particles) scene.time.dt = dt_of_particles;
     std::vector<std::string> sections = section_names(scene.kind == SceneKind::model ? declared : fields);
     if (scene.kind == SceneKind::fields) read_model(tables, scene.model, scene.places);
-    if (scene.kind == SceneKind::model) {
-        scene.initial.field.clear();  // its default is a field of rods and beads
-        read_declared(tables, scene.declared, scene.places);
-        read_initial(tables, scene);
+    if (scene.kind == SceneKind::model) read_declared(tables, scene.declared, scene.places);
+    scene.initial = default_start(scene.kind);
+    if (const auto table = tables.find(initial_section); table != tables.end()) {
+        const std::vector<std::string> components =
+            scene.kind == SceneKind::model ? component_names(scene.declared) : std::vector<std::string>();
+        const LocatedTable formulas =
+            take_formulas(table->second, scene.kind == SceneKind::model ? &components : nullptr, scene.places);
+        for (const auto& [component, formula] : texts_of(formulas, initial_section))
+            if (!formula.text.empty()) scene.initial.formulas.emplace(component, formula);
     }
     for_sections(scene, [&](SectionOf, const std::string& name, const char*, auto& part) {
         sections.push_back(name);
@@ -269,17 +256,7 @@ void require_grid(const Scene& scene, const std::string& command) {
             "this is a scene of {}; drover {} needs a scene of fields: see drover explain", words(scene.kind), command);
 }
 
-model::Start start_of(const Scene& scene) {
-    if (scene.kind == SceneKind::fields) return physics::start_of(scene.initial);
-    const physics::InitialState& initial = scene.initial;
-    return {.kind = initial.kind,
-            .amplitude = initial.amplitude,
-            .component = initial.field,
-            .mode_x = initial.mode_x,
-            .mode_y = initial.mode_y,
-            .phase = initial.phase,
-            .formulas = scene.declared.start};
-}
+model::Start default_start(SceneKind kind) { return start_without_keys(formulas_of(kind)); }
 
 int kept_degree(const Scene& scene, const model::Equations& equations) {
     if (scene.kind == SceneKind::fields) return physics::kept_degree(physics::Equations(scene.model), scene.dealiasing);
@@ -292,12 +269,10 @@ std::string chosen_text(const Scene& scene, const std::function<bool(const std::
         if (!is_of(scene.kind, belongs) || !is_chosen(name)) return;
         if (!result.empty()) result += '\n';
         result += "[" + name + "]\n";
-        for (const auto& [key, value] : values_of(part))
+        for (const auto& [key, value] :
+             name == initial_section ? initial_values(scene.initial, formulas_of(scene.kind)) : values_of(part))
             if (const std::string whole = name + "." + key; is_of(scene.kind, whole) && is_chosen(whole))
                 result += key + " = " + toml_text(value) + "\n";
-        if (name != "initial") return;
-        for (const auto& [component, formula] : scene.declared.start)
-            result += component + " = " + toml_text(formula.text) + "\n";
     });
     return result;
 }
@@ -335,7 +310,9 @@ std::vector<SectionDescription> scene_schema(const physics::CoefficientRegistry&
         std::vector<SceneKind> kinds;
         for (const KindRow& row : scene_kinds)
             if (belongs != all && is_of(row.kind, belongs)) kinds.push_back(row.kind);
-        sections.push_back({name, doc, descriptions<std::remove_cvref_t<decltype(part)>>(), kinds});
+        std::vector<Description> rows = descriptions<std::remove_cvref_t<decltype(part)>>();
+        if (name == initial_section) rows = initial_rows(FormulasOf::rod_bead);
+        sections.push_back({name, doc, std::move(rows), kinds});
     });
     return sections;
 }
@@ -348,6 +325,7 @@ std::vector<SectionDescription> scene_schema(SceneKind kind) {
             continue;
         std::erase_if(section.rows,
                       [&](const Description& row) { return !is_of(kind, section.name + "." + row.name); });
+        if (section.name == initial_section) section.rows = initial_rows(formulas_of(kind));
         for (Description& row : section.rows)
             if (kind == SceneKind::particles && section.name == "time" && row.name == "dt")
                 row.default_value = dt_of_particles;

@@ -10,6 +10,7 @@
 #include "drover/numerics/time_method.hpp"
 #include "drover/physics/equations.hpp"
 #include "drover/physics/stability_rows.hpp"
+#include "io/scene_initial.hpp"
 
 namespace drover::io {
 
@@ -91,7 +92,10 @@ void check_fields(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     physics::check(scene.model, at);
     check_least_memory(scene, physics::component_names(physics::form(scene.model)).size(), at);
-    physics::check(scene.initial, scene.model, scene.grid, scene.dealiasing, at);
+    const physics::Equations rod_bead(scene.model);
+    const model::Equations equations = rod_bead.solver(physics::reference(scene.model.uniform));
+    check_noise_of_start(scene.initial, equations, at);
+    model::check(scene.initial, equations, scene.grid, physics::kept_degree(rod_bead, scene.dealiasing), at);
     check_time_method(scene, physics::has_noise(scene.model.noise), at);
 }
 
@@ -100,7 +104,7 @@ void check_declared(const Scene& scene, const LocationOf& at) {
     const model::Equations equations(model_of(scene.declared));
     numerics::check(scene.grid, at);
     check_least_memory(scene, equations.state_components().size(), at);
-    model::check(start_of(scene), equations, scene.grid, kept_degree(scene, equations), at);
+    model::check(scene.initial, equations, scene.grid, kept_degree(scene, equations), at);
     check_time_method(scene, equations.has_noise(), at);
 }
 
@@ -255,8 +259,8 @@ const std::vector<Row<Output>>& schema<Output>() {
          .doc = "wall time between checkpoints"},
         {.name = "powers",
          .member = &Output::powers,
-         .doc = "samples include the energy of the beads and of the order, and the power of each term; costs one "
-                "right-hand side per term and sample; fields only"}};
+         .doc = "samples include the energies of fields, the integrals of m F^2/2, and the power of each term; costs "
+                "one right-hand side per term and sample; fields only"}};
     return rows;
 }
 

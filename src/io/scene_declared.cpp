@@ -7,7 +7,7 @@
 
 #include "drover/base/expression.hpp"
 #include "drover/numerics/spline_table.hpp"
-#include "drover/physics/initial_state.hpp"
+#include "io/scene_initial.hpp"
 
 namespace drover::io {
 
@@ -31,19 +31,9 @@ bool is_formula_key(const std::string& key) { return key == "noise" || key == "r
 /// The place of the first character of a text, or of its key.
 SourceLocation text_place(const LocatedValue& found) { return found.items.empty() ? found.where : found.items[0]; }
 
-std::map<std::string, model::Text> texts_of(const LocatedTables& tables, const std::string& section) {
-    std::map<std::string, model::Text> texts;
+std::map<std::string, model::Text> texts_of_section(const LocatedTables& tables, const std::string& section) {
     const auto table = tables.find(section);
-    if (table == tables.end()) return texts;
-    for (const auto& [name, found] : table->second.values) {
-        const auto* written = std::get_if<std::string>(&found.value);
-        const auto number = std::get_if<double>(&found.value);
-        const auto whole = std::get_if<std::int64_t>(&found.value);
-        require(written || number || whole, found.where, "{}.{} = {}; expected a formula in quotes", section, name,
-                toml_text(found.value));
-        texts.emplace(name, model::Text{written ? *written : toml_text(found.value), text_place(found)});
-    }
-    return texts;
+    return table == tables.end() ? std::map<std::string, model::Text>{} : texts_of(table->second, section);
 }
 
 void read_field(const LocatedTable& table, const std::string& section, DeclaredModel& model) {
@@ -109,20 +99,11 @@ void check_equations(const DeclaredModel& declared) {
                 symbols[n], symbols[n]);
 }
 
-/// The keys of [initial] besides the formulas of the rods and beads, whose names are free.
-std::vector<std::string> start_keys() {
-    const physics::FieldChoice all{.bead_density = true, .rod_density = true, .bead_velocity = "dynamic"};
-    std::vector<std::string> keys;
-    for (const Description& row : descriptions<physics::InitialState>()) keys.push_back(row.name);
-    for (const physics::Component& one : physics::component_names(physics::make_form(all, true)))
-        std::erase(keys, one.name);
-    return keys;
-}
-
 /// Components are datasets of an archive, beside its own, and keys of [initial].
 void check_dataset_names(const model::Model& model, const DeclaredModel& declared) {
     std::vector<std::string> taken{"time", "x", "y", "observables", "summary", "step_bias"};
-    const std::vector<std::string> keys = start_keys();
+    std::vector<std::string> keys;
+    for (const Description& row : descriptions<model::Start>()) keys.push_back(row.name);
     std::size_t n = 0;
     for (std::size_t k = 0; k < model.fields.size(); n += model.fields[k++].part != model::Part::real)
         for (const std::string& name : model::dataset_names(model.fields[k])) {
@@ -136,6 +117,19 @@ void check_dataset_names(const model::Model& model, const DeclaredModel& declare
         }
 }
 }  // namespace
+
+std::map<std::string, model::Text> texts_of(const LocatedTable& table, const std::string& section) {
+    std::map<std::string, model::Text> texts;
+    for (const auto& [name, found] : table.values) {
+        const auto* written = std::get_if<std::string>(&found.value);
+        const auto number = std::get_if<double>(&found.value);
+        const auto whole = std::get_if<std::int64_t>(&found.value);
+        require(written || number || whole, found.where, "{}.{} = {}; expected a formula in quotes", section, name,
+                toml_text(found.value));
+        texts.emplace(name, model::Text{written ? *written : toml_text(found.value), text_place(found)});
+    }
+    return texts;
+}
 
 bool is_in_declared_list(const std::string& name) {
     return std::any_of(std::begin(declared_lists), std::end(declared_lists),
@@ -174,8 +168,8 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
         read_table(table, tabulated_table(n), model.tables.emplace_back());
         model.table_places.push_back(table.where);
     }
-    model.equations = texts_of(tables, "equations");
-    model.definitions = texts_of(tables, "define");
+    model.equations = texts_of_section(tables, "equations");
+    model.definitions = texts_of_section(tables, "define");
     if (const auto table = tables.find("coefficients"); table != tables.end())
         for (const auto& [name, found] : table->second.values) {
             const Description row{.name = name,
@@ -189,20 +183,14 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
         }
 }
 
-std::vector<std::string> read_start(LocatedTable& table, DeclaredModel& model) {
+std::vector<std::string> component_names(const DeclaredModel& model) {
     std::vector<std::string> components;
     for (std::size_t n = 0; n < model.fields.size(); ++n) {
         model::Field field{.symbol = model.fields[n].symbol, .spin = spin_of(model, n)};
         field.name = model.fields[n].name.empty() ? field.symbol : model.fields[n].name;
         std::vector<std::string> names = model::dataset_names(field);
         if (is_complex(model.fields[n])) names = {field.name + "_re", field.name + "_im"};
-        for (const std::string& name : names) {
-            components.push_back(name);
-            const auto found = table.values.find(name);
-            if (found == table.values.end()) continue;
-            model.start.emplace(name, texts_of({{"initial", {.where = {}, .values = {*found}}}}, "initial").at(name));
-            table.values.erase(found);
-        }
+        components.insert(components.end(), names.begin(), names.end());
     }
     return components;
 }
@@ -311,6 +299,7 @@ model::Model model_of(const DeclaredModel& declared) {
                            .reference = number_of(given.reference, declared, place_of(declared, n, "reference")),
                            .noise = number_of(given.noise, declared, place_of(declared, n, "noise")),
                            .noise_conserves = given.conserved_noise,
+                           .observed = {.energy = given.energy, .mass_unit = given.mass_unit},
                            .where = place_of(declared, n, "")};
         if (const auto equation = declared.equations.find(given.symbol); equation != declared.equations.end())
             field.equation = equation->second;
@@ -415,6 +404,12 @@ const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>() {
         {.name = "mass",
          .member = &DeclaredField::mass,
          .doc = "m of m d_t F = equation, a formula of the fields: \"m rho\"; empty: 1"},
+        {.name = "mass_unit", .member = &DeclaredField::mass_unit, .doc = "unit of the mass, for its energy"},
+        {.name = "energy",
+         .member = &DeclaredField::energy,
+         .doc =
+             "what output.powers calls its energy, the integral of m F^2/2: energy_flow of \"flow\"; empty: the name "
+             "of the field; none: it is not measured"},
         {.name = "balance",
          .member = &DeclaredField::balance,
          .doc = "0 = equation: the field follows the others at every instant"},

@@ -19,8 +19,11 @@ bool is_declared_table(const std::string& name);
 /// Fills the model of a scene and notes where each number is.
 void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<std::string, SourceLocation>& places);
 
-/// Takes the formulas of components out of the table [initial], and gives the names of all components.
-std::vector<std::string> read_start(LocatedTable& table, DeclaredModel& model);
+/// The names of all components, as [initial] and archives have them.
+std::vector<std::string> component_names(const DeclaredModel& model);
+
+/// The formulas of a table by key: texts or numbers.  Throws an input Error for another value.
+std::map<std::string, model::Text> texts_of(const LocatedTable& table, const std::string& section);
 
 /// The model, without the formulas of its start, as TOML.
 std::string declared_text(const DeclaredModel& model);

@@ -277,18 +277,16 @@ void add_cross(const FieldSetting& setting, FieldRows& rows) {
         });
 }
 
-void add_energy(const FieldSetting& setting, FieldRows& rows) {
-    const std::string order = setting.order->is_sum ? "mm-2" : "mm2";
-    add(rows, "energy_order", order, "energy of the order: integral of |p|^2/2",
-        [](const FieldMoment& moment) { return moment.energy->order; });
-    add(rows, "power_order", order + " s-1", {term_axis(setting)}, "power of each term on the energy of the order",
-        [](const FieldMoment& moment) { return moment.energy->order_powers; });
-    if (!setting.flow || setting.flow->first >= setting.of_state) return;
-    add(rows, "energy_flow", "mg mm2 s-2", "kinetic energy of the bead flow: integral of m rho v^2/2",
-        [](const FieldMoment& moment) { return moment.energy->kinetic; });
-    add(rows, "power_flow", "mg mm2 s-3", {term_axis(setting)},
-        "power of each term on the kinetic energy of the bead flow",
-        [](const FieldMoment& moment) { return moment.energy->kinetic_powers; });
+void add_energies(const FieldSetting& setting, FieldRows& rows) {
+    for (std::size_t n = 0; n < setting.energies.size(); ++n) {
+        const MeasuredEnergy& energy = setting.energies[n];
+        add(rows, "energy_" + energy.name, energy.unit,
+            text("energy of the {}: integral of {}", energy.of, energy.formula),
+            [n](const FieldMoment& moment) { return moment.energy->energies[n]; });
+        add(rows, "power_" + energy.name, unit_product({energy.unit, "s-1"}), {term_axis(setting)},
+            text("power of each term on the energy of the {}", energy.of),
+            [n](const FieldMoment& moment) { return moment.energy->powers[n]; });
+    }
 }
 }  // namespace
 
@@ -313,7 +311,7 @@ std::vector<FieldPowers> FieldMoment::powers_of(const FieldMoment& moment) {
 
 Observables<FieldMoment> field_observables(const FieldSetting& setting) {
     FieldRows rows;
-    add_shared(setting.order.has_value(), setting.flow.has_value(), rows);
+    add_shared({.order = name_of(setting, setting.order), .flow = name_of(setting, setting.flow)}, rows);
     if (setting.order && setting.order->density >= 0) add_cross(setting, rows);
     const auto correlation = std::make_shared<const RadialCorrelation>(setting);
     for (std::size_t n = 0; n < setting.fields.size(); ++n) {
@@ -330,7 +328,7 @@ Observables<FieldMoment> field_observables(const FieldSetting& setting) {
             "mean over the cell and time; with noise on the same path, without the direction of the mean order; NaN "
             "where accuracy.effort does not resolve it",
             [](const FieldMoment& moment) { return moment.step_error; });
-    if (setting.terms) add_energy(setting, rows);
+    if (setting.terms) add_energies(setting, rows);
     std::erase_if(rows, [](const auto& row) { return size_of(row.axes) == 0; });  // a grid too small for any shell
     return rows;
 }

@@ -9,6 +9,7 @@
 #include "drover/model/start.hpp"
 #include "measure/field_axes.hpp"
 #include "measure/shared_rows.hpp"
+#include "measure/unit_product.hpp"
 
 namespace drover::measure {
 
@@ -66,6 +67,22 @@ void add_fields(const model::Equations& equations, const std::vector<model::Stat
     }
 }
 
+std::vector<MeasuredEnergy> measured_energies(const model::Equations& equations) {
+    std::vector<MeasuredEnergy> result;
+    for (const model::Energy& energy : model::energies_of(equations)) {
+        const model::Field& field = equations.model().fields[energy.fields[0]];
+        const std::size_t part = energy.fields.size() == 1 ? 0 : std::string_view("_re").size();
+        std::string words = field.name.substr(0, field.name.size() - part);
+        std::ranges::replace(words, '_', ' ');
+        const std::string mass = field.mass.text.empty() ? "" : "(" + field.mass.text + ") ";
+        result.push_back({.name = energy.name,
+                          .unit = unit_product({field.observed.mass_unit, field.unit, field.unit, "mm2"}),
+                          .of = words,
+                          .formula = text("{}|{}|^2/2", mass, field.symbol.substr(0, field.symbol.size() - part))});
+    }
+    return result;
+}
+
 /// Vectors of bodies, the flow by its unit.
 void add_body_vectors(const model::Equations& equations, FieldSetting& setting) {
     for (const MeasuredField& one : setting.fields) {
@@ -110,6 +127,7 @@ FieldSetting make_field_setting(const model::Equations& equations, const numeric
                          .separations = {},
                          .separation_bin = {},
                          .terms = {},
+                         .energies = measured_energies(equations),
                          .fields = {}};
     bin_separations(setting);
     const auto state = model::components_of_state(equations), balanced = model::components_in_balance(equations);
@@ -122,6 +140,12 @@ FieldSetting make_field_setting(const model::Equations& equations, const numeric
     });
     add_body_vectors(equations, setting);
     return setting;
+}
+
+std::string name_of(const FieldSetting& setting, const std::optional<BodyVector>& vector) {
+    for (const MeasuredField& field : setting.fields)
+        if (vector && field.first == vector->first) return field.name;
+    return "";
 }
 
 bool is_in_tail(const numerics::Grid& grid, int degree, std::size_t column, std::size_t row) {
@@ -178,7 +202,8 @@ Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries
         return row == nullptr ? std::vector<double>() : row->values;
     };
     const auto points = static_cast<double>(numerics::points(setting.grid));
-    recorded.indicators.push_back(values("polar_order"));
+    recorded.order = name_of(setting, setting.order);
+    recorded.indicators.push_back(values(recorded.order));
     for (const MeasuredField& field : setting.fields) {
         if (field.first >= setting.of_state) continue;  // what is in balance follows the others
         if (field.short_name == field.name) {

@@ -17,6 +17,7 @@ static MeanVector mean_velocity(const ParticleMoment& moment) {
 static double mean_square_velocity(const ParticleMoment& moment) { return moment.beads.velocity_square; }
 
 namespace {
+constexpr const char* shared_order = "polar_order";  // as fields call it
 
 using ParticleRows = Observables<ParticleMoment>;
 
@@ -258,7 +259,7 @@ std::vector<Quotient> quotients(const ParticleSetting& setting) {
 
 Observables<ParticleMoment> particle_observables(const ParticleSetting& setting) {
     ParticleRows rows;
-    add_shared(setting.rods > 0, setting.beads > 0, rows);
+    add_shared({.order = setting.rods > 0 ? shared_order : "", .flow = setting.beads > 0 ? "bead_velocity" : ""}, rows);
     if (setting.rods > 0) {
         add_rod_order(setting, rows);
         add_rod_motion(setting, rows);
@@ -282,10 +283,11 @@ Recorded particle_recording(const ParticleSetting& setting, std::vector<Recorded
     Recorded recorded{.series = std::move(series),
                       .area = dem::area(setting.cell),
                       .quotients = quotients(setting),
-                      .boxes = {}};
+                      .boxes = {},
+                      .order = shared_order};
     for (const auto& [what, total] : {std::pair{"rod", setting.rods}, {"bead", setting.beads}})
         recorded.boxes.push_back({what, "", "square box", static_cast<double>(total), setting.fractions});
-    for (const char* name : {"polar_order", "energy_kinetic"})
+    for (const char* name : {shared_order, "energy_kinetic"})
         if (const RecordedSeries* indicator = find_row(recorded.series, name))
             recorded.indicators.push_back(indicator->values);
     return recorded;

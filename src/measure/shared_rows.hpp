@@ -22,7 +22,7 @@ inline double size_of(const MeanVector& mean) { return std::hypot(mean.x, mean.y
 
 /// 1 when all beads have the same velocity, 0 when all are at rest.
 template <class Moment>
-double bead_velocity_order(const Moment& moment) {
+double order_of_velocity(const Moment& moment) {
     const double square = mean_square_velocity(moment);
     return square > 0.0 ? size_of(mean_velocity(moment)) / std::sqrt(square) : 0.0;
 }
@@ -34,24 +34,29 @@ double flow_alignment(const Moment& moment) {
     return (v.x * n.x + v.y * n.y) / (std::hypot(v.x, v.y) * std::hypot(n.x, n.y));
 }
 
-/// The rows of a cell with rods (has_order), with moving beads (has_flow), or with both.
+/// What the observables of the order of rods and of the velocity of beads begin with; "": there are none.
+struct SharedNames {
+    std::string order, flow;
+};
+
+/// The rows of a cell with rods, with moving beads, or with both.
 template <class Moment>
-void add_shared(bool has_order, bool has_flow, Observables<Moment>& rows) {
-    if (has_order)
-        add(rows, "polar_order", "1",
+void add_shared(const SharedNames& names, Observables<Moment>& rows) {
+    if (!names.order.empty())
+        add(rows, names.order, "1",
             "polar order P = |<n>|, mean over the rods of n, their direction in the plane from tail to head",
             [](const Moment& moment) { return size_of(mean_direction(moment)); });
-    if (!has_flow) return;
-    add(rows, "bead_velocity_mean_x", "mm s-1", "mean over the beads of their velocity along x, <v_x>",
+    if (names.flow.empty()) return;
+    add(rows, names.flow + "_mean_x", "mm s-1", "mean over the beads of their velocity along x, <v_x>",
         [](const Moment& moment) { return mean_velocity(moment).x / mean_velocity(moment).weight; });
-    add(rows, "bead_velocity_mean_y", "mm s-1", "mean over the beads of their velocity along y, <v_y>",
+    add(rows, names.flow + "_mean_y", "mm s-1", "mean over the beads of their velocity along y, <v_y>",
         [](const Moment& moment) { return mean_velocity(moment).y / mean_velocity(moment).weight; });
     add(rows, "bead_speed", "mm s-1", "root mean square over the beads of their velocity in the plane, sqrt(<v^2>)",
         [](const Moment& moment) { return std::sqrt(mean_square_velocity(moment)); });
-    add(rows, "bead_velocity_order", "1",
+    add(rows, names.flow + "_order", "1",
         "order of the bead velocity in the plane, |<v>|/sqrt(<v^2>), means over the beads; 0 when all are at rest",
-        bead_velocity_order<Moment>);
-    if (has_order)
+        order_of_velocity<Moment>);
+    if (!names.order.empty())
         add(rows, "flow_alignment", "1",
             "cosine of the angle between the mean velocity of the beads and the mean direction of the rods, "
             "<v>.<n>/(|<v>| |<n>|); NaN when either mean is zero",

@@ -84,12 +84,12 @@ SummaryRow quotient_row(const Quotient& quotient, const RecordedSeries& sum, con
 void add_order_rows(const RecordedSeries& order, double area, double spacing, std::size_t skip,
                     std::vector<SummaryRow>& rows) {
     const Samples samples = split(order, spacing, skip);
-    rows.push_back({"polar_order_susceptibility",
+    rows.push_back({order.name + "_susceptibility",
                     "mm2",
                     "area (<P^2> - <P>^2), P the polar order of one time",
                     {},
                     {estimate_susceptibility(samples, 0, area)}});
-    rows.push_back({"polar_order_binder",
+    rows.push_back({order.name + "_binder",
                     "1",
                     "Binder cumulant 1 - <P^4>/(3 <P^2>^2) of the polar order P",
                     {},
@@ -153,7 +153,7 @@ Summary summarise(const Recorded& recorded) {
                              *weight = find_row(recorded.series, quotient.weight);
         if (sum && weight) summary.rows.push_back(quotient_row(quotient, *sum, *weight, spacing, skip));
     }
-    if (const RecordedSeries* order = find_row(recorded.series, "polar_order"))
+    if (const RecordedSeries* order = find_row(recorded.series, recorded.order))
         add_order_rows(*order, recorded.area, spacing, skip, summary.rows);
     for (const BoxSizes& boxes : recorded.boxes)
         if (const auto* variance = find_row(recorded.series, boxes.what + "_number_variance" + boxes.ending))

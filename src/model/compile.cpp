@@ -250,7 +250,10 @@ private:
     void compile_field(std::size_t index) {
         const Field& field = c_.model.fields[index];
         if (field.equation.text.empty() && field.further.empty()) {
-            if (!field.mass.text.empty()) static_cast<void>(lowering_.value_of(field.mass, {}, Parity::even));
+            if (field.mass.text.empty()) return;
+            double number = 0.0;
+            if (algebra_.is_constant(lowering_.value_of(field.mass, {}, Parity::even).components[0], number))
+                c_.constant_masses[index] = number;
             return;
         }
         const std::optional<Formula> mass = mass_of(index);
@@ -322,7 +325,10 @@ private:
             add_part(part, rates, is_constant || part.is_acceleration,
                      is_constant && !part.is_acceleration ? 1.0 / number : 1.0);
         }
-        if (is_constant) return;
+        if (is_constant) {
+            c_.constant_masses[index] = number;
+            return;
+        }
         for (std::vector<Component>* total : {&straight, &placed, &whole}) {
             for (Component& c : *total) c = divided(c);
             if (!parts.empty())
@@ -449,23 +455,6 @@ private:
     std::function<bool(std::size_t, std::size_t)> takes_;
     CompiledEquations c_;
 };
-
-/// The equations of one field with given fields in place of its noises, and the others as they are.
-Model driven_model(const Model& model, std::size_t driven, const std::set<std::size_t>& noises) {
-    Model result = model;
-    result.noises.clear();
-    for (std::size_t i = 0; i < model.fields.size(); ++i) {
-        Field& field = result.fields[i];
-        field.noise = 0.0;
-        if (field.left != LeftSide::rate || i == driven) continue;
-        field.equation = field.mass = {};
-        field.further.clear();
-        field.conserved = false;
-    }
-    const std::vector<Field> given = with_noises_as_fields(model).fields;
-    for (const std::size_t n : noises) result.fields.push_back(given[model.fields.size() + n]);
-    return result;
-}
 
 CompiledEquations compiled(const Model& model) {
     if (model.noises.empty()) {

@@ -87,6 +87,7 @@ struct CompiledEquations {
     std::vector<LinearForm> atoms;        ///< by slot less first_atom; empty for results of calls
     std::vector<Call> calls;
     std::vector<Mass> masses;
+    std::map<std::size_t, double> constant_masses;  ///< by field; others have none, or one that varies
 
     // What follows from the state about which the linear part is taken.
     UniformState about;
@@ -161,6 +162,8 @@ struct CompiledEquations {
     void visit_slopes(
         const Term& term, const std::vector<double>& slots,
         const std::function<void(int row, const Derivative& derivative, double coefficient)>& visit) const;
+    /// Writes the results of a call where the other slots have their values, and its slopes only if asked for.
+    void call(const Call& call, bool with_slopes, std::vector<double>& slots) const;
     /// Values of the slots in a uniform state; those of slopes of calls only if asked for.
     std::vector<double> slots_at(const UniformState& state, bool with_slopes = true) const;
     /// A row of symbols: what a linear form is of the deviations at q.

@@ -39,6 +39,25 @@ Equations Equations::about(const UniformState& state) const {
     return Equations(std::move(split));
 }
 
+Equations Equations::only(std::size_t term) const {
+    auto part = std::make_shared<CompiledEquations>(*compiled_);
+    part->terms.clear();
+    part->summaries.clear();
+    for (std::size_t n = 0; n < compiled_->terms.size(); ++n) {
+        const Term& one = compiled_->terms[n];
+        if (n != term && compiled_->model.fields[one.summary.field].left != LeftSide::balance) continue;
+        part->terms.push_back(one);
+        part->summaries.push_back(one.summary);
+    }
+    part->evaluated = part->terms;
+    part->products.clear();
+    part->noise_terms.clear();
+    part->noise_rows.assign(part->noise_rows.size(), LinearForm{});
+    for (Field& field : part->model.fields) field.noise = 0.0;
+    part->split(compiled_->about);
+    return Equations(std::move(part));
+}
+
 bool Equations::has_derivative(std::size_t n, const UniformState& at) const {
     const CompiledEquations& c = *compiled_;
     return c.has_slopes(c.terms[n], c.slots_at(c.balanced(at)));

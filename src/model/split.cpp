@@ -79,30 +79,32 @@ PointDegree CompiledEquations::degree_of(const Expression& expression) const {
     });
 }
 
+void CompiledEquations::call(const Call& call, bool with_slopes, std::vector<double>& values) const {
+    std::vector<double> arguments;
+    std::vector<PointArgument> given;
+    for (const Expression& argument : call.values) {
+        arguments.push_back(evaluate(argument, values));
+        given.push_back({.number = arguments.back()});
+    }
+    std::array<double*, 2> out{};
+    for (int k = 0; k < call.function->results; ++k)
+        out[static_cast<std::size_t>(k)] = &values[static_cast<std::size_t>(call.value_slot(k))];
+    call.function->values(1, given, std::span(out).first(static_cast<std::size_t>(call.function->results)));
+    if (!with_slopes) return;
+    const std::vector<double> slopes = call.function->slopes(arguments);
+    for (int k = 0; k < call.function->results; ++k)
+        for (std::size_t a = 0; a < arguments.size(); ++a)
+            values[static_cast<std::size_t>(call.slope_slot(k, static_cast<int>(a)))] =
+                slopes[static_cast<std::size_t>(k) * arguments.size() + a];
+}
+
 std::vector<double> CompiledEquations::slots_at(const UniformState& at, bool with_slopes) const {
     std::vector<double> values(static_cast<std::size_t>(slots()), 0.0);
     for (std::size_t i = 0; i < atoms.size(); ++i)
         for (const auto& [derivative, coefficient] : atoms[i])
             if (derivative.order == Order{})
                 values[first_atom + i] += coefficient * at[static_cast<std::size_t>(derivative.component)];
-    for (const Call& call : calls) {
-        std::vector<double> arguments;
-        std::vector<PointArgument> given;
-        for (const Expression& argument : call.values) {
-            arguments.push_back(evaluate(argument, values));
-            given.push_back({.number = arguments.back()});
-        }
-        std::array<double*, 2> out{};
-        for (int k = 0; k < call.function->results; ++k)
-            out[static_cast<std::size_t>(k)] = &values[static_cast<std::size_t>(call.value_slot(k))];
-        call.function->values(1, given, std::span(out).first(static_cast<std::size_t>(call.function->results)));
-        if (!with_slopes) continue;
-        const std::vector<double> slopes = call.function->slopes(arguments);
-        for (int k = 0; k < call.function->results; ++k)
-            for (std::size_t a = 0; a < arguments.size(); ++a)
-                values[static_cast<std::size_t>(call.slope_slot(k, static_cast<int>(a)))] =
-                    slopes[static_cast<std::size_t>(k) * arguments.size() + a];
-    }
+    for (const Call& one : calls) call(one, with_slopes, values);
     return values;
 }
 

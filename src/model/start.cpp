@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "drover/model/linearised_at.hpp"
+#include "drover/numerics/fastest_growth.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "numerics/perturbation.hpp"
@@ -32,8 +33,36 @@ numerics::CosineMode mode_of(const Start& start) {
     return {.x = start.mode_x, .y = start.mode_y, .amplitude = start.amplitude, .phase = start.phase};
 }
 
+/// Terms without which isotropic linear theory describes the waves about the references: those that depend on
+/// direction, position or time, as the source of a given field does, or have no derivative.
+std::vector<std::string> terms_beyond_isotropic(const Equations& equations) {
+    std::vector<std::string> directed, others;
+    const auto is_of_source = [&](const TermSummary& term) {
+        int first = 0;
+        for (const Field& field : equations.model().fields) {
+            const int next = first + components(field);
+            const auto reads = [&](int component) { return component >= first && component < next; };
+            if (field.left == LeftSide::given && std::any_of(term.reads.begin(), term.reads.end(), reads)) return true;
+            first = next;
+        }
+        return false;
+    };
+    for (std::size_t n = 0; n < equations.terms().size(); ++n) {
+        const TermSummary& term = equations.terms()[n];
+        if (term.is_placed || is_of_source(term) || !equations.has_derivative(n, equations.reference()))
+            others.push_back(term.text);
+        else if (!equations.is_isotropic(n)) directed.push_back(term.text);
+    }
+    if (const TermSummary* placed = equations.placed_term(); placed != nullptr && others.empty())
+        others.push_back(placed->text);  // of a balance
+    // The directions of some terms may cancel: d_x d_x phi + d_y d_y phi.
+    if (others.empty() && LinearisedAt(equations, equations.reference()).is_isotropic()) return {};
+    others.insert(others.end(), directed.begin(), directed.end());
+    return others;
+}
+
 /// A stationary start is drawn from the isotropic linear theory about the references.
-void check_stationary(const Equations& equations, const LocationOf& place) {
+void check_stationary(const Equations& equations, const numerics::Grid& grid, int degree, const LocationOf& place) {
     require(equations.has_noise(), place("initial.kind"),
             "initial.kind = \"stationary\" of a model without noise; a stationary state needs noise: give a field "
             "noise, or choose another initial.kind");
@@ -41,24 +70,43 @@ void check_stationary(const Equations& equations, const LocationOf& place) {
         !equations.has_product_noise(), place("initial.kind"),
         "initial.kind = \"stationary\", and the strength of the noise depends on fields, position or time; expected "
         "constant strengths: choose another initial.kind");
-    const TermSummary* placed = equations.placed_term();
-    require(
-        placed == nullptr, place("initial.kind"),
-        "initial.kind = \"stationary\", and the term \"{}\" depends on position or time; expected none such: choose "
-        "another initial.kind",
-        placed != nullptr ? placed->text : "");
     for (const TermSummary& term : equations.terms())
         require(!term.is_explicit, place("initial.kind"),
                 "initial.kind = \"stationary\" draws from the exact linear part, and the term \"{}\" is not in it; "
                 "expected no explicit(...): choose another initial.kind",
                 term.text);
-    require(equations.uniform_rates(equations.reference()).isZero(0.0), place("initial.kind"),
-            "initial.kind = \"stationary\" draws about the references, which the equations change; expected references "
-            "that are stationary: choose others, or another initial.kind");
+    const std::vector<std::string> beyond = terms_beyond_isotropic(equations);
     require(
-        LinearisedAt(equations, equations.reference()).is_isotropic(), place("initial.kind"),
-        "initial.kind = \"stationary\" draws from isotropic linear theory, and terms name directions; expected none "
-        "such: choose another initial.kind");
+        beyond.empty(), place("initial.kind"),
+        "initial.kind = \"stationary\" draws from the isotropic linear theory, and {} depend on direction, position "
+        "or time, or have no derivative; expected none such: choose another initial.kind",
+        joined(beyond));
+    require(
+        equations.uniform_rates(equations.reference()).isZero(0.0), place("initial.kind"),
+        "initial.kind = \"stationary\" draws about the references, which the equations change, such as by a force or "
+        "a field of this model; expected references that are stationary: choose others, or another initial.kind");
+    const numerics::FastestGrowth growth = numerics::fastest_growth(equations.linear_system(grid, degree));
+    require(growth.rate < 0.0, place("initial.kind"),
+            "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at |q| "
+            "= {:.3g} /mm; expected every mode to decay; choose another initial.kind",
+            growth.rate, growth.q);
+}
+
+/// Formulas belong to the kind "formula"; the message names all, since a scene often gives several.
+void check_kind_of_formulas(const Start& start, const std::vector<std::string>& components, const LocationOf& place) {
+    if (start.formulas.empty() || start.kind == "formula") return;
+    std::vector<std::string> keys;
+    for (const std::string& component : components)
+        if (start.formulas.contains(component)) keys.push_back("initial." + component);
+    for (const auto& [name, formula] : start.formulas)
+        if (index_of(name, components) < 0) keys.push_back("initial." + name);
+    std::string cleared;
+    for (const std::string& key : keys) cleared += text(" --set '{}=\"\"'", key);
+    const char* them = keys.size() == 1 ? "it" : "them";
+    fail_input(place(keys.front()),
+               "{} {} given with initial.kind = \"{}\"; expected \"formula\"; for another start remove {}, or override "
+               "{}:{}",
+               joined(keys), keys.size() == 1 ? "is" : "are", start.kind, them, them, cleared);
 }
 }  // namespace
 
@@ -91,16 +139,19 @@ std::vector<StateComponent> components_in_balance(const Equations& equations) {
 void check(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
            const LocationOf& place) {
     const std::vector<std::string> names = names_of(components_of_state(equations));
-    require(start.formulas.empty() || start.kind == "formula", place("initial.kind"),
-            "initial.{} is given with initial.kind = \"{}\"; expected \"formula\"",
-            start.formulas.empty() ? "" : start.formulas.begin()->first, start.kind);
+    check_kind_of_formulas(start, names, place);
+    require(start.kind != "file" || !start.file.empty(), place("initial.kind"),
+            "initial.kind = \"file\" without initial.file; name the archive");
+    const std::vector<std::string> follow = names_of(components_in_balance(equations));
     for (const auto& [name, formula] : start.formulas) {
-        require(index_of(name, names) >= 0, formula.where,
-                "initial.{} is given, and that field is in balance: it follows the others; expected one of {}", name,
+        require(index_of(name, names) >= 0, place("initial." + name), "initial.{} is given, {}; expected one of {}",
+                name,
+                index_of(name, follow) >= 0 ? "and that field is in balance: it follows the others"
+                                            : "but the model has no such field",
                 joined(names));
         numerics::check(formula_of(name, formula), grid, degree);
     }
-    if (start.kind == "stationary") check_stationary(equations, place);
+    if (start.kind == "stationary") check_stationary(equations, grid, degree, place);
     if (start.kind != "mode") return;
     require(start.component.empty() || index_of(start.component, names) >= 0, place("initial.field"),
             "initial.field = \"{}\"; expected one of {}", start.component, joined(names));

@@ -17,6 +17,22 @@ Model with_noises_as_fields(const Model& model) {
     return result;
 }
 
+Model driven_model(const Model& model, std::size_t driven, const std::set<std::size_t>& noises) {
+    Model result = model;
+    result.noises.clear();
+    for (std::size_t i = 0; i < model.fields.size(); ++i) {
+        Field& field = result.fields[i];
+        field.noise = 0.0;
+        if (field.left != LeftSide::rate || i == driven) continue;
+        field.equation = field.mass = {};
+        field.further.clear();
+        field.conserved = false;
+    }
+    const std::vector<Field> given = with_noises_as_fields(model).fields;
+    for (const std::size_t n : noises) result.fields.push_back(given[model.fields.size() + n]);
+    return result;
+}
+
 SummandReader::SummandReader(const Model& with_noises, Lowering& lowering, Algebra& algebra)
     : model_(with_noises), lowering_(lowering), algebra_(algebra) {
     const std::size_t fields = model_.fields.size() - model_.noises.size();

@@ -28,6 +28,9 @@ inline int components(const WhiteNoise& noise) { return noise.spin == 0 ? 1 : 2;
 /// White noises as fields of the formulas, which are numbered after those of the model.
 Model with_noises_as_fields(const Model& model);
 
+/// The equations of one field with given fields in place of its noises, and the others as they are.
+Model driven_model(const Model& model, std::size_t driven, const std::set<std::size_t>& noises);
+
 class SummandReader {
 public:
     /// `with_noises`: the model of the lowering, with its noises as fields.

@@ -37,6 +37,11 @@ def coefficient(row, model):
     return "    {" + ",\n     ".join(lines) + "}"
 
 
+def body_of(row, model):
+    """What bodies a field is of: those that it counts, or those of its density."""
+    return next(one["counted"] for one in model["field"] if one["symbol"] == row.get("of", row["symbol"]))
+
+
 def field(row, model):
     terms = [f"{{{json.dumps(key)}, {json.dumps(formula)}}}"
              for key, formula in model["equations"][row["symbol"]].items()]
@@ -45,10 +50,12 @@ def field(row, model):
     return (f'    {{.symbol = {text(row["symbol"])}, .name = {text(row["name"])}, .left = {text(row["left"])},\n'
             f'     .unit = {text(row["unit"])}, .meaning = {text(row["meaning"])},\n'
             f'     .spin = {int(row.get("rank") == "vector")}, .mass = {text(row.get("mass", ""))},\n'
-            f'     .conserved = {text(row.get("conserved", False))}, .noise = {text(noise[0])},\n'
+            f'     .conserved = {text(row.get("conserved", False))},\n'
+            f'     .perturbed = {text(row.get("perturbed", False))}, .noise = {text(noise[0])},\n'
             f'     .observed = {{.short_name = {text(row["short"])}, .counted = {text(row.get("counted", ""))},\n'
-            f'                  .of = {text(row.get("of", ""))},\n'
-            f'                  .name_first = {text(row.get("name_first", False))}, .drawn = {row["drawn"]}}},\n'
+            f'                  .of = {text(row.get("of", ""))}, .body = {text(body_of(row, model))},\n'
+            f'                  .name_first = {text(row.get("name_first", False))}, .drawn = {row["drawn"]},\n'
+            f'                  .energy = {text(row["energy"])}, .mass_unit = {text(row.get("mass_unit", "1"))}}},\n'
             f'     .terms = {{' + ",\n               ".join(terms) + "}}")
 
 

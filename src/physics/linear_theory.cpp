@@ -2,12 +2,8 @@
 #include "drover/physics/linear_theory.hpp"
 
 #include <algorithm>
-#include <array>
-#include <limits>
-#include <memory>
 
 #include "drover/numerics/kept_modes.hpp"
-#include "drover/numerics/wavenumbers.hpp"
 
 namespace drover::physics {
 
@@ -57,50 +53,6 @@ std::vector<std::string> terms_beyond_propagator(const Equations& equations) {
             !equations.forces().is_isotropic(n))
             names.push_back(equations.terms()[n]);
     return names;
-}
-
-namespace {
-/// Calls see(q, s) for the rates of both blocks.
-template <class See>
-void rates_at(const numerics::System& system, double q, See see) {
-    const numerics::IsotropicBlocks blocks = system.linear(q);
-    for (const auto* block : {&blocks.even, &blocks.odd})
-        for (const numerics::Complex s : numerics::eigenvalues(*block)) see(q, s);
-}
-
-/// The kept mode whose value(q, s) is largest.  Of more than `most` wavenumbers it looks at every k-th, then at all
-/// near the best one: rates are roots of polynomials of low degree in q, far smoother than that.
-template <class Value>
-FastestGrowth largest(const numerics::System& system, Value value) {
-    constexpr std::size_t most = std::size_t{1} << 17;
-    const std::vector<double> q = numerics::distinct_wavenumbers(system.grid, system.degree).q;
-    FastestGrowth result{.rate = -std::numeric_limits<double>::infinity()};
-    std::size_t at = 0;
-    const auto look = [&](std::size_t i) {
-        rates_at(system, q[i], [&](double, numerics::Complex s) {
-            const double found = value(q[i], s);
-            if (found > result.rate) result = {.rate = found, .q = q[i]}, at = i;
-        });
-    };
-    const std::size_t every = (q.size() + most - 1) / most;
-    for (std::size_t i = 0; i < q.size(); i += every) look(i);
-    if (every == 1) return result;
-    look(q.size() - 1);
-    const std::size_t begin = at - std::min(at, every), end = std::min(q.size(), at + every);
-    for (std::size_t i = begin; i < end; ++i) look(i);
-    return result;
-}
-}  // namespace
-
-FastestGrowth fastest_growth(const numerics::System& system) {
-    return largest(system, [](double q, numerics::Complex s) {
-        const bool is_conserved = q == 0.0 && s == 0.0;
-        return is_conserved ? -std::numeric_limits<double>::infinity() : s.real();
-    });
-}
-
-double fastest_rate(const numerics::System& system) {
-    return largest(system, [](double, numerics::Complex s) { return std::abs(s); }).rate;
 }
 
 }  // namespace drover::physics

@@ -17,7 +17,8 @@ struct RodBead {
         int spin = 0;
         std::string mass;
         bool conserved = false;
-        std::string noise;  ///< key of its strength
+        bool perturbed = false;  ///< its first component is the default of initial.field
+        std::string noise;       ///< key of its strength
         model::Observed observed;
         std::vector<std::pair<std::string, std::string>> terms;  ///< key and formula
     };

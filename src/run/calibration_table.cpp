@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "drover/dem/bodies.hpp"
+#include "drover/calibrate/setup_rows.hpp"
 #include "drover/run/calibration.hpp"
 
 namespace drover::run {
@@ -58,49 +58,10 @@ TableEntry entry_of(const CalibrationLayout& layout, const calibrate::TrialSet& 
     entry.remark = joined_remarks({unmet_target, found.diagnosis, failed});
     return entry;
 }
-
-/// Numbers of the setup, from the integer numbers of bodies in the cell; zero if it has none.
-struct Content {
-    double rods = 0.0, beads = 0.0, bead_mass_density = 0.0;  ///< per area of the cell
-    double bead_mass = 0.0, bead_area = 0.0, rod_area = 0.0;  ///< of one body; of a rod without size tolerance
-};
-Content content_of(const dem::Setup& setup) {
-    const dem::Bodies bodies = dem::make_bodies(setup, 0);
-    const double area = dem::area(setup.cell), beads = static_cast<double>(bodies.beads.size());
-    Content content{.rods = static_cast<double>(bodies.rods.size()) / area, .beads = beads / area};
-    for (const dem::Bead& bead : bodies.beads) {
-        const dem::Shape& shape = bodies.shapes[bead.shape];
-        content.bead_mass_density += shape.mass / area;
-        content.bead_mass += shape.mass / beads;
-        content.bead_area += shape.projected_area / beads;
-    }
-    dem::Setup nominal = setup;
-    nominal.rods.size_tolerance = 0.0;
-    const dem::Bodies nominal_bodies = dem::make_bodies(nominal, 0);
-    if (!nominal_bodies.rods.empty())
-        content.rod_area = nominal_bodies.shapes[nominal_bodies.rods.front().shape].projected_area;
-    return content;
-}
-
-struct SetupRow {
-    const char *name, *unit, *formula;
-    bool by_rods, of_rods;  ///< whether it depends on the area fraction of rods; whether it describes rods
-    double Content::*number;
-};
-constexpr std::array<SetupRow, 6> setup_rows{
-    {{"bead_density", "1/mm^2", "rho: beads per area of the cell", false, false, &Content::beads},
-     {"bead_mass_density", "mg/mm^2", "m rho: mass of the beads per area of the cell", false, false,
-      &Content::bead_mass_density},
-     {"rod_density", "1/mm^2", "sigma: rods per area of the cell", true, true, &Content::rods},
-     {"bead_mass", "mg", "m: of one bead, the mean of a mixture", false, false, &Content::bead_mass},
-     {"bead_area", "mm^2", "Phi_b/rho: projected area of one bead, the mean of a mixture", false, false,
-      &Content::bead_area},
-     {"rod_area", "mm^2", "Phi_r/sigma: projected area of one rod that lies", false, true, &Content::rod_area}}};
-
 }  // namespace
 
 void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
-    for (const SetupRow& row : setup_rows) {
+    for (const calibrate::SetupRow& row : calibrate::setup_rows()) {
         if (row.by_rods && table.rod_fractions.empty()) continue;
         calibrate::TableRow added{.name = row.name, .unit = row.unit, .formula = row.formula, .by_rods = row.by_rods};
         const TableEntry no_entry = missing("no assay was run at this point", 0);
@@ -111,7 +72,7 @@ void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
             if (row.of_rods && population == calibrate::Population::beads) continue;
             TableEntry& entry = added.entries[calibrate::entry_index(table, added, unit.varied, unit.bead, unit.rod)];
             if (entry.origin == Origin::set) continue;
-            entry = {.value = content_of(unit.conditions.setup).*row.number, .origin = Origin::set};
+            entry = {.value = calibrate::number_of(row, unit.conditions.setup), .origin = Origin::set};
         }
         if (added.entries.front().origin == Origin::set) table.rows.push_back(std::move(added));
     }

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drover/numerics/fastest_growth.hpp"
 #include "drover/numerics/time_method.hpp"
-#include "drover/physics/linear_theory.hpp"
 #include "drover/run/cost.hpp"
 #include "drover/run/kind.hpp"
 #include "drover/run/run_scene.hpp"
@@ -168,8 +168,8 @@ void add_modes(const io::Scene& scene, const model::Integrated& what, const List
         if (term.is_explicit || has_source(of.equations.model(), term) || !of.equations.is_isotropic(n))
             beyond_linear.push_back(of.name(n));
     }
-    const physics::FastestGrowth growth = physics::fastest_growth(system);
-    const double fastest = physics::fastest_rate(system);
+    const numerics::FastestGrowth growth = numerics::fastest_growth(system);
+    const double fastest = numerics::fastest_rate(system);
     const std::string factor = text("unstable: a mode grows about the references, by a factor e^{:.3g} in this run{}",
                                     growth.rate * scene.time.end,
                                     what.equations.has_nonlinear_part() ? " unless a nonlinear term limits it"

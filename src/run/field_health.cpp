@@ -152,10 +152,10 @@ FirstFailure find_first_failure(model::FieldEvolution& evolution, const FieldHea
 
 FieldHealth make_field_health(const FieldProblem& problem, const numerics::System& linear,
                               const numerics::Spectra& initial) {
-    FieldHealth health{.scales = problem.sizes};
+    FieldHealth health{.scales = problem.sizes()};
     restore_field_health(linear, initial, 0, health);
     for (const FieldRange& field : field_ranges(problem.integrated.equations)) {
-        double scale = problem.sizes[static_cast<std::size_t>(field.first)];
+        double scale = health.scales[static_cast<std::size_t>(field.first)];
         for (int c = field.first; scale > 0.0 && c < field.first + field.count; ++c)
             scale = std::max(scale, root_mean_square(linear.grid, initial[c]));
         std::fill_n(health.scales.begin() + field.first, field.count, scale);

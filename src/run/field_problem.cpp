@@ -6,7 +6,6 @@
 #include "drover/measure/fields.hpp"
 #include "drover/model/start.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/energy.hpp"
 #include "run/sample_recording.hpp"
 #include "run/scene_equations.hpp"
 
@@ -30,7 +29,7 @@ struct Observer {
     numerics::Transform transform;
     numerics::Spectra balanced;
     measure::Observables<measure::FieldMoment> rows;
-    std::shared_ptr<physics::EnergyMeter> energy = {};
+    std::shared_ptr<model::EnergyMeter> energy = {};
 };
 
 FieldObserver observer_of(const std::shared_ptr<Observer>& own) {
@@ -59,11 +58,10 @@ FieldObserver field_observer(const io::Scene& scene, const model::Integrated& wh
     const auto setting = std::make_shared<measure::FieldSetting>(
         measure::make_field_setting(what.equations, scene.grid, what.kept_degree));
     setting->watches_error = scene.time.max_error > 0.0;
-    std::shared_ptr<physics::EnergyMeter> energy;
+    std::shared_ptr<model::EnergyMeter> energy;
     if (scene.output.powers) {
-        energy = std::make_shared<physics::EnergyMeter>(physics::Equations(scene.model), scene.grid, scene.dealiasing,
-                                                        threads);
-        setting->terms = energy->terms();
+        energy = std::make_shared<model::EnergyMeter>(what.equations, scene.grid, what.kept_degree, threads);
+        setting->terms = names_of_terms(scene, what.equations);
     }
     const auto own = std::make_shared<Observer>(setting, threads);
     own->energy = energy;
@@ -82,8 +80,7 @@ FieldProblem field_problem(const io::Scene& scene) {
     FieldProblem problem{.integrated = integrated_of(scene)};
     problem.components = quantities(model::components_of_state(problem.integrated.equations));
     problem.balanced = quantities(model::components_in_balance(problem.integrated.equations));
-    if (scene.kind == io::SceneKind::model) complete_declared(scene, problem);
-    else complete_rod_bead(scene, problem);
+    complete_problem(scene, problem);
     return problem;
 }
 

@@ -36,9 +36,9 @@ FieldObserver observer_of_state(const FieldObserver& whole, Threads& threads);
 
 struct FieldProblem {
     model::Integrated integrated;
-    std::vector<files::Quantity> components;  ///< of a state, as frames have them
-    std::vector<files::Quantity> balanced;    ///< components in balance that frames have, too
-    std::vector<double> sizes;                ///< of each component: its size in the model; 0: unknown
+    std::vector<files::Quantity> components;     ///< of a state, as frames have them
+    std::vector<files::Quantity> balanced;       ///< components in balance that frames have, too
+    std::function<std::vector<double>()> sizes;  ///< of each component: its size in the model; 0: unknown
     /// Why a run may have diverged, for people.  tail: the part of the variance of the field in its shortest waves.
     std::function<std::string(const numerics::System& linear, double tail)> likely_cause;
     /// The text of a term that is not finite somewhere in a state; "" if all are.
@@ -47,8 +47,7 @@ struct FieldProblem {
 
 /// Throws an input Error for equations that a run cannot integrate.
 FieldProblem field_problem(const io::Scene& scene);
-/// Sets what follows `balanced`.
-void complete_rod_bead(const io::Scene& scene, FieldProblem& problem);
-void complete_declared(const io::Scene& scene, FieldProblem& problem);
+/// Sets what follows `balanced`, and Integrated::shortest.
+void complete_problem(const io::Scene& scene, FieldProblem& problem);
 
 }  // namespace drover::run

@@ -5,7 +5,6 @@
 
 #include "drover/measure/fields.hpp"
 #include "drover/numerics/shells.hpp"
-#include "drover/physics/energy.hpp"
 #include "drover/physics/function_terms.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/report.hpp"
@@ -67,11 +66,7 @@ Measured measured_in(const files::ArchiveReader& archive, const io::Scene& scene
     for (const auto& row : biased) result.biased.rows.push_back({row.name, measure::size_of(row.axes)});
     for (const measure::MeasuredField& field : setting.fields)
         if (!field.counted.empty()) result.biased.densities.push_back(field.counted);
-    if (scene.output.powers) {
-        Threads one(1);
-        setting.terms =
-            physics::EnergyMeter(physics::Equations(scene.model), scene.grid, scene.dealiasing, one).terms();
-    }
+    if (scene.output.powers) setting.terms = names_of_terms(scene, equations);
     setting.watches_error = true;
     auto rows = measure::field_observables(setting);
     std::erase_if(rows, is_absent);

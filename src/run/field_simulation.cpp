@@ -78,7 +78,7 @@ World::World(const io::Scene& the_scene, Threads& threads)
 
 numerics::Spectra World::first_state(Threads& threads) const {
     if (scene.initial.kind != "file")
-        return model::start_spectra(io::start_of(scene), problem.integrated.equations, evolution.linear(),
+        return model::start_spectra(scene.initial, problem.integrated.equations, evolution.linear(),
                                     static_cast<std::uint64_t>(scene.run.seed), threads);
     numerics::Spectra spectra(scene.grid, static_cast<int>(problem.components.size()));
     std::vector<FrameField> wanted;
@@ -175,7 +175,7 @@ TimedScene timed_fields(const io::Scene& scene) {
         return points * std::log2(points);
     };
     io::Scene timed = scene;
-    if (timed.initial.kind != "formula") timed.initial = {};
+    if (timed.initial.kind != "formula") timed.initial = io::default_start(timed.kind);
     while (static_cast<double>(numerics::points(timed.grid)) > max_points && timed.grid.nx % 4 == 0 &&
            timed.grid.ny % 4 == 0 && std::min(timed.grid.nx, timed.grid.ny) > 8) {
         timed.grid.nx /= 2;

@@ -1,6 +1,9 @@
 // run/scene_equations.cpp: from a scene to what is integrated, and its numbers.
 #include "run/scene_equations.hpp"
 
+#include <algorithm>
+
+#include "drover/model/energy.hpp"
 #include "drover/model/start.hpp"
 #include "drover/physics/integrated.hpp"
 #include "drover/physics/uniform_states.hpp"
@@ -85,8 +88,25 @@ SceneNumber number_of(const io::Scene& scene, const std::string& list, const std
     return {.key = key, .unit = number.unit.empty() ? "1" : number.unit, .value = number.in(model)};
 }
 
+SceneNumber example_number(const io::Scene& scene) {
+    if (scene.kind == io::SceneKind::particles)
+        return {.key = "cell.lx", .unit = "mm", .value = scene.particles.cell.lx};
+    for (const auto& [name, value] : scene.declared.coefficients)
+        if (value != 0.0) return {.key = own_section + name, .value = value};
+    for (const physics::CoefficientRow& row : physics::coefficient_registry())
+        if (const double value = row.value_in(scene.model); scene.kind == io::SceneKind::fields && value != 0.0)
+            return {.key = row.key(), .unit = row.unit, .value = value};
+    return {.key = "grid.lx", .unit = "mm", .value = scene.grid.lx};
+}
+
 std::string example_of_number(const io::Scene& scene) {
-    return scene.kind == io::SceneKind::model ? "\"coefficients.a = 1.2\"" : "\"relaxation.rate = 1.2\"";
+    const SceneNumber number = example_number(scene);
+    return text("\"{} = {}\"", number.key, number.value);
+}
+
+std::string example_observable(const io::Scene& scene) {
+    if (!io::has_grid(scene.kind)) return "energy_kinetic";
+    return "variance_" + equations_of(scene).model().fields.front().name;
 }
 
 std::string key_of_term(const io::Scene& scene, const model::Equations& equations, const model::Field& field,
@@ -99,6 +119,21 @@ std::string key_of_term(const io::Scene& scene, const model::Equations& equation
         if (scene.declared.coefficients.contains(name)) return own_section + name;
     }
     return "";
+}
+
+std::vector<std::string> names_of_terms(const io::Scene& scene, const model::Equations& equations) {
+    const std::vector<std::size_t> terms = model::terms_with_power(equations);
+    std::vector<std::string> names, keys;
+    if (scene.kind != io::SceneKind::model) keys = physics::Equations(scene.model).terms();
+    const auto field_of = [&](std::size_t term) { return equations.terms()[term].field; };
+    const bool has_one_field =
+        std::ranges::all_of(terms, [&](std::size_t n) { return field_of(n) == field_of(terms[0]); });
+    for (const std::size_t n : terms)
+        names.push_back(n < keys.size() ? keys[n]
+                        : has_one_field
+                            ? equations.terms()[n].text
+                            : equations.model().fields[field_of(n)].symbol + ": " + equations.terms()[n].text);
+    return names;
 }
 
 std::vector<physics::HeldRange> held_ranges(const io::Scene& scene) {

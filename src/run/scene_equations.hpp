@@ -27,12 +27,19 @@ struct SceneNumber {
 /// list: what names it.  Throws an input Error at `where` for a key that is no number of the equations.
 SceneNumber number_of(const io::Scene& scene, const std::string& list, const std::string& key,
                       const SourceLocation& where);
-/// An assignment for messages.
+/// One for messages: the first coefficient that is not 0, or else a side of the cell.
+SceneNumber example_number(const io::Scene& scene);
+/// Its assignment in quotes.
 std::string example_of_number(const io::Scene& scene);
+/// An observable of the scene, for messages.
+std::string example_observable(const io::Scene& scene);
 
 /// The key of the coefficient of a term in the equation of a field, as "lap u" of u; "": there is none.
 std::string key_of_term(const io::Scene& scene, const model::Equations& equations, const model::Field& field,
                         const std::string& factor);
+/// The terms that have powers, in the order of model::EnergyBudget: by the keys of their coefficients, or as they are
+/// written, after the symbol of their field where several fields have terms.
+std::vector<std::string> names_of_terms(const io::Scene& scene, const model::Equations& equations);
 /// Where tables of coefficients end that hold their outermost values.
 std::vector<physics::HeldRange> held_ranges(const io::Scene& scene);
 

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "drover/model/start.hpp"
+#include "drover/numerics/fastest_growth.hpp"
 #include "drover/physics/function_terms.hpp"
-#include "drover/physics/linear_theory.hpp"
 #include "drover/run/warnings.hpp"
 #include "run/field_health.hpp"
 #include "run/growing_waves.hpp"
@@ -39,8 +39,8 @@ bool is_linear_when_uniform(const model::Equations& equations) {
 /// Growth of linear equations, or of uniform deviations that obey such.
 void add_growth(const io::Scene& scene, const model::Equations& equations, const numerics::System& system,
                 std::vector<std::string>& warnings) {
-    physics::FastestGrowth growth{.rate = -std::numeric_limits<double>::infinity()};
-    if (!equations.has_nonlinear_part()) growth = physics::fastest_growth(system);
+    numerics::FastestGrowth growth{.rate = -std::numeric_limits<double>::infinity()};
+    if (!equations.has_nonlinear_part()) growth = numerics::fastest_growth(system);
     else
         for (const numerics::Block& block : {system.linear(0.0).even, system.linear(0.0).odd})
             for (const numerics::Complex rate : numerics::eigenvalues(block))
@@ -75,7 +75,7 @@ bool stays_at_start(const io::Scene& scene, const model::Equations& equations) {
 std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
     const model::Equations equations = equations_of(scene);
     const int degree = io::kept_degree(scene, equations);
-    std::vector<std::string> warnings = model::start_warnings(io::start_of(scene), equations, scene.grid, degree);
+    std::vector<std::string> warnings = model::start_warnings(scene.initial, equations, scene.grid, degree);
     if (scene.kind == io::SceneKind::fields)
         std::ranges::move(physics::function_remarks(physics::CompiledModel(scene.model)), std::back_inserter(warnings));
     if (!physics::missing_function(scene.model).empty()) return warnings;
@@ -96,7 +96,7 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
             rate, part, scene.time.dt, scene.time.dt / (2.0 * part)));
     add_growth(scene, equations, system, warnings);
     if (stays_at_start(scene, equations)) {
-        const double rate = physics::fastest_growth(system).rate;
+        const double rate = numerics::fastest_growth(system).rate;
         warnings.push_back(
             text("the start is uniform, stationary and without noise: nothing will change{}; choose initial.kind = "
                  "\"random\", or noise",

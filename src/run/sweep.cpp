@@ -106,7 +106,7 @@ io::Scene scene_of(const Sweep& sweep, const SweepRun& run) {
     if (sweep.scene.run.threads == 0) overrides.push_back("run.threads=1");
     io::Scene base = sweep.scene;
     if (run.before) {
-        base.initial = {};  // its formulas belong to the first point only
+        base.initial = io::default_start(base.kind);  // its formulas belong to the first point only
         const std::string start = kind_of(base).start;
         overrides.push_back(start + ".kind=file");
         overrides.push_back(start + ".file=set-below");

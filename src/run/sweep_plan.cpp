@@ -9,6 +9,7 @@
 #include "drover/files/record_identity.hpp"
 #include "drover/measure/replicates.hpp"
 #include "run/number_lists.hpp"
+#include "run/scene_equations.hpp"
 #include "run/sweep_refinement.hpp"
 
 namespace drover::run {
@@ -20,14 +21,20 @@ struct Varied {
 };
 
 constexpr const char* sweep_key = "sweep.vary";
-constexpr const char* sweep_example = "\"relaxation.rate = 0.5, 1, 2\" or \"relaxation.rate = 0.5:2:11\"";
 
-Varied varied_of(const std::string& written, const SourceLocation& where) {
-    const auto [key, values] = read_assignment(written, sweep_key, sweep_example, where);
+std::string sweep_example(const io::Scene& scene) {
+    const SceneNumber one = example_number(scene);
+    return text("\"{0} = {1}, {2}, {3}\" or \"{0} = {1}:{3}:11\"", one.key, 0.5 * one.value, one.value,
+                2.0 * one.value);
+}
+
+Varied varied_of(const io::Scene& scene, const std::string& written, const SourceLocation& where) {
+    const std::string example = sweep_example(scene);
+    const auto [key, values] = read_assignment(written, sweep_key, example, where);
     require(key.find('.') != std::string::npos, where, "{} has \"{}\"; expected \"section.key = values\", as in {}",
-            sweep_key, written, sweep_example);
+            sweep_key, written, example);
     const auto number_of = [&](const std::string& word) {
-        return read_number(word, written, sweep_key, sweep_example, where);
+        return read_number(word, written, sweep_key, example, where);
     };
     Varied varied{.key = key, .values = {}};
     if (values.find(':') == std::string::npos) {
@@ -134,7 +141,7 @@ std::vector<Varied> read_varied(const io::Scene& scene) {
     std::vector<Varied> varied;
     double runs = scene.sweep.seeds;
     for (const std::string& written : scene.sweep.vary) {
-        Varied one = varied_of(written, where);
+        Varied one = varied_of(scene, written, where);
         require(std::none_of(varied.begin(), varied.end(), [&](const Varied& other) { return other.key == one.key; }),
                 where, "sweep.vary names {} twice; expected each key once", one.key);
         for (const char* own : {"run.", "output.", "sweep.", "initial.file", "packing.file"})
@@ -144,7 +151,7 @@ std::vector<Varied> read_varied(const io::Scene& scene) {
         varied.push_back(std::move(one));
     }
     require(!varied.empty() || scene.sweep.seeds > 1, where,
-            "nothing to sweep: give sweep.vary, as in --vary \"relaxation.rate = 0.5:2:4\", or sweep.seeds > 1");
+            "nothing to sweep: give sweep.vary, as in --vary {}, or sweep.seeds > 1", sweep_example(scene));
     require(runs <= max_runs, where, "a sweep of {:.3g} runs; expected at most {:.0e}: choose fewer values or seeds",
             runs, max_runs);
     return varied;
@@ -157,7 +164,8 @@ struct Refined {
 };
 
 std::vector<Refined> read_refined(const io::Scene& scene) {
-    const std::string list = "sweep.refine", example = "\"polar_order = 0.1\"";
+    if (scene.sweep.refine.empty()) return {};
+    const std::string list = "sweep.refine", example = text("\"{} = 0.1\"", example_observable(scene));
     const SourceLocation where = io::location_of(scene, list);
     std::vector<Refined> refined;
     for (const std::string& written : scene.sweep.refine) {

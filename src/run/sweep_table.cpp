@@ -10,9 +10,14 @@ namespace drover::run {
 std::string table_text(const SweepTable& table) {
     // The columns of a phase diagram; table.csv has all of them.
     std::vector<std::size_t> chosen;
-    for (const char* name : {"polar_order", "polar_order_susceptibility", "polar_order_binder"})
-        for (std::size_t i = 0; i < table.names.size(); ++i)
-            if (table.names[i] == name) chosen.push_back(i);
+    constexpr std::string_view of_order = "_susceptibility";
+    for (const std::string& with : table.names) {
+        if (!with.ends_with(of_order)) continue;
+        const std::string order = with.substr(0, with.size() - of_order.size());
+        for (const std::string& name : {order, with, order + "_binder"})
+            for (std::size_t i = 0; i < table.names.size(); ++i)
+                if (table.names[i] == name) chosen.push_back(i);
+    }
     if (chosen.empty())  // a model of its own: the order and the pattern of each field
         for (std::size_t i = 0; i < table.names.size(); ++i)
             if (table.names[i].starts_with("size_mean_") || table.names[i].starts_with("variance_"))

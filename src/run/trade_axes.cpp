@@ -7,10 +7,12 @@
 #include "drover/base/error.hpp"
 #include "drover/dem/contact_law.hpp"
 #include "drover/io/scene_text.hpp"
+#include "drover/measure/field_setting.hpp"
 #include "drover/numerics/time_method.hpp"
 #include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/stability_rows.hpp"
 #include "drover/run/kind.hpp"
+#include "run/scene_equations.hpp"
 #include "run/text_resolution.hpp"
 
 namespace drover::run {
@@ -197,13 +199,21 @@ void add_declared_models(const io::DeclaredModel& declared, std::vector<Level>& 
 
 void add_rod_bead_models(const io::Scene& scene, std::vector<Level>& levels) {
     const physics::Model& model = scene.model;
-    if (model.fields.bead_velocity == "dynamic")
-        levels.push_back({"slaved velocity",
-                          {"fields.bead_velocity=slaved", "initial.bead_velocity_x=\"\"",
-                           "initial.bead_velocity_y=\"\"", "inertia.advection=false"}});
-    if (model.fields.bead_density && model.fields.rod_density && model.fields.bead_velocity != "absent")
-        levels.push_back(
-            {"dilute", without_field(scene, "fields.rod_density=false", physics::needs_rod_density, {"rod_density"})});
+    const measure::FieldSetting observed = measure::make_field_setting(equations_of(scene), scene.grid, 1);
+    const auto at = [&](int first) -> const measure::MeasuredField* {
+        const auto found = std::ranges::find(observed.fields, first, &measure::MeasuredField::first);
+        return first < 0 || found == observed.fields.end() ? nullptr : &*found;
+    };
+    if (observed.flow && observed.flow->first < observed.of_state) {
+        const measure::MeasuredField& flow = *at(observed.flow->first);
+        std::vector<std::string> overrides{"fields." + flow.name + "=slaved", "inertia.advection=false"};
+        for (const std::string& component : flow.components) overrides.push_back("initial." + component + "=\"\"");
+        levels.push_back({"slaved velocity", std::move(overrides)});
+    }
+    if (observed.flow && observed.flow->density >= 0 && observed.order)
+        if (const measure::MeasuredField* density = at(observed.order->density))
+            levels.push_back({"dilute", without_field(scene, "fields." + density->name + "=false",
+                                                      physics::needs_rod_density, density->components)});
     for (const physics::CoefficientRow& row : physics::coefficient_registry()) {
         const bool active = row.value_in(model) != 0.0 || (row.varies() && !row.monomials_in(model).empty());
         const bool may_be_zero = row.range.min < 0.0 || (row.range.min == 0.0 && !row.range.min_open);
@@ -235,7 +245,7 @@ std::vector<Level> cell_levels(const io::Scene& scene) {
     }
     if (scene.initial.kind == "file" || scene.initial.kind == "mode") return {};
     bool uniform = true;
-    for (const auto& [component, formula] : io::start_of(scene).formulas)
+    for (const auto& [component, formula] : scene.initial.formulas)
         uniform = uniform && !mentions(formula.text, {"x", "y"});
     if (!uniform) return {};
     return {{"twice the sides",

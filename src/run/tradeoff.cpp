@@ -15,6 +15,7 @@
 #include "run/grid_run.hpp"
 #include "run/json.hpp"
 #include "run/memory_run.hpp"
+#include "run/scene_equations.hpp"
 #include "run/trade_study.hpp"
 
 namespace drover::run {
@@ -363,13 +364,14 @@ void check_wishes(const io::Scene& scene, const std::vector<Wish>& wishes) {
         if (error.fault() != Fault::run) throw;  // its step is any: that of the trials may do
     }
     if (!report) return;
-    for (const Wish& wish : wishes) require_plausible(wish, unit_of_wanted(wish, report->summary));
+    for (const Wish& wish : wishes)
+        require_plausible(wish, unit_of_wanted(wish, report->summary), is_size_of_order(wish, report->summary));
 }
 }  // namespace
 
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
-    require(!options.wishes.empty(), {.file = "--want"},
-            "no number is wanted; give at least one, such as polar_order=1%");
+    require(!options.wishes.empty(), {.file = "--want"}, "no number is wanted; give at least one, such as {}=1%",
+            example_observable(scene));
     if (options.collect) require_folder(options.folder, "tradeoff");
     else check_wishes(scene, options.wishes);
     files::join_folder(options.folder, "scene.toml", "", io::resolved_text(scene));

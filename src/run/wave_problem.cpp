@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "drover/measure/field_setting.hpp"
 #include "drover/model/start.hpp"
 #include "drover/model/theory.hpp"
 #include "drover/physics/linear_theory.hpp"
@@ -101,7 +102,7 @@ bool add_numbers(const io::Scene& scene, const std::vector<std::string>& keys, W
         const SceneNumber number = number_of(scene, "fit", key, {scene.file});
         calibrate::FittedNumber fitted{.key = number.key, .start = number.value};
         if (scene.kind != io::SceneKind::model) {
-            require(key != "uniform.rod_density" && key != "uniform.bead_density", {},
+            require(!key.starts_with("uniform."), {},
                     "{} is that of the frames; expected a coefficient of the equations", key);
             fitted.least = io::model_number(key, {}, scene.model).range.min;
         }
@@ -119,7 +120,7 @@ WaveRecord record_of(const io::Scene& scene, const model::Equations& equations, 
     require(!is_own || is_of_own, {source.name}, "is no run of a model of its own; expected one with the fields of {}",
             scene.file);
     if (source.scene.kind == io::SceneKind::particles)
-        return particle_waves(source.archive, source.name, source.scene, physics::form(scene.model), choice);
+        return particle_waves(source.archive, source.name, source.scene, equations.model(), choice);
     RecordedFields recorded{.grid = source.scene.grid,
                             .kept_degree = io::kept_degree(source.scene, equations_of(source.scene))};
     for (const model::StateComponent& one : model::components_of_state(equations))
@@ -142,8 +143,10 @@ WaveProblem wave_problem(const io::Scene& scene, const std::vector<std::string>&
     WaveProblem problem;
     problem.noise = add_numbers(scene, keys, problem) ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
     problem.record = record_of(scene, equations, choice, source);
+    const measure::FieldSetting observed =
+        measure::make_field_setting(equations, scene.grid, io::kept_degree(scene, equations));
     const FrameMeans means =
-        means_of(problem.record, equations, source.name, scene.kind == io::SceneKind::model ? "" : "polar_order");
+        means_of(problem.record, equations, source.name, measure::name_of(observed, observed.order));
     model::UniformState about = equations.reference();
     for (std::size_t i = 0; i < means.values.size(); ++i)
         about[static_cast<std::size_t>(equations.state_components()[i])] = means.values[i];

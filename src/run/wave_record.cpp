@@ -169,15 +169,20 @@ Complex wave_sum(const numerics::Wavevector& q, const Plane& at, const std::vect
 }
 }  // namespace
 
+namespace {
+constexpr const char* bead_body = "bead";
+}  // namespace
+
 WaveRecord particle_waves(const files::ArchiveReader& archive, const std::string& name, const io::Scene& scene,
-                          const physics::Form& form, const WaveChoice& choice) {
+                          const model::Model& model, const WaveChoice& choice) {
     const dem::Cell& cell = scene.particles.cell;
     require(dem::is_periodic(cell), {name}, "is a run in a {} cell; expected a periodic one, which has waves",
             cell.shape);
     const std::vector<double> times = times_of(archive, name, std::string(io::spheres_group) + "/position/time");
     FrameTimes frames = frames_of(times, name, choice);
     const BodyFrames bodies(archive, name);
-    const bool has_beads = form.bead_density >= 0 || form.velocity != physics::Velocity::absent;
+    const bool has_beads =
+        std::ranges::any_of(model.fields, [](const model::Field& field) { return field.observed.body == bead_body; });
     require(!has_beads || bodies.has(io::beads_group), {name}, "has no beads; expected some, as in the model");
     require(bodies.has(io::rods_group), {name}, "has no rods; expected some, whose order the model describes");
     if (has_beads) {  // velocities need a frame on either side
@@ -192,7 +197,6 @@ WaveRecord particle_waves(const files::ArchiveReader& archive, const std::string
                     axes = bodies.plane(io::rods_group, "axis", frame);
         require(axes.x.size() == rods.x.size(), {name}, "has {} positions and {} axes of rods; it is damaged",
                 rods.x.size(), axes.x.size());
-        const double order_unit = form.order_is_density ? area : static_cast<double>(rods.x.size());
         Plane beads, flow;
         if (has_beads) {
             beads = bodies.plane(io::beads_group, "position", frame);
@@ -207,12 +211,18 @@ WaveRecord particle_waves(const files::ArchiveReader& archive, const std::string
         for (std::size_t n = 0; n < record.q.size(); ++n) {
             const numerics::Wavevector& q = record.q[n];
             std::vector<Complex>& to = record.amplitudes[n];
-            if (form.bead_density >= 0) to.push_back(wave_sum(q, beads, std::vector(beads.x.size(), 1.0 / area)));
-            if (form.rod_density >= 0) to.push_back(wave_sum(q, rods, std::vector(rods.x.size(), 1.0 / area)));
-            if (form.velocity == physics::Velocity::dynamic)
-                for (const std::vector<double>* part : {&flow.x, &flow.y}) to.push_back(wave_sum(q, beads, *part));
-            for (const std::vector<double>* part : {&axes.x, &axes.y})
-                to.push_back(wave_sum(q, rods, *part) / order_unit);
+            for (const model::Field& field : model.fields) {
+                if (field.left != model::LeftSide::rate) continue;
+                const bool is_of_beads = field.observed.body == bead_body;
+                const Plane& at = is_of_beads ? beads : rods;
+                // A mean over the bodies, or a sum over those of a unit of area.  The flow is a mean already.
+                const double of = is_of_beads ? 1.0 : field.unit == "1" ? static_cast<double>(at.x.size()) : area;
+                const Plane& vectors = is_of_beads ? flow : axes;
+                if (field.spin == 0) to.push_back(wave_sum(q, at, std::vector(at.x.size(), 1.0 / area)));
+                else
+                    for (const std::vector<double>* part : {&vectors.x, &vectors.y})
+                        to.push_back(wave_sum(q, at, *part) / of);
+            }
         }
     }
     return record;

@@ -28,9 +28,9 @@ struct RecordedFields {
 calibrate::WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& name,
                                   const RecordedFields& recorded, const WaveChoice& choice);
 
-/// Of the fields that `form` has, of an archive of particles in a periodic cell: sums over bodies.  The velocity of a
+/// Of the fields of a model, of an archive of particles in a periodic cell: sums over their bodies.  The velocity of a
 /// bead is its displacement from the frame before to the frame after over the time between them.
 calibrate::WaveRecord particle_waves(const files::ArchiveReader& archive, const std::string& name,
-                                     const io::Scene& scene, const physics::Form& form, const WaveChoice& choice);
+                                     const io::Scene& scene, const model::Model& model, const WaveChoice& choice);
 
 }  // namespace drover::run

@@ -15,10 +15,11 @@ namespace drover::run {
 
 namespace {
 [[noreturn]] void fail_wish(const std::string& given, const std::string& found) {
+    std::string name = trimmed(given.substr(0, given.find_first_of("=(")));
+    if (name.empty()) name = "variance";
     fail_input({.file = "--want " + given},
-               "{}; expected OBSERVABLE=ERROR, such as polar_order=1% (of the mean), polar_order=0.01 or "
-               "structure_factor_rods(q<1)=3%",
-               found);
+               "{}; expected OBSERVABLE=ERROR, such as {}=1% (of the mean), {}=0.01 or structure_factor(q<1)=3%", found,
+               name, name);
 }
 
 double number_in(const std::string& given, const std::string& text) {
@@ -141,10 +142,11 @@ const measure::SummaryRow& row_of(const Wish& wish, const measure::Summary& summ
 }
 
 /// What a number can be at most; infinity: not known.
-double largest_of(const std::string& observable) {
-    static const std::vector<std::string> fractions{"onset", "polar_order", "nematic_order"};
-    const bool is_fraction = std::find(fractions.begin(), fractions.end(), observable) != fractions.end();
-    return is_fraction || observable.ends_with("area_fraction") ? 1.0 : INFINITY;
+double largest_of(const std::string& observable, bool is_fraction) {
+    return is_fraction || observable == "onset" || observable == "nematic_order" ||
+                   observable.ends_with("area_fraction")
+               ? 1.0
+               : INFINITY;
 }
 }  // namespace
 
@@ -152,8 +154,12 @@ void require_unit(const Wish& wish, const std::string& unit, double value) {
     require_small_error(wish, unit, value, "is");
 }
 
-void require_plausible(const Wish& wish, const std::string& unit) {
-    require_small_error(wish, unit, largest_of(wish.observable), "is at most");
+bool is_size_of_order(const Wish& wish, const measure::Summary& summary) {
+    return measure::find_row(summary, wish.observable + "_binder") != nullptr;
+}
+
+void require_plausible(const Wish& wish, const std::string& unit, bool is_fraction) {
+    require_small_error(wish, unit, largest_of(wish.observable, is_fraction), "is at most");
 }
 
 std::string unit_of_wanted(const Wish& wish, const measure::Summary& summary) {

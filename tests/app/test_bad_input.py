@@ -99,7 +99,7 @@ SCENES = {
         "[initial]\nkind = \"mode\"\namplitude = -1\n", ["bad.toml:3:1", "initial.amplitude = -1", ">= 0"]),
     "a stationary start without noise": (
         "[initial]\nkind = \"stationary\"\n", ["bad.toml:2:1", "stationary", "noise.order = 0",
-                                               "give noise.order > 0"]),
+                                               "give one of them > 0"]),
     "a stationary start of a model without a stationary state": (
         "[relaxation]\nrate = -1\n[noise]\norder = 1\n[diffusion]\nrods = 1\n[initial]\nkind = \"stationary\"\n",
         ["bad.toml:8:1", "stationary", "grows"]),

@@ -103,9 +103,9 @@ MODELS = {
         '[initial]\nkind = "formula"\nbead_density = "1"\n',
         ["bad.toml:3:1", "initial.bead_density", "expected one of rod_density"]),
     "a formula that is none": ('[initial]\nkind = "formula"\nrod_density = "1 + (x"\n',
-                               ["bad.toml:3: ", "1 + (x", "its end at character 7", "expected"]),
+                               ["bad.toml:3:22: ", "1 + (x", "its end at character 7", "expected"]),
     "a formula of unknown words": ('[initial]\nkind = "formula"\nrod_density = "cosine(x)"\n',
-                                   ["bad.toml:3: ", "cosine", "expected"]),
+                                   ["bad.toml:3:16: ", "cosine", "expected"]),
 }
 
 

@@ -56,3 +56,62 @@ def test_a_vacuum_that_another_field_caused_is_not_blamed_on_the_beads(tmp_path)
     message = failed(tmp_path, {**ADVECTED, **BEADS, "elasticity.stiffness": 0.1, "relaxation.saturation": 0.0})
     assert message.startswith("error: polar_order became unstable: in step "), message
     assert "choose time.dt = 0.01 or smaller" in message and "the bead density reached -" in message
+
+
+OWN = """
+[[field]]
+symbol = "rho"
+name = "density"
+conserved = true
+reference = 1.0
+[[field]]
+symbol = "p"
+name = "polarity"
+rank = "vector"
+[equations]
+rho = "-div p + 0.1 lap rho"
+p = "a p - b |p|^2 p - w p.grad p + 0.1 lap p - grad rho"
+[coefficients]
+a = 0.5
+b = 0.0
+w = 0.0
+[grid]
+nx = 32
+ny = 32
+lx = 16.0
+ly = 16.0
+[time]
+dt = 0.5
+end = 1000.0
+stepper = "etdrk2"
+max_error = 0.0
+[initial]
+kind = "random"
+amplitude = 1e-6
+[output]
+frame_every = 0.0
+sample_every = 10.0
+"""
+
+
+def own_failed(folder, *settings):
+    (folder / "own.toml").write_text(OWN)
+    words = [word for setting in settings for word in ("--set", setting)]
+    ended = drover(folder, "run", "own.toml", "-q", *words, status=1)
+    assert ended.stdout == ""
+    return ended.stderr
+
+
+def test_growth_that_no_term_of_an_own_model_stops_ends_the_run_beyond_the_size_of_its_fields(tmp_path):
+    message = own_failed(tmp_path)
+    assert "lost its meaning" in message and "the root mean square of density" in message
+    assert "expected at most 1e+06 times its size in this model, 1;" in message
+    assert "a linear mode grows at 0.5 /s (|q| = 0 /mm) and no term of the equations stops it (coefficients.b = 0)" \
+        in message
+
+
+def test_a_step_that_is_too_long_for_an_own_model_is_told_with_the_term_that_would_limit_the_field(tmp_path):
+    message = own_failed(tmp_path, "coefficients.a=1", "coefficients.b=1", "coefficients.w=30", "time.dt=0.05",
+                         "output.sample_every=0.1", "initial.amplitude=0.1")
+    assert "coefficients.b does not stop it, or the time step is too long" in message
+    assert "choose time.dt = 0.025" in message

@@ -6,6 +6,8 @@ import pytest
 from rejection import rejected
 from support import drover, drover_json, scene_text
 
+from drover import Error, Field, Model
+
 GRID = {"grid.nx": 32, "grid.ny": 32, "grid.lx": 32.0, "grid.ly": 32.0, "relaxation.rate": 1.0,
         "relaxation.saturation": 1.0, "time.end": 0.1, "initial.kind": "formula"}  # cubic: modes below 8 are kept
 
@@ -121,3 +123,43 @@ def test_a_frame_on_other_points_is_taken_by_its_modes(tmp_path, nx, ny, oblique
     assert f"32 by 32 points; the fields are taken on {nx} by {ny}" in told
     lost = "20 % of the variance of rod_density is in waves that"  # 0.1^2/(0.1^2 + 0.2^2)
     assert (lost in told) == (oblique == 0.0), told
+
+
+def test_a_stationary_start_of_an_own_model_needs_every_mode_to_decay():
+    def scene(rate):
+        return Model([Field("u", f"{rate} u + lap u", noise=0.1)]).scene(16, 8.0, dt=0.1, end=1.0,
+                                                                          initial={"kind": "stationary"})
+
+    scene(-0.1)
+    with pytest.raises(Error, match=r"there is no stationary state: a linear mode grows at 0.1 /s at \|q\| = 0 /mm"):
+        scene(0.1)
+
+
+def test_a_stationary_start_may_be_driven_by_the_noise_of_the_densities_alone(tmp_path):
+    keys = {**{key: value for key, value in GRID.items() if key != "initial.kind"}, "initial.kind": "stationary",
+            "noise.rods": 0.1, "diffusion.rods": 0.1}
+    (tmp_path / "start.toml").write_text(scene_text(keys))
+    drover(tmp_path, "run", "start.toml", "--quiet")
+    with h5py.File(tmp_path / "start.h5") as file:
+        # 2 D sigma_q = Delta: the variance of a mode is Delta/(2 D)/area, of all kept ones 15^2 - 1 of these.
+        variance = file["rod_density"][0].var()
+        assert variance == pytest.approx(0.5 / 1024 * 224, rel=4 * (2 / 224)**0.5)
+        assert np.abs(file["polar_order_x"][0]).max() == 0.0
+
+
+OWN = """
+field = [{symbol = "u"}, {symbol = "w"}]
+equations = {u = "-u + lap u", w = "u - w"}
+grid = {nx = 16, ny = 16, lx = 8.0, ly = 8.0}
+time = {dt = 0.1, end = 1.0}
+initial = {kind = "formula", w = "cos(2 pi x / lx)", u = 2}
+"""
+
+
+def test_formulas_of_an_own_model_are_taken_back_by_empty_ones(tmp_path):
+    (tmp_path / "own.toml").write_text(OWN)
+    rejected(tmp_path, ["check", "own.toml", "--set", "initial.kind=random"],
+             ['initial.u, initial.w are given with initial.kind = "random"; expected "formula"',
+              """--set 'initial.u=""' --set 'initial.w=""'"""])
+    drover(tmp_path, "check", "own.toml", "--set", "initial.kind=random", "--set", 'initial.u=""', "--set",
+           'initial.w=""')

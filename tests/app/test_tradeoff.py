@@ -261,7 +261,7 @@ def test_another_scene_in_the_folder_is_refused(tmp_path):
 
 @pytest.mark.parametrize("want", ["polar_order", "polar_order=0%", "polar_order(q)=1%", "=1%"])
 def test_texts_that_are_no_wish_are_refused(tmp_path, want):
-    rejected(tmp_path, ["tradeoff", scene(tmp_path, NOISY), "--want", want], [want, "polar_order=1%"])
+    rejected(tmp_path, ["tradeoff", scene(tmp_path, NOISY), "--want", want], [want, "=1% (of the mean)"])
 
 
 @pytest.mark.parametrize("want, said", [("polar_ordr=1%", "did you mean polar_order"),

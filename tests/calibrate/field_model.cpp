@@ -10,6 +10,7 @@
 #include "drover/base/random.hpp"
 #include "drover/calibrate/alignment.hpp"
 #include "drover/calibrate/fill_model.hpp"
+#include "drover/numerics/fastest_growth.hpp"
 #include "drover/physics/linear_theory.hpp"
 #include "drover/physics/uniform_states.hpp"
 #include "physics/structure.hpp"
@@ -155,12 +156,12 @@ TEST(FieldModel, has_the_same_growth_and_fluctuations_in_both_normalisations) {
     // Rates do not depend on the normalisation of p; of the order coefficients the models share only a and K3.
     const physics::Model a = model_of(dense, OrderKind::orientation), b = model_of(dense, OrderKind::density);
     const numerics::Grid grid{.nx = 16, .ny = 16, .lx = 45.0, .ly = 45.0};
-    const auto growth_a = physics::fastest_growth(physics::linear_system(a, grid)),
-               growth_b = physics::fastest_growth(physics::linear_system(b, grid));
+    const auto growth_a = numerics::fastest_growth(physics::linear_system(a, grid)),
+               growth_b = numerics::fastest_growth(physics::linear_system(b, grid));
     EXPECT_GT(growth_a.rate, 0.0);
     EXPECT_NEAR(growth_a.rate, growth_b.rate, 1e-10 * growth_a.rate);
-    EXPECT_NEAR(physics::fastest_rate(physics::linear_system(a, grid)),
-                physics::fastest_rate(physics::linear_system(b, grid)), 1e-9);
+    EXPECT_NEAR(numerics::fastest_rate(physics::linear_system(a, grid)),
+                numerics::fastest_rate(physics::linear_system(b, grid)), 1e-9);
     // Stationary structure factors below onset: equal for rods, a factor sigma^2 for the order.
     Table weak = flocking_table();
     for (TableEntry& entry : weak.rows[1].entries) entry.value *= 0.25;

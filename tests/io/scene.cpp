@@ -117,7 +117,7 @@ TEST(Scene, declared_fields_make_a_scene_of_a_model_of_its_own) {
     const model::Model model = model_of(scene.declared);
     EXPECT_EQ(model.fields[0].reference, 6.0);
     EXPECT_EQ(model.fields[0].noise, 9.0);
-    EXPECT_EQ(start_of(scene).formulas.at("rho").text, "6 + cos(2 pi x / 64)");
+    EXPECT_EQ(scene.initial.formulas.at("rho").text, "6 + cos(2 pi x / 64)");
     EXPECT_EQ(scene.time.dt, 0.0);  // linear: exact at any step
     EXPECT_NE(error_of("[[field]]\nsymbol = \"u\"\n[relaxation]\nrate = 1\n").find("expected sections of one kind"),
               std::string::npos);

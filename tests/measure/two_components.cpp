@@ -7,8 +7,8 @@
 
 #include "drover/measure/fields.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/initial_state.hpp"
 #include "measure/fields_support.hpp"
+#include "physics/initial_spectra.hpp"
 
 namespace drover::measure::two_components_tests {
 namespace {
@@ -26,16 +26,15 @@ const physics::Model model{.fields = {.bead_density = true, .rod_density = true,
 /// One moment of fields given by formulas.
 class Fixture {
 public:
-    explicit Fixture(const physics::InitialState& formulas)
+    explicit Fixture(const model::Start& formulas)
         : threads_(1),
-          equations_(model),
           system_(physics::linear_system(model, grid)),
           spectra_(physics::initial_spectra(formulas, model, system_, 1, threads_)),
           fields_(grid, spectra_.count()),
-          energy_(equations_, grid, {}, threads_),
+          energy_(physics::Equations(model).solver(physics::reference(model.uniform)), grid, system_.degree, threads_),
           setting_(setting_of(grid, model, system_.degree)) {
         numerics::Transform(grid, system_.degree, threads_).backward(spectra_, fields_);
-        setting_.terms = energy_.terms();
+        setting_.terms = physics::Equations(model).terms();
     }
     std::vector<double> operator()(const std::string& name) const {
         FieldMoment moment = moment_of(setting_, spectra_, fields_);
@@ -49,11 +48,10 @@ public:
 
 private:
     Threads threads_;
-    physics::Equations equations_;
     numerics::System system_;
     numerics::Spectra spectra_;
     numerics::Fields fields_;
-    physics::EnergyMeter energy_;
+    model::EnergyMeter energy_;
     FieldSetting setting_;
 };
 
@@ -61,7 +59,8 @@ constexpr double rounding = 1e-13;  // of sums over 768 cells of numbers of orde
 
 TEST(BeadVelocity, of_a_uniform_flow_with_a_wave_has_the_order_of_the_flow) {
     // v_x = 0.8 + 0.6 sqrt(2) cos: <v^2> = 0.64 + 0.36 = 1.
-    const Fixture scene({.kind = "formula", .bead_velocity_x = "0.8 + 0.6 * sqrt(2) * cos(2*pi*y/6)"});
+    const Fixture scene(
+        {.kind = "formula", .formulas = {{"bead_velocity_x", {"0.8 + 0.6 * sqrt(2) * cos(2*pi*y/6)"}}}});
     EXPECT_NEAR(scene("bead_velocity_mean_x")[0], 0.8, rounding);
     EXPECT_NEAR(scene("bead_speed")[0], 1.0, rounding);
     EXPECT_NEAR(scene("bead_velocity_order")[0], 0.8, rounding);
@@ -69,9 +68,9 @@ TEST(BeadVelocity, of_a_uniform_flow_with_a_wave_has_the_order_of_the_flow) {
 
 TEST(FieldObservables, of_rods_and_beads_are_those_of_any_field_as_well) {
     const Fixture scene({.kind = "formula",
-                         .rod_density = "2 + 0.3 * cos(2*pi*x/8)",
-                         .bead_velocity_x = "0.3 + 0.1 * cos(2*pi*x/8)",
-                         .bead_velocity_y = "-0.4"});
+                         .formulas = {{"rod_density", {"2 + 0.3 * cos(2*pi*x/8)"}},
+                                      {"bead_velocity_x", {"0.3 + 0.1 * cos(2*pi*x/8)"}},
+                                      {"bead_velocity_y", {"-0.4"}}}});
     EXPECT_NEAR(scene("mean_rod_density")[0], 2.0, rounding);
     EXPECT_NEAR(scene("rods_total")[0], 96.0, 48.0 * rounding);
     EXPECT_NEAR(scene("mean_bead_velocity_x")[0], 0.3, rounding);
@@ -81,8 +80,8 @@ TEST(FieldObservables, of_rods_and_beads_are_those_of_any_field_as_well) {
 }
 
 TEST(BeadVelocity, across_the_wavevector_is_shear_and_along_it_is_sound) {
-    const Fixture shear({.kind = "formula", .bead_velocity_x = "cos(4*pi*y/6)"}),
-        sound({.kind = "formula", .bead_velocity_y = "cos(4*pi*y/6)"});
+    const Fixture shear({.kind = "formula", .formulas = {{"bead_velocity_x", {"cos(4*pi*y/6)"}}}}),
+        sound({.kind = "formula", .formulas = {{"bead_velocity_y", {"cos(4*pi*y/6)"}}}});
     const auto sum = [](const std::vector<double>& values) {
         double total = 0.0;
         for (const double value : values) total += value;
@@ -96,8 +95,8 @@ TEST(BeadVelocity, across_the_wavevector_is_shear_and_along_it_is_sound) {
 
 TEST(CrossStructureFactor, of_anticorrelated_densities_is_minus_the_geometric_mean) {
     const Fixture scene({.kind = "formula",
-                         .bead_density = "3 - 0.2 * cos(2*pi*(2*x/8 + y/6))",
-                         .rod_density = "2 + 0.5 * cos(2*pi*(2*x/8 + y/6))"});
+                         .formulas = {{"bead_density", {"3 - 0.2 * cos(2*pi*(2*x/8 + y/6))"}},
+                                      {"rod_density", {"2 + 0.5 * cos(2*pi*(2*x/8 + y/6))"}}}});
     const auto cross = scene("structure_factor_beads_rods"), beads = scene("structure_factor_beads"),
                rods = scene("structure_factor_rods");
     for (std::size_t n = 0; n < cross.size(); ++n) EXPECT_NEAR(cross[n], -std::sqrt(beads[n] * rods[n]), rounding);
@@ -106,7 +105,7 @@ TEST(CrossStructureFactor, of_anticorrelated_densities_is_minus_the_geometric_me
 TEST(OrderCorrelation, of_a_wave_is_its_average_over_directions) {
     // p_x = c + d cos(q x): G = c^2 + d^2 cos(q x)/2, averaged over the displacements of each bin.
     const double c = 0.5, d = 0.4;
-    const Fixture scene({.kind = "formula", .polar_order_x = "0.5 + 0.4 * cos(2*pi*x/8)"});
+    const Fixture scene({.kind = "formula", .formulas = {{"polar_order_x", {"0.5 + 0.4 * cos(2*pi*x/8)"}}}});
     std::vector<double> expected(scene.setting().separations.size()), weight(expected.size());
     for (int j = 0; j < grid.ny; ++j)
         for (int i = 0; i < grid.nx; ++i) {
@@ -124,14 +123,16 @@ TEST(OrderCorrelation, of_a_wave_is_its_average_over_directions) {
 TEST(SpectralTail, is_the_fraction_of_variance_beyond_two_thirds_of_the_cut) {
     // Degree 3: modes |k| < 32/4 = 8 along x and 24/4 = 6 along y; two thirds: 5.33 and 4.
     const Fixture scene({.kind = "formula",
-                         .bead_density = "3 + 0.3 * cos(2*pi*2*x/8) + 0.4 * cos(2*pi*6*x/8)",
-                         .rod_density = "2 + 0.3 * cos(2*pi*5*y/6)"});
+                         .formulas = {{"bead_density", {"3 + 0.3 * cos(2*pi*2*x/8) + 0.4 * cos(2*pi*6*x/8)"}},
+                                      {"rod_density", {"2 + 0.3 * cos(2*pi*5*y/6)"}}}});
     EXPECT_NEAR(scene("spectral_tail_bead_density")[0], 0.16 / 0.25, rounding);
     EXPECT_NEAR(scene("spectral_tail_rod_density")[0], 1.0, rounding);
 }
 
 TEST(Energy, of_a_uniform_flock_and_the_powers_of_its_terms_follow_the_formulas) {
-    const Fixture scene({.kind = "formula", .bead_velocity_x = "0.6", .polar_order_x = "0.9", .polar_order_y = "-0.2"});
+    const Fixture scene(
+        {.kind = "formula",
+         .formulas = {{"bead_velocity_x", {"0.6"}}, {"polar_order_x", {"0.9"}}, {"polar_order_y", {"-0.2"}}}});
     const double area = 48.0, square = 0.81 + 0.04;
     EXPECT_NEAR(scene("energy_flow")[0], 0.5 * 0.5 * 3.0 * 0.36 * area, 1e-12);
     EXPECT_NEAR(scene("energy_order")[0], 0.5 * square * area, 1e-12);

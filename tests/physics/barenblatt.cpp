@@ -7,8 +7,8 @@
 #include "drover/base/error.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/initial_state.hpp"
 #include "full_model.hpp"
+#include "initial_spectra.hpp"
 
 namespace drover::physics::barenblatt_tests {
 namespace {
@@ -43,8 +43,8 @@ Outcome spread(int n, double dt) {
     const WholeRate whole(Equations(model), grid, reference(model.uniform), threads);
     numerics::Stepper stepper(whole.system, numerics::stepper_table("etdrk2"), dt, 1, threads);
     numerics::Spectra state =
-        initial_spectra({.kind = "formula", .bead_density = "max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}, model,
-                        whole.system, 1, threads);
+        initial_spectra({.kind = "formula", .formulas = {{"bead_density", {"max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}}}},
+                        model, whole.system, 1, threads);
     const double mass = state[0][0].real();
     const int steps = static_cast<int>(std::lround(2.0 / dt));
     for (int i = 0; i < steps; ++i) stepper.step(i * dt, static_cast<std::uint64_t>(i), state);
@@ -82,8 +82,8 @@ TEST(Barenblatt, vacuum_is_rejected_if_beads_have_inertia) {
     const WholeRate whole(Equations(model), grid, reference(model.uniform), threads);
     numerics::Stepper stepper(whole.system, numerics::stepper_table("etdrk2"), 0.01, 1, threads);
     numerics::Spectra state =
-        initial_spectra({.kind = "formula", .bead_density = "max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}, model,
-                        whole.system, 1, threads);
+        initial_spectra({.kind = "formula", .formulas = {{"bead_density", {"max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}}}},
+                        model, whole.system, 1, threads);
     try {
         stepper.step(0.0, 0, state);
         ADD_FAILURE() << "a vacuum was stepped over";

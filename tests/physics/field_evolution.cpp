@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/initial_state.hpp"
+#include "initial_spectra.hpp"
 
 namespace drover::physics::field_evolution_tests {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 struct Case {
     Model model;
     numerics::Grid grid;
-    InitialState initial;
+    model::Start initial;
     numerics::StepControl control;
     double end = 0.0;
 };
@@ -33,9 +33,9 @@ Case flock() {
                       .advection = {.strength = 0.5}},
             .grid = {.nx = 32, .ny = 32, .lx = 20.0, .ly = 20.0},
             .initial = {.kind = "formula",
-                        .bead_density = "1 + 0.2 * cos(2*pi*x/20)",
-                        .polar_order_x = "0.4 + 0.3 * sin(2*pi*y/20)",
-                        .polar_order_y = "0.3 * cos(2*pi*(x + y)/20)"},
+                        .formulas = {{"bead_density", {"1 + 0.2 * cos(2*pi*x/20)"}},
+                                     {"polar_order_x", {"0.4 + 0.3 * sin(2*pi*y/20)"}},
+                                     {"polar_order_y", {"0.3 * cos(2*pi*(x + y)/20)"}}}},
             .control = {.method = "etdrk2", .dt = 0.5},
             .end = 4.0};
 }
@@ -187,12 +187,13 @@ TEST(AdaptiveStep, a_diverging_run_ends_with_a_run_error) {
 
 TEST(ReferenceDensity, it_falls_with_a_bead_density_below_half_of_it) {
     Case scene = flock();
-    scene.initial.bead_density = "1 + 0.75 * cos(2*pi*x/20)";
+    scene.initial.formulas["bead_density"] = {"1 + 0.75 * cos(2*pi*x/20)"};
     scene.model.stiffness.beads = 0.3;
     scene.model.drag.coefficient = 4000.0;  // Gamma dt/rho = 400 at the reference, 1600 where the density is low
     scene.model.driving.strength = 4000.0;
-    scene.initial.bead_velocity_x = scene.initial.polar_order_x;  // in balance with the drag: no initial transient
-    scene.initial.bead_velocity_y = scene.initial.polar_order_y;
+    scene.initial.formulas["bead_velocity_x"] =
+        scene.initial.formulas["polar_order_x"];  // in balance with the drag: no initial transient
+    scene.initial.formulas["bead_velocity_y"] = scene.initial.formulas["polar_order_y"];
     scene.control.dt = 0.1;
     scene.end = 2.0;
     const Evolved run = evolve(scene), fine = reference_of(scene);
@@ -210,7 +211,7 @@ TEST(ReferenceDensityLong, it_rises_with_a_peak_of_slaved_beads) {
     scene.grid = {.nx = 64, .ny = 64, .lx = 16.0, .ly = 16.0};
     scene.control.dt = 0.02;
     scene.end = 2.0;
-    scene.initial = {.kind = "formula", .bead_density = "exp(-((x - 8)^2 + (y - 8)^2)/4)"};
+    scene.initial = {.kind = "formula", .formulas = {{"bead_density", {"exp(-((x - 8)^2 + (y - 8)^2)/4)"}}}};
     const Evolved run = evolve(scene), fine = reference_of(scene);
     EXPECT_GT(run.saved[0], 0.0)
         << "rho E/Gamma of the peak is ten times that of the mean: the reference is above the mean";
@@ -219,7 +220,7 @@ TEST(ReferenceDensityLong, it_rises_with_a_peak_of_slaved_beads) {
 
 TEST(FieldEvolution, the_number_of_beads_is_conserved_through_rejected_steps_and_changes_of_the_reference) {
     Case scene = flock();
-    scene.initial.bead_density = "1 + 0.7 * cos(2*pi*x/20)";
+    scene.initial.formulas["bead_density"] = {"1 + 0.7 * cos(2*pi*x/20)"};
     scene.control.tolerance = 1e-4;
     scene.end = 40.0;
     const Evolved run = evolve(scene);
@@ -231,7 +232,7 @@ TEST(FieldEvolution, the_number_of_beads_is_conserved_through_rejected_steps_and
 
 TEST(FieldEvolution, a_restored_evolution_continues_bit_for_bit) {
     Case scene = flock();
-    scene.initial.bead_density = "1 + 0.7 * cos(2*pi*x/20)";
+    scene.initial.formulas["bead_density"] = {"1 + 0.7 * cos(2*pi*x/20)"};
     scene.control.tolerance = 1e-5;
     Threads threads(1);
     model::FieldEvolution first = evolution_of(scene, threads);
@@ -253,7 +254,7 @@ TEST(FieldEvolution, a_restored_evolution_continues_bit_for_bit) {
 
 TEST(FieldEvolution, a_restored_evolution_continues_bit_for_bit_while_the_division_changes) {
     Case scene = flock();
-    scene.initial.bead_density = "1 + 0.7 * cos(2*pi*x/20)";
+    scene.initial.formulas["bead_density"] = {"1 + 0.7 * cos(2*pi*x/20)"};
     scene.control.tolerance = 1e-4;
     Threads threads(1);
     model::FieldEvolution first = evolution_of(scene, threads);

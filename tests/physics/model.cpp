@@ -6,8 +6,9 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
+#include "drover/numerics/fastest_growth.hpp"
 #include "drover/numerics/stepper.hpp"
-#include "drover/physics/initial_state.hpp"
+#include "initial_spectra.hpp"
 #include "structure.hpp"
 
 namespace drover::physics::model_tests {
@@ -58,11 +59,11 @@ TEST(FastestGrowth, is_the_rate_of_the_mean_order_below_the_threshold) {
     Model model = independent_rods();
     model.relaxation.rate = -0.25;
     model.elasticity.stiffness = 1.0;
-    const FastestGrowth growth = fastest_growth(linear_system(model, grid));
+    const numerics::FastestGrowth growth = numerics::fastest_growth(linear_system(model, grid));
     EXPECT_DOUBLE_EQ(growth.rate, 0.25);
     EXPECT_EQ(growth.q, 0.0);
     model.relaxation.rate = 0.25;
-    EXPECT_LT(fastest_growth(linear_system(model, grid)).rate, 0.0)
+    EXPECT_LT(numerics::fastest_growth(linear_system(model, grid)).rate, 0.0)
         << "the conserved mean density is not a growing mode";
 }
 
@@ -71,7 +72,7 @@ TEST(FastestRate, of_rods_that_only_diffuse_is_that_of_the_last_kept_corner) {
     model.relaxation.rate = 0.0;
     model.diffusion.rods = 0.2;
     const double corner = 2.0 * std::acos(-1.0) / 20.0 * 15.0;  // |k| < 16 on each axis
-    EXPECT_NEAR(fastest_rate(linear_system(model, grid)), 0.2 * 2.0 * corner * corner, 1e-12);
+    EXPECT_NEAR(numerics::fastest_rate(linear_system(model, grid)), 0.2 * 2.0 * corner * corner, 1e-12);
 }
 
 TEST(ActiveTerms, are_those_with_a_coefficient) {
@@ -92,8 +93,8 @@ TEST(PlaneWave, of_the_order_moves_the_density_according_to_the_telegraph_equati
     const numerics::System system = linear_system(model, grid);
     Threads threads(1);
     numerics::Spectra state =
-        initial_spectra({.kind = "mode", .amplitude = 0.01, .field = "rod_density", .mode_x = 2, .mode_y = -1}, model,
-                        system, 1, threads);
+        initial_spectra({.kind = "mode", .amplitude = 0.01, .component = "rod_density", .mode_x = 2, .mode_y = -1},
+                        model, system, 1, threads);
     const std::size_t mode = 31 * numerics::columns(grid) + 2;
     ASSERT_DOUBLE_EQ(state[0][mode].real(), 0.005);
     const double q = 2.0 * std::acos(-1.0) / 20.0 * std::sqrt(5.0), frequency = q * std::sqrt(2.0 * 1.0), t = 0.37;
@@ -120,13 +121,19 @@ TEST(InitialState, random_has_the_requested_deviation_and_the_exact_mean_density
 }
 
 TEST(InitialState, rejects_fields_and_modes_absent_from_the_model_or_grid) {
+    const auto check = [](const model::Start& start, const Model& model) {
+        const Equations equations(model);
+        model::check(start, equations.solver(reference(model.uniform)), grid, kept_degree(equations, {}), no_location);
+    };
     const Model model = independent_rods();
-    EXPECT_THROW(check({.kind = "mode", .field = "bead_density"}, model, grid), Error);
-    EXPECT_THROW(check({.kind = "mode", .mode_x = 16}, model, grid), Error);
-    EXPECT_NO_THROW(check({.kind = "mode", .mode_x = -15}, model, grid));
+    EXPECT_THROW(check({.kind = "mode", .component = "bead_density"}, model), Error);
+    EXPECT_THROW(check({.kind = "mode", .mode_x = 16}, model), Error);
+    EXPECT_NO_THROW(check({.kind = "mode", .mode_x = -15}, model));
+    EXPECT_THROW(check({.kind = "file"}, model), Error);
+    EXPECT_THROW(check({.formulas = {{"rod_density", {"1"}}}}, model), Error);
     Model silent = model;
     silent.noise = {};
-    EXPECT_THROW(check({.kind = "stationary"}, silent, grid), Error);
+    EXPECT_THROW(check({.kind = "stationary"}, silent), Error);
 }
 
 }  // namespace

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "drover/numerics/stepper.hpp"
-#include "drover/physics/initial_state.hpp"
 #include "full_model.hpp"
+#include "initial_spectra.hpp"
 
 namespace drover::physics {
 

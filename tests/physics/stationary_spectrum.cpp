@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "chi_square.hpp"
+#include "drover/numerics/fastest_growth.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/numerics/wavenumbers.hpp"
@@ -99,7 +100,7 @@ TEST(StationarySpectrumStatistics, of_the_noisy_linear_model_is_the_lyapunov_sol
     Threads threads(1);
     const numerics::System system = linear_system(model, grid);
     for (const double dt_rate : {0.1, 1.0, 10.0}) {
-        const double dt = dt_rate / fastest_rate(system);
+        const double dt = dt_rate / numerics::fastest_rate(system);
         const Sample sample = sampled(system, [&] {
             return numerics::Stepper(system, numerics::stepper_table("etdrk2"), dt, seed, threads);
         });
@@ -120,7 +121,7 @@ TEST(StationarySpectrumStatistics, of_noise_frozen_over_the_step_fails_the_same_
     const numerics::System exact = linear_system(plain, grid);
     const numerics::Transform transform(grid, 1, threads);
     for (const double dt_rate : {1.0, 10.0}) {
-        const double dt = dt_rate / fastest_rate(exact);
+        const double dt = dt_rate / numerics::fastest_rate(exact);
         numerics::System frozen = exact;
         frozen.noise = {};
         std::uint64_t drawn = 0;

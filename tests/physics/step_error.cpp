@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "drover/physics/initial_state.hpp"
 #include "drover/physics/integrated.hpp"
+#include "initial_spectra.hpp"
 
 namespace drover::physics::step_error_tests {
 namespace {
@@ -32,9 +32,9 @@ Model flock() {
             .diffusion = {.beads = 0.2, .rods = 0.2}};
 }
 
-const InitialState waves{.kind = "formula",
-                         .polar_order_x = "0.3 + 0.2 * sin(2*pi*y/16)",
-                         .polar_order_y = "0.2 * cos(2*pi*(x + y)/16)"};
+const model::Start waves{.kind = "formula",
+                         .formulas = {{"polar_order_x", {"0.3 + 0.2 * sin(2*pi*y/16)"}},
+                                      {"polar_order_y", {"0.2 * cos(2*pi*(x + y)/16)"}}}};
 
 /// Deviation of each field from its mean over the cell and time, of the states of a run so far.
 class Fluctuations {
@@ -88,7 +88,7 @@ struct Ended {
 };
 
 Ended run(const Model& model, const std::string& method, double dt, bool watches = true,
-          const InitialState& start = waves) {
+          const model::Start& start = waves) {
     Threads threads(1);
     model::FieldEvolution evolution(integrated(model), grid,
                                     {.method = method, .dt = dt, .tolerance = 0.0, .watches_error = watches}, 7,
@@ -146,9 +146,9 @@ TEST(StepError, sees_waves_that_turn_several_times_within_a_step_and_lose_their_
     Model model = flock();
     model.fields = {.bead_density = false, .rod_density = true, .bead_velocity = "absent"};
     model.current.speed = 8e5;
-    const InitialState start{.kind = "formula",  // without divergence: b |p|^2 p makes some
-                             .polar_order_x = "0.3 + 0.2 * sin(2*pi*y/16)",
-                             .polar_order_y = "0.2 * cos(2*pi*x/16)"};
+    const model::Start start{.kind = "formula",  // without divergence: b |p|^2 p makes some
+                             .formulas = {{"polar_order_x", {"0.3 + 0.2 * sin(2*pi*y/16)"}},
+                                          {"polar_order_y", {"0.2 * cos(2*pi*x/16)"}}}};
     model.pressure.rods = 0.2;
     model.relaxation = {.rate = -0.3, .saturation = 2.8};
     model.diffusion.beads = 0.0, model.driving = {}, model.stiffness = {}, model.drag = {}, model.viscosity = {},
@@ -202,8 +202,8 @@ TEST(StepError, counts_the_first_and_the_last_step) {
                                             {"arkode-ark437l2sa", 1e-2}}) {
         model::FieldEvolution evolution(integrated(model), grid,
                                         {.method = method, .dt = length, .tolerance = tolerance}, 1, threads);
-        numerics::Spectra state =
-            initial_spectra({.kind = "formula", .polar_order_x = "0.1"}, model, evolution.linear(), 1, threads);
+        numerics::Spectra state = initial_spectra({.kind = "formula", .formulas = {{"polar_order_x", {"0.1"}}}}, model,
+                                                  evolution.linear(), 1, threads);
         evolution.start(state);
         try {
             evolution.advance(0, state);
@@ -226,9 +226,9 @@ TEST(StepError, of_a_weak_wave_is_relative_to_the_wave) {
     model.current.speed = 3.0;
     model.diffusion.beads = 0.0, model.driving = {}, model.stiffness = {}, model.drag = {}, model.viscosity = {},
     model.weathercock = {};
-    const InitialState wave{.kind = "formula",
-                            .rod_density = "1 + 0.001 * cos(2*pi*x/16)",
-                            .polar_order_x = "sqrt(0.5)"};
+    const model::Start wave{.kind = "formula",
+                            .formulas = {{"rod_density", {"1 + 0.001 * cos(2*pi*x/16)"}},
+                                         {"polar_order_x", {"sqrt(0.5)"}}}};
     const Form form = physics::form(model);
     const Ended exact = run(model, "etdrk4-krogstad", end / 2048, false, wave);
     const Ended found = run(model, "etdrk2", 0.25, true, wave);
@@ -267,9 +267,9 @@ double velocity_far_from_dip(double least, double dt) {
                 .stiffness = {.beads = 0.5},
                 .relaxation = {.rate = 0.0}};
     constexpr numerics::Grid square{.nx = 64, .ny = 64, .lx = 32.0, .ly = 32.0};
-    const InitialState dip{.kind = "formula",
-                           .bead_density = text("1 - {} * exp(-((x-16)^2+(y-16)^2)/8)", 1.0 - least),
-                           .polar_order_x = "0.5"};
+    const model::Start dip{.kind = "formula",
+                           .formulas = {{"bead_density", {text("1 - {} * exp(-((x-16)^2+(y-16)^2)/8)", 1.0 - least)}},
+                                        {"polar_order_x", {"0.5"}}}};
     Threads threads(1);
     model::FieldEvolution evolution(integrated(model), square,
                                     {.method = "etdrk2", .dt = dt, .tolerance = 0.0, .watches_error = false}, 7,

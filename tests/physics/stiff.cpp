@@ -29,12 +29,12 @@ Model flock(double drag, double stiffness) {
 /// An ordered flock with waves in every field, once the fast modes of the start have died out.
 numerics::Spectra developed(const Model& model, const numerics::System& system, double dt) {
     Threads threads(1);
-    const InitialState waves{.kind = "formula",
-                             .bead_density = "1 + 0.15 * cos(2*pi*x/32) * sin(2*pi*y/32 + 0.3)",
-                             .rod_density = "1 + 0.2 * sin(2*pi*(x + y)/32)",
-                             .bead_velocity_x = "0.3",
-                             .polar_order_x = "0.6 + 0.1 * cos(2*pi*y/32)",
-                             .polar_order_y = "0.1 * sin(2*pi*(x - 2*y)/32)"};
+    const model::Start waves{.kind = "formula",
+                             .formulas = {{"bead_density", {"1 + 0.15 * cos(2*pi*x/32) * sin(2*pi*y/32 + 0.3)"}},
+                                          {"rod_density", {"1 + 0.2 * sin(2*pi*(x + y)/32)"}},
+                                          {"bead_velocity_x", {"0.3"}},
+                                          {"polar_order_x", {"0.6 + 0.1 * cos(2*pi*y/32)"}},
+                                          {"polar_order_y", {"0.1 * sin(2*pi*(x - 2*y)/32)"}}}};
     const numerics::Spectra start = initial_spectra(waves, model, system, 1, threads);
     return evolved(system, "etdrk4", dt / 32.0, 640, start);
 }

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "drover/numerics/stepper.hpp"
-#include "drover/physics/initial_state.hpp"
 #include "evolution.hpp"
+#include "initial_spectra.hpp"
 #include "linear_modes.hpp"
 #include "planes.hpp"
 #include "symbols.hpp"

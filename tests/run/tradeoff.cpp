@@ -40,7 +40,7 @@ TEST(Wish, that_is_not_one_is_refused_with_the_form_expected) {
             parse_wish(given);
             ADD_FAILURE() << given;
         } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find("polar_order=1%"), std::string::npos) << error.what();
+            EXPECT_NE(std::string(error.what()).find("=1% (of the mean)"), std::string::npos) << error.what();
         }
     }
 }

@@ -18,7 +18,9 @@ struct DeclaredField {
     int spin = -1;  ///< of any rank; -1: that of `rank`
     std::string parity = "even";
     std::string unit = "1", meaning;
-    std::string mass;  ///< m of m d_t F = equation; "": 1
+    std::string mass;             ///< m of m d_t F = equation; "": 1
+    std::string mass_unit = "1";  ///< for its energy
+    std::string energy;           ///< its name; "": that of the field; "none": it has none
     bool balance = false, conserved = false, solenoidal = false;
     std::string reference = "0";
     std::string noise = "0";
@@ -54,7 +56,6 @@ struct DeclaredModel {
     std::vector<SourceLocation> table_places;
     std::map<std::string, model::Text> equations, definitions;
     std::map<std::string, double> coefficients;
-    std::map<std::string, model::Text> start;  ///< formulas in x, y, lx and ly of [initial], by component
 };
 
 /// The model with its numbers.  Throws an input Error, at its place, for a rank, formula or equation that does not fit.

@@ -14,7 +14,7 @@
 #include "drover/model/start.hpp"
 #include "drover/numerics/grid.hpp"
 #include "drover/physics/coefficient_registry.hpp"
-#include "drover/physics/initial_state.hpp"
+#include "drover/physics/linear_theory.hpp"
 
 namespace drover::io {
 
@@ -131,7 +131,7 @@ struct Scene {
     dem::Setup particles;
     DeclaredModel declared;  // of a model, which also has grid, dealiasing, initial
     TimeControl time;
-    physics::InitialState initial;
+    model::Start initial;  // file: relative to the scene
     Output output;
     Analysis analysis;
     Accuracy accuracy;  // of fields
@@ -155,8 +155,8 @@ void require_kind(const Scene& scene, SceneKind kind, const std::string& command
 /// The same for a command on fields of any model.
 void require_grid(const Scene& scene, const std::string& command);
 
-/// The start of a scene of fields, unless it is that of a file.
-model::Start start_of(const Scene& scene);
+/// The initial state where a scene has no [initial].
+model::Start default_start(SceneKind kind);
 /// The degree that decides which modes are kept.
 int kept_degree(const Scene& scene, const model::Equations& equations);
 

@@ -31,6 +31,14 @@ struct BodyVector {
     bool is_sum = false;  ///< over the bodies of a unit of area, not their mean
 };
 
+/// The energy of a field, as observables name it.
+struct MeasuredEnergy {
+    std::string name;  ///< "flow" of energy_flow
+    std::string unit;
+    std::string of;       ///< for people: "bead velocity"
+    std::string formula;  ///< "m rho |v|^2/2"
+};
+
 /// What the observables of a run need, prepared once.
 struct FieldSetting {
     numerics::Grid grid;
@@ -43,12 +51,16 @@ struct FieldSetting {
     std::vector<int> separation_bin;                ///< of each grid point as a displacement, -1 for none
     std::optional<std::vector<std::string>> terms;  ///< whose powers are measured; nullopt: no energy budget
     bool watches_error = true;                      ///< the run estimates the error of its time steps
+    std::vector<MeasuredEnergy> energies;           ///< in the order of model::energies_of()
     std::vector<MeasuredField> fields;              ///< in the order of their observables
     int of_state = 0;                               ///< components of a state
     int in_balance = 0;                             ///< components in balance
     std::optional<BodyVector> order, flow;          ///< of bodies; the flow is a velocity
 };
 FieldSetting make_field_setting(const model::Equations& equations, const numerics::Grid& grid, int degree);
+
+/// The name of the field of a vector of bodies; "": there is none.
+std::string name_of(const FieldSetting& setting, const std::optional<BodyVector>& vector);
 
 /// Boxes of one shape, by size.  The names of their observables end in `ending`.
 struct BoxFamily {

@@ -8,8 +8,8 @@
 #include "drover/measure/field_setting.hpp"
 #include "drover/measure/observable.hpp"
 #include "drover/measure/summary.hpp"
+#include "drover/model/energy.hpp"
 #include "drover/numerics/field.hpp"
-#include "drover/physics/energy.hpp"
 
 namespace drover::measure {
 
@@ -30,8 +30,8 @@ struct FieldMoment {
     const numerics::Fields& state_on_grid;
     const numerics::Spectra& balanced;  ///< fields in balance, and on the grid:
     const numerics::Fields& balanced_on_grid;
-    std::optional<physics::EnergyBudget> energy = {};  ///< when it is measured
-    double step_error = 0.0;                           ///< as numerics::StepError estimates it
+    std::optional<model::EnergyBudget> energy = {};  ///< when it is measured
+    double step_error = 0.0;                         ///< as numerics::StepError estimates it
     std::vector<FieldPowers> powers = powers_of(*this);
 
     std::span<const numerics::Complex> modes(int component) const {

@@ -46,6 +46,7 @@ struct Recorded {
     double area = 0.0;  ///< of the cell [mm2]
     std::vector<Quotient> quotients = {};
     std::vector<BoxSizes> boxes = {};
+    std::string order = {};  ///< the series of the polar order, which has a susceptibility; "": there is none
     std::vector<std::vector<double>> indicators = {};  ///< series whose longest warm-up is left out of all means
     double spacing = 1.0;                              ///< time between samples [s]
     std::optional<std::size_t> warm_up = {};  ///< samples left out at the start; nullopt: found from the indicators

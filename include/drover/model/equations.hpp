@@ -39,6 +39,8 @@ public:
     UniformState reference() const;
     /// The same equations with the linear part about this state of all components.
     Equations about(const UniformState& state) const;
+    /// The same with one term of a field with a rate, by its number in terms(), and with all balances; without noise.
+    Equations only(std::size_t term) const;
     /// A uniform state with the values of fields in balance that follow from the others.  Throws as uniform_rates.
     UniformState completed(const UniformState& at) const;
     /// Rates of a uniform state; its values of fields in balance are replaced by those that follow from the others.
@@ -93,6 +95,7 @@ public:
 private:
     friend class LinearisedAt;  // model/linearised_at.hpp
     friend class ExplicitPart;  // model/explicit_part.hpp
+    friend class EnergyMeter;   // model/energy.hpp
     explicit Equations(std::shared_ptr<const CompiledEquations> compiled) : compiled_(std::move(compiled)) {}
     std::shared_ptr<const CompiledEquations> compiled_;
 };

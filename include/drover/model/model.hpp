@@ -81,8 +81,11 @@ struct Observed {
     std::string counted = {};     ///< a body of a density, whose number fluctuations are measured: "rod"
     /// Symbol of the density whose bodies have a vector: the mean over them or, in the unit of that density, their sum.
     std::string of = {};
-    bool name_first = false;  ///< "polar_order_mean_x" in place of "mean_polar_order_x"
-    int drawn = 0;            ///< its place among observables and in figures; 0: that in the model
+    std::string body = {};        ///< of a density or a vector of bodies: "rod"; "": it is of none
+    bool name_first = false;      ///< "polar_order_mean_x" in place of "mean_polar_order_x"
+    int drawn = 0;                ///< its place among observables and in figures; 0: that in the model
+    std::string energy = {};      ///< of its energy, "energy_flow" of "flow"; "": its own name; "none": it has none
+    std::string mass_unit = "1";  ///< of the mass of the field: for its energy
 };
 
 /// A declared field.  In two dimensions a field of spin m has one component (m = 0) or two (m >= 1): those of the

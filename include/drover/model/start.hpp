@@ -21,19 +21,22 @@ std::vector<StateComponent> components_of_state(const Equations& equations);
 /// Those in balance, in the order of ExplicitPart::balanced().
 std::vector<StateComponent> components_in_balance(const Equations& equations);
 
-/// A perturbation of the reference state.
+/// The initial state of a run: a perturbation of the references, or a frame of an archive.
 struct Start {
-    std::string kind = "uniform";  ///< uniform, random, mode, formula, stationary or file
+    std::string kind = "uniform";  ///< uniform, random, mode, stationary, formula or file
     double amplitude = 0.0;        ///< of random or mode, in the unit of the field; formula: of added random noise
     std::string component;         ///< of mode; "": the first
     int mode_x = 1, mode_y = 0;
-    double phase = 0.0;                         ///< of mode [rad]
-    std::map<std::string, Text> formulas = {};  ///< of formula: in x and y, by component; none: the reference
+    double phase = 0.0;  ///< of mode [rad]
+    /// Of formula, by component: in x, y and the sides of the cell, lx and ly [mm]; none: the reference.
+    std::map<std::string, Text> formulas = {};
+    std::string file = {};  ///< of file: an archive
+    int frame = -1;         ///< of file: -1 is the last
 };
 
 /// Throws an input Error, at the keys of [initial], for a component that the model does not have, a mode that the grid
-/// does not keep, a formula that is not finite in every cell or of whose variance the grid cuts more than half, and a
-/// stationary start of a state that has none.
+/// does not keep, formulas with another kind, one that is not finite in every cell or of whose variance the grid cuts
+/// more than half, a file without a name, and a stationary start of a state that has none.
 void check(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
            const LocationOf& place);
 

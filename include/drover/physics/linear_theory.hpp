@@ -29,16 +29,6 @@ std::vector<std::string> terms_beyond_propagator(const Equations& equations);
 /// The first active term that depends on position or time, so that there is no uniform state; "" if there is none.
 std::string nonuniform_term(const Equations& equations);
 
-/// The largest growth rate of the linear model over the modes of a grid [1/s], excluding conserved means, and its |q|
-/// [1/mm].
-struct FastestGrowth {
-    double rate = 0.0, q = 0.0;
-};
-FastestGrowth fastest_growth(const numerics::System& system);
-
-/// The largest |s| of the linear model over the kept modes [1/s], for comparison with 1/dt.
-double fastest_rate(const numerics::System& system);
-
 }  // namespace drover::physics
 
 namespace drover {

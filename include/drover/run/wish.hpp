@@ -39,7 +39,9 @@ void require_unit(const Wish& wish, const std::string& unit, double value);
 
 /// Before any run: throws an input Error where an absolute error without a unit is half or more of what the number can
 /// be at most (1 for an order or an area fraction), and where its unit is not `unit`.
-void require_plausible(const Wish& wish, const std::string& unit);
+void require_plausible(const Wish& wish, const std::string& unit, bool is_fraction = false);
+/// Whether a number is the size of an order, which is 1 at most.
+bool is_size_of_order(const Wish& wish, const measure::Summary& summary);
 
 /// The wanted number of one run.
 struct WantedNumber {

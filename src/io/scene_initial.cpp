@@ -1,0 +1,156 @@
+// io/scene_initial.cpp: the initial state of a scene of fields between a TOML table and a start.
+#include "io/scene_initial.hpp"
+
+#include <algorithm>
+
+#include "physics/model_file.hpp"
+
+namespace drover::io {
+
+namespace {
+model::Field field_of(const physics::RodBead::Field& row) {
+    return {.name = row.name, .symbol = row.symbol, .spin = row.spin};
+}
+
+/// A unit of the model file as keys of a scene have it: "mm/s" for "mm s-1".
+std::string unit_of_key(const std::string& unit) {
+    std::string above, below;
+    for (std::size_t at = 0; at < unit.size();) {
+        const std::size_t end = std::min(unit.find(' ', at), unit.size());
+        const std::string factor = unit.substr(at, end - at);
+        const std::size_t minus = factor.find('-');
+        if (minus == std::string::npos) above += (above.empty() ? "" : " ") + factor;
+        else {
+            const std::string power = factor.substr(minus + 1);
+            below += "/" + factor.substr(0, minus) + (power == "1" ? "" : "^" + power);
+        }
+        at = end + 1;
+    }
+    return (above.empty() && !below.empty() ? "1" : above) + below;
+}
+
+/// A row for each component of rods and beads.
+std::vector<Description> formula_rows() {
+    std::vector<Description> rows;
+    for (const physics::RodBead::Field& row : physics::rod_bead().fields) {
+        const model::Field field = field_of(row);
+        const std::vector<std::string> names = model::dataset_names(field), symbols = model::component_names(field);
+        for (std::size_t part = 0; part < names.size(); ++part)
+            rows.push_back({.name = names[part],
+                            .default_value = std::string{},
+                            .unit = unit_of_key(row.unit),
+                            .range = any_number,
+                            .choices = {},
+                            .doc = "formula: " + symbols[part]});
+    }
+    rows.front().doc += ", such as \"2 + 0.1 * exp(-((x - 8)^2 + (y - 8)^2) / 4)\", in mm; empty: uniform";
+    return rows;
+}
+
+/// Behind which key the formulas of rods and beads are.
+constexpr const char* before_formulas = "phase";
+}  // namespace
+
+model::Start start_without_keys(FormulasOf of) {
+    model::Start start;
+    for (const physics::RodBead::Field& row : physics::rod_bead().fields)
+        if (of == FormulasOf::rod_bead && row.perturbed) start.component = model::dataset_names(field_of(row)).front();
+    return start;
+}
+
+std::vector<Description> initial_rows(FormulasOf of) {
+    std::vector<Description> rows = descriptions<model::Start>();
+    for (Description& row : rows)
+        if (row.name == "field") row.default_value = start_without_keys(of).component;
+    if (of == FormulasOf::declared) return rows;
+    const std::vector<Description> formulas = formula_rows();
+    const auto before = [](const Description& row) { return row.name == before_formulas; };
+    rows.insert(std::find_if(rows.begin(), rows.end(), before) + 1, formulas.begin(), formulas.end());
+    return rows;
+}
+
+std::vector<std::pair<std::string, Value>> initial_values(const model::Start& start, FormulasOf of) {
+    std::vector<std::pair<std::string, Value>> values = values_of(start);
+    if (of == FormulasOf::declared) {
+        for (const auto& [component, formula] : start.formulas) values.emplace_back(component, formula.text);
+        return values;
+    }
+    std::vector<std::pair<std::string, Value>> formulas;
+    for (const Description& row : formula_rows()) {
+        const auto found = start.formulas.find(row.name);
+        formulas.emplace_back(row.name, found == start.formulas.end() ? std::string{} : found->second.text);
+    }
+    const auto before = [](const auto& value) { return value.first == before_formulas; };
+    values.insert(std::find_if(values.begin(), values.end(), before) + 1, formulas.begin(), formulas.end());
+    return values;
+}
+
+LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* declared,
+                           std::map<std::string, SourceLocation>& places) {
+    for (const auto& [key, value] : table.values) places.emplace("initial." + key, value.where);
+    std::vector<Description> rows = initial_rows(declared == nullptr ? FormulasOf::rod_bead : FormulasOf::declared);
+    for (const std::string& name : declared == nullptr ? std::vector<std::string>() : *declared) {
+        rows.push_back(rows.front());
+        rows.back().name = name;
+    }
+    reject_unknown_keys(table, "initial", rows);
+    LocatedTable formulas{.where = table.where, .values = {}};
+    const std::vector<Description> others = descriptions<model::Start>();
+    for (auto found = table.values.begin(); found != table.values.end();) {
+        const auto is_this = [&](const Description& row) { return row.name == found->first; };
+        if (std::any_of(others.begin(), others.end(), is_this)) ++found;
+        else {
+            formulas.values.insert(*found);
+            found = table.values.erase(found);
+        }
+    }
+    return formulas;
+}
+
+void check_noise_of_start(const model::Start& start, const model::Equations& equations, const LocationOf& at) {
+    if (start.kind != "stationary" || equations.has_noise()) return;
+    std::vector<std::string> keys;
+    for (const model::StateComponent& one : model::components_of_state(equations))
+        for (const physics::RodBead::Field& row : physics::rod_bead().fields)
+            if (one.part == 0 && equations.model().fields[one.field].symbol == row.symbol)
+                keys.push_back(row.noise + " = 0");
+    fail_input(at("initial.kind"),
+               "initial.kind = \"stationary\" with {}; a stationary state needs noise: give one of them > 0, or choose "
+               "another initial.kind",
+               joined(keys));
+}
+
+}  // namespace drover::io
+
+namespace drover {
+
+template <>
+const std::vector<Row<model::Start>>& schema<model::Start>() {
+    using model::Start;
+    static const std::vector<Row<Start>> rows{
+        {.name = "kind",
+         .member = &Start::kind,
+         .choices = {"uniform", "random", "mode", "stationary", "formula", "file"},
+         .doc =
+             "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary state of the linear "
+             "theory; formula: fields as formulas in x, y, lx and ly; file: a frame of an archive, by its Fourier "
+             "modes "
+             "where the grid has other points"},
+        {.name = "amplitude",
+         .member = &Start::amplitude,
+         .unit = "unit of the field",
+         .range = not_negative,
+         .doc = "random: standard deviation in each cell (formula: of added noise); mode: amplitude of the cosine"},
+        {.name = "field", .member = &Start::component, .doc = "mode: the field that is perturbed"},
+        {.name = "mode_x", .member = &Start::mode_x, .doc = "mode: wavelengths in the cell along x"},
+        {.name = "mode_y", .member = &Start::mode_y, .doc = "mode: wavelengths in the cell along y"},
+        {.name = "phase", .member = &Start::phase, .unit = "rad", .doc = "mode: phase of the cosine at the origin"},
+        {.name = "file", .member = &Start::file, .doc = "file: the archive, relative to the scene"},
+        {.name = "frame",
+         .member = &Start::frame,
+         .range = {.min = -1},
+         .doc = "file: number of the frame from 0; -1 is the last"}};
+    return rows;
+}
+
+}  // namespace drover

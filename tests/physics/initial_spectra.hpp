@@ -1,0 +1,13 @@
+// tests/physics/initial_spectra.hpp: starts of rods and beads.
+#pragma once
+#include "drover/model/start.hpp"
+#include "drover/physics/linear_theory.hpp"
+
+namespace drover::physics {
+
+inline numerics::Spectra initial_spectra(const model::Start& start, const Model& model, const numerics::System& system,
+                                         std::uint64_t seed, Threads& threads) {
+    return model::start_spectra(start, Equations(model).solver(reference(model.uniform)), system, seed, threads);
+}
+
+}  // namespace drover::physics
