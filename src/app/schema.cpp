@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
-#include "drover/physics/coefficient_registry.hpp"
+#include "drover/physics/model_keys.hpp"
 #include "run/json.hpp"
 
 namespace drover::app {

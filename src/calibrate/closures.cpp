@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "drover/calibrate/alignment.hpp"
-#include "drover/physics/coefficient_registry.hpp"
+#include "drover/physics/model_file.hpp"
 
 namespace drover::calibrate {
 
@@ -225,7 +225,7 @@ std::vector<Closure> of_collisions() {
 
 /// The unit of a coefficient that does not depend on that of p, and the power of sigma that it takes with p.
 void take_from_registry(Closure& closure) {
-    const auto& rows = physics::coefficient_registry();
+    const auto& rows = physics::shipped_model().coefficients;
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& one) { return one.key() == closure.key; });
     if (row == rows.end()) return;
     closure.order_power = row->order_power;

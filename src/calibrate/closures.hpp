@@ -8,9 +8,11 @@
 #include <vector>
 
 #include "drover/calibrate/table.hpp"
-#include "drover/physics/coefficients.hpp"
 
 namespace drover::calibrate {
+
+/// lambda_s/lambda: in two dimensions the average of (1 - nn).v over rod directions is v/2.
+inline constexpr double single_rod_factor = 2.0;
 
 /// Rows of a table from which others follow.
 enum Input {
@@ -49,11 +51,11 @@ struct Measured {
     double friction() const { return mass_density() / numbers[response]; }
     /// g_flow = lambda_s alpha/(Gamma D_r), of rods that align with the flow they drive; lambda_s is 2 lambda.
     double alignment_by_flow() const {
-        return physics::single_rod_factor * numbers[weathercock] * numbers[drag] / numbers[relaxation];
+        return single_rod_factor * numbers[weathercock] * numbers[drag] / numbers[relaxation];
     }
     /// g3 = lambda_s alpha_3/(Gamma D_r), of a flow that is not linear in the order.
     double alignment_cubic() const {
-        return physics::single_rod_factor * numbers[weathercock] * numbers[cubic] / numbers[relaxation];
+        return single_rod_factor * numbers[weathercock] * numbers[cubic] / numbers[relaxation];
     }
     /// g = g_flow + 2 c sigma/D_r, with contacts; c of many rods, or of pairs.
     double alignment(Input c = contact) const {

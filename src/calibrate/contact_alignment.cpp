@@ -12,7 +12,7 @@ namespace drover::calibrate {
 
 namespace {
 constexpr const char* excess_row = "alignment_excess";
-constexpr double factor = physics::single_rod_factor;
+constexpr double factor = single_rod_factor;
 
 /// The entry of a row at a point; nullptr if it is missing.
 const TableEntry* entry_at(const Table& table, const char* name, std::size_t varied, std::size_t bead,

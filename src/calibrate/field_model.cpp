@@ -189,9 +189,9 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
     };
     physics::TableData data;
     for (const double bead : table.bead_fractions)
-        data.bead_density.push_back(values_at(bead, table.rod_fractions.front())[0]);
+        data.nodes[0].push_back(values_at(bead, table.rod_fractions.front())[0]);
     for (const double rod : table.rod_fractions)
-        data.rod_density.push_back(values_at(table.bead_fractions.front(), rod)[1]);
+        data.nodes[1].push_back(values_at(table.bead_fractions.front(), rod)[1]);
     for (const double bead : table.bead_fractions)
         for (const double rod : table.rod_fractions) {
             std::vector<double> values = values_at(bead, rod);

@@ -6,7 +6,7 @@
 
 #include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
-#include "drover/physics/coefficient_registry.hpp"
+#include "drover/physics/model_keys.hpp"
 
 namespace drover::calibrate {
 
@@ -25,10 +25,10 @@ const physics::ModelKey* find_key(const std::vector<physics::ModelSection>& sect
     return nullptr;
 }
 
-bool has_field(const std::string& key, const physics::FieldChoice& fields) {
-    const auto& rows = physics::coefficient_registry();
+bool has_field(const std::string& key, const physics::ModelValues& model) {
+    const auto& rows = model.file->coefficients;
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& one) { return one.key() == key; });
-    return row == rows.end() || physics::has_fields(fields, row->needs);
+    return row == rows.end() || physics::has_fields(model, row->needs);
 }
 
 /// A number of few trials may lie beyond zero, where the equations have no meaning.
@@ -41,26 +41,25 @@ void check_range(const Range& range, const std::string& key, const Uncertain& fo
 
 }  // namespace
 
-std::vector<std::string> missing_keys(const physics::Model& model, bool local,
+std::vector<std::string> missing_keys(const physics::ModelValues& model, bool local,
                                       const std::function<bool(const std::string& key)>& is_given) {
     std::vector<std::string> missing;
     for (const std::string& key : calibrated_keys())
         // With local coefficients c is in the table of the rate.
-        if (!is_given(key) && has_field(key, model.fields) && !(local && key == "relaxation.contact"))
-            missing.push_back(key);
+        if (!is_given(key) && has_field(key, model) && !(local && key == "relaxation.contact")) missing.push_back(key);
     if (local && !model.table.has_values()) missing.emplace_back(all_nodes);
     return missing;
 }
 
 namespace {
-OrderKind order_kind(const physics::Model& model) {
-    return physics::form(model).order_is_density ? OrderKind::density : OrderKind::orientation;
+OrderKind order_kind(const physics::ModelValues& model) {
+    return physics::order_is_density(model) ? OrderKind::density : OrderKind::orientation;
 }
 
 /// The table has lambda; a scene may want lambda_s.
-double lambda_factor(const physics::Model& model, const std::string& key) {
-    const bool single = key == "weathercock.strength" && model.weathercock.convention == "single-rod";
-    return single ? physics::single_rod_factor : 1.0;
+double lambda_factor(const physics::ModelValues& model, const std::string& key) {
+    const bool single = key == "weathercock.strength" && word(model, "weathercock.convention") == "single-rod";
+    return single ? single_rod_factor : 1.0;
 }
 
 std::vector<std::string> without_nodes(std::vector<std::string> keys) {
@@ -68,7 +67,7 @@ std::vector<std::string> without_nodes(std::vector<std::string> keys) {
     return keys;
 }
 
-void fill_nodes(const Table& table, const StatePoint& point, physics::Model& model) {
+void fill_nodes(const Table& table, const StatePoint& point, physics::ModelValues& model) {
     model.table = density_table(table, point, order_kind(model));
     const std::string key = "weathercock.strength";
     for (double& number : model.table.columns[key].values) number *= lambda_factor(model, key);
@@ -77,8 +76,8 @@ void fill_nodes(const Table& table, const StatePoint& point, physics::Model& mod
 /// But for the rounding of a scene in text.
 bool is_close(double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(b); }
 
-bool has_nodes_of(const Table& table, const StatePoint& point, const physics::Model& model) {
-    physics::Model filled = model;
+bool has_nodes_of(const Table& table, const StatePoint& point, const physics::ModelValues& model) {
+    physics::ModelValues filled = model;
     fill_nodes(table, point, filled);
     for (const auto& [key, column] : filled.table.columns) {
         const std::vector<double>& values = model.table.column(key).values;
@@ -89,7 +88,7 @@ bool has_nodes_of(const Table& table, const StatePoint& point, const physics::Mo
 }
 
 void set_number(const std::vector<physics::ModelSection>& sections, const std::string& key, const Uncertain& number,
-                physics::Model& model) {
+                physics::ModelValues& model) {
     const physics::ModelKey* place = find_key(sections, key);
     require(place != nullptr, {}, "{} is not a number of the model", key);
     check_range(place->description.range, key, number);
@@ -98,7 +97,7 @@ void set_number(const std::vector<physics::ModelSection>& sections, const std::s
 }  // namespace
 
 FilledModel fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
-                       physics::Model& model) {
+                       physics::ModelValues& model) {
     const std::vector<physics::ModelSection> sections = physics::model_sections();
     const std::vector<std::string> numbers = without_nodes(keys);
     const std::vector<FieldNumber> found = field_numbers(table, numbers, point, order_kind(model));
@@ -117,9 +116,9 @@ FilledModel fill_model(const Table& table, const StatePoint& point, const std::v
     return result;
 }
 
-std::vector<physics::Model> redrawn_models(const Table& table, const StatePoint& point,
-                                           const std::vector<std::string>& keys, const physics::Model& model,
-                                           int count) {
+std::vector<physics::ModelValues> redrawn_models(const Table& table, const StatePoint& point,
+                                                 const std::vector<std::string>& keys,
+                                                 const physics::ModelValues& model, int count) {
     const std::vector<physics::ModelSection> sections = physics::model_sections();
     std::vector<std::string> numbers = without_nodes(keys), rows;
     // A resolved scene may have been changed since: numbers that are not those of the table have no error from it.
@@ -135,9 +134,9 @@ std::vector<physics::Model> redrawn_models(const Table& table, const StatePoint&
     const bool has_nodes =
         std::find(keys.begin(), keys.end(), all_nodes) != keys.end() && has_nodes_of(table, point, model);
     for (std::size_t input = 0; input < input_count; ++input) rows.emplace_back(row_name(static_cast<Input>(input)));
-    std::vector<physics::Model> models;
+    std::vector<physics::ModelValues> models;
     for (const Table& redrawn : redrawn_tables(table, rows, count)) try {
-            physics::Model one = model;
+            physics::ModelValues one = model;
             const std::vector<double> values = field_values(redrawn, numbers, point, order_kind(model));
             for (std::size_t i = 0; i < numbers.size(); ++i)
                 set_number(sections, numbers[i], {.value = lambda_factor(model, numbers[i]) * values[i]}, one);

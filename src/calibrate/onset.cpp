@@ -7,9 +7,9 @@
 #include <limits>
 #include <optional>
 
+#include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
 #include "drover/base/draws.hpp"
-#include "drover/physics/coefficients.hpp"
 #include "numerics/band_end.hpp"
 #include "numerics/bracket.hpp"
 
@@ -54,8 +54,8 @@ struct Coefficients {
     }
     /// lambda alpha/Gamma + c sigma - a: positive where flocks are expected, and valid for lambda <= 0.
     double excess(double bead, double rod, Convention convention) const {
-        const double lambda = (convention == Convention::mean ? 1.0 : physics::single_rod_factor) *
-                              weathercock.table().at(bead, rod).value;
+        const double lambda =
+            (convention == Convention::mean ? 1.0 : single_rod_factor) * weathercock.table().at(bead, rod).value;
         return lambda * drag.table().at(bead, rod).value + by_contacts(bead, rod) -
                relaxation.table().at(bead, rod).value;
     }

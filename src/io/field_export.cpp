@@ -48,7 +48,7 @@ Source source_of(const files::ArchiveReader& archive, const std::string& name) {
             source.columns.push_back({one.name, one.unit});
         return source;
     }
-    for (const physics::Component& one : physics::component_names(physics::form(scene.model)))
+    for (const physics::Component& one : physics::component_names(scene.model))
         source.columns.push_back({one.name, one.unit});
     for (const char* slaved : {"bead_velocity_x", "bead_velocity_y"})
         if (archive.has(std::string("/") + slaved) && std::none_of(source.columns.begin(), source.columns.end(),

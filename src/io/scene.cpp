@@ -6,8 +6,8 @@
 #include <tuple>
 
 #include "drover/numerics/kept_modes.hpp"
-#include "drover/physics/coefficient_registry.hpp"
 #include "drover/physics/linear_theory.hpp"
+#include "drover/physics/model_keys.hpp"
 #include "io/scene_declared.hpp"
 #include "io/scene_initial.hpp"
 #include "io/scene_model.hpp"
@@ -214,29 +214,23 @@ SourceLocation location_of(const Scene& scene, const std::string& key) {
     return found != scene.places.end() ? found->second : SourceLocation{.file = scene.file};
 }
 
-ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model) {
+ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::ModelValues& model) {
     std::vector<std::string> numbers;
     for (const auto& [name, value] : model.parameters) {
         numbers.push_back(std::string(parameter_table) + "." + name);
         if (numbers.back() == key)
-            return {.unit = "", .range = any_number, .in = [name = name](physics::Model& m) -> double& {
+            return {.unit = "", .range = any_number, .in = [name = name](physics::ModelValues& m) -> double& {
                         return m.parameters.at(name);
-                    }};
-    }
-    for (const auto& [name, density] : {std::pair{"uniform.rod_density", &physics::UniformState::rod_density},
-                                        std::pair{"uniform.bead_density", &physics::UniformState::bead_density}}) {
-        numbers.emplace_back(name);
-        if (name == key)
-            return {.unit = "1/mm^2", .range = positive, .in = [density](physics::Model& m) -> double& {
-                        return m.uniform.*density;
                     }};
     }
     for (const physics::ModelSection& section : physics::model_sections())
         for (const physics::ModelKey& one : section.keys) {
-            if (!one.number) continue;
+            if (!one.is_number) continue;
             numbers.push_back(section.name + "." + one.description.name);
             if (numbers.back() == key)
-                return {.unit = one.description.unit, .range = one.description.range, .in = one.number};
+                return {.unit = one.description.unit,
+                        .range = one.description.range,
+                        .in = [key](physics::ModelValues& m) -> double& { return physics::number_in(m, key); }};
         }
     const std::string near = nearest_name(key, numbers);
     fail_input(where, "{} is not a number of the model; {}", key,
@@ -288,9 +282,9 @@ std::string resolved_text(const Scene& scene) {
     return model.empty() || rest.empty() ? model + rest : model + "\n" + rest;
 }
 
-std::vector<SectionDescription> scene_schema(const physics::CoefficientRegistry& registry) {
+std::vector<SectionDescription> scene_schema(const physics::ModelFile& file) {
     std::vector<SectionDescription> sections;
-    for (const physics::ModelSection& section : physics::model_sections(registry)) {
+    for (const physics::ModelSection& section : physics::model_sections(file)) {
         sections.push_back({section.name, section.doc, {}, {SceneKind::fields}});
         for (const physics::ModelKey& key : section.keys) sections.back().rows.push_back(key.description);
     }

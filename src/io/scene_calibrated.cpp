@@ -58,9 +58,9 @@ bool is_from_table(const Scene& scene, const std::string& key) {
     return std::any_of(filled.begin(), filled.end(), [&](const std::string& line) { return filled_name(line) == key; });
 }
 
-std::vector<physics::Model> drawn_models(const Scene& scene, int count) {
+std::vector<physics::ModelValues> drawn_models(const Scene& scene, int count) {
     const CalibratedPlan& plan = scene.calibrated;
-    if (plan.filled.empty()) return std::vector<physics::Model>(static_cast<std::size_t>(count), scene.model);
+    if (plan.filled.empty()) return std::vector<physics::ModelValues>(static_cast<std::size_t>(count), scene.model);
     std::vector<std::string> keys;
     for (const std::string& line : plan.filled) keys.push_back(filled_name(line));
     const SourceLocation where = location_of(scene, "calibrated.table");

@@ -8,8 +8,8 @@
 #include "drover/dem/contact_law.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/numerics/time_method.hpp"
-#include "drover/physics/equations.hpp"
-#include "drover/physics/stability_rows.hpp"
+#include "drover/physics/check.hpp"
+#include "drover/physics/function_terms.hpp"
 #include "io/scene_initial.hpp"
 
 namespace drover::io {
@@ -22,7 +22,7 @@ bool is_whole(double duration, double dt) {
 }  // namespace
 
 bool has_noise(const Scene& scene) {
-    if (scene.kind == SceneKind::fields) return physics::has_noise(scene.model.noise);
+    if (scene.kind == SceneKind::fields) return physics::has_noise(scene.model);
     if (scene.kind != SceneKind::model) return false;
     const model::Model model = model_of(scene.declared);
     return std::any_of(model.fields.begin(), model.fields.end(),
@@ -91,12 +91,12 @@ void check_least_memory(const Scene& scene, std::size_t components, const Locati
 void check_fields(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     physics::check(scene.model, at);
-    check_least_memory(scene, physics::component_names(physics::form(scene.model)).size(), at);
+    check_least_memory(scene, physics::component_names(scene.model).size(), at);
     const physics::Equations rod_bead(scene.model);
-    const model::Equations equations = rod_bead.solver(physics::reference(scene.model.uniform));
+    const model::Equations equations = rod_bead.solver();
     check_noise_of_start(scene.initial, equations, at);
     model::check(scene.initial, equations, scene.grid, physics::kept_degree(rod_bead, scene.dealiasing), at);
-    check_time_method(scene, physics::has_noise(scene.model.noise), at);
+    check_time_method(scene, physics::has_noise(scene.model), at);
 }
 
 /// The equations, the grid and the start of a declared model.
@@ -404,9 +404,8 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
          .choices = {"onset", "phase-separation", "banding", "oblique", "binodal", "isotropic", "ordered"},
          .doc = "boundaries to trace: onset (a flock forms), phase-separation (of the isotropic state), banding (of "
                 "the flock, along p0), oblique (of the flock, at other angles), binodal (densities of phases that "
-                "coexist; the initial fields are the guess of such a state); in a model of its own where its isotropic "
-                "and "
-                "its ordered state become unstable to any wave (isotropic, ordered; both by default)"},
+                "coexist; the initial fields are the guess of such a state), isotropic and ordered (where that state "
+                "becomes unstable to any wave; both are the default in a model of its own)"},
         {.name = "conventions",
          .member = &BoundaryPlan::conventions,
          .choices = {"mean", "single-rod"},

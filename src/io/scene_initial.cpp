@@ -3,12 +3,12 @@
 
 #include <algorithm>
 
-#include "physics/model_file.hpp"
+#include "drover/physics/model_file.hpp"
 
 namespace drover::io {
 
 namespace {
-model::Field field_of(const physics::RodBead::Field& row) {
+model::Field field_of(const physics::FieldRow& row) {
     return {.name = row.name, .symbol = row.symbol, .spin = row.spin};
 }
 
@@ -32,7 +32,7 @@ std::string unit_of_key(const std::string& unit) {
 /// A row for each component of rods and beads.
 std::vector<Description> formula_rows() {
     std::vector<Description> rows;
-    for (const physics::RodBead::Field& row : physics::rod_bead().fields) {
+    for (const physics::FieldRow& row : physics::shipped_model().fields) {
         const model::Field field = field_of(row);
         const std::vector<std::string> names = model::dataset_names(field), symbols = model::component_names(field);
         for (std::size_t part = 0; part < names.size(); ++part)
@@ -53,7 +53,7 @@ constexpr const char* before_formulas = "phase";
 
 model::Start start_without_keys(FormulasOf of) {
     model::Start start;
-    for (const physics::RodBead::Field& row : physics::rod_bead().fields)
+    for (const physics::FieldRow& row : physics::shipped_model().fields)
         if (of == FormulasOf::rod_bead && row.perturbed) start.component = model::dataset_names(field_of(row)).front();
     return start;
 }
@@ -111,7 +111,7 @@ void check_noise_of_start(const model::Start& start, const model::Equations& equ
     if (start.kind != "stationary" || equations.has_noise()) return;
     std::vector<std::string> keys;
     for (const model::StateComponent& one : model::components_of_state(equations))
-        for (const physics::RodBead::Field& row : physics::rod_bead().fields)
+        for (const physics::FieldRow& row : physics::shipped_model().fields)
             if (one.part == 0 && equations.model().fields[one.field].symbol == row.symbol)
                 keys.push_back(row.noise + " = 0");
     fail_input(at("initial.kind"),

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "drover/physics/coefficient_registry.hpp"
+#include "drover/physics/model_keys.hpp"
 
 namespace drover::io {
 
@@ -62,7 +62,8 @@ TextTerm read_term(const LocatedTable& table, const std::string& name) {
     return term;
 }
 
-void read_terms(const LocatedTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations) {
+void read_terms(const LocatedTables& tables, physics::ModelValues& model,
+                std::map<std::string, SourceLocation>& locations) {
     for (std::size_t n = 1; tables.contains(term_table(n)); ++n)
         model.text_terms.push_back(read_term(tables.at(term_table(n)), term_table(n)));
     const auto parameters = tables.find(parameter_table);
@@ -84,7 +85,7 @@ void read_terms(const LocatedTables& tables, physics::Model& model, std::map<std
     }
 }
 
-std::string term_text(const TextTerm& term, const physics::Model& model) {
+std::string term_text(const TextTerm& term, const physics::ModelValues& model) {
     const auto list = [](const std::vector<physics::WrittenExpression>& texts) {
         std::vector<std::string> words;
         for (const auto& one : texts) words.push_back(one.text);
@@ -105,7 +106,8 @@ std::string term_text(const TextTerm& term, const physics::Model& model) {
 }
 }  // namespace
 
-void read_model(const LocatedTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations) {
+void read_model(const LocatedTables& tables, physics::ModelValues& model,
+                std::map<std::string, SourceLocation>& locations) {
     for (const physics::ModelSection& section : physics::model_sections()) {
         const auto table = tables.find(section.name);
         if (table == tables.end()) continue;
@@ -129,7 +131,7 @@ bool is_model_table(const std::string& name) {
                        [&](const physics::ModelSection& section) { return section.name == name; });
 }
 
-std::string model_text(const physics::Model& model) {
+std::string model_text(const physics::ModelValues& model) {
     std::string result;
     for (const physics::ModelSection& section : physics::model_sections()) {
         if (!result.empty()) result += '\n';

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "drover/base/schema.hpp"
-#include "drover/physics/model.hpp"
+#include "drover/physics/model_values.hpp"
 
 namespace drover::io {
 
@@ -13,12 +13,13 @@ inline constexpr const char* parameter_table = "terms";
 
 /// Fills the model from the tables of a scene and notes where each key is.  `[[terms]]` number n is the table terms[n],
 /// their parameters the table terms.
-void read_model(const LocatedTables& tables, physics::Model& model, std::map<std::string, SourceLocation>& locations);
+void read_model(const LocatedTables& tables, physics::ModelValues& model,
+                std::map<std::string, SourceLocation>& locations);
 
 /// The tables that belong to a model, whether or not a scene has them.
 bool is_model_table(const std::string& name);
 
 /// The model as TOML.
-std::string model_text(const physics::Model& model);
+std::string model_text(const physics::ModelValues& model);
 
 }  // namespace drover::io

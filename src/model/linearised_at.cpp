@@ -2,6 +2,7 @@
 #include "drover/model/linearised_at.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -32,14 +33,29 @@ Symbol sum_of(const std::vector<LinearisedAt::Power>& powers, int components, co
 }
 }  // namespace
 
-double direction_of(const Model& model, const UniformState& state) {
-    std::size_t place = 0;
+std::vector<int> turning_components(const Model& model) {
+    std::vector<std::pair<int, int>> found;  // where it is drawn, and its first component
+    int first = 0;
     for (const Field& field : model.fields) {
-        if (field.spin > 0 && (state[place] != 0.0 || state[place + 1] != 0.0))
-            return std::atan2(state[place + 1], state[place]) / field.spin;
+        if (field.spin > 0) found.emplace_back(field.observed.drawn, first);
+        first += components(field);
+    }
+    std::sort(found.begin(), found.end());
+    std::vector<int> result;
+    for (const auto& [drawn, component] : found) result.push_back(component);
+    return result;
+}
+
+double direction_of(const Model& model, const UniformState& state) {
+    const Field* directing = nullptr;
+    std::size_t at = 0, place = 0;
+    for (const Field& field : model.fields) {
+        const bool has_value = field.spin > 0 && (state[place] != 0.0 || state[place + 1] != 0.0);
+        if (has_value && (directing == nullptr || field.observed.drawn < directing->observed.drawn))
+            directing = &field, at = place;
         place += static_cast<std::size_t>(components(field));
     }
-    return 0.0;
+    return directing == nullptr ? 0.0 : std::atan2(state[at + 1], state[at]) / directing->spin;
 }
 
 namespace {

@@ -23,21 +23,36 @@ struct Expansion {
     Eigen::VectorXd moved;
 };
 
+/// The size of an entry of the rates at q = 0 before its terms cancel.
+double size_of_terms(const LinearisedAt& at, int row, int column) {
+    double size = 0.0;
+    for (std::size_t n = 0; n < at.equations().terms().size(); ++n)
+        size += std::abs(at.term_symbol(n, {})(row, column));
+    return size;
+}
+
 /// Without the rounding errors of a turn: of the rates between the components of one field, those that vanish but for
-/// the last digits of the largest.
+/// the last digits of the largest or, near the onset of order, of the terms that cancel.
 MatrixXd factors_of(const LinearisedAt& at, int x, int y) {
     MatrixXd result = at.factors(x, y);
     if (x > 0 || y > 0) return result;
-    constexpr double rounding = 1e-13;
+    constexpr double rounding = 1e-13, suspicious = 1e-6;
     const std::vector<int>& members = at.members();
     int first = 0;
     for (const Field& field : at.equations().model().fields) {
+        const int component = first;
         const auto begin = std::find(members.begin(), members.end(), first);
         first += components(field);
         if (field.spin == 0 || begin == members.end()) continue;
         auto block = result.block<2, 2>(begin - members.begin(), begin - members.begin());
-        const double least = rounding * block.cwiseAbs().maxCoeff();
-        block = (block.array().abs() < least).select(0.0, block).eval();
+        const double largest = block.cwiseAbs().maxCoeff();
+        for (int i = 0; i < 2; ++i)
+            for (int k = 0; k < 2; ++k) {
+                const double size = std::abs(block(i, k));
+                if (size < rounding * largest || (size > 0.0 && size < suspicious * largest &&
+                                                  size < rounding * size_of_terms(at, component + i, component + k)))
+                    block(i, k) = 0.0;
+            }
     }
     return result;
 }
@@ -70,11 +85,14 @@ SlowSpace slow_space(const Expansion& at) {
     if (slow > 0 && numerics::dense_svd(overlap).values.minCoeff() < 1e-9)
         return {.why_none = "at q = 0 a slow mode drives another one without limit, and s is no power series in q"};
     if (slow > 0) result.left = numerics::inverse(overlap) * result.left;
+    // In the same units: rates near a threshold are small beside slopes in a density.
     MatrixXd bordered = MatrixXd::Zero(n + slow, n + slow);
-    bordered.topLeftCorner(n, n) = m;
-    bordered.topRightCorner(n, slow) = moved.asDiagonal() * result.right;
-    bordered.bottomLeftCorner(slow, n) = result.left * moved.asDiagonal();
-    result.fast = numerics::pivoted_inverse(bordered).real().topLeftCorner(n, n);
+    bordered.topLeftCorner(n, n) = rows.asDiagonal() * m * columns.asDiagonal();
+    bordered.topRightCorner(n, slow) = rows.asDiagonal() * (moved.asDiagonal() * result.right);
+    bordered.bottomLeftCorner(slow, n) = result.left * moved.asDiagonal() * columns.asDiagonal();
+    for (Eigen::Index k = n; k < n + slow; ++k) bordered.col(k).normalize(), bordered.row(k).normalize();
+    const MatrixXd inverse = numerics::pivoted_inverse(bordered).real();
+    result.fast = columns.asDiagonal() * inverse.topLeftCorner(n, n) * rows.asDiagonal();
     return result;
 }
 }  // namespace

@@ -61,6 +61,23 @@ Vector field_sizes(const UniformEquations& equations, const Vector& z) {
     return equations.of_state(sizes);
 }
 
+/// At the threshold of order any order below the root of rounding is stationary: where twice as much is too, it is 0.
+Attempt without_rounding(const UniformEquations& equations, const Attempt& root) {
+    Attempt none = root, twice = root;
+    double size = 0.0;
+    for (Eigen::Index k = 0; k < root.z.size(); ++k) {
+        const int component = equations.equations().state_components()[static_cast<std::size_t>(k)];
+        if (equations.model().fields[equations.places()[static_cast<std::size_t>(component)].field].spin == 0) continue;
+        size = std::max(size, std::abs(root.z(k)));
+        none.z(k) = 0.0;
+        twice.z(k) *= 2.0;
+    }
+    if (!root.is_root() || size == 0.0 || size > 1e-4) return root;
+    for (Attempt* const one : {&none, &twice})
+        one->residual = equations.relative(one->z, equations.jacobian(one->z)).maxCoeff(&one->row);
+    return none.is_root() && twice.is_root() ? none : root;
+}
+
 /// Values that are rounding errors of 0 become 0.
 Attempt cleaned(const UniformEquations& equations, const Attempt& root) {
     const Vector sizes = field_sizes(equations, root.z);
@@ -69,7 +86,7 @@ Attempt cleaned(const UniformEquations& equations, const Attempt& root) {
         if (sizes(k) <= 1e-9 * std::max(sizes.maxCoeff(), 1e-3) || std::abs(clean.z(k)) <= 1e-15 * sizes(k))
             clean.z(k) = 0.0;
     clean.residual = equations.relative(clean.z, equations.jacobian(clean.z)).maxCoeff(&clean.row);
-    return clean.is_root() ? clean : root;
+    return without_rounding(equations, clean.is_root() ? clean : root);
 }
 
 bool equal_states(const UniformEquations& equations, const Vector& a, const Vector& b) {
@@ -253,29 +270,6 @@ std::vector<Vector> starting_points(const UniformEquations& equations) {
     return starts;
 }
 
-/// Distinguishes states of one name by the values that differ.
-void name_states(const Model& model, std::vector<StationaryState>& states) {
-    std::vector<std::string> names;
-    for (const Field& field : model.fields)
-        for (const std::string& name : component_names(field)) names.push_back(name);
-    for (const bool isotropic : {true, false}) {
-        std::vector<StationaryState*> alike;
-        for (StationaryState& state : states)
-            if (state.is_isotropic == isotropic) alike.push_back(&state);
-        for (StationaryState* state : alike) state->name = isotropic ? "isotropic" : "ordered";
-        if (alike.size() < 2) continue;
-        for (std::size_t k = 0, listed = 0; k < names.size(); ++k) {
-            const auto differs = [&](const StationaryState* state) {
-                return std::abs(state->values[k] - alike[0]->values[k]) > 1e-9 * std::abs(alike[0]->values[k]);
-            };
-            if (std::none_of(alike.begin(), alike.end(), differs)) continue;
-            for (StationaryState* state : alike)
-                state->name += text("{} {} = {:.4g}", listed == 0 ? ":" : ",", names[k], state->values[k]);
-            ++listed;
-        }
-    }
-}
-
 bool has_order(const Model& model, const UniformState& state) {
     std::size_t place = 0;
     for (const Field& field : model.fields) {
@@ -325,7 +319,8 @@ StationaryStates found_states(const Equations& equations, const UniformState& me
         if (std::abs(a_order - b_order) > 1e-9 * (a_order + b_order)) return a_order < b_order;
         return a.values < b.values;
     });
-    name_states(model, result.states);
+    const bool is_ordered = !result.states.empty() && !result.states.back().is_isotropic;
+    name_states(uniform, result.states);
     if (result.states.empty())
         result.why_none = text(
             "Newton's method found no uniform stationary state from {} starting points; the smallest rate that "
@@ -333,7 +328,6 @@ StationaryStates found_states(const Equations& equations, const UniformState& me
             roots.starts(), roots.nearest().residual);
     const bool has_spins =
         std::any_of(model.fields.begin(), model.fields.end(), [](const Field& field) { return field.spin > 0; });
-    const bool is_ordered = !result.states.empty() && !result.states.back().is_isotropic;
     if (has_spins && !is_ordered)
         result.why_no_order =
             text("Newton's method found no ordered uniform state from {} starting points", roots.starts());

@@ -7,43 +7,58 @@
 namespace drover::physics {
 
 namespace {
-/// Conversion factor from the scene value: lambda is half of the lambda_s of one rod.
-double factor_of(const Model& m, const CoefficientRow& row) {
-    return row.key() == "weathercock.strength" && m.weathercock.convention == "single-rod" ? 1.0 / single_rod_factor
-                                                                                           : 1.0;
-}
-
 Coefficient tabulated(const std::vector<double>& nodes, const TableData& table, double factor) {
     const auto axis = [](const std::vector<double>& at) { return at.empty() ? std::vector<double>{0.0} : at; };
     std::vector<double> values = nodes;
     for (double& value : values) value *= factor;
-    return Coefficient(std::make_shared<numerics::SplineTable>(axis(table.bead_density), axis(table.rod_density),
+    return Coefficient(std::make_shared<numerics::SplineTable>(axis(table.nodes[0]), axis(table.nodes[1]),
                                                                std::move(values),
                                                                table.outside == "hold" ? numerics::Outside::hold
                                                                                        : numerics::Outside::refuse));
 }
 
-/// Alignment of rods that touch lowers their relaxation rate to a - c sigma; sigma is uniform if it is not a field.
-void add_contact(const Model& model, double& rate, std::vector<Monomial>& monomials) {
-    const double contact = model.relaxation.contact;
-    if (model.fields.rod_density) monomials.push_back({.factor = -contact, .rods = 1});
-    else rate -= contact * model.uniform.rod_density;
+/// What a coefficient contains of another, which lowers it: a monomial of that density, or a number where it is none of
+/// the fields.
+void add_lowered(const ModelValues& model, const CoefficientRow& other, double& constant,
+                 std::vector<Monomial>& monomials) {
+    const std::vector<const FieldRow*> fields = densities(*model.file);
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+        if (fields[k]->symbol != other.times) continue;
+        Monomial one{.factor = -number(model, other.key())};
+        one.powers[k] = 1;
+        if (presence(model, *fields[k]) != Presence::absent) monomials.push_back(one);
+        else constant += one.factor * number(model, fields[k]->reference);
+    }
 }
 
-Coefficient compiled(const CoefficientRow& row, const Model& model, const LocationOf& location_of) {
+/// The coefficient that lowers this one; nullptr if there is none or it is 0.
+const CoefficientRow* lowered_by(const ModelValues& model, const std::string& key) {
+    for (const CoefficientRow& other : model.file->coefficients)
+        if (other.lowers == key && number(model, other.key()) != 0.0) return &other;
+    return nullptr;
+}
+
+double factor_in(const ModelValues& model, const CoefficientRow& row) {
+    return row.factor_key.empty() ? 1.0 : factor_of(row, word(model, row.factor_key));
+}
+
+Coefficient compiled(const CoefficientRow& row, const ModelValues& model, const LocationOf& location_of) {
     const TableColumn& column = model.table.column(row.key());
     const std::vector<double>&nodes = column.values, &errors = column.errors;
-    const std::string name = "table." + row.section + "_" + row.name, monomial_key = row.key() + "_terms";
-    const std::vector<std::string>& written = row.monomials_in(model);
-    const double factor = factor_of(model, row);
+    const std::vector<std::string>& written = monomials_of(model, row.key());
+    const double factor = factor_in(model, row);
+    const CoefficientRow* other = lowered_by(model, row.key());
+    const bool is_number = nodes.empty() && errors.empty() && written.empty();
+    if (is_number && other == nullptr) return factor * number(model, row.key());
+    const std::string name = "table." + row.section() + "_" + row.name(), monomial_key = row.key() + "_terms";
     require(errors.empty() || errors.size() == nodes.size(), location_of(name + "_error"),
             "{}_error has {} values and {} has {}; expected equal numbers, or no errors", name, errors.size(), name,
             nodes.size());
-    const bool has_contact = row.key() == "relaxation.rate" && model.relaxation.contact != 0.0;
     if (!nodes.empty()) {
-        require(!has_contact, location_of("relaxation.contact"),
-                "relaxation.contact and {} are both given; expected one of them: a table of the rate contains -c sigma",
-                name);
+        if (other != nullptr)
+            fail_input(location_of(other->key()),
+                       "{} and {} are both given; expected one of them: a table of the rate contains -{} {}",
+                       other->key(), name, other->symbol, other->times);
         require(written.empty(), location_of(monomial_key), "{} and {} are both given; expected one of them",
                 monomial_key, name);
         try {
@@ -57,133 +72,155 @@ Coefficient compiled(const CoefficientRow& row, const Model& model, const Locati
         monomials.push_back(read_monomial(monomial, location_of(monomial_key)));
         monomials.back().factor *= factor;
     }
-    double constant = factor * row.value_in(model);
-    if (has_contact) add_contact(model, constant, monomials);
+    double constant = factor * number(model, row.key());
+    if (other != nullptr) add_lowered(model, *other, constant, monomials);
     return {constant, std::move(monomials)};
 }
 
-Coefficients compile(const Model& model, const LocationOf& location_of) {
-    Coefficients result;
-    for (const CoefficientRow& row : coefficient_registry())
-        if (row.compiled) result.*row.compiled = compiled(row, model, location_of);
+std::map<std::string, Coefficient> compile(const ModelValues& model, const LocationOf& location_of) {
+    std::map<std::string, Coefficient> result;
+    for (const CoefficientRow& row : model.file->coefficients)
+        result.emplace(row.key(), compiled(row, model, location_of));
     return result;
 }
 
 /// Compiles the coefficients, reusing tables of an earlier model with equal data.
-Coefficients compile(const Model& model, const CompiledModel& like) {
+std::map<std::string, Coefficient> compile(const ModelValues& model, const CompiledModel& like) {
     const TableData &now = model.table, &then = like.model.table;
-    const bool same_mesh = now.bead_density == then.bead_density && now.rod_density == then.rod_density &&
-                           now.outside == then.outside &&
-                           model.weathercock.convention == like.model.weathercock.convention;
-    Coefficients result;
-    for (const CoefficientRow& row : coefficient_registry()) {
-        if (!row.compiled) continue;
+    const bool same_mesh = now.nodes == then.nodes && now.outside == then.outside;
+    std::map<std::string, Coefficient> result;
+    for (const CoefficientRow& row : model.file->coefficients) {
         const std::vector<double>& nodes = now.column(row.key()).values;
-        const bool same = same_mesh && !nodes.empty() && nodes == then.column(row.key()).values;
-        result.*row.compiled = same ? like.*row.compiled : compiled(row, model, no_location);
+        const bool same = same_mesh && !nodes.empty() && nodes == then.column(row.key()).values &&
+                          factor_in(model, row) == factor_in(like.model, row);
+        result.emplace(row.key(), same ? like.coefficient(row.key()) : compiled(row, model, no_location));
     }
     return result;
 }
 
-/// The first key of [fields] that excludes a field needed by a coefficient; nullptr if all are present.
-const char* missing_field(const FieldChoice& fields, unsigned needs) {
-    if ((needs & needs_bead_density) && !fields.bead_density) return "bead_density";
-    if ((needs & needs_rod_density) && !fields.rod_density) return "rod_density";
-    if ((needs & needs_bead_velocity) && fields.bead_velocity == "absent") return "bead_velocity";
+/// The key of a field that is not there; nullptr for one that is.  needs_rate: in a balance it is not, either.
+const std::string* missing_key(const ModelValues& model, const std::string& symbol, bool needs_rate) {
+    for (const FieldRow& field : model.file->fields) {
+        if (field.symbol != symbol) continue;
+        const Presence how = presence(model, field);
+        if (how == Presence::absent || (needs_rate && how == Presence::balance)) return &field.present;
+    }
     return nullptr;
 }
 
-/// A coefficient of an absent field is an error in the scene.
-void check_fields(const Model& m, const Coefficients& c, const LocationOf& location_of,
-                  const CoefficientRegistry& registry) {
-    const auto needs = [&](bool given, const char* missing, const std::string& key) {
-        require(!given || !missing, location_of(key),
-                "{} is given, but fields.{} excludes its field; set it to 0 or include the field", key,
-                missing ? missing : "");
+const std::string* missing_key(const ModelValues& model, const CoefficientRow& row) {
+    for (const std::string& symbol : row.needs)
+        if (const std::string* key = missing_key(model, symbol, symbol == row.noise_of)) return key;
+    return nullptr;
+}
+
+/// A number of an absent field is an error in the scene.
+void check_fields(const ModelValues& model, const std::map<std::string, Coefficient>& coefficients,
+                  const LocationOf& location_of) {
+    const auto refuse = [&](const std::string& key, const std::string* missing) {
+        if (missing != nullptr)
+            fail_input(location_of(key), "{} is given, but {} excludes its field; set it to 0 or include the field",
+                       key, *missing);
     };
-    for (const CoefficientRow& row : registry)
-        needs(row.compiled ? (c.*row.compiled).is_active() : row.value_in(m) != 0.0, missing_field(m.fields, row.needs),
-              row.key());
-    needs(m.force.kind != "none", missing_field(m.fields, needs_bead_velocity), "force.kind");
-    const char* dynamic = m.fields.bead_velocity == "dynamic" ? nullptr : "bead_velocity";
-    needs(m.inertia.advection, dynamic, "inertia.advection");
-    needs(m.noise.velocity != 0.0, dynamic, "noise.velocity");
-    for (const auto& [key, coefficient] : named(c)) {
-        require(m.fields.bead_density || !coefficient->depends_on_beads(), location_of(text("{}_terms", key)),
-                "{} depends on the bead density, which fields.bead_density excludes; include the field", key);
-        require(m.fields.rod_density || !coefficient->depends_on_rods(), location_of(text("{}_terms", key)),
-                "{} depends on the rod density, which fields.rod_density excludes; include the field", key);
+    const ModelFile& file = *model.file;
+    for (const CoefficientRow& row : file.coefficients)
+        if (coefficients.at(row.key()).is_active()) refuse(row.key(), missing_key(model, row));
+    for (const KeyRow& row : file.keys)
+        if (!row.needs.empty() && !is_standard(model, row.key()))
+            refuse(row.key(), missing_key(model, row.needs, row.needs_rate));
+    const std::vector<const FieldRow*> fields = densities(file);
+    for (const auto& [key, coefficient] : coefficients)
+        for (std::size_t k = 0; k < fields.size(); ++k) {
+            if (presence(model, *fields[k]) != Presence::absent) continue;
+            require(!coefficient.depends_on(k), location_of(text("{}_terms", key)),
+                    "{} depends on the {}, which {} excludes; include the field", key, words_of(*fields[k]),
+                    fields[k]->present);
+        }
+}
+
+/// "the densities 1 (bead_density) and 2 (rod_density)".
+std::string densities_text(const ModelFile& file, const Densities& at) {
+    std::string result;
+    const std::vector<const FieldRow*> fields = densities(file);
+    for (std::size_t k = 0; k < fields.size(); ++k)
+        result += text("{}{} ({})", k == 0 ? "" : " and ", at[k], fields[k]->observed.short_name);
+    return result;
+}
+
+void require_values(const ModelFile& file, const std::map<std::string, Coefficient>& coefficients,
+                    const Densities& at) {
+    for (const auto& [key, coefficient] : coefficients)
+        if (!std::isfinite(coefficient.at(at)))
+            fail_input(
+                {},
+                "{} is not defined at the densities {}, outside its table of {}; use densities inside the table, or "
+                "set table.outside = \"hold\"",
+                key, densities_text(file, at), coefficient.table() ? range_text(*coefficient.table()) : "");
+}
+
+/// A field that a scene asks for has something that changes it.
+void check_moved(const ModelValues& model, const LocationOf& location_of) {
+    const ModelFile& file = *model.file;
+    for (const FieldRow& field : file.fields) {
+        if (!field.conserved || field.present.empty() || is_standard(model, field.present)) continue;
+        if (presence(model, field) == Presence::absent) continue;
+        const bool has_text = std::any_of(model.text_terms.begin(), model.text_terms.end(),
+                                          [&](const TextTerm& term) { return term.of == field.alias; });
+        const bool has_term = std::any_of(field.terms.begin(), field.terms.end(), [&](const TermRow& term) {
+            const auto row = std::find_if(file.coefficients.begin(), file.coefficients.end(),
+                                          [&](const CoefficientRow& one) { return one.key() == term.key; });
+            return row == file.coefficients.end() ? has_fields(model, term.needs) : number(model, term.key) != 0.0;
+        });
+        require(has_text || has_term || number(model, field.noise) != 0.0, location_of(field.present),
+                "{} is given, and nothing in this scene changes the {}: no term and no noise; give one, or exclude the "
+                "field",
+                field.present, words_of(field));
     }
 }
-
-void check_slaved(const Model& m, const Coefficients& c, const LocationOf& location_of) {
-    const bool viscous = m.viscosity.shear != 0.0 || m.viscosity.bulk != 0.0;
-    require(!viscous || (!c.drag.varies() && !c.driving.varies()),
-            location_of(c.drag.varies() ? "drag.coefficient_terms" : "driving.strength_terms"),
-            "a slaved velocity supports either density-dependent drag and driving or viscosity, not both; set "
-            "viscosity.shear and viscosity.bulk to 0, or set fields.bead_velocity = \"dynamic\"");
-    require(!viscous || m.driving.cubic == 0.0, location_of("driving.cubic"),
-            "a slaved velocity supports either driving.cubic or viscosity, not both; set viscosity.shear and "
-            "viscosity.bulk to 0, or set fields.bead_velocity = \"dynamic\"");
-    const double drag = c.drag.at(m.uniform.bead_density, m.uniform.rod_density).value;
-    require(drag > 0.0, location_of("drag.coefficient"),
-            "drag.coefficient is {} in the uniform state; expected > 0: at q = 0 only drag limits a slaved velocity",
-            drag);
-}
-
-void check_numbers(const Model& model, const Coefficients& c, const LocationOf& location_of,
-                   const CoefficientRegistry& registry) {
-    check_fields(model, c, location_of, registry);
-    if (model.fields.bead_velocity == "slaved") check_slaved(model, c, location_of);
-    bool moved = model.fields.bead_velocity != "absent" || model.diffusion.beads != 0.0 || model.noise.beads != 0.0;
-    for (const TextTerm& term : model.text_terms) moved = moved || term.of == "bead_density";
-    require(
-        !model.fields.bead_density || moved, location_of("fields.bead_density"),
-        "fields.bead_density = true with fields.bead_velocity = \"absent\": nothing moves the beads; give a velocity, "
-        "or exclude the bead density");
+void check_compiled(const ModelValues& model, const std::map<std::string, Coefficient>& coefficients,
+                    const LocationOf& location_of) {
+    check_fields(model, coefficients, location_of);
+    check_moved(model, location_of);
     try {
-        require_values(c, model.uniform.bead_density, model.uniform.rod_density);
+        require_values(*model.file, coefficients, mean_densities(model));
     } catch (const Error& error) {
-        fail_input(location_of("uniform.rod_density"), "{}", error.what());
+        fail_input(location_of(densities(*model.file).back()->reference), "{}", error.what());
     }
 }
 }  // namespace
 
-void check_numbers(const Model& model, const LocationOf& location_of, const CoefficientRegistry& registry) {
-    check_numbers(model, compile(model, location_of), location_of, registry);
+void check_numbers(const ModelValues& model, const LocationOf& location_of) {
+    check_compiled(model, compile(model, location_of), location_of);
 }
 
-CompiledModel::CompiledModel(const Model& the_model)
-    : Coefficients(compile(the_model, no_location)), model(the_model), form(physics::form(the_model)) {
-    check_numbers(model, *this, no_location, coefficient_registry());
+CompiledModel::CompiledModel(const ModelValues& the_model)
+    : model(the_model), coefficients(compile(the_model, no_location)) {
+    check_compiled(model, coefficients, no_location);
 }
-CompiledModel::CompiledModel(const Model& the_model, const CompiledModel& like)
-    : Coefficients(compile(the_model, like)), model(the_model), form(physics::form(the_model)) {
-    check_numbers(model, *this, no_location, coefficient_registry());
-}
-
-std::vector<std::pair<std::string_view, const Coefficient*>> named(const Coefficients& coefficients) {
-    struct Keyed {
-        std::string key;
-        Coefficient Coefficients::*compiled;
-    };
-    static const std::vector<Keyed> keyed = [] {
-        std::vector<Keyed> found;
-        for (const CoefficientRow& row : coefficient_registry())
-            if (row.compiled) found.push_back({row.key(), row.compiled});
-        return found;
-    }();
-    std::vector<std::pair<std::string_view, const Coefficient*>> result;
-    for (const Keyed& one : keyed) result.emplace_back(one.key, &(coefficients.*one.compiled));
-    return result;
+CompiledModel::CompiledModel(const ModelValues& the_model, const CompiledModel& like)
+    : model(the_model), coefficients(compile(the_model, like)) {
+    check_compiled(model, coefficients, no_location);
 }
 
-void require_values(const Coefficients& coefficients, double bead_density, double rod_density) {
-    for (const auto& [key, coefficient] : named(coefficients))
-        require(std::isfinite(coefficient->at(bead_density, rod_density).value), {},
-                "{} is not defined at the densities {} (beads) and {} (rods), outside its table of {}; use densities "
-                "inside the table, or set table.outside = \"hold\"",
-                key, bead_density, rod_density, coefficient->table() ? range_text(*coefficient->table()) : "");
+bool is_in_mass(const FieldRow& field, const FieldRow& density) {
+    return std::find(field.mass_factors.begin(), field.mass_factors.end(), density.symbol) != field.mass_factors.end();
+}
+
+double mass_factor(const CompiledModel& model, const FieldRow& field) {
+    const ModelFile& file = *model.model.file;
+    double product = 1.0;
+    for (const std::string& factor : field.mass_factors) {
+        for (const CoefficientRow& row : file.coefficients)
+            if (row.symbol == factor) product *= model.coefficient(row.key()).at({});
+        for (const FieldRow* density : densities(file))
+            if (density->symbol == factor && presence(model.model, *density) == Presence::absent)
+                product *= number(model.model, density->reference);
+    }
+    return product;
+}
+
+void require_values(const CompiledModel& model, const Densities& at) {
+    require_values(*model.model.file, model.coefficients, at);
 }
 
 }  // namespace drover::physics

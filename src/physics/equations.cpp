@@ -2,51 +2,37 @@
 #include "drover/physics/equations.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <optional>
 
+#include "compiled_terms.hpp"
 #include "program_functions.hpp"
-#include "rod_bead.hpp"
 #include "text_terms.hpp"
+#include "written_model.hpp"
 
 namespace drover::physics {
 
-namespace {
-using numerics::Wavevector;
-constexpr int rho = FieldIndex::bead_density, sigma = FieldIndex::rod_density, v_x = FieldIndex::bead_velocity_x,
-              p_x = FieldIndex::polar_order_x;
-
-bool is_same(const UniformPoint& a, const UniformPoint& b) {
-    return a.bead_density == b.bead_density && a.rod_density == b.rod_density && a.velocity == b.velocity &&
-           a.order == b.order;
-}
-}  // namespace
-
-/// What was asked for last: linear theory asks for many wavevectors about each state.
 struct Equations::Cache {
     std::mutex mutex;
-    std::optional<UniformPoint> about;
-    std::shared_ptr<const model::LinearisedAt> linearised;
-    std::optional<model::Equations> solver;  // about the uniform state of the model
+    std::optional<model::Equations> solver;  // about the means of the model
 };
 
-Equations::Equations(const Model& the_model) : CompiledModel(the_model) { compile(nullptr); }
-Equations::Equations(const Model& the_model, const Equations& like) : CompiledModel(the_model, like) {
+Equations::Equations(const ModelValues& the_model) : CompiledModel(the_model) { compile(nullptr); }
+Equations::Equations(const ModelValues& the_model, const Equations& like) : CompiledModel(the_model, like) {
     const auto ratios = ratios_of_terms(like, *this);
     if (!ratios) {
         compile(like.has_all_ ? nullptr : &like.only_);
         return;
     }
-    forces_ = like.forces_;
+    right_sides_ = like.right_sides_;
     terms_ = like.terms_;
     only_ = like.only_;
     has_all_ = like.has_all_;
-    components_ = like.components_;
     factors_ = like.factors_;
     cache_ = std::make_shared<Cache>();
     for (std::size_t n = 0; n < terms_.size(); ++n)
         if (const auto ratio = ratios->find(terms_[n]); ratio != ratios->end()) factors_[n] *= ratio->second;
+    check_terms({.model = *this, .right_sides = *right_sides_, .names = terms_}, no_location);
 }
 
 Equations Equations::only(const std::vector<std::string>& names) const {
@@ -59,31 +45,14 @@ void Equations::compile(const std::vector<std::string>* only) {
     has_all_ = only == nullptr;
     if (only != nullptr) only_ = *only;
     cache_ = std::make_shared<Cache>();
-    const WrittenModel written = write_model(*this, Written::forces, only);
-    forces_ = std::make_shared<const model::Equations>(written.model);
+    const WrittenModel written = write_model(*this, Written::right_sides, only);
+    right_sides_ = std::make_shared<const model::Equations>(written.model);
     terms_ = written.terms;
     factors_.assign(terms_.size(), 1.0);
-    components_.fill(-1);
-    int next = 0;
-    for (const model::Field& field : written.model.fields) {
-        const int first = field.symbol == "rho"     ? rho
-                          : field.symbol == "sigma" ? sigma
-                          : field.symbol == "v"     ? v_x
-                                                    : p_x;
-        for (int k = 0; k < model::components(field) && field.left != model::LeftSide::given; ++k)
-            components_[static_cast<std::size_t>(first + k)] = next + k;
-        next += model::components(field);
-    }
-    if (model.text_terms.empty()) return;
-    const bool pointwise = has_pointwise_velocity(*this);
-    for (std::size_t n = 0; n < terms_.size(); ++n)
-        for (std::size_t k = 0; k < model.text_terms.size(); ++k)
-            if (terms_[n] == text("terms[{}]", k + 1))
-                check_admissible(*this, model.text_terms[k], forces_->terms()[n], forces_->is_isotropic(n),
-                                 component(v_x), pointwise);
+    check_terms({.model = *this, .right_sides = *right_sides_, .names = terms_}, no_location);
 }
 
-model::Equations Equations::solver(const Reference& about) const {
+model::Equations Equations::solver(const Densities& about) const {
     std::optional<model::Equations> base;
     {
         const std::lock_guard lock(cache_->mutex);
@@ -92,95 +61,85 @@ model::Equations Equations::solver(const Reference& about) const {
         base = cache_->solver;
     }
     model::UniformState state = base->reference();
-    const auto set = [&](int field, double value) {
-        const int at = component(field);
-        if (at < 0 || state[static_cast<std::size_t>(at)] == value) return false;
-        state[static_cast<std::size_t>(at)] = value;
-        return true;
-    };
-    const bool beads = set(rho, about.bead_density), rods = set(sigma, about.rod_density);
-    return beads || rods ? base->about(state) : *base;
-}
-
-bool Equations::is_force(std::size_t term) const {
-    return component(v_x) >= 0 && forces_->model().fields[forces_->terms()[term].field].symbol == "v";
+    const std::vector<const FieldRow*> fields = densities(*model.file);
+    bool differs = false;
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+        const int at = component(fields[k]->symbol);
+        if (at < 0) continue;
+        double& value = state[static_cast<std::size_t>(at)];
+        differs = differs || value != about[k];
+        value = about[k];
+    }
+    return differs ? base->about(state) : *base;
 }
 
 namespace {
-/// Of all components of forces().
-model::UniformState state_of(const Equations& e, const UniformPoint& at) {
-    const std::array<double, FieldIndex::count> values{at.bead_density, at.rod_density, at.velocity.x(),
-                                                       at.velocity.y(), at.order.x(),   at.order.y()};
-    model::UniformState state(static_cast<std::size_t>(e.forces().components()), 0.0);
-    for (int k = 0; k < FieldIndex::count; ++k)
-        if (const int place = e.component(k); place >= 0)
-            state[static_cast<std::size_t>(place)] = values[static_cast<std::size_t>(k)];
-    return state;
-}
-
-/// m rho d_t v is the force on the beads, or that is 0.
-model::LeftSides left_sides(const Equations& e, const UniformPoint& about) {
-    const int components = e.forces().components(), beads = e.component(rho);
-    const Noise& noise = e.model.noise;
-    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(components);
-    model::LeftSides left{.moved = Eigen::VectorXd::Ones(components),
-                          .noise = zero,
-                          .flux_noise = zero,
-                          .direction = direction_of(about)};
-    if (beads >= 0) left.flux_noise(beads) = noise.beads;
-    if (e.component(sigma) >= 0) left.flux_noise(e.component(sigma)) = noise.rods;
-    left.noise.segment<2>(e.component(p_x)).setConstant(noise.order);
-    const int v = e.component(v_x);
-    if (v < 0) return left;
-    const double mass = e.form.velocity == Velocity::dynamic ? e.model.inertia.bead_mass : 0.0;
-    left.noise.segment<2>(v).setConstant(noise.velocity);
-    left.moved.segment<2>(v).setConstant(mass * about.bead_density);
-    if (beads < 0 || mass == 0.0) return left;
-    left.slopes = Eigen::MatrixXd::Zero(components, components);
-    left.slopes.block<2, 1>(v, beads).setConstant(mass);
-    return left;
-}
+CompiledTerms terms_of(const Equations& e) { return {.model = e, .right_sides = e.right_sides(), .names = e.terms()}; }
 }  // namespace
 
-Eigen::VectorXd Equations::uniform_forces(const UniformPoint& at) const {
-    require_functions(model);
-    return forces_->uniform_rates(state_of(*this, at), factors_);
-}
+int Equations::component(const std::string& symbol) const { return terms_of(*this).component(symbol); }
+bool Equations::is_of(std::size_t term, const FieldRow& field) const { return terms_of(*this).is_of(term, field); }
 
-std::shared_ptr<const model::LinearisedAt> Equations::linearised(const UniformPoint& about) const {
-    require_functions(model);
-    for (std::size_t n = 0; n < terms_.size(); ++n)
-        require(!forces_->terms()[n].is_placed, {},
-                "{} depends on position or time: no uniform state exists, so linear wave theory does not apply",
-                terms_[n]);
-    {
-        const std::lock_guard lock(cache_->mutex);
-        if (cache_->about && is_same(*cache_->about, about)) return cache_->linearised;
-    }
-    const model::UniformState state = state_of(*this, about);
-    model::LeftSides left = left_sides(*this, about);
-    left.factors = factors_;
-    std::shared_ptr<const model::LinearisedAt> found;
-    try {
-        found = std::make_shared<const model::LinearisedAt>(*forces_, state, std::move(left));
-    } catch (const Error&) {
-        for (std::size_t n = 0; n < terms_.size(); ++n)
-            require(forces_->has_derivative(n, state), {},
-                    "{} has no finite derivative in the uniform state of |p| = {:.4g}; expected one: linear theory "
-                    "about this state does not exist",
-                    terms_[n], about.order.norm());
-        throw;
-    }
-    const std::lock_guard lock(cache_->mutex);
-    cache_->about = about;
-    cache_->linearised = found;
-    return found;
-}
+model::PointTheory Equations::theory() const { return theory(std::make_shared<const Equations>(*this)); }
 
-void check(const Model& model, const LocationOf& location_of) {
-    check_numbers(model, location_of);
-    check_functions(CompiledModel(model));
-    static_cast<void>(Equations(model));
+namespace {
+/// What multiplies the rates of some components, and its slopes in the densities.
+struct MassOf {
+    int first = 0, width = 0;
+    double constant = 0.0;            ///< times the densities in it; 0 in a balance
+    std::vector<int> densities = {};  ///< components
+};
+
+/// Left sides of right sides alone: masses, balances and noise.
+class LeftSidesOf {
+public:
+    explicit LeftSidesOf(const Equations& e) : components_(e.right_sides().components()) {
+        noise_ = flux_noise_ = Eigen::VectorXd::Zero(components_);
+        for (const FieldRow& field : e.model.file->fields) {
+            const int first = e.component(field.symbol), width = field.spin == 0 ? 1 : 2;
+            if (first < 0) continue;
+            (field.conserved ? flux_noise_ : noise_).segment(first, width).setConstant(number(e.model, field.noise));
+            const Presence how = presence(e.model, field);
+            if (field.mass.empty() && how == Presence::rate) continue;
+            MassOf mass{.first = first, .width = width};
+            if (how == Presence::rate) {
+                mass.constant = mass_factor(e, field);
+                for (const FieldRow* density : densities(*e.model.file))
+                    if (is_in_mass(field, *density) && e.component(density->symbol) >= 0)
+                        mass.densities.push_back(e.component(density->symbol));
+            }
+            masses_.push_back(std::move(mass));
+        }
+    }
+    model::LeftSides operator()(const model::UniformState& about) const {
+        model::LeftSides left{.moved = Eigen::VectorXd::Ones(components_), .noise = noise_, .flux_noise = flux_noise_};
+        for (const MassOf& mass : masses_) {
+            double value = mass.constant;
+            for (const int k : mass.densities) value *= about[static_cast<std::size_t>(k)];
+            left.moved.segment(mass.first, mass.width).setConstant(value);
+            if (mass.densities.empty() || mass.constant == 0.0) continue;
+            if (left.slopes.size() == 0) left.slopes = Eigen::MatrixXd::Zero(components_, components_);
+            for (const int k : mass.densities) {
+                double slope = mass.constant;
+                for (const int other : mass.densities)
+                    if (other != k) slope *= about[static_cast<std::size_t>(other)];
+                left.slopes.block(mass.first, k, mass.width, 1).setConstant(slope);
+            }
+        }
+        return left;
+    }
+
+private:
+    Eigen::Index components_;
+    Eigen::VectorXd noise_, flux_noise_;
+    std::vector<MassOf> masses_;
+};
+}  // namespace
+
+model::PointTheory Equations::theory(const std::shared_ptr<const Equations>& equations) {
+    const Equations& e = *equations;
+    require_functions(e.model);
+    return {*e.right_sides_, e.factors_, LeftSidesOf(e), [equations] { return equations->solver(); }};
 }
 
 std::vector<std::string> written_terms(const Equations& equations) {
@@ -189,20 +148,11 @@ std::vector<std::string> written_terms(const Equations& equations) {
     std::vector<std::string> result;
     for (std::size_t n = 0; n < equations.terms().size(); ++n) {
         const auto found = of_scene.find(equations.terms()[n]);
-        result.push_back(found == of_scene.end() ? equations.forces().terms()[n].text : found->second);
+        result.push_back(found == of_scene.end() ? equations.right_sides().terms()[n].text : found->second);
     }
     return result;
 }
 
-bool has_pointwise_velocity(const Equations& equations) {
-    if (equations.form.velocity != Velocity::slaved) return false;
-    const std::vector<model::TermSummary>& terms = equations.forces().terms();
-    for (std::size_t n = 0; n < terms.size(); ++n)
-        if (equations.is_force(n) &&
-            (!terms[n].is_linear || terms[n].is_placed ||
-             (equations.terms()[n].starts_with("terms[") && !equations.forces().is_isotropic(n))))
-            return true;
-    return false;
-}
+const FieldRow* pointwise_balance(const Equations& equations) { return pointwise_balance(terms_of(equations)); }
 
 }  // namespace drover::physics

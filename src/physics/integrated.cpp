@@ -1,47 +1,139 @@
-// physics/integrated.cpp: what rods and beads may not reach, and the cost of their equations.
+// physics/integrated.cpp: what the fields of a model file may not reach, and the cost of their equations.
 #include "drover/physics/integrated.hpp"
 
-#include "drover/physics/density_extremes.hpp"
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "drover/physics/function_terms.hpp"
 #include "program_functions.hpp"
 
 namespace drover::physics {
 
 namespace {
-/// Some force is divided by m rho.
-bool has_mass_of_beads(const Equations& e) {
-    if (e.form.velocity != Velocity::dynamic || e.form.bead_density < 0) return false;
-    for (std::size_t n = 0; n < e.terms().size(); ++n)
-        if (e.is_force(n) && e.terms()[n] != "inertia.advection") return true;
-    return false;
+/// What a right-hand side divides by at points, and the tables that it reads.
+struct Domain {
+    CompiledModel model;
+    std::vector<const FieldRow*> fields;   ///< the densities
+    std::array<int, 2> component{-1, -1};  ///< of each density, in a state; -1: not there
+    const FieldRow* massive = nullptr;     ///< a field whose mass contains a density
+    std::size_t mass_of = 0;               ///< that density
+    std::string drag;                      ///< key of what a balance divides by; "": none
+    std::string slaved = {};               ///< its field
+};
+
+/// Smallest and largest densities; infinite for one that is no field.
+struct Extremes {
+    static constexpr double none = std::numeric_limits<double>::infinity();
+    Densities least{none, none}, most{-none, -none};
+};
+
+[[noreturn]] void fail_domain(const Domain& domain, std::size_t density, const std::string& message) {
+    throw model::DomainFailure(message, domain.component[density]);
+}
+
+/// "the bead density 0.5 and the rod density 2".
+std::string densities_text(const Domain& domain, const Densities& at) {
+    std::string result;
+    for (std::size_t k = 0; k < domain.fields.size(); ++k)
+        result += text("{}the {} {:.4g}", k == 0 ? "" : " and ", words_of(*domain.fields[k]), at[k]);
+    return result;
+}
+
+void check_drag(const Domain& domain, const Extremes& extremes) {
+    const Coefficient& drag = domain.model.coefficient(domain.drag);
+    for (const double first : {extremes.least[0], extremes.most[0]})
+        for (const double second : {extremes.least[1], extremes.most[1]})
+            if (std::isfinite(first) && std::isfinite(second) && drag.at({first, second}) <= 0.0)
+                throw model::DomainFailure(text("{} is {:.4g} at {}; expected > 0: a slaved {} divides by it",
+                                                domain.drag, drag.at({first, second}),
+                                                densities_text(domain, {first, second}), domain.slaved),
+                                           -1);
+}
+
+void check_tables(const Domain& domain, const Extremes& extremes) {
+    const auto finite = [](double value) { return std::isfinite(value) ? value : 0.0; };
+    for (const auto& [key, coefficient] : domain.model.coefficients) {
+        if (!coefficient.table()) continue;
+        // No term of this right-hand side reads the coefficient: its densities are not on the grid.
+        if ((coefficient.depends_on(0) && !std::isfinite(extremes.least[0])) ||
+            (coefficient.depends_on(1) && !std::isfinite(extremes.least[1])))
+            continue;
+        for (const Densities& at : {extremes.least, extremes.most})
+            if (std::isnan(coefficient.at({finite(at[0]), finite(at[1])})))
+                fail_domain(domain, 0,
+                            text("the densities reached {}, outside the table of {}: {}; expected them inside: give a "
+                                 "wider table, or table.outside = \"hold\"",
+                                 densities_text(domain, at), key, range_text(*coefficient.table())));
+    }
+}
+
+/// NaN is left to the health check, which locates it.
+void check(const Domain& domain, const Extremes& extremes) {
+    const std::size_t k = domain.mass_of;
+    if (domain.massive != nullptr && extremes.least[k] <= 0.0)
+        fail_domain(domain, k,
+                    text("the {} reached {:.4g} {} on the grid, and the mass of the {} is proportional to it; a vacuum "
+                         "needs {} = \"slaved\"; else expected a density > 0: take a finer grid, a smaller dt or less "
+                         "noise",
+                         words_of(*domain.fields[k]), extremes.least[k], domain.fields[k]->unit,
+                         words_of(*domain.massive), domain.massive->present));
+    if (!domain.drag.empty() && !domain.model.coefficient(domain.drag).table()) check_drag(domain, extremes);
+    check_tables(domain, extremes);
+}
+
+Domain domain_of(const Equations& e) {
+    const ModelFile& file = *e.model.file;
+    Domain domain{.model = e, .fields = densities(file)};
+    for (std::size_t k = 0; k < domain.fields.size(); ++k) {
+        domain.component[k] = e.component(domain.fields[k]->symbol);
+        for (const FieldRow& field : file.fields) {
+            if (!is_in_mass(field, *domain.fields[k]) || domain.component[k] < 0 ||
+                presence(e.model, field) != Presence::rate)
+                continue;
+            for (std::size_t n = 0; n < e.terms().size(); ++n)  // a term that is a mass times something is not divided
+                if (e.is_of(n, field) && e.right_sides().terms()[n].text.find(field.mass) == std::string::npos)
+                    domain.massive = &field, domain.mass_of = k;
+        }
+    }
+    if (const FieldRow* slaved = pointwise_balance(e)) {
+        domain.drag = key_of_term(slaved->symbol, slaved->symbol);
+        domain.slaved = words_of(*slaved);
+    }
+    return domain;
 }
 }  // namespace
 
-model::Integrated integrated(const Equations& e, const Reference& about, const Dealiasing& dealiasing) {
+model::Integrated integrated(const Equations& e, const Densities& about, const Dealiasing& dealiasing) {
     require_functions(e.model);
     model::Integrated what{.equations = e.solver(about), .kept_degree = kept_degree(e, dealiasing)};
-    const int rho = e.component(FieldIndex::bead_density), sigma = e.component(FieldIndex::rod_density);
-    for (const int k : {rho, sigma})
+    const Domain domain = domain_of(e);
+    for (const int k : domain.component)
         if (k >= 0) what.watched.push_back(k);
-    what.check = [model = static_cast<const CompiledModel&>(e), has_beads = rho >= 0, has_rods = sigma >= 0,
-                  divisors = Divisors{.by_bead_density = has_mass_of_beads(e), .by_drag = has_pointwise_velocity(e)}](
-                     std::span<const model::Range> found) {
+    what.check = [domain](std::span<const model::Range> found) {
         Extremes extremes;
-        if (has_beads) extremes.min_bead = found.front().min, extremes.max_bead = found.front().max;
-        if (has_rods) extremes.min_rod = found.back().min, extremes.max_rod = found.back().max;
-        check_extremes(model, extremes, divisors);
+        std::size_t next = 0;
+        for (std::size_t k = 0; k < domain.component.size(); ++k)
+            if (domain.component[k] >= 0) extremes.least[k] = found[next].min, extremes.most[k] = found[next++].max;
+        check(domain, extremes);
     };
-    if (e.model.approximation.quasi_linear) what.long_waves = e.model.approximation.quasi_linear_above;
-    what.turning = {e.form.polar_order};
-    if (e.form.bead_velocity >= 0) what.turning.push_back(e.form.bead_velocity);
+    if (flag(e.model, "approximation.quasi_linear"))
+        what.long_waves = number(e.model, "approximation.quasi_linear_above");
+    int first = 0;
+    for (const FieldRow& field : e.model.file->fields) {  // the order first, and what turns as it does
+        if (presence(e.model, field) != Presence::rate) continue;
+        if (field.spin > 0) what.turning.insert(field.mass.empty() ? what.turning.begin() : what.turning.end(), first);
+        first += field.spin == 0 ? 1 : 2;
+    }
     return what;
 }
 
-model::Integrated integrated(const Model& model, const Dealiasing& dealiasing) {
-    return integrated(Equations(model), reference(model.uniform), dealiasing);
+model::Integrated integrated(const ModelValues& model, const Dealiasing& dealiasing) {
+    return integrated(Equations(model), mean_densities(model), dealiasing);
 }
 
 bool is_nonlinear(const Equations& equations) {
-    return equations.solver(reference(equations.model.uniform)).has_nonlinear_part();
+    return equations.solver(mean_densities(equations.model)).has_nonlinear_part();
 }
 
 }  // namespace drover::physics

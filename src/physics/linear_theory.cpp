@@ -4,39 +4,48 @@
 #include <algorithm>
 
 #include "drover/numerics/kept_modes.hpp"
+#include "drover/physics/function_terms.hpp"
 
 namespace drover::physics {
 
 int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
     int most = 1;
-    const bool pointwise = has_pointwise_velocity(equations);
-    const int velocity = equations.component(FieldIndex::bead_velocity_x);
+    const FieldRow* pointwise = pointwise_balance(equations);
+    const int balanced = pointwise == nullptr ? -1 : equations.component(pointwise->symbol);
     for (std::size_t n = 0; n < equations.terms().size(); ++n) {
-        const model::TermSummary& term = equations.forces().terms()[n];
-        // A slaved velocity is divided by the drag as it is, which needs no product.
-        if (equations.form.velocity == Velocity::slaved && equations.terms()[n] == "drag.coefficient") continue;
-        // A velocity that is a nonlinear function of the fields counts as two factors.
-        const bool is_product = pointwise && std::count(term.reads.begin(), term.reads.end(), velocity) > 0;
+        const model::TermSummary& term = equations.right_sides().terms()[n];
+        // A field in balance is divided by its drag as it is, which needs no product.
+        const model::Field& field = equations.right_sides().model().fields[term.field];
+        if (presence(equations.model, field.symbol) == Presence::balance &&
+            equations.terms()[n] == key_of_term(field.symbol, field.symbol))
+            continue;
+        // One that is a nonlinear function of the fields counts as two factors.
+        const bool is_product = pointwise != nullptr && std::count(term.reads.begin(), term.reads.end(), balanced) > 0;
         most = std::max(most, term.degree + (is_product ? 1 : 0));
     }
     // 1/rho has no finite degree: its products count as quadratic, and outputs tell the tail of the spectrum.
-    if (equations.form.velocity == Velocity::dynamic && equations.form.bead_density >= 0) most = std::max(most, 2);
+    for (const FieldRow& field : equations.model.file->fields)
+        for (const FieldRow* density : densities(*equations.model.file))
+            if (presence(equations.model, field) == Presence::rate &&
+                presence(equations.model, *density) == Presence::rate && is_in_mass(field, *density))
+                most = std::max(most, 2);
     return numerics::kept_degree(most, dealiasing.rule);
 }
 
-numerics::System linear_system(const Equations& equations, const numerics::Grid& grid, const Reference& reference,
+numerics::System linear_system(const Equations& equations, const numerics::Grid& grid, const Densities& about,
                                const Dealiasing& dealiasing) {
-    return equations.solver(reference).linear_system(grid, kept_degree(equations, dealiasing));
+    return equations.solver(about).linear_system(grid, kept_degree(equations, dealiasing));
 }
 
-numerics::System linear_system(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing) {
-    return linear_system(Equations(model), grid, reference(model.uniform), dealiasing);
+numerics::System linear_system(const ModelValues& model, const numerics::Grid& grid, const Dealiasing& dealiasing) {
+    return linear_system(Equations(model), grid, mean_densities(model), dealiasing);
 }
 
 namespace {
 bool is_uniform(const Equations& equations, std::size_t term) {
-    return !equations.forces().terms()[term].is_placed &&
-           !(equations.terms()[term] == "force" && equations.model.force.kind == "point");
+    const SourceRow& source = equations.model.file->source;
+    return !equations.right_sides().terms()[term].is_placed &&
+           !(equations.terms()[term] == source.section && word(equations.model, source.section + ".kind") == "point");
 }
 }  // namespace
 
@@ -49,8 +58,8 @@ std::string nonuniform_term(const Equations& equations) {
 std::vector<std::string> terms_beyond_propagator(const Equations& equations) {
     std::vector<std::string> names;
     for (std::size_t n = 0; n < equations.terms().size(); ++n)
-        if (!is_uniform(equations, n) || equations.forces().terms()[n].is_explicit ||
-            !equations.forces().is_isotropic(n))
+        if (!is_uniform(equations, n) || equations.right_sides().terms()[n].is_explicit ||
+            !equations.right_sides().is_isotropic(n))
             names.push_back(equations.terms()[n]);
     return names;
 }

@@ -1,19 +1,42 @@
-// physics/model_file.cpp: what a scene chooses of rod_bead.toml.
-#include "model_file.hpp"
+// physics/model_file.cpp: rows of a model file.
+#include "drover/physics/model_file.hpp"
+
+#include <algorithm>
 
 #include "drover/base/error.hpp"
 
 namespace drover::physics {
 
-const std::string& current_of(const std::string& kind) {
-    for (const auto& [known, formula] : rod_bead().currents)
-        if (known == kind) return formula;
-    fail_input({}, "current.kind = \"{}\"; expected one of those of the model file", kind);
+const CoefficientRow& coefficient_row(const std::string& key, const ModelFile& file) {
+    const auto found = std::find_if(file.coefficients.begin(), file.coefficients.end(),
+                                    [&](const CoefficientRow& row) { return row.key() == key; });
+    require(found != file.coefficients.end(), {}, "unknown coefficient {}; expected one of the model file", key);
+    return *found;
 }
 
-std::string unit_of(const RodBead::Field& field, bool order_is_density) {
-    if (field.unit != "[p]") return field.unit;
-    return order_is_density ? "mm-2" : "1";
+std::vector<const FieldRow*> densities(const ModelFile& file) {
+    std::vector<const FieldRow*> found;
+    for (const FieldRow& field : file.fields)
+        if (!field.reference.empty()) found.push_back(&field);
+    return found;
+}
+
+std::string words_of(const FieldRow& field) {
+    std::string words = field.name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    return words;
+}
+
+const CoefficientRow* with_conventions(const ModelFile& file) {
+    for (const CoefficientRow& row : file.coefficients)
+        if (!row.factor_key.empty()) return &row;
+    return nullptr;
+}
+
+double factor_of(const CoefficientRow& row, const std::string& word) {
+    for (const auto& [known, factor] : row.factors)
+        if (known == word) return factor;
+    fail_input({}, "{} = \"{}\"; expected one of those of the model file", row.factor_key, word);
 }
 
 }  // namespace drover::physics

@@ -22,13 +22,26 @@ constexpr int unknown_degree = 3;
 }
 
 using Argument = ProgramFunction::Argument;
+
+/// A size of a field or its derivative: the mean of a density, also of the order where it is one.
+double scale_of_name(const ModelValues& model, const std::string& name) {
+    const ModelFile& file = *model.file;
+    for (const FieldRow& field : file.fields) {
+        if (name.find(field.alias) == std::string::npos) continue;
+        if (!field.reference.empty()) return number(model, field.reference);
+        for (const FieldRow* density : densities(file))
+            if (field.unit == "[p]" && order_is_density(model) && density->symbol == file.order.density)
+                return number(model, density->reference);
+    }
+    return 1.0;
+}
 }  // namespace
 
 ProgramFunction program_function(const CompiledModel& model, const TextTerm& written, std::size_t number) {
     ProgramFunction f{.name = text("terms[{}], the Python function {}", number, written.function), .written = written};
     require(written.value.empty() && written.flux.empty(), written.where,
             "{} has a text too; expected either a function, or value or flux", f.name);
-    const std::map<std::string, std::string> fields = argument_names(model.form);
+    const std::map<std::string, std::string> fields = argument_names(model.model);
     std::vector<std::string> names{"t", "x", "y"};
     for (const auto& [name, formula] : fields) names.push_back(name);
     for (const auto& [name, value] : model.model.parameters) names.push_back(name);
@@ -45,13 +58,10 @@ ProgramFunction program_function(const CompiledModel& model, const TextTerm& wri
                     "(d_x_order_x, lap_order_x, div_order, ...), x, y, t, or numbers given with the term",
                     f.name, name, near.empty() ? "" : text("did you mean {}? ", near));
         if (argument.kind == Argument::Kind::field) {
-            const bool is_of_order = name.find("order") != std::string::npos;
-            const double order = model.form.order_is_density ? model.model.uniform.rod_density : 1.0;
-            argument.scale = is_of_order                                      ? order
-                             : name.find("bead_density") != std::string::npos ? model.model.uniform.bead_density
-                             : name.find("rod_density") != std::string::npos  ? model.model.uniform.rod_density
-                                                                              : 1.0;
-            argument.is_density = name == "bead_density" || name == "rod_density";
+            argument.scale = scale_of_name(model.model, name);
+            const std::vector<const FieldRow*> means = densities(*model.model.file);
+            argument.is_density =
+                std::any_of(means.begin(), means.end(), [&](const FieldRow* field) { return field->alias == name; });
             if (argument.is_density) argument.value = argument.scale;
         }
         f.arguments.push_back(argument);
@@ -212,7 +222,7 @@ model::GivenFunction given_function(const ProgramFunction& f) {
     return result;
 }
 
-void require_functions(const Model& model) {
+void require_functions(const ModelValues& model) {
     for (std::size_t n = 0; n < model.text_terms.size(); ++n) {
         const TextTerm& term = model.text_terms[n];
         if (term.function.empty() || term.call != nullptr) continue;
@@ -304,7 +314,7 @@ void check_functions(const CompiledModel& model) {
     }
 }
 
-std::string missing_function(const Model& model) {
+std::string missing_function(const ModelValues& model) {
     for (std::size_t n = 0; n < model.text_terms.size(); ++n)
         if (const TextTerm& term = model.text_terms[n]; !term.function.empty() && term.call == nullptr)
             return text("terms[{}] is the Python function {}, which this program does not have", n + 1, term.function);
@@ -313,7 +323,7 @@ std::string missing_function(const Model& model) {
 
 std::vector<std::string> function_remarks(const CompiledModel& compiled) {
     std::vector<std::string> remarks;
-    const Model& model = compiled.model;
+    const ModelValues& model = compiled.model;
     for (std::size_t n = 0; n < model.text_terms.size(); ++n) {
         const TextTerm& term = model.text_terms[n];
         if (term.function.empty()) continue;

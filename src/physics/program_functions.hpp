@@ -28,7 +28,7 @@ ProgramFunction program_function(const CompiledModel& model, const TextTerm& wri
 model::GivenFunction given_function(const ProgramFunction& function);
 
 /// Throws an input Error where the program does not have a function of the model.
-void require_functions(const Model& model);
+void require_functions(const ModelValues& model);
 
 /// Throws an input Error unless every function of a model is there, depends on its arguments point by point, is finite
 /// near the uniform state, and has its degree.

@@ -3,20 +3,20 @@
 
 namespace drover::physics {
 
-std::map<std::string, std::string> text_names(const Form& form) {
+std::map<std::string, std::string> text_names(const ModelValues& model) {
     std::map<std::string, std::string> names;
-    for (const TermTarget& target : term_targets) {
-        if (!has_field(form, target.symbol)) continue;
-        names[target.of] = target.symbol;
-        if (target.is_scalar) continue;
-        for (const char* part : {"_x", "_y"}) names[std::string(target.of) + part] = std::string(target.symbol) + part;
+    for (const FieldRow& field : model.file->fields) {
+        if (presence(model, field) == Presence::absent) continue;
+        names[field.alias] = field.symbol;
+        if (field.spin == 0) continue;
+        for (const char* part : {"_x", "_y"}) names[field.alias + part] = field.symbol + part;
     }
     return names;
 }
 
-std::map<std::string, std::string> argument_names(const Form& form) {
+std::map<std::string, std::string> argument_names(const ModelValues& model) {
     std::map<std::string, std::string> names;
-    const std::map<std::string, std::string> fields = text_names(form);
+    const std::map<std::string, std::string> fields = text_names(model);
     for (const auto& [name, formula] : fields) {
         const bool is_vector = fields.count(name + "_x") > 0;
         if (!is_vector) names[name] = formula;

@@ -17,9 +17,4 @@ struct SceneTerm {
 /// The terms of a model.  Throws an input Error at the place of one that its form cannot have.
 std::vector<SceneTerm> scene_terms(const CompiledModel& model);
 
-/// Throws an input Error for a term that this form cannot have, by what the compiler says of it.
-/// velocity: the first component of the velocity.
-void check_admissible(const CompiledModel& model, const TextTerm& term, const model::TermSummary& summary,
-                      bool is_isotropic, int velocity, bool pointwise_velocity);
-
 }  // namespace drover::physics

@@ -5,7 +5,7 @@
 
 namespace drover::physics {
 
-WholeRate::WholeRate(const Equations& equations, const numerics::Grid& grid, const Reference& about, Threads& threads,
+WholeRate::WholeRate(const Equations& equations, const numerics::Grid& grid, const Densities& about, Threads& threads,
                      const Dealiasing& dealiasing)
     : WholeRate(model::system_of(integrated(equations, about, dealiasing), grid, threads)) {}
 

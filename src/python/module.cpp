@@ -17,6 +17,7 @@
 #include "drover/io/scene_text.hpp"
 #include "drover/io/xyz.hpp"
 #include "drover/physics/equations.hpp"
+#include "drover/physics/model_keys.hpp"
 #include "drover/run/boundary_shares.hpp"
 #include "drover/run/calibration.hpp"
 #include "drover/run/dynamic_structure.hpp"
@@ -34,7 +35,6 @@
 #include "drover/run/tradeoff.hpp"
 #include "drover/run/wave_fit.hpp"
 #include "drover/run/write_result.hpp"
-#include "physics/model_file.hpp"
 #include "run/json.hpp"
 
 namespace drover::python {
@@ -268,7 +268,7 @@ std::vector<std::string> check(const io::Scene& scene) {
 model::Equations equations_of(const io::Scene& scene) {
     io::require_grid(scene, "equations");
     if (scene.kind == io::SceneKind::model) return model::Equations(io::model_of(scene.declared));
-    return physics::Equations(scene.model).solver(physics::reference(scene.model.uniform));
+    return physics::Equations(scene.model).solver();
 }
 
 void bind_scene(py::module_& module) {
@@ -288,7 +288,7 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("text", &io::resolved_text)
         .def_property_readonly("equations", &equations_of)
         .def_property_readonly("archive", &run::archive_path);
-    module.def("model_file", &physics::model_file);
+    module.def("model_file", &physics::model_file_text);
     module.def("check", &check, py::arg("scene"));
     module.def(
         "explain",

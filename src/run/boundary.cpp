@@ -26,8 +26,7 @@ void check_boundary(const io::Scene& scene) {
 
 Result make_boundary(const io::Scene& scene, Threads& threads, const BoundaryWork& work) {
     const PlannedBoundary planned = plan_boundary(scene);
-    const BoundaryProblem problem = scene.kind == io::SceneKind::model ? declared_boundary(scene, planned, work.quiet)
-                                                                       : rod_bead_boundary(scene, planned);
+    const BoundaryProblem problem = boundary_problem(scene, planned, work.quiet);
     const ComputeAll compute = compute_of(work, threads);
     const DescribedPlane plane{.x = planned.x, .y = planned.y, .draws = problem.draws, .cells = scene.boundary.cells};
     const numerics::Rectangle rectangle{.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to};

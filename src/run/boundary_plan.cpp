@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "drover/base/log.hpp"
-#include "drover/physics/regimes.hpp"
-#include "run/binodal_lines.hpp"
+#include "drover/calibrate/slow_order.hpp"
+#include "drover/model/start.hpp"
 #include "run/number_lists.hpp"
 #include "run/scene_equations.hpp"
 
@@ -22,14 +23,21 @@ void check_range(const std::string& list, const std::string& written, const Rang
 }
 
 /// Rods and beads do not read a number that their table replaces, nor noise in boundaries.
-void check_is_read(const physics::Model& model, const std::string& list, const std::string& key,
+void check_is_read(const physics::ModelValues& model, const std::string& list, const std::string& key,
                    const SourceLocation& where) {
     const physics::Equations equations(model);
-    for (const auto& [number, coefficient] : named(equations))
-        require(key != number || coefficient->table() == nullptr, where,
+    for (const auto& [number, coefficient] : equations.coefficients)
+        require(key != number || coefficient.table() == nullptr, where,
                 "{} names {}, which the scene takes from its table; choose a number that the model reads", list, key);
-    require(physics::affects_boundaries(key), where,
+    const bool is_area = key.starts_with("uniform.") && key.ends_with("_area");
+    require(!key.starts_with("noise.") && !is_area, where,
             "{} names {}, which does not affect phase boundaries; choose another number", list, key);
+}
+
+/// A number of the model for examples.
+std::string example_key(const io::Scene& scene) {
+    if (scene.kind != io::SceneKind::model) return scene.model.file->coefficients.front().key();
+    return "coefficients.a";
 }
 
 /// "key = from:to", an axis of a plane.
@@ -54,52 +62,39 @@ KeyRange read_axis(const std::string& list, const std::string& written, const st
     return axis;
 }
 
-/// A unit of the schema as UDUNITS text: [p] is the unit of the order.
-std::string udunits(std::string unit, const physics::Form& form) {
-    const std::string order = form.order_is_density ? "(mm^-2)" : "1";
-    for (std::size_t at = unit.find("[p]"); at != std::string::npos; at = unit.find("[p]")) unit.replace(at, 3, order);
-    return unit;
-}
-
-DescribedAxis axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
+/// An axis, with what it sets.
+std::pair<DescribedAxis, PlaneNumber> axis_of(const io::Scene& scene, const std::string& list,
+                                              const std::string& written) {
     const SourceLocation where = io::location_of(scene, list);
     const bool is_own = scene.kind == io::SceneKind::model;
-    const auto [key, from, to] =
-        read_axis(list, written, is_own ? "\"coefficients.a = 0.5:2\"" : "\"driving.strength = 0.5:2\"", where);
-    DescribedAxis axis{.name = key, .unit = "1", .udunits = "1", .from = from, .to = to};
-    if (const physics::AreaFraction* fraction = physics::find_area_fraction(key); fraction != nullptr && !is_own) {
-        const double area = scene.model.uniform.*fraction->area;
-        require(area > 0.0, io::location_of(scene, fraction->area_key),
-                "{} has \"{}\", which needs the area of one particle, and {} = {}; expected > 0 [mm^2]", list, written,
-                fraction->area_key, area);
+    const auto [key, from, to] = read_axis(list, written, text("\"{} = 0.5:2\"", example_key(scene)), where);
+    const PlaneNumber number = plane_number(scene, list, key, where);
+    DescribedAxis axis{.name = number.name, .unit = number.unit, .udunits = number.unit, .from = from, .to = to};
+    if (is_own) return {axis, number};
+    if (number.is_fraction) {
         require(from > 0.0, where, "{} has \"{}\"; expected area fractions above 0", list, written);
-        return axis;
+        return {axis, number};
     }
-    const SceneNumber number = number_of(scene, list, key, where);
-    axis.name = number.key;
-    if (is_own) return axis;
-    axis.unit = number.unit;
-    axis.udunits = udunits(number.unit, physics::form(scene.model));
+    axis.udunits = physics::unit_of(scene.model, number.unit);
     check_is_read(scene.model, list, key, where);
-    const Range range = io::model_number(key, where, scene.model).range;
-    check_range(list, written, range, from, where);
-    check_range(list, written, range, to, where);
-    return axis;
+    check_range(list, written, number.range, from, where);
+    check_range(list, written, number.range, to, where);
+    return {axis, number};
 }
 
 std::vector<std::pair<std::string, double>> errors_of(const io::Scene& scene, const PlannedBoundary& planned) {
     std::vector<std::pair<std::string, double>> errors;
     const bool is_own = scene.kind == io::SceneKind::model;
-    const std::string list = "boundary.errors",
-                      example = is_own ? "\"coefficients.a = 0.02\"" : "\"relaxation.rate = 0.02\"";
+    const std::string list = "boundary.errors", example = text("\"{} = 0.02\"", example_key(scene));
     const SourceLocation where = io::location_of(scene, list);
     for (const std::string& written : scene.boundary.errors) {
         const auto [given, value] = read_assignment(written, list, example, where);
         const double error = read_number(value, written, list, example, where);
         require(error > 0.0, where, "{} has \"{}\"; expected a standard error > 0", list, written);
-        const std::string key = number_of(scene, list, given, where).key;
-        for (const DescribedAxis* axis : {&planned.x, &planned.y})
-            require(!physics::is_same_axis(key, axis->name), where,
+        const PlaneNumber number = plane_number(scene, list, given, where);
+        const std::string& key = number.name;
+        for (const PlaneNumber* axis : {&planned.x_number, &planned.y_number})
+            require(!are_same(number, *axis), where,
                     "{} names {}, which the axis {} of the plane sets exactly; expected another number", list, key,
                     axis->name);
         if (!is_own && io::is_from_table(scene, key)) {
@@ -117,61 +112,92 @@ std::vector<std::string> conventions_of(const io::Scene& scene) {
     if (scene.kind == io::SceneKind::model) {
         require(scene.boundary.conventions.empty(), io::location_of(scene, "boundary.conventions"),
                 "boundary.conventions is for the equations of rods and beads; expected a scene without it");
-        return {};
+        return {""};
     }
-    const std::string& of_scene = scene.model.weathercock.convention;
+    const physics::CoefficientRow* row = physics::with_conventions(*scene.model.file);
+    const std::string& of_scene = word(scene.model, row->factor_key);
     if (scene.boundary.conventions.empty()) return {of_scene};
-    if (io::is_from_table(scene, "weathercock.strength"))
+    if (io::is_from_table(scene, row->key()))
         for (const std::string& convention : scene.boundary.conventions)
-            require(convention == of_scene, io::location_of(scene, "boundary.conventions"),
-                    "boundary.conventions has \"{}\", but lambda comes from a table in the convention "
-                    "weathercock.convention = \"{}\"; expected that one: choose by weathercock.convention",
-                    convention, of_scene);
+            require(
+                convention == of_scene, io::location_of(scene, "boundary.conventions"),
+                "boundary.conventions has \"{}\", but {} comes from a table in the convention {} = \"{}\"; expected "
+                "that one: choose by {}",
+                convention, row->symbol, row->factor_key, of_scene, row->factor_key);
     return scene.boundary.conventions;
 }
 
 std::vector<std::string> lines_in(const io::Scene& scene) {
-    const bool is_own = scene.kind == io::SceneKind::model;
-    const bool has_spin = std::any_of(scene.declared.fields.begin(), scene.declared.fields.end(),
-                                      [](const io::DeclaredField& field) { return field.rank != "scalar"; });
-    if (is_own && scene.boundary.lines == io::BoundaryPlan{}.lines)
-        return has_spin ? line_names(scene.kind) : std::vector<std::string>{"isotropic"};
-    const std::vector<std::string>& known = line_names(scene.kind);
+    const bool has_direction = has_order(scene);
+    if (scene.kind == io::SceneKind::model && scene.boundary.lines == io::BoundaryPlan{}.lines) {
+        std::vector<std::string> states{isotropic_line};
+        if (has_direction) states.emplace_back(ordered_line);
+        return states;
+    }
+    const std::vector<std::string>& known = line_names();
     const SourceLocation where = io::location_of(scene, "boundary.lines");
     std::vector<std::string> lines = scene.boundary.lines;
     require(!lines.empty(), where, "boundary.lines is empty; expected at least one of {}", joined(known));
     for (const std::string& name : lines) {
         require(std::find(known.begin(), known.end(), name) != known.end(), where,
-                "boundary.lines has \"{}\", a line of {}; expected one of {}{}", name,
-                is_own ? "rods and beads" : "models of their own", joined(known),
-                is_own ? " for a model of its own: where that state becomes unstable" : "");
-        require(name != "ordered" || has_spin, where,
-                "boundary.lines has \"ordered\", and no field of the model has a direction; expected isotropic");
+                "boundary.lines has \"{}\"; expected one of {}", name, joined(known));
+        const bool is_of_scalars =
+            name == model::limit_name(model::Limit::phase_separation) || name == binodal_name || name == isotropic_line;
+        require(has_direction || is_of_scalars, where,
+                "boundary.lines has \"{}\", and no field of the model has a direction; expected isotropic, "
+                "phase-separation or binodal",
+                name);
     }
     std::stable_partition(lines.begin(), lines.end(), [](const std::string& name) { return name != binodal_name; });
     return lines;
 }
 }  // namespace
 
-const std::vector<std::string>& line_names(io::SceneKind kind) {
-    using physics::Limit;
-    static const std::vector<std::string> limits{physics::limit_name(Limit::onset),
-                                                 physics::limit_name(Limit::phase_separation),
-                                                 physics::limit_name(Limit::banding),
-                                                 physics::limit_name(Limit::oblique), binodal_name},
-        states{"isotropic", "ordered"};
-    return kind == io::SceneKind::model ? states : limits;
+const std::vector<std::string>& line_names() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> all = model::limit_names();
+        all.insert(all.end(), {binodal_name, isotropic_line, ordered_line});
+        return all;
+    }();
+    return names;
 }
 
+bool has_order(const io::Scene& scene) { return !model::turning_components(equations_of(scene).model()).empty(); }
+
+int density_component(const model::Equations& equations, const PlaneNumber& number) {
+    int at = 0;
+    for (const model::StateComponent& one : model::components_of_state(equations)) {
+        if (equations.model().fields[one.field].name == number.density) return at;
+        ++at;
+    }
+    return -1;
+}
+
+namespace {
+/// Throws an input Error where no axis of the plane is the density of a field.
+void check_binodal_plane(const io::Scene& scene, const PlannedBoundary& planned) {
+    const model::Equations equations = equations_of(scene);
+    std::string example = "which the model does not have";
+    for (const model::Field& field : equations.model().fields)
+        if (field.spin == 0 && field.conserved) example = "such as uniform." + field.name;
+    require(density_component(equations, planned.x_number) >= 0 || density_component(equations, planned.y_number) >= 0,
+            io::location_of(scene, "boundary.lines"),
+            "boundary.lines has \"binodal\", the densities of coexisting phases, and the axes are {} and {}; expected "
+            "the mean density of a field as one axis, {}",
+            planned.x.name, planned.y.name, example);
+}
+}  // namespace
+
 PlannedBoundary plan_boundary(const io::Scene& scene) {
-    PlannedBoundary planned{.x = axis_of(scene, "boundary.x", scene.boundary.x),
-                            .y = axis_of(scene, "boundary.y", scene.boundary.y)};
-    require(!physics::is_same_axis(planned.x.name, planned.y.name), io::location_of(scene, "boundary.y"),
+    PlannedBoundary planned;
+    std::tie(planned.x, planned.x_number) = axis_of(scene, "boundary.x", scene.boundary.x);
+    std::tie(planned.y, planned.y_number) = axis_of(scene, "boundary.y", scene.boundary.y);
+    require(!are_same(planned.x_number, planned.y_number), io::location_of(scene, "boundary.y"),
             "boundary.x is {} and boundary.y is {}; expected two different numbers", planned.x.name, planned.y.name);
     planned.errors = errors_of(scene, planned);
     planned.conventions = conventions_of(scene);
     planned.lines = lines_in(scene);
-    if (planned.lines.back() == binodal_name) check_binodal_plane(scene, planned.x.name, planned.y.name);
+    if (planned.lines.back() == binodal_name) check_binodal_plane(scene, planned);
     return planned;
 }
 

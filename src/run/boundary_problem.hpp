@@ -22,8 +22,7 @@ struct BoundaryProblem {
     std::function<std::vector<double>(const numerics::PlanePoint&)> map_at = {};
 };
 
-BoundaryProblem rod_bead_boundary(const io::Scene& scene, const PlannedBoundary& planned);
 /// quiet: else progress is shown where it takes minutes.  Its margins throw an environment Error on a stop signal.
-BoundaryProblem declared_boundary(const io::Scene& scene, const PlannedBoundary& planned, bool quiet);
+BoundaryProblem boundary_problem(const io::Scene& scene, const PlannedBoundary& planned, bool quiet);
 
 }  // namespace drover::run

@@ -55,8 +55,11 @@ double size_of_alignment(const model::Model& model, const model::Field& field) {
     return number == model.coefficients.end() ? 0.0 : number->second;
 }
 
-/// By field: references, full alignment, and values in the uniform stationary states, whichever is larger; 0: unknown.
-std::vector<double> known_sizes(const io::Scene& scene, const model::Equations& equations) {
+enum class Sizes { at_hand, searched };
+
+/// By field: references, full alignment, and values in the uniform stationary states if these are searched, whichever
+/// is larger; 0: unknown.
+std::vector<double> known_sizes(const io::Scene& scene, const model::Equations& equations, Sizes how) {
     const model::Model& model = equations.model();
     const std::vector<int> first = first_components(model);
     std::vector<double> sizes;
@@ -66,16 +69,16 @@ std::vector<double> known_sizes(const io::Scene& scene, const model::Equations& 
             size = std::hypot(field.source.x, field.source.y) / numerics::area(scene.grid);
         sizes.push_back(size);
     }
-    try {
-        for (const model::StationaryState& state : stationary_states_of(scene, equations).states)
-            for (std::size_t n = 0; n < sizes.size(); ++n) {
-                double square = 0.0;
-                for (int k = first[n]; k < first[n] + model::components(model.fields[n]); ++k)
-                    square += std::pow(state.values[static_cast<std::size_t>(k)], 2);
-                if (std::isfinite(square)) sizes[n] = std::max(sizes[n], std::sqrt(square));
-            }
-    } catch (const Error&) {  // no uniform state has finite rates
-    }
+    if (how == Sizes::searched) try {
+            for (const model::StationaryState& state : stationary_states_of(scene, equations).states)
+                for (std::size_t n = 0; n < sizes.size(); ++n) {
+                    double square = 0.0;
+                    for (int k = first[n]; k < first[n] + model::components(model.fields[n]); ++k)
+                        square += std::pow(state.values[static_cast<std::size_t>(k)], 2);
+                    if (std::isfinite(square)) sizes[n] = std::max(sizes[n], std::sqrt(square));
+                }
+        } catch (const Error&) {  // no uniform state has finite rates
+        }
     return sizes;
 }
 
@@ -111,11 +114,11 @@ double driven_size(const model::Equations& equations, const std::vector<double>&
 }
 
 /// Of each component of a state.
-std::vector<double> sizes_of(const io::Scene& scene, const model::Integrated& what) {
+std::vector<double> sizes_of(const io::Scene& scene, const model::Integrated& what, Sizes how) {
     const model::Equations& equations = what.equations;
     const std::vector<model::Field>& fields = equations.model().fields;
     const double largest_q = largest_wavenumber(scene.grid, 1);
-    std::vector<double> known = known_sizes(scene, equations), sizes = known, result;
+    std::vector<double> known = known_sizes(scene, equations, how), sizes = known, result;
     for (std::size_t n = 0; n < fields.size(); ++n) try {
             if (known[n] == 0.0 || (fields[n].spin > 0 && size_of_alignment(equations.model(), fields[n]) == 0.0))
                 sizes[n] = std::max(known[n], driven_size(equations, known, n, largest_q, scene.time.end));
@@ -232,7 +235,8 @@ void complete_problem(const io::Scene& scene, FieldProblem& problem) {
     // A flock is far from its references, and so are its errors.
     if (scene.kind == io::SceneKind::model)
         problem.integrated.shortest = shortest_of_patterns(what.equations, scene.grid, what.kept_degree);
-    problem.sizes = [scene, what] { return sizes_of(scene, what); };
+    problem.sizes = sizes_of(scene, what, Sizes::at_hand);
+    problem.searched_sizes = [scene, what] { return sizes_of(scene, what, Sizes::searched); };
     problem.likely_cause = [scene, what](const numerics::System& linear, double tail) {
         return likely_cause(scene, what.equations, linear, tail);
     };

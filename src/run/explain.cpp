@@ -30,7 +30,9 @@ struct ListedTerms {
 ListedTerms listed_terms(const io::Scene& scene, const model::Equations& equations) {
     if (scene.kind != io::SceneKind::model) {
         const physics::Equations rod_bead(scene.model);
-        return {.equations = rod_bead.forces(), .written = physics::written_terms(rod_bead), .names = rod_bead.terms()};
+        return {.equations = rod_bead.right_sides(),
+                .written = physics::written_terms(rod_bead),
+                .names = rod_bead.terms()};
     }
     ListedTerms listed{.equations = equations, .written = {}};
     for (const auto* terms : {&equations.terms(), &equations.noise_terms()})
@@ -212,7 +214,7 @@ Record explain_fields(const io::Scene& scene) {
                                 scene.units.length == "none" ? "" : scene.units.length)};
     root.heading.erase(root.heading.find_last_not_of(' ') + 1);
     if (scene.kind != io::SceneKind::model)
-        root.entries.push_back(words("form", "fields of the model", physics::form_name(physics::form(scene.model))));
+        root.entries.push_back(words("form", "fields of the model", physics::form_name(scene.model)));
     else if (!scene.declared.name.empty()) root.entries.push_back(words("name", "of the model", scene.declared.name));
     add_steps(scene, what, root);
     add_modes(scene, what, of, root);

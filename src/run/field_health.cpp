@@ -150,16 +150,31 @@ FirstFailure find_first_failure(model::FieldEvolution& evolution, const FieldHea
 }
 }  // namespace
 
-FieldHealth make_field_health(const FieldProblem& problem, const numerics::System& linear,
-                              const numerics::Spectra& initial) {
-    FieldHealth health{.scales = problem.sizes()};
-    restore_field_health(linear, initial, 0, health);
-    for (const FieldRange& field : field_ranges(problem.integrated.equations)) {
-        double scale = health.scales[static_cast<std::size_t>(field.first)];
-        for (int c = field.first; scale > 0.0 && c < field.first + field.count; ++c)
-            scale = std::max(scale, root_mean_square(linear.grid, initial[c]));
+namespace {
+/// Sizes in the model, or at the start if larger.
+void set_scales(const model::Equations& equations, const std::vector<double>& sizes, FieldHealth& health) {
+    health.scales = sizes;
+    for (const FieldRange& field : field_ranges(equations)) {
+        const auto first = static_cast<std::size_t>(field.first), end = first + static_cast<std::size_t>(field.count);
+        double scale = sizes[first];
+        for (std::size_t c = first; scale > 0.0 && c < end; ++c) scale = std::max(scale, health.start[c]);
         std::fill_n(health.scales.begin() + field.first, field.count, scale);
     }
+}
+
+/// A size in the model is at least what is known without a search.
+void search_scales(const FieldProblem& problem, FieldHealth& health) {
+    if (std::exchange(health.has_searched, true)) return;
+    set_scales(problem.integrated.equations, problem.searched_sizes(), health);
+}
+}  // namespace
+
+FieldHealth make_field_health(const FieldProblem& problem, const numerics::System& linear,
+                              const numerics::Spectra& initial) {
+    FieldHealth health;
+    restore_field_health(linear, initial, 0, health);
+    for (int c = 0; c < initial.count(); ++c) health.start.push_back(root_mean_square(linear.grid, initial[c]));
+    set_scales(problem.integrated.equations, problem.sizes, health);
     return health;
 }
 
@@ -174,10 +189,16 @@ void check_field_health(const Diagnosed& run, numerics::Transform& transform, co
                         std::int64_t step, FieldHealth& health) {
     const numerics::System& linear = run.evolution.linear();
     for (const Complex value : state.values)
-        if (!is_finite(value, state.size)) report_not_finite(run, transform, state, step, health);
+        if (!is_finite(value, state.size)) {
+            search_scales(run.problem, health);
+            report_not_finite(run, transform, state, step, health);
+        }
     for (int c = 0; c < state.count(); ++c) {
         const files::Quantity& component = run.problem.components[static_cast<std::size_t>(c)];
-        const double size = root_mean_square(linear.grid, state[c]), scale = health.scales[static_cast<std::size_t>(c)];
+        const double size = root_mean_square(linear.grid, state[c]);
+        const double& scale = health.scales[static_cast<std::size_t>(c)];
+        if (size > max_field_size * std::max(scale, health.start[static_cast<std::size_t>(c)]))
+            search_scales(run.problem, health);
         if (size <= max_field_size * scale || scale == 0.0) continue;
         const Peak peak = peak_of(linear.grid, transform, state, c);
         fail_run(

@@ -19,6 +19,8 @@ inline constexpr double max_field_size = 1e6;
 /// The last state in which all fields had a meaning.
 struct FieldHealth {
     std::vector<double> scales;   ///< of each component: its size in the model, or at the start if larger; 0: unknown
+    std::vector<double> start;    ///< of each component: its size at the start
+    bool has_searched = false;    ///< for its size in the model: not before it may matter
     numerics::KeptModes healthy;  ///< of the state at the last check
     numerics::KeptModes earlier;  ///< at the check before it, from which a diagnosis repeats the steps
     std::int64_t step = 0, earlier_step = 0;  ///< of both

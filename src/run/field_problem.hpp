@@ -36,9 +36,11 @@ FieldObserver observer_of_state(const FieldObserver& whole, Threads& threads);
 
 struct FieldProblem {
     model::Integrated integrated;
-    std::vector<files::Quantity> components;     ///< of a state, as frames have them
-    std::vector<files::Quantity> balanced;       ///< components in balance that frames have, too
-    std::function<std::vector<double>()> sizes;  ///< of each component: its size in the model; 0: unknown
+    std::vector<files::Quantity> components;  ///< of a state, as frames have them
+    std::vector<files::Quantity> balanced;    ///< components in balance that frames have, too
+    std::vector<double> sizes;                ///< of each component: its size in the model; 0: unknown
+    /// The same, where uniform stationary states are larger theirs: takes a search.
+    std::function<std::vector<double>()> searched_sizes;
     /// Why a run may have diverged, for people.  tail: the part of the variance of the field in its shortest waves.
     std::function<std::string(const numerics::System& linear, double tail)> likely_cause;
     /// The text of a term that is not finite somewhere in a state; "" if all are.

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
+#include "drover/calibrate/slow_order.hpp"
 #include "drover/model/energy.hpp"
 #include "drover/model/start.hpp"
 #include "drover/physics/integrated.hpp"
-#include "drover/physics/uniform_states.hpp"
 #include "run/model_coefficients.hpp"
 
 namespace drover::run {
@@ -40,7 +40,7 @@ model::Integrated integrated_of(const io::Scene& scene) {
 
 model::Equations equations_of(const io::Scene& scene) {
     if (scene.kind == io::SceneKind::model) return model::Equations(io::model_of(scene.declared));
-    return physics::Equations(scene.model).solver(physics::reference(scene.model.uniform));
+    return physics::Equations(scene.model).solver();
 }
 
 std::string placed_term_of(const io::Scene& scene, const model::Equations& equations) {
@@ -49,32 +49,32 @@ std::string placed_term_of(const io::Scene& scene, const model::Equations& equat
     return placed == nullptr ? "" : placed->text;
 }
 
+namespace {
+/// Of a model file, whose fields follow the order in one way alone: without a search where that is enough.
+model::StationaryStates keyed_states(const physics::Equations& keyed, const model::Equations& equations) {
+    std::optional<model::StationaryStates> few;
+    if (keyed.model.text_terms.empty()) few = model::states_of_cubic_order(keyed.theory(), equations.reference());
+    model::StationaryStates found = few ? *std::move(few) : model::stationary_states(equations);
+    if (found.why_no_order.empty()) return found;
+    if (const std::string why = calibrate::why_no_order(keyed); !why.empty()) {
+        found.why_no_order = why;
+        if (found.states.empty()) found.why_none = why;
+    }
+    return found;
+}
+}  // namespace
+
+model::StationaryStates uniform_states_of(const io::Scene& scene, const model::Equations& equations) {
+    if (scene.kind == io::SceneKind::model) return model::stationary_states(equations);
+    return keyed_states(physics::Equations(scene.model), equations);
+}
+
 model::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations) {
     if (scene.kind == io::SceneKind::model) return model::stationary_states(equations);
-    const physics::Equations rod_bead(scene.model);
-    model::StationaryStates result;
-    if (const std::string term = physics::nonuniform_term(rod_bead); !term.empty()) {
-        result.why_none = term + " depends on position or time";
-        return result;
-    }
-    const model::UniformState reference = equations.reference();
-    const physics::StationaryStates found = physics::stationary_states(rod_bead);
-    for (const physics::StationaryState& state : found.states) {
-        model::UniformState values = reference;
-        const auto set = [&](int field, const Eigen::Vector2d& vector) {
-            if (const int at = rod_bead.component(field); at >= 0)
-                for (const int axis : {0, 1}) values[static_cast<std::size_t>(at + axis)] = vector[axis];
-        };
-        set(physics::FieldIndex::bead_velocity_x, state.point.velocity);
-        set(physics::FieldIndex::polar_order_x, state.point.order);
-        result.states.push_back({.name = state.name,
-                                 .values = std::move(values),
-                                 .is_isotropic = physics::is_isotropic(state.point),
-                                 .has_free_direction = state.free_direction});
-    }
-    if (result.states.empty()) result.why_none = found.no_order;
-    result.why_no_order = found.no_order;
-    return result;
+    const physics::Equations keyed(scene.model);
+    if (const std::string term = physics::nonuniform_term(keyed); !term.empty())
+        return {.states = {}, .why_none = term + " depends on position or time", .why_no_order = {}};
+    return keyed_states(keyed, equations);
 }
 
 SceneNumber number_of(const io::Scene& scene, const std::string& list, const std::string& key,
@@ -84,7 +84,7 @@ SceneNumber number_of(const io::Scene& scene, const std::string& list, const std
         return {.key = own_section + name, .value = scene.declared.coefficients.at(name)};
     }
     const io::ModelNumber number = io::model_number(key, where, scene.model);
-    physics::Model model = scene.model;
+    physics::ModelValues model = scene.model;
     return {.key = key, .unit = number.unit.empty() ? "1" : number.unit, .value = number.in(model)};
 }
 
@@ -93,8 +93,8 @@ SceneNumber example_number(const io::Scene& scene) {
         return {.key = "cell.lx", .unit = "mm", .value = scene.particles.cell.lx};
     for (const auto& [name, value] : scene.declared.coefficients)
         if (value != 0.0) return {.key = own_section + name, .value = value};
-    for (const physics::CoefficientRow& row : physics::coefficient_registry())
-        if (const double value = row.value_in(scene.model); scene.kind == io::SceneKind::fields && value != 0.0)
+    for (const physics::CoefficientRow& row : scene.model.file->coefficients)
+        if (const double value = number(scene.model, row.key()); scene.kind == io::SceneKind::fields && value != 0.0)
             return {.key = row.key(), .unit = row.unit, .value = value};
     return {.key = "grid.lx", .unit = "mm", .value = scene.grid.lx};
 }

@@ -15,7 +15,9 @@ model::Equations equations_of(const io::Scene& scene);
 /// A term that depends on position or time, so that there is no uniform state; "": none.
 std::string placed_term_of(const io::Scene& scene, const model::Equations& equations);
 
-/// Their uniform stationary states at the mean densities of the scene; of rods and beads by their closed forms.
+/// Their uniform stationary states at the mean densities of the scene, without sources at points.
+model::StationaryStates uniform_states_of(const io::Scene& scene, const model::Equations& equations);
+/// None where a term depends on position or time.
 model::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations);
 
 /// A number of its equations.

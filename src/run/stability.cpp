@@ -122,7 +122,7 @@ List slow_mode_list(const Analysis& of, const AnalysedState& state, std::string&
               .shown = {.archive = false}};
     const bool is_isotropic = state.linear.is_isotropic();
     for (const double angle : {0.0, 30.0, 60.0, 90.0}) {
-        const model::SlowModes slow = state.slow_modes(angle * radians_per_degree);
+        const model::SlowModes slow = model::slow_modes(state.linear, angle * radians_per_degree);
         if (!slow.why_none.empty()) why_none = slow.why_none;
         for (const model::SlowMode& mode : slow.modes)
             list.rows.push_back(slow_mode_record(mode, angle, of.problem.direction, angle == 0.0 || !is_isotropic));
@@ -194,8 +194,7 @@ model::GrowthSearch growth_search(const io::Scene& scene) {
 
 Result make_stability(const io::Scene& scene, Threads* threads) {
     const model::GrowthSearch search = growth_search(scene);
-    StabilityProblem problem =
-        scene.kind == io::SceneKind::model ? declared_stability(scene) : rod_bead_stability(scene);
+    StabilityProblem problem = stability_problem(scene);
     const Analysis analysis{.scene = scene, .problem = problem, .search = search, .threads = threads};
     List states{.name = "states"};
     for (const AnalysedState& state : problem.states) states.rows.push_back(state_record(analysis, state));

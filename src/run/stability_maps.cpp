@@ -95,7 +95,7 @@ void add_slow_modes(const Mapped& mapped, files::ResultTable& table) {
     std::vector<double> speed, growth, damping;
     std::size_t count = 0;
     for (const double angle : mapped.angles) {
-        const model::SlowModes slow = mapped.state.slow_modes(angle);
+        const model::SlowModes slow = model::slow_modes(mapped.state.linear, angle);
         if (slow.modes.empty() || (count > 0 && slow.modes.size() != count)) {
             count = 0;
             break;

@@ -25,8 +25,6 @@ struct AnalysedState {
     bool has_free_direction = false;  ///< turned copies are states too
     bool is_mapped_along_x = false;   ///< all directions are equivalent, and one is enough for its maps
     std::vector<StructurePart> parts = {};
-    /// Its slow modes at an angle from its direction [rad].
-    std::function<model::SlowModes(double angle)> slow_modes = {};
 };
 
 struct StabilityProblem {
@@ -37,8 +35,7 @@ struct StabilityProblem {
     std::vector<std::string> footer = {};
 };
 
-StabilityProblem rod_bead_stability(const io::Scene& scene);
-StabilityProblem declared_stability(const io::Scene& scene);
+StabilityProblem stability_problem(const io::Scene& scene);
 
 /// The waves that a scene searches: by default from a thousandth of the smallest |q| of its cell to the largest of its
 /// grid.  Throws an input Error for an empty range.

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drover/model/density_profile.hpp"
 #include "drover/model/start.hpp"
 #include "drover/model/travelling_family.hpp"
-#include "drover/physics/density_profile.hpp"
 #include "drover/run/field_simulation.hpp"
 #include "drover/run/signals.hpp"
 #include "run/number_lists.hpp"
@@ -37,7 +37,7 @@ void add_scalar(const ScalarNames& names, const model::StateComponent& of, doubl
             entries.push_back({.name = name, .unit = unit, .meaning = meaning, .value = value, .digits = 10});
     };
     const auto [least, most] = std::minmax_element(values.begin(), values.end());
-    const physics::DensityProfile profile = physics::density_profile(values, lx);
+    const model::DensityProfile profile = model::density_profile(values, lx);
     const std::string words = of.name;
     add(names.mean, of.unit, text("mean of {}", words), mean);
     add(names.min, of.unit, text("smallest {} on a point", words), *least);

@@ -7,12 +7,10 @@
 #include "drover/base/error.hpp"
 #include "drover/dem/contact_law.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/measure/field_setting.hpp"
 #include "drover/numerics/time_method.hpp"
 #include "drover/physics/evaluation_cost.hpp"
-#include "drover/physics/stability_rows.hpp"
+#include "drover/physics/integrated.hpp"
 #include "drover/run/kind.hpp"
-#include "run/scene_equations.hpp"
 #include "run/text_resolution.hpp"
 
 namespace drover::run {
@@ -70,7 +68,7 @@ StepLadder tolerance_ladder(const io::Scene& scene, const std::string& method, d
 /// The override that takes a coefficient out of a scene.
 std::vector<std::string> without(const physics::CoefficientRow& row) {
     std::vector<std::string> overrides{row.key() + "=0.0"};
-    if (row.varies()) overrides.push_back(row.key() + "_terms=[]");
+    if (row.varies) overrides.push_back(row.key() + "_terms=[]");
     return overrides;
 }
 
@@ -78,15 +76,32 @@ void add_all(std::vector<std::string>& to, const std::vector<std::string>& from)
     to.insert(to.end(), from.begin(), from.end());
 }
 
+/// Without the formulas of a start for a field.
+void add_cleared_start(const io::Scene& scene, const physics::FieldRow& field, std::vector<std::string>& overrides) {
+    const model::Field as_field{.name = field.name, .symbol = field.symbol, .spin = field.spin};
+    const auto formulas = scene.initial.formulas;
+    for (const std::string& component : model::dataset_names(as_field))
+        if (formulas.contains(component)) overrides.push_back("initial." + component + "=\"\"");
+}
+
 /// Without a field, and without the coefficients and the start that need it.
-std::vector<std::string> without_field(const io::Scene& scene, const std::string& field, unsigned need,
-                                       const std::vector<std::string>& starts) {
-    std::vector<std::string> overrides{field};
-    for (const physics::CoefficientRow& row : physics::coefficient_registry())
-        if ((row.needs & need) != 0 &&
-            (row.value_in(scene.model) != 0.0 || (row.varies() && !row.monomials_in(scene.model).empty())))
+std::vector<std::string> without_field(const io::Scene& scene, const physics::FieldRow& field) {
+    std::vector<std::string> overrides{field.present + "=false"};
+    for (const physics::CoefficientRow& row : scene.model.file->coefficients)
+        if (std::find(row.needs.begin(), row.needs.end(), field.symbol) != row.needs.end() &&
+            is_given(scene.model, row))
             add_all(overrides, without(row));
-    for (const std::string& start : starts) overrides.push_back("initial." + start + "=\"\"");
+    add_cleared_start(scene, field, overrides);
+    return overrides;
+}
+
+/// With a field in balance that has a mass.
+std::vector<std::string> in_balance(const io::Scene& scene, const physics::FieldRow& field) {
+    std::vector<std::string> overrides{field.present + "=slaved"};
+    add_cleared_start(scene, field, overrides);
+    for (const physics::KeyRow& row : scene.model.file->keys)
+        if (row.needs_rate && row.needs == field.symbol)
+            overrides.push_back(row.key() + "=" + toml_text(row.description.default_value));
     return overrides;
 }
 }  // namespace
@@ -197,30 +212,23 @@ void add_declared_models(const io::DeclaredModel& declared, std::vector<Level>& 
             levels.push_back({"without the noise of " + declared.fields[k].symbol, {text("field[{}].noise=0", k + 1)}});
 }
 
-void add_rod_bead_models(const io::Scene& scene, std::vector<Level>& levels) {
-    const physics::Model& model = scene.model;
-    const measure::FieldSetting observed = measure::make_field_setting(equations_of(scene), scene.grid, 1);
-    const auto at = [&](int first) -> const measure::MeasuredField* {
-        const auto found = std::ranges::find(observed.fields, first, &measure::MeasuredField::first);
-        return first < 0 || found == observed.fields.end() ? nullptr : &*found;
-    };
-    if (observed.flow && observed.flow->first < observed.of_state) {
-        const measure::MeasuredField& flow = *at(observed.flow->first);
-        std::vector<std::string> overrides{"fields." + flow.name + "=slaved", "inertia.advection=false"};
-        for (const std::string& component : flow.components) overrides.push_back("initial." + component + "=\"\"");
-        levels.push_back({"slaved velocity", std::move(overrides)});
+void add_keyed_models(const io::Scene& scene, std::vector<Level>& levels) {
+    const physics::ModelValues& model = scene.model;
+    for (const physics::FieldRow& field : model.file->fields)
+        if (!field.mass.empty() && presence(model, field) == physics::Presence::rate)
+            levels.push_back({"slaved " + field.observed.short_name, in_balance(scene, field)});
+    for (const physics::FieldRow& field : model.file->fields) {
+        if (field.reference.empty() || presence(model, field) == physics::Presence::absent) continue;
+        physics::ModelValues other = model;
+        other.values[field.present] = false;
+        if (is_named_form(other)) levels.push_back({form_name(other), without_field(scene, field)});
     }
-    if (observed.flow && observed.flow->density >= 0 && observed.order)
-        if (const measure::MeasuredField* density = at(observed.order->density))
-            levels.push_back({"dilute", without_field(scene, "fields." + density->name + "=false",
-                                                      physics::needs_rod_density, density->components)});
-    for (const physics::CoefficientRow& row : physics::coefficient_registry()) {
-        const bool active = row.value_in(model) != 0.0 || (row.varies() && !row.monomials_in(model).empty());
+    for (const physics::CoefficientRow& row : model.file->coefficients) {
         const bool may_be_zero = row.range.min < 0.0 || (row.range.min == 0.0 && !row.range.min_open);
-        if (active && may_be_zero) levels.push_back({"without " + row.key(), without(row)});
+        if (is_given(model, row) && may_be_zero) levels.push_back({"without " + row.key(), without(row)});
     }
     // Saves no time, but tells whether the waves act on each other.
-    if (physics::is_nonlinear(physics::Equations(model)) && !model.approximation.quasi_linear)
+    if (physics::is_nonlinear(physics::Equations(model)) && !flag(model, "approximation.quasi_linear"))
         levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
 }
 }  // namespace
@@ -231,7 +239,7 @@ std::vector<Level> model_levels(const io::Scene& scene) {
     switch (scene.kind) {
         case io::SceneKind::particles: add_particle_models(scene, levels); break;
         case io::SceneKind::model: add_declared_models(scene.declared, levels); break;
-        case io::SceneKind::fields: add_rod_bead_models(scene, levels); break;
+        case io::SceneKind::fields: add_keyed_models(scene, levels); break;
     }
     for (Level& level : levels) level.reason = reason_against(scene, level.overrides);
     return levels;

@@ -15,7 +15,7 @@ namespace drover::run {
 io::Scene line_of(const io::Scene& scene) {
     io::Scene line = scene;
     line.grid.ny = 1;
-    line.model.noise = {};
+    physics::remove_noise(line.model);
     return line;
 }
 

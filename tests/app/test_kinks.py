@@ -83,7 +83,7 @@ def test_a_text_without_a_derivative_is_explicit_and_called_so(tmp_path):
     explained = drover(tmp_path, "explain", scene).stdout
     assert "no derivative at the references" in explained and "leaves out terms[1]" in explained
     assert "valid" in drover(tmp_path, "check", scene).stdout
-    rejected(tmp_path, ["stability", scene], ["terms[1] has no finite derivative", "|p| = 0"])
+    rejected(tmp_path, ["stability", scene], ['"terms[1]" has no finite derivative'])
 
 
 def test_a_run_from_a_state_where_a_text_is_not_finite_names_the_text(tmp_path):

@@ -1,5 +1,6 @@
 """tests/app/test_model_scenes.py: a scene with its own fields in every command of the program, and its errors."""
 import csv
+import json
 import os
 import pty
 import re
@@ -268,7 +269,40 @@ def test_boundary_of_a_model_traces_where_its_uniform_state_becomes_unstable(tmp
     rejected(tmp_path, ["boundary", MODELS / "brusselator.toml", "--x", "aa = 1:4", "--y", "b = 2:12"],
              ["boundary.x names aa", "coefficients.a"])
     rejected(tmp_path, ["boundary", MODELS / "brusselator.toml", "--x", "a = 1:4", "--y", "b = 2:12", "--set",
-                        'boundary.lines=["onset"]'], ["boundary.lines", "isotropic, ordered"])
+                        'boundary.lines=["onset"]'], ["boundary.lines", "no field of the model has a direction"])
+
+
+def lines_of(folder, scene, x, y, lines, *more):
+    result = drover_json(folder, "boundary", scene, "--x", x, "--y", y, *settings(
+        [f"boundary.lines={json.dumps(lines)}", "boundary.map=0", "boundary.cells=12", "boundary.chord=1e-3", *more]))
+    assert [one["limit"] for one in result["traced"]] == lines
+    return [[[(point["x"], point["y"]) for point in line["points"]] for line in one["lines"]]
+            for one in result["traced"]]
+
+
+def test_limits_of_long_waves_of_a_model_are_those_of_rods_and_beads_with_the_same_equations(tmp_path):
+    """models/toner-tu.toml has the equations of models/band.toml: onset at abar = 0, banding to |abar| = 1/6."""
+    for scene, x, y in (("band.toml", "uniform.rod_density", "relaxation.rate"),
+                        ("toner-tu.toml", "uniform.density", "coefficients.rho_c")):
+        onset, banding = lines_of(tmp_path, MODELS / scene, f"{x} = 0.5:2", f"{y} = 0.5:1.1", ["onset", "banding"])
+        for lines, distance in ((onset, 0.0), (banding, 1.0 / 6.0)):
+            (line,) = lines
+            assert len(line) > 10
+            for density, threshold in line:
+                assert density - threshold == pytest.approx(distance, abs=1e-7), scene
+
+
+def test_binodals_and_the_spinodal_of_cahn_and_hilliard_are_those_of_its_free_energy(tmp_path):
+    """(phi^2 - 1)^2/4: phases of +-1 whatever kappa is, unstable within +-1/sqrt(3)."""
+    spinodal, binodal = lines_of(
+        tmp_path, MODELS / "cahn-hilliard.toml", "uniform.composition = -1.2:1.2", "kappa = 0.8:1.2",
+        ["phase-separation", "binodal"], "grid.nx=256", "grid.ny=1", "grid.lx=60", 'initial.kind="formula"',
+        'initial.composition="tanh((x - 15)/1.4) - tanh((x - 45)/1.4) - 1"', "initial.amplitude=0")
+    for lines, size, error in ((spinodal, 3.0**-0.5, 1e-8), (binodal, 1.0, 1e-6)):
+        assert sorted(round(line[0][0] / size) for line in lines) == [-1, 1]
+        for line in lines:
+            assert all(abs(x) == pytest.approx(size, abs=error) for x, _ in line)
+            assert (min(y for _, y in line), max(y for _, y in line)) == pytest.approx((0.8, 1.2), abs=1e-6)
 
 
 def on_a_terminal(folder, *words, until, seconds=60):

@@ -12,7 +12,6 @@
 #include "drover/calibrate/fill_model.hpp"
 #include "drover/numerics/fastest_growth.hpp"
 #include "drover/physics/linear_theory.hpp"
-#include "drover/physics/uniform_states.hpp"
 #include "physics/structure.hpp"
 
 namespace drover::calibrate::field_model_tests {
@@ -192,14 +191,14 @@ TEST(FieldModel, has_a_uniform_flock_with_mean_field_order_and_flow) {
         const physics::Equations equations(model_of(dense, kind));
         const physics::StationaryStates states = physics::stationary_states(equations);
         ASSERT_EQ(states.states.size(), 2u) << states.no_order;
-        const double unit = kind == OrderKind::density ? equations.model.uniform.rod_density : 1.0;
+        const double unit = kind == OrderKind::density ? uniform_of(equations.model).rod_density : 1.0;
         const MeanField expected = mean_field(flocking_table(), dense);
         EXPECT_NEAR(states.states[1].point.order.norm() / unit, expected.order.value, 1e-10);
         EXPECT_NEAR(states.states[1].point.velocity.norm(), expected.bead_velocity.value, 1e-10);
         EXPECT_NEAR(expected.alignment.value, 6.0, 1e-12);
         EXPECT_NEAR(expected.effective_relaxation.value,
-                    physics::effective_coefficients(equations, equations.model.uniform.bead_density,
-                                                    equations.model.uniform.rod_density)
+                    physics::effective_coefficients(equations, uniform_of(equations.model).bead_density,
+                                                    uniform_of(equations.model).rod_density)
                         .relaxation,
                     1e-12);
     }
@@ -236,18 +235,18 @@ TEST(FieldModel, has_the_error_of_the_table_for_a_coefficient_that_is_one_of_its
 
 TEST(RedrawnModels, have_the_errors_of_their_numbers_and_keep_what_a_scene_has_changed) {
     const Table table = flocking_table();
-    physics::Model model = model_of(dense, OrderKind::orientation);
+    physics::ModelValues model = model_of(dense, OrderKind::orientation);
     const std::vector<std::string> keys{"relaxation.rate", "weathercock.strength"};
     fill_model(table, dense, keys, model);
     const auto spread_of_rate = [&] {
         std::vector<double> rates;
-        for (const physics::Model& one : redrawn_models(table, dense, keys, model, 100))
-            rates.push_back(one.relaxation.rate);
+        for (const physics::ModelValues& one : redrawn_models(table, dense, keys, model, 100))
+            rates.push_back(number(one, "relaxation.rate"));
         return half_width(rates);
     };
     const double error = field_number(table, "relaxation.rate", dense, OrderKind::orientation).number.error;
     EXPECT_NEAR(spread_of_rate(), error, 1e-3 * error);  // 100 parts of equal probability
-    model.relaxation.rate *= 1.01;
+    number_in(model, "relaxation.rate") *= 1.01;
     EXPECT_EQ(spread_of_rate(), 0.0);
 }
 
@@ -256,11 +255,11 @@ TEST(DensityTable, has_the_coefficients_of_every_node) {
     const physics::TableData data = density_table(table, dense, OrderKind::orientation);
     const physics::TableColumn &driving = data.column("driving.strength"), &drag = data.column("drag.coefficient");
     ASSERT_EQ(driving.values.size(), 6u);
-    EXPECT_NEAR(data.bead_density[1], 0.4 / 0.5, 1e-15);
-    EXPECT_NEAR(data.rod_density[0], 0.05 / 4.0, 1e-15);
+    EXPECT_NEAR(data.nodes[0][1], 0.4 / 0.5, 1e-15);
+    EXPECT_NEAR(data.nodes[1][0], 0.05 / 4.0, 1e-15);
     for (std::size_t node = 0; node < 6; ++node)
         EXPECT_NEAR(driving.values[node] / drag.values[node], 2.0 + 0.2 * static_cast<double>(node), 1e-12);
-    physics::Model model = model_of(dense, OrderKind::orientation);
+    physics::ModelValues model = model_of(dense, OrderKind::orientation);
     model.table = data;
     physics::check(model);
 }

@@ -6,34 +6,34 @@
 #include <vector>
 
 #include "drover/calibrate/wave_fit.hpp"
-#include "drover/physics/equations.hpp"
+#include "physics/uniform_points.hpp"
 
 namespace drover::calibrate {
 
 /// A number of rods and beads.
 struct RodBeadNumber {
     std::string key;
-    std::function<double&(physics::Model&)> in;
+    std::function<double&(physics::ModelValues&)> in;
     double least = -std::numeric_limits<double>::infinity();
 };
 
-/// The fields of a record are those with a rate, in the order of physics::FieldIndex.
-inline WaveModel rod_bead_waves(const physics::Model& start, const physics::UniformPoint& about,
+/// The fields of a record are those with a rate, in the order of the model file.
+inline WaveModel rod_bead_waves(const physics::ModelValues& start, const physics::UniformPoint& about,
                                 const std::vector<RodBeadNumber>& numbers) {
     const physics::Equations of_start(start);
     WaveModel waves;
-    for (const int component : of_start.linearised(about)->state_components()) {
-        const bool beads = component == of_start.component(physics::FieldIndex::bead_density),
-                   rods = component == of_start.component(physics::FieldIndex::rod_density);
+    const auto at_start = physics::linearised(of_start, about);
+    for (const int component : at_start->state_components()) {
+        const bool beads = component == of_start.component("rho"), rods = component == of_start.component("sigma");
         waves.fields.push_back({.is_conserved = beads || rods, .size = beads ? about.bead_density : about.rod_density});
     }
-    physics::Model model = start;
+    physics::ModelValues model = start;
     for (const RodBeadNumber& number : numbers)
         waves.numbers.push_back({.key = number.key, .start = number.in(model), .least = number.least});
     waves.at = [=](const std::vector<double>& values) {
-        physics::Model changed = start;
+        physics::ModelValues changed = start;
         for (std::size_t i = 0; i < values.size(); ++i) numbers[i].in(changed) = values[i];
-        const auto linear = physics::Equations(changed).linearised(about);
+        const auto linear = physics::linearised(physics::Equations(changed), about);
         return LinearWaves{.symbol = [linear](const numerics::Wavevector& q) { return linear->symbol(q); },
                            .noise = [linear](const numerics::Wavevector& q) { return linear->noise(q); }};
     };

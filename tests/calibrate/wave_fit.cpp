@@ -8,10 +8,9 @@
 #include "base/refusal.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/wavenumbers.hpp"
-#include "drover/physics/coefficient_registry.hpp"
 #include "drover/physics/linear_theory.hpp"
-#include "drover/physics/uniform_states.hpp"
 #include "physics/evolution.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "rod_bead_waves.hpp"
 
 namespace drover::calibrate::wave_fit_tests {
@@ -52,7 +51,10 @@ std::vector<RodBeadNumber> fitted(const std::vector<std::string>& keys) {
     std::vector<RodBeadNumber> numbers;
     for (const std::string& key : keys) {
         const physics::CoefficientRow& row = physics::coefficient_row(key);
-        numbers.push_back({.key = key, .in = row.value, .least = row.range.min});
+        numbers.push_back(
+            {.key = key,
+             .in = [key](physics::ModelValues& model) -> double& { return physics::number_in(model, key); },
+             .least = row.range.min});
     }
     return numbers;
 }
@@ -86,7 +88,7 @@ WaveRecord stationary_record(const physics::Model& model, double spacing, std::u
     const numerics::System system = physics::linear_system(model, grid);
     Threads threads(1);
     numerics::Stepper stepper(system, numerics::stepper_table("etdrk2"), spacing, seed, threads);
-    numerics::Spectra state(grid, numerics::components(physics::layout(e.form)));
+    numerics::Spectra state(grid, numerics::components(physics::layout(physics::form(e.model))));
     numerics::draw_stationary(system, {.seed = seed, .stream = Stream::stationary_state}, state);
     Recorder recorder(spacing);
     for (std::uint64_t k = 0; k < frames; ++k) {
@@ -96,12 +98,12 @@ WaveRecord stationary_record(const physics::Model& model, double spacing, std::u
     return recorder.record;
 }
 
-physics::UniformPoint rest_of(const physics::Model& model) {
-    return physics::at_rest(physics::reference(model.uniform));
+physics::UniformPoint rest_of(const physics::ModelValues& model) {
+    return physics::at_rest(physics::mean_densities(model));
 }
 
 /// The model with each fitted number at a multiple of its value.
-physics::Model scaled(physics::Model model, const std::vector<RodBeadNumber>& numbers) {
+physics::ModelValues scaled(physics::ModelValues model, const std::vector<RodBeadNumber>& numbers) {
     double factor = 0.5;  // 0.5, 2, 0.5, ...
     for (const RodBeadNumber& number : numbers) {
         number.in(model) *= factor;
@@ -111,8 +113,8 @@ physics::Model scaled(physics::Model model, const std::vector<RodBeadNumber>& nu
 }
 
 /// (estimate - truth)/error of each number, from other starting values.
-Eigen::VectorXd deviations(physics::Model truth, const std::vector<RodBeadNumber>& numbers, const WaveRecord& record,
-                           NoiseOf noise = NoiseOf::model) {
+Eigen::VectorXd deviations(physics::ModelValues truth, const std::vector<RodBeadNumber>& numbers,
+                           const WaveRecord& record, NoiseOf noise = NoiseOf::model) {
     const WaveFit fit = fit_waves(rod_bead_waves(scaled(truth, numbers), rest_of(truth), numbers), record, noise);
     Eigen::VectorXd result(static_cast<Eigen::Index>(numbers.size()));
     for (Eigen::Index i = 0; i < result.size(); ++i) {
@@ -261,7 +263,8 @@ TEST(WaveFit, of_a_flock_finds_what_stops_and_what_carries_its_order) {
     const WaveFit fit =
         fit_waves(rod_bead_waves(scaled(model, numbers), flock, numbers), recorder.record, NoiseOf::model);
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-        const double known = numbers[i].in(model);
+        physics::ModelValues truth = model;
+        const double known = numbers[i].in(truth);
         EXPECT_LT(std::abs(fit.values[i].value - known), 3.5 * fit.values[i].error) << numbers[i].key;
         EXPECT_LT(fit.values[i].error, 0.2 * known) << numbers[i].key;
     }

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "drover/measure/fields.hpp"
-#include "drover/physics/equations.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::measure {
 
@@ -16,7 +16,7 @@ inline physics::Model model_of(const physics::FieldChoice& fields, const std::st
 }
 
 inline FieldSetting setting_of(const numerics::Grid& grid, const physics::Model& model, int degree = 1) {
-    return make_field_setting(physics::Equations(model).solver(physics::reference(model.uniform)), grid, degree);
+    return make_field_setting(physics::Equations(model).solver(physics::mean_densities(model)), grid, degree);
 }
 inline FieldSetting rods_on(const numerics::Grid& grid, int degree = 1) {
     return setting_of(grid, model_of({}, "order"), degree);

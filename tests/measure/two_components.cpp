@@ -31,7 +31,7 @@ public:
           system_(physics::linear_system(model, grid)),
           spectra_(physics::initial_spectra(formulas, model, system_, 1, threads_)),
           fields_(grid, spectra_.count()),
-          energy_(physics::Equations(model).solver(physics::reference(model.uniform)), grid, system_.degree, threads_),
+          energy_(physics::Equations(model).solver(physics::mean_densities(model)), grid, system_.degree, threads_),
           setting_(setting_of(grid, model, system_.degree)) {
         numerics::Transform(grid, system_.degree, threads_).backward(spectra_, fields_);
         setting_.terms = physics::Equations(model).terms();

@@ -1,19 +1,20 @@
-// tests/model/theory_rod_bead.cpp: the linear theory of the rod-bead equations beside the theory of rods and beads.
+// tests/model/theory_rod_bead.cpp: the linear theory of the rod-bead equations with masses and balances, beside that of
+// their right sides alone and closed forms.
 #include <gtest/gtest.h>
 
 #include <numbers>
 #include <random>
 
 #include "drover/model/theory.hpp"
-#include "drover/physics/long_waves.hpp"
 #include "physics/flock_model.hpp"
+#include "physics/full_model.hpp"
 #include "physics/linear_modes.hpp"
+#include "physics/modes.hpp"
 #include "physics/structure.hpp"
+#include "theory_models.hpp"
 
 namespace drover::model::theory_rod_bead_tests {
 namespace {
-
-using std::numbers::pi;
 
 /// A flock with random coefficients and noise on every density and on the order.
 physics::Model random_flock(std::mt19937& random, bool slaved) {
@@ -31,37 +32,67 @@ physics::Model random_flock(std::mt19937& random, bool slaved) {
 }
 
 Equations equations_of(const physics::Model& model) {
-    return physics::Equations(model).solver(physics::reference(model.uniform));
+    return physics::Equations(model).solver(physics::mean_densities(model));
 }
 
 /// Of a wave: rounding times the ratio of the fastest rate to the slowest, and the condition of the modes.
 constexpr double tolerance = 1e-12;
 
-TEST(ModelTheory, of_the_rod_bead_equations_has_the_states_of_their_own_theory) {
+TEST(ModelTheory, of_the_rod_bead_equations_has_the_states_of_the_closed_form) {
     std::mt19937 random(3);
     for (const bool slaved : {false, true}) {
         const physics::Model built_in = random_flock(random, slaved);
-        const std::vector<physics::StationaryState> expected =
-            physics::stationary_states(physics::Equations(built_in)).states;
+        const physics::Equations equations(built_in);
         const StationaryStates found = stationary_states(equations_of(built_in));
-        ASSERT_EQ(found.states.size(), expected.size());
-        for (std::size_t k = 0; k < expected.size(); ++k) {
-            const physics::UniformPoint& point = expected[k].point;
-            const std::vector<double> values{point.bead_density, point.rod_density, point.velocity.x(),
-                                             point.velocity.y(), point.order.x(),   point.order.y()};
-            for (std::size_t i = 0; i < values.size(); ++i)
-                EXPECT_NEAR(found.states[k].values[i], values[i], 1e-14) << k << ", " << i;
-            EXPECT_EQ(found.states[k].name, expected[k].name);
-            EXPECT_EQ(found.states[k].has_free_direction, expected[k].free_direction);
+        ASSERT_EQ(names(found), (std::vector<std::string>{"isotropic", "ordered"}));
+        const physics::UniformPoint flock = physics::flock(equations, 0.0);
+        const auto at_point = ordered_state(equations.theory(), equations.right_sides().reference());
+        ASSERT_TRUE(at_point);
+        const std::vector<double> values = physics::values_of(equations, flock);
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            EXPECT_NEAR(found.states[1].values[i], values[i], 1e-14) << i;
+            EXPECT_NEAR(at_point->values[i], values[i], 1e-14) << i;
+        }
+        EXPECT_TRUE(found.states[1].has_free_direction);
+    }
+}
+
+TEST(ModelTheory, of_the_rod_bead_equations_has_the_states_of_a_search_without_one) {
+    std::mt19937 random(17);
+    std::vector<physics::Model> models;
+    for (const physics::NamedModel& form : physics::all_forms()) models.push_back(form.model);
+    for (const bool slaved : {false, true}) models.push_back(random_flock(random, slaved));
+    int ordered = 0;
+    for (physics::Model& model : models) {
+        model.force.kind = "none";
+        model.orienting_field = {};
+        for (const double rate : {model.relaxation.rate, model.relaxation.rate - 6.0}) {
+            model.relaxation.rate = rate;
+            const physics::Equations built_in(model);
+            const StationaryStates searched = stationary_states(built_in.solver());
+            const auto found = states_of_cubic_order(built_in.theory(), built_in.solver().reference());
+            ASSERT_TRUE(found);
+            ASSERT_EQ(names(*found), names(searched));
+            EXPECT_EQ(found->why_no_order.empty(), searched.why_no_order.empty());
+            for (std::size_t n = 0; n < found->states.size(); ++n) {
+                EXPECT_EQ(found->states[n].has_free_direction, searched.states[n].has_free_direction);
+                for (std::size_t k = 0; k < found->states[n].values.size(); ++k)
+                    EXPECT_NEAR(found->states[n].values[k], searched.states[n].values[k], 1e-12) << n << ", " << k;
+            }
+            ordered += static_cast<int>(found->states.size()) - 1;
         }
     }
+    EXPECT_GT(ordered, 5);
+    models.front().orienting_field = {.x = 0.1};  // more states than two
+    const physics::Equations pushed(models.front());
+    EXPECT_FALSE(states_of_cubic_order(pushed.theory(), pushed.solver().reference()));
 }
 
 TEST(ModelTheory, of_the_rod_bead_equations_has_their_growth_and_long_waves_at_random_coefficients) {
     std::mt19937 random(5);
     for (int trial = 0; trial < 6; ++trial) {
         const physics::Equations built_in(random_flock(random, false));
-        const Equations equations = equations_of(built_in.model);
+        const Equations equations = built_in.solver();
         const physics::StationaryState flock = physics::flock_of(built_in);
         const LinearisedAt at(equations, {flock.point.bead_density, flock.point.rod_density, flock.point.velocity.x(),
                                           flock.point.velocity.y(), flock.point.order.x(), flock.point.order.y()});
@@ -90,7 +121,7 @@ TEST(ModelTheory, of_the_rod_bead_equations_has_their_structure_factors_with_bea
     std::mt19937 random(8);
     for (const bool slaved : {false, true}) {
         const physics::Equations built_in(random_flock(random, slaved));
-        const Equations equations = equations_of(built_in.model);
+        const Equations equations = built_in.solver();
         const physics::StationaryState flock = physics::flock_of(built_in);
         const LinearisedAt at(equations, {flock.point.bead_density, flock.point.rod_density, flock.point.velocity.x(),
                                           flock.point.velocity.y(), flock.point.order.x(), flock.point.order.y()});

@@ -169,5 +169,22 @@ TEST(ModelStates, of_a_chiral_order_in_a_field_stand_at_an_angle_to_it) {
     }
 }
 
+TEST(ModelStates, in_a_field_are_named_by_it_from_the_largest_along_it_to_the_largest_against_it) {
+    // p^3 - p = h has three roots below h = 2/sqrt(27), and a flow that the field drives as well is no order.
+    Field flow = spin(1, "v", "e_x - 2 v");
+    for (const double angle : {0.0, 2.0}) {
+        const Equations equations(Model{.fields = {spin(1, "p", "p - p.p p + h (c e_x + s e_y)")},
+                                        .coefficients = {{"h", 0.2}, {"c", std::cos(angle)}, {"s", std::sin(angle)}}});
+        const StationaryStates found = stationary_states(equations);
+        EXPECT_EQ(names(found),
+                  (std::vector<std::string>{"along the field", "weakly against the field", "against the field"}));
+    }
+    flow.observed.drawn = 2;
+    Field order = spin(1, "p", "-p - p.p p");
+    order.observed.drawn = 1;
+    EXPECT_EQ(names(stationary_states(Equations(Model{.fields = {flow, order}}))),
+              std::vector<std::string>{"isotropic"});
+}
+
 }  // namespace
 }  // namespace drover::model::theory_states_tests

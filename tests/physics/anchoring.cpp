@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "drover/numerics/stepper.hpp"
-#include "drover/physics/long_waves.hpp"
 #include "full_model.hpp"
 #include "linear_modes.hpp"
 #include "modes.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "text_terms.hpp"
 
 namespace drover::physics::anchoring_tests {
@@ -43,14 +43,16 @@ constexpr numerics::Grid grid{16, 16, 8.0, 8.0};
 /// The rate at which a wave of p_y decays in a run.
 double rate_in_run(const Equations& e, int kx, int ky) {
     Threads threads(1);
-    const WholeRate whole(e, grid, reference(e.model.uniform), threads);
-    numerics::Spectra state(grid, numerics::components(layout(e.form)));
+    const WholeRate whole(e, grid, mean_densities(e.model), threads);
+    numerics::Spectra state(grid, numerics::components(layout(physics::form(e.model))));
     const std::size_t mode = static_cast<std::size_t>(ky) * numerics::columns(grid) + static_cast<std::size_t>(kx);
-    state[e.form.polar_order + 1][mode] = 1e-3;
-    if (kx == 0) state[e.form.polar_order + 1][static_cast<std::size_t>(grid.ny - ky) * numerics::columns(grid)] = 1e-3;
+    state[physics::form(e.model).polar_order + 1][mode] = 1e-3;
+    if (kx == 0)
+        state[physics::form(e.model).polar_order + 1]
+             [static_cast<std::size_t>(grid.ny - ky) * numerics::columns(grid)] = 1e-3;
     numerics::Stepper stepper(whole.system, numerics::stepper_table("etdrk4"), 0.02, 1, threads);
     for (int n = 0; n < 50; ++n) stepper.step(0.02 * n, static_cast<std::uint64_t>(n), state);
-    return std::log(std::abs(state[e.form.polar_order + 1][mode]) / 1e-3);
+    return std::log(std::abs(state[physics::form(e.model).polar_order + 1][mode]) / 1e-3);
 }
 
 TEST(AnchoringLong, decays_at_its_rate_for_waves_in_every_direction) {
@@ -68,7 +70,7 @@ TEST(Anchoring, adds_its_rate_to_the_coupled_equations_in_every_direction) {
     const Equations without{coupled()}, e = with_anchoring(coupled());
     {
         Threads threads(1);
-        const WholeRate whole(e, grid, reference(e.model.uniform), threads);
+        const WholeRate whole(e, grid, mean_densities(e.model), threads);
         for (const auto& [kx, ky] : {std::pair{2, 0}, std::pair{0, 2}, std::pair{2, 2}}) {
             const std::size_t mode =
                 static_cast<std::size_t>(ky) * numerics::columns(grid) + static_cast<std::size_t>(kx);
@@ -79,12 +81,13 @@ TEST(Anchoring, adds_its_rate_to_the_coupled_equations_in_every_direction) {
             EXPECT_NEAR(difference(FieldIndex::polar_order_y, FieldIndex::polar_order_y).real(), -strength, 1e-14);
             EXPECT_NEAR(difference.norm(), strength, 1e-14) << "and nothing else";
             // The solver's right-hand side for a wave of p_y: that of the symbol.
-            numerics::Spectra state = uniform_state(e.form, grid, rest);
-            state[e.form.polar_order + 1][mode] = 1e-6;
+            numerics::Spectra state = uniform_state(physics::form(e.model), grid, rest);
+            state[physics::form(e.model).polar_order + 1][mode] = 1e-6;
             if (kx == 0)
-                state[e.form.polar_order + 1][static_cast<std::size_t>(grid.ny - ky) * numerics::columns(grid)] = 1e-6;
+                state[physics::form(e.model).polar_order + 1]
+                     [static_cast<std::size_t>(grid.ny - ky) * numerics::columns(grid)] = 1e-6;
             const numerics::Spectra rate = whole(0.0, state);
-            EXPECT_NEAR(rate[e.form.polar_order + 1][mode].real() / 1e-6,
+            EXPECT_NEAR(rate[physics::form(e.model).polar_order + 1][mode].real() / 1e-6,
                         linear_symbol(e, rest, q)(FieldIndex::polar_order_y, FieldIndex::polar_order_y).real(), 1e-6);
         }
     }

@@ -2,7 +2,7 @@
 #pragma once
 #include <cmath>
 
-#include "drover/physics/model.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics {
 

@@ -1,11 +1,13 @@
 // tests/physics/binodal.cpp: densities of coexisting phases against the exact travelling band.
-#include "drover/physics/binodal.hpp"
+#include "drover/model/binodal.hpp"
 
 #include <gtest/gtest.h>
 
 #include "band_model.hpp"
 #include "drover/base/error.hpp"
 #include "drover/numerics/transform.hpp"
+#include "physics/rod_bead_model.hpp"
+#include "travelling_problem.hpp"
 
 namespace drover::physics::binodal_tests {
 namespace {
@@ -36,11 +38,11 @@ TEST(Binodal, of_an_exact_band_follows_the_threshold_at_its_exact_densities_and_
     Threads threads(1);
     const TravellingProblem problem{.model = model_at, .parameter = 1.1, .grid = grid, .dealiasing = {}};
     const TravellingState first = TravellingSolver(problem, threads).find(exact_state({}, threads));
-    const Binodal binodal = trace_binodal(problem, first, 0, 0.9, 4, threads);
+    const model::Binodal binodal = model::trace_binodal(of_model(problem), first, 0, 0.9, 4, threads);
     EXPECT_EQ(binodal.ends, "");
     ASSERT_EQ(binodal.points.size(), 5U);
     EXPECT_EQ(binodal.points.back().parameter, 0.9);
-    for (const Coexistence& at : binodal.points) {
+    for (const model::Coexistence& at : binodal.points) {
         const Band band{.sigma_c = at.parameter};
         EXPECT_NEAR(at.low, band.gas, 1e-8) << at.parameter;
         EXPECT_NEAR(at.high, band.gas + band.order / band.c, 1e-8) << at.parameter;
@@ -54,7 +56,7 @@ TEST(Binodal, ends_with_the_reason_where_the_fronts_become_too_wide_for_the_cell
     const auto model = [](double saturation) { return model_of({.b = saturation}); };
     const TravellingProblem problem{.model = model, .parameter = 0.8, .grid = grid, .dealiasing = {}};
     const TravellingState first = TravellingSolver(problem, threads).find(exact_state({}, threads));
-    const Binodal binodal = trace_binodal(problem, first, 0, 200.0, 64, threads);
+    const model::Binodal binodal = model::trace_binodal(of_model(problem), first, 0, 200.0, 64, threads);
     EXPECT_NE(binodal.ends, "");
     EXPECT_LT(binodal.points.back().parameter, 200.0);
     const Band band{.b = binodal.points.back().parameter};
@@ -68,7 +70,7 @@ TEST(Binodal, of_a_state_without_plateaus_is_refused_with_what_it_needs) {
     wave.state[0][0] = 1.0;
     wave.state[0][1] = 0.1;
     try {
-        trace_binodal(problem, wave, 0, 0.9, 4, threads);
+        model::trace_binodal(of_model(problem), wave, 0, 0.9, 4, threads);
         FAIL();
     } catch (const Error& error) {
         EXPECT_NE(std::string(error.what()).find("no two plateaus"), std::string::npos) << error.what();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "evolution.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::burgers_tests {
 namespace {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "drover/numerics/transform.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "solver_support.hpp"
 
 namespace drover::physics::conservation_tests {
@@ -31,12 +32,12 @@ void expect_conserved(int steps) {
                        .rods = model.fields.rod_density ? 1e-4 : 0.0,
                        .beads = model.fields.bead_density ? 1e-4 : 0.0};
         const Equations e(model);
-        const WholeRate whole(e, grid, reference(model.uniform), threads);
+        const WholeRate whole(e, grid, mean_densities(model), threads);
         const numerics::Transform transform(grid, whole.system.degree, threads);
-        const numerics::Spectra start = waves(e.form, model.uniform, grid, 0.3);
-        const std::vector<double> before = totals(e.form, start, transform),
-                                  after =
-                                      totals(e.form, evolved(whole.system, "etdrk2", 0.02, steps, start), transform);
+        const numerics::Spectra start = waves(physics::form(e.model), model.uniform, grid, 0.3);
+        const std::vector<double> before = totals(physics::form(e.model), start, transform),
+                                  after = totals(physics::form(e.model),
+                                                 evolved(whole.system, "etdrk2", 0.02, steps, start), transform);
         for (std::size_t i = 0; i < before.size(); ++i)
             EXPECT_NEAR(after[i] / before[i], 1.0, 1e-12)
                 << form.name;  // rounding of a sum over 144 cells; the mode q = 0 is exact

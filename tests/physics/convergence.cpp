@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "drover/model/energy.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "solver_support.hpp"
 
 namespace drover::physics::convergence_tests {
@@ -13,8 +14,8 @@ constexpr numerics::Grid grid{16, 16, 8.0, 8.0};
 TEST(Order, of_every_method_on_the_full_equations_with_varying_density_is_what_it_claims) {
     Threads threads(1);
     const Model model = undisturbed(full_model());
-    const WholeRate whole(Equations(model), grid, reference(model.uniform), threads);
-    const numerics::Spectra start = waves(form(model), model.uniform, grid, 0.8);
+    const WholeRate whole(Equations(model), grid, mean_densities(model), threads);
+    const numerics::Spectra start = waves(physics::form(model), model.uniform, grid, 0.8);
     const double time = 1.6;
     const numerics::Spectra exact = evolved(whole.system, "etdrk4-krogstad", time / 2048, 2048, start);
     for (const numerics::StepperTable& table : numerics::stepper_tables()) {
@@ -36,10 +37,10 @@ TEST(Order, of_every_method_on_the_full_equations_with_varying_density_is_what_i
 /// exact.
 double deviation(const Equations& e, double amplitude) {
     Threads threads(1);
-    const WholeRate whole(e, grid, reference(e.model.uniform), threads);
+    const WholeRate whole(e, grid, mean_densities(e.model), threads);
     numerics::System linear = whole.system;
     linear.nonlinear = {};
-    const numerics::Spectra start = waves(e.form, e.model.uniform, grid, amplitude);
+    const numerics::Spectra start = waves(physics::form(e.model), uniform_of(e.model), grid, amplitude);
     return distance(evolved(whole.system, "etdrk2", 0.1, 10, start), evolved(linear, "etdrk2", 0.1, 10, start));
 }
 
@@ -49,7 +50,7 @@ TEST(SmallAmplitude, leaves_a_deviation_from_linear_theory_that_falls_as_its_squ
         const Equations all(undisturbed(form.model));
         std::vector<Equations> cases{all};
         for (std::size_t n = 0; n < all.terms().size(); ++n)
-            if (!all.forces().terms()[n].is_linear && all.form.velocity != Velocity::slaved)
+            if (!all.right_sides().terms()[n].is_linear && physics::form(all.model).velocity != Velocity::slaved)
                 cases.push_back(all.only({all.terms()[n]}));
         for (const Equations& e : cases) {
             const double whole = deviation(e, 2e-3), half = deviation(e, 1e-3);
@@ -69,9 +70,9 @@ TEST(SmallAmplitude, leaves_a_deviation_from_linear_theory_that_falls_as_its_squ
 /// |E(t) - E(0) - integral of the powers|, the largest of any energy.  The integral by Simpson.
 double budget_gap(const Equations& e, const std::string& method, int steps) {
     Threads threads(1);
-    const WholeRate whole(e, grid, reference(e.model.uniform), threads);
-    const model::EnergyMeter meter(e.solver(reference(e.model.uniform)), grid, whole.system.degree, threads);
-    numerics::Spectra state = waves(e.form, e.model.uniform, grid, 0.5);
+    const WholeRate whole(e, grid, mean_densities(e.model), threads);
+    const model::EnergyMeter meter(e.solver(mean_densities(e.model)), grid, whole.system.degree, threads);
+    numerics::Spectra state = waves(physics::form(e.model), uniform_of(e.model), grid, 0.5);
     const double dt = 0.8 / steps;
     numerics::Stepper stepper(whole.system, numerics::stepper_table(method), dt, 1, threads);
     const model::EnergyBudget first = meter.measure(0.0, state);

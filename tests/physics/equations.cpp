@@ -6,6 +6,7 @@
 
 #include "drover/numerics/transform.hpp"
 #include "full_model.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::equations_tests {
 namespace {
@@ -101,13 +102,13 @@ Force outside_force(const BodyForce& force) {
 
 /// Every force on the beads but drag and viscosity: alpha p - E grad rho - F grad sigma + outside.
 Force driving_force(const Equations& e, const State& s, const Calculus& d) {
-    const Model& m = e.model;
+    const Model m = written(e.model);
     const Force outside = outside_force(m.force);
     const Values rx = d.x(s.rho), ry = d.y(s.rho), sx = d.x(s.sigma), sy = d.y(s.sigma);
     const auto one = [&](const Values& p, const Values& r, const Values& g, const Values& f) {
         return at_each([&](std::size_t i) {
             const double square = s.px[i] * s.px[i] + s.py[i] * s.py[i];
-            return (e.driving.at(s.rho[i], s.sigma[i]).value + m.driving.cubic * square) * p[i] -
+            return (e.coefficient("driving.strength").at({s.rho[i], s.sigma[i]}) + m.driving.cubic * square) * p[i] -
                    m.stiffness.beads * r[i] - m.stiffness.rods * g[i] + f[i];
         });
     };
@@ -117,8 +118,8 @@ Force driving_force(const Equations& e, const State& s, const Calculus& d) {
 /// 0 = -Gamma v + eta lap v + zeta grad(div v) + force.  With viscosity Gamma is a number.
 void balance(const Equations& e, State& s, const Calculus& d) {
     const Force force = driving_force(e, s, d);
-    const Viscosity& viscosity = e.model.viscosity;
-    const auto held = [&](std::size_t i) { return e.drag.at(s.rho[i], s.sigma[i]).value; };
+    const Viscosity viscosity = written(e.model).viscosity;
+    const auto held = [&](std::size_t i) { return e.coefficient("drag.coefficient").at({s.rho[i], s.sigma[i]}); };
     if (viscosity.shear == 0.0 && viscosity.bulk == 0.0) {
         s.vx = at_each([&](std::size_t i) { return force.x[i] / held(i); });
         s.vy = at_each([&](std::size_t i) { return force.y[i] / held(i); });
@@ -148,12 +149,12 @@ Values density_rate(const Values& density, double diffusion, const Values& fx, c
 /// One component of d_t v: -v.grad v + (force - Gamma v + eta lap v + zeta grad div v)/(m rho).
 Values velocity_rate(const Equations& e, const State& s, const Values& v, const Values& force, const Values& grad_div,
                      const Calculus& d) {
-    const Model& m = e.model;
+    const Model m = written(e.model);
     const Values x = d.x(v), y = d.y(v), spread = d.lap(v);
     return at_each([&](std::size_t i) {
         const double carried = m.inertia.advection ? s.vx[i] * x[i] + s.vy[i] * y[i] : 0.0;
-        return -carried + (force[i] - e.drag.at(s.rho[i], s.sigma[i]).value * v[i] + m.viscosity.shear * spread[i] +
-                           m.viscosity.bulk * grad_div[i]) /
+        return -carried + (force[i] - e.coefficient("drag.coefficient").at({s.rho[i], s.sigma[i]}) * v[i] +
+                           m.viscosity.shear * spread[i] + m.viscosity.bulk * grad_div[i]) /
                               (m.inertia.bead_mass * s.rho[i]);
     });
 }
@@ -170,12 +171,13 @@ Values divergence(const Values& x, const Values& y, const Calculus& d) {
 Values order_rate(const Equations& e, const State& s, const Values& p, const Values& v, const Values& grad_div,
                   const Values& grad_rho, const Values& grad_sigma, const Values& grad_square, double field,
                   const Calculus& d) {
-    const Model& m = e.model;
+    const Model m = written(e.model);
     const Values x = d.x(p), y = d.y(p), spread = d.lap(p), bilaplacian = d.lap(spread),
                  div = divergence(s.px, s.py, d);
     return at_each([&](std::size_t i) {
-        const double a = e.relaxation.at(s.rho[i], s.sigma[i]).value, b = e.saturation.at(s.rho[i], s.sigma[i]).value,
-                     lambda = e.weathercock.at(s.rho[i], s.sigma[i]).value;
+        const double a = e.coefficient("relaxation.rate").at({s.rho[i], s.sigma[i]}),
+                     b = e.coefficient("relaxation.saturation").at({s.rho[i], s.sigma[i]}),
+                     lambda = e.coefficient("weathercock.strength").at({s.rho[i], s.sigma[i]});
         return -m.advection.strength * (s.px[i] * x[i] + s.py[i] * y[i]) - m.advection.divergence * p[i] * div[i] -
                m.advection.gradient * grad_square[i] - m.elasticity.bilaplacian * bilaplacian[i] -
                (a + b * (s.px[i] * s.px[i] + s.py[i] * s.py[i])) * p[i] + m.elasticity.stiffness * spread[i] +
@@ -184,18 +186,18 @@ Values order_rate(const Equations& e, const State& s, const Values& p, const Val
     });
 }
 
-/// The equations of physics/coefficients.hpp, line by line.
+/// The equations of rod_bead_model.hpp, line by line.
 std::vector<Values> written_rates(const Equations& e, const State& s, const Calculus& d) {
-    const Model& m = e.model;
+    const Model m = written(e.model);
     std::vector<Values> rates;
-    if (e.form.bead_density >= 0)
+    if (physics::form(e.model).bead_density >= 0)
         rates.push_back(density_rate(s.rho, m.diffusion.beads, product(s.rho, s.vx), product(s.rho, s.vy), d));
-    if (e.form.rod_density >= 0) {
+    if (physics::form(e.model).rod_density >= 0) {
         const Values carried =
             at_each([&](std::size_t i) { return m.current.speed * (m.current.kind == "order" ? 1.0 : s.sigma[i]); });
         rates.push_back(density_rate(s.sigma, m.diffusion.rods, product(carried, s.px), product(carried, s.py), d));
     }
-    if (e.form.bead_velocity >= 0) {
+    if (physics::form(e.model).bead_velocity >= 0) {
         const Values div = divergence(s.vx, s.vy, d);
         const Force force = driving_force(e, s, d);
         rates.push_back(velocity_rate(e, s, s.vx, force.x, d.x(div), d));
@@ -216,23 +218,22 @@ double difference(const Model& model, Threads& threads) {
     const Calculus d(threads);
     State s = smooth_state(model.uniform);
     // Absent fields are uniform: their gradients are zero, and no coefficient depends on them.
-    if (e.form.bead_density < 0) s.rho.assign(s.rho.size(), model.uniform.bead_density);
-    if (e.form.rod_density < 0) s.sigma.assign(s.sigma.size(), model.uniform.rod_density);
-    if (e.form.velocity == Velocity::slaved) balance(e, s, d);
-    const Reference about =
-        e.form.bead_density < 0 ? reference(model.uniform) : Reference{.bead_density = 1.2, .rod_density = 0.8};
+    if (physics::form(e.model).bead_density < 0) s.rho.assign(s.rho.size(), model.uniform.bead_density);
+    if (physics::form(e.model).rod_density < 0) s.sigma.assign(s.sigma.size(), model.uniform.rod_density);
+    if (physics::form(e.model).velocity == Velocity::slaved) balance(e, s, d);
+    const Densities about = physics::form(e.model).bead_density < 0 ? mean_densities(model) : Densities{1.2, 0.8};
     WholeRate rate(e, grid, about, threads);
     const numerics::Transform transform(grid, rate.system.degree, threads);
     Fields fields(grid, numerics::components(rate.system.layout));
     const auto put = [&](int component, const Values& values) {
         if (component >= 0) std::copy(values.begin(), values.end(), fields[component].begin());
     };
-    put(e.form.bead_density, s.rho);
-    put(e.form.rod_density, s.sigma);
-    put(e.form.bead_velocity, s.vx);
-    if (e.form.bead_velocity >= 0) put(e.form.bead_velocity + 1, s.vy);
-    put(e.form.polar_order, s.px);
-    put(e.form.polar_order + 1, s.py);
+    put(physics::form(e.model).bead_density, s.rho);
+    put(physics::form(e.model).rod_density, s.sigma);
+    put(physics::form(e.model).bead_velocity, s.vx);
+    if (physics::form(e.model).bead_velocity >= 0) put(physics::form(e.model).bead_velocity + 1, s.vy);
+    put(physics::form(e.model).polar_order, s.px);
+    put(physics::form(e.model).polar_order + 1, s.py);
     Spectra state(grid, fields.count());
     transform.forward(fields, state);
     transform.backward(rate(time, state), fields);

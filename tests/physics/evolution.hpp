@@ -8,6 +8,7 @@
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "full_model.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics {
 
@@ -20,7 +21,7 @@ public:
         : grid(the_grid),
           form(physics::form(model)),
           threads(1),
-          whole(Equations(model), grid, reference(model.uniform), threads),
+          whole(Equations(model), grid, mean_densities(model), threads),
           transform(grid, whole.system.degree, threads) {}
 
     /// The modes that the grid keeps of functions, one for each component.

@@ -8,6 +8,7 @@
 
 #include "drover/numerics/transform.hpp"
 #include "initial_spectra.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::field_evolution_tests {
 namespace {

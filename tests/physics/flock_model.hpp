@@ -5,6 +5,7 @@
 
 #include "drover/model/instabilities.hpp"
 #include "linear_modes.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics {
 
@@ -47,7 +48,7 @@ inline StationaryState isotropic_of(const Equations& equations) { return station
 inline std::vector<model::Instability> instabilities(const Equations& equations, const StationaryState& about,
                                                      const model::GrowthSearch& search) {
     Threads one(1);
-    return model::growing_waves(*equations.linearised(about.point), search, one).kinds;
+    return model::growing_waves(*linearised(equations, about.point), search, one).kinds;
 }
 
 }  // namespace drover::physics

@@ -11,6 +11,7 @@
 #include "chi_square.hpp"
 #include "evolution.hpp"
 #include "modes.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::flock_spectrum_tests {
 namespace {
@@ -83,7 +84,8 @@ struct Law {
                 fastest = std::max(fastest, std::abs(rate));
                 slowest = std::min(slowest, -rate.real());
             }
-            const MatrixXcd s = stationary(rates, noise_matrix(model, equations.form, q.x * q.x + q.y * q.y));
+            const MatrixXcd s =
+                stationary(rates, noise_matrix(model, physics::form(equations.model), q.x * q.x + q.y * q.y));
             root.push_back(MatrixXcd(s.llt().matrixL()) / std::sqrt(numerics::area(grid)));
         }
     }

@@ -7,6 +7,7 @@
 
 #include "flock_model.hpp"
 #include "linear_modes.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "symbols.hpp"
 
 namespace drover::physics::fluctuations_tests {
@@ -40,7 +41,7 @@ Symbol by_kronecker(const Symbol& m, const Symbol& q) {
 }
 
 Symbol noise_of(const Equations& e, const UniformPoint& about, const numerics::Wavevector& q) {
-    const auto at = e.linearised(about);
+    const auto at = linearised(e, about);
     return of_all_fields(e, at->noise(q), at->state_components());
 }
 
@@ -137,9 +138,9 @@ TEST(StructureFactors, about_the_isotropic_state_are_those_of_its_blocks) {
     // Two programs: 4 by 4 and 2 by 2 real blocks of |q|, and the complex matrix of the wavevector.
     const Equations e(noisy(isotropic_letters()));
     const numerics::Grid grid{16, 12, 9.0, 7.0};
-    const numerics::System system = linear_system(e, grid, reference(e.model.uniform));
+    const numerics::System system = linear_system(e, grid, mean_densities(e.model));
     Threads threads(2);
-    const std::vector<StructureFactor> blocks = structure_factors(system, e.form),
+    const std::vector<StructureFactor> blocks = structure_factors(system, physics::form(e.model)),
                                        found =
                                            structure_factors(e, isotropic_of(e).point, grid, system.degree, threads);
     ASSERT_EQ(blocks.size(), found.size());
@@ -151,7 +152,7 @@ TEST(StructureFactors, about_the_isotropic_state_are_those_of_its_blocks) {
 }
 
 double direction_diffusion(const Equations& e) {
-    const auto at = e.linearised(flock_of(e).point);
+    const auto at = linearised(e, flock_of(e).point);
     return model::direction_diffusion(*at, model::long_waves(*at));
 }
 

@@ -6,6 +6,7 @@
 #include "drover/numerics/linear_operator.hpp"
 #include "drover/physics/integrated.hpp"
 #include "drover/physics/whole_rate.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics {
 

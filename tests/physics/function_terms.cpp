@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "drover/physics/long_waves.hpp"
 #include "linear_modes.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "symbols.hpp"
 #include "text_terms.hpp"
 

@@ -7,7 +7,8 @@
 #include "band_model.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/integrated.hpp"
-#include "drover/physics/travelling_problem.hpp"
+#include "physics/rod_bead_model.hpp"
+#include "travelling_problem.hpp"
 
 namespace drover::physics::hysteresis_tests {
 namespace {

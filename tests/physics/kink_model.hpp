@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "evolution.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics {
 

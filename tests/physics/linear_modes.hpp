@@ -3,8 +3,7 @@
 #include <cmath>
 
 #include "drover/model/theory.hpp"
-#include "drover/physics/equations.hpp"
-#include "drover/physics/uniform_states.hpp"
+#include "uniform_points.hpp"
 
 namespace drover::physics {
 
@@ -13,14 +12,14 @@ using model::Modes;
 
 /// Those of model/theory.hpp; angles are those from the direction of the state.
 inline Modes modes(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
-    return model::modes(*equations.linearised(about), q);
+    return model::modes(*linearised(equations, about), q);
 }
 inline Eigen::VectorXcd mode_rates(const Equations& equations, const UniformPoint& about,
                                    const numerics::Wavevector& q) {
-    return model::mode_rates(*equations.linearised(about), q);
+    return model::mode_rates(*linearised(equations, about), q);
 }
 inline Growth growth(const Equations& equations, const UniformPoint& about, double q, double angle) {
-    return model::growth(*equations.linearised(about), q, angle);
+    return model::growth(*linearised(equations, about), q, angle);
 }
 
 /// The wavevector at an angle from the direction of the state.

@@ -1,7 +1,5 @@
 // tests/physics/long_waves.cpp: slow modes of uniform states against their closed forms, and against the eigenvalues
 // they approach.
-#include "drover/physics/long_waves.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -9,6 +7,7 @@
 
 #include "flock_model.hpp"
 #include "numerics/dense.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::long_waves_tests {
 namespace {
@@ -220,13 +219,22 @@ TEST(SlowModes, of_beads_without_drag_are_sound) {
     for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(still[i], expected[i], 1e-12);
 }
 
-TEST(SlowModes, at_the_threshold_are_undefined_with_a_reason) {
+TEST(SlowModes, at_the_threshold_are_the_order_as_well_and_sound_that_the_densities_push) {
+    // abar = 0: chi d_t p = -Abar grad rho - Bbar grad sigma for p along q, d_t sigma = -div p and
+    // d_t rho = -(rho alpha/Gamma) div p, so that u^2 = C0/chi; what neither moves nor drives it stands.
     Letters l;
     l.a = l.lambda * l.alpha / l.gamma;
     const Equations equations(flock_model(l));
     const LongWaves waves = long_waves(equations, isotropic_of(equations));
-    EXPECT_NE(waves.why_none.find("threshold"), std::string::npos);
-    EXPECT_TRUE(slow_modes(waves, 0.3).empty());
+    ASSERT_EQ(waves.why_none, "");
+    for (const double angle : {0.0, 0.3}) {
+        const std::vector<SlowMode> modes = slow_modes(waves, angle);
+        ASSERT_EQ(modes.size(), 4u);
+        const double sound = std::sqrt(l.c0() / l.chi());
+        EXPECT_NEAR(modes.front().speed.real(), -sound, 1e-12);
+        EXPECT_NEAR(modes.back().speed.real(), sound, 1e-12);
+        for (const std::size_t k : {1u, 2u}) EXPECT_NEAR(std::abs(modes[k].speed), 0.0, 1e-12);
+    }
 }
 
 TEST(SlowModes, of_a_defective_speed_have_no_damping_and_count_as_growing) {
@@ -282,7 +290,7 @@ TEST(Banding, of_rods_has_the_neutral_wave_of_the_closed_form) {
         const Equations equations(rods.model(abar));
         const StationaryState flock = flock_of(equations);
         const std::vector<model::Band> found =
-            model::growth_bands(*equations.linearised(flock.point), 0.0, {.min = 1e-3, .max = 10.0});
+            model::growth_bands(*linearised(equations, flock.point), 0.0, {.min = 1e-3, .max = 10.0});
         ASSERT_EQ(found.size(), 1u);
         EXPECT_TRUE(found[0].reaches_min);
         EXPECT_NEAR(found[0].max / rods.neutral(abar), 1.0,

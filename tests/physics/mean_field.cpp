@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "evolution.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::mean_field_tests {
 namespace {

@@ -9,6 +9,7 @@
 #include "drover/numerics/fastest_growth.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "initial_spectra.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "structure.hpp"
 
 namespace drover::physics::model_tests {
@@ -123,7 +124,7 @@ TEST(InitialState, random_has_the_requested_deviation_and_the_exact_mean_density
 TEST(InitialState, rejects_fields_and_modes_absent_from_the_model_or_grid) {
     const auto check = [](const model::Start& start, const Model& model) {
         const Equations equations(model);
-        model::check(start, equations.solver(reference(model.uniform)), grid, kept_degree(equations, {}), no_location);
+        model::check(start, equations.solver(mean_densities(model)), grid, kept_degree(equations, {}), no_location);
     };
     const Model model = independent_rods();
     EXPECT_THROW(check({.kind = "mode", .component = "bead_density"}, model), Error);

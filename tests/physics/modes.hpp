@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "drover/numerics/field.hpp"
-#include "drover/physics/equations.hpp"
 #include "numerics/small_matrices.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "symbols.hpp"
 
 namespace drover::physics {
@@ -35,11 +35,14 @@ inline numerics::Spectra uniform_state(const Form& form, const numerics::Grid& g
 /// drives:
 /// b p0^2 = lambda alpha/Gamma - a, v0 = alpha p0/Gamma.
 inline UniformPoint flock(const Equations& e, double direction) {
-    const double rho = e.model.uniform.bead_density, sigma = e.model.uniform.rod_density;
+    const double rho = uniform_of(e.model).bead_density, sigma = uniform_of(e.model).rod_density;
     const double carried =
-        e.form.velocity == Velocity::absent ? 0.0 : e.driving.at(rho, sigma).value / e.drag.at(rho, sigma).value;
-    const double growth = e.weathercock.at(rho, sigma).value * carried - e.relaxation.at(rho, sigma).value;
-    const Eigen::Vector2d order = std::sqrt(growth / e.saturation.at(rho, sigma).value) *
+        physics::form(e.model).velocity == Velocity::absent
+            ? 0.0
+            : e.coefficient("driving.strength").at({rho, sigma}) / e.coefficient("drag.coefficient").at({rho, sigma});
+    const double growth = e.coefficient("weathercock.strength").at({rho, sigma}) * carried -
+                          e.coefficient("relaxation.rate").at({rho, sigma});
+    const Eigen::Vector2d order = std::sqrt(growth / e.coefficient("relaxation.saturation").at({rho, sigma})) *
                                   Eigen::Vector2d(std::cos(direction), std::sin(direction));
     return {.bead_density = rho, .rod_density = sigma, .velocity = carried * order, .order = order};
 }
@@ -47,8 +50,8 @@ inline UniformPoint flock(const Equations& e, double direction) {
 /// d/dt of the components of a form, for small waves exp(i q.r) about a uniform state.
 inline Eigen::MatrixXcd rate_matrix(const Equations& e, const UniformPoint& about, const numerics::Wavevector& q) {
     const Symbol symbol = linear_symbol(e, about, q);
-    const auto at = components(e.form);
-    const int count = numerics::components(layout(e.form));
+    const auto at = components(physics::form(e.model));
+    const int count = numerics::components(layout(physics::form(e.model)));
     Eigen::MatrixXcd matrix(count, count);
     for (int i = 0; i < FieldIndex::count; ++i)
         for (int j = 0; j < FieldIndex::count; ++j)

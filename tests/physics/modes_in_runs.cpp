@@ -9,6 +9,7 @@
 
 #include "evolution.hpp"
 #include "modes.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::modes_in_runs_tests {
 namespace {

@@ -1,6 +1,4 @@
 // tests/physics/phase_boundary.cpp: lines of lost stability against closed forms, with islands, cusps and error bands.
-#include "drover/physics/phase_boundary.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 
 #include "drover/base/random.hpp"
 #include "flock_model.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "planes.hpp"
 
 namespace drover::physics::phase_boundary_tests {
@@ -256,7 +255,7 @@ TEST(PhaseBoundary, of_an_invalid_model_names_the_point) {
 // traced from values drawn with those errors must hold it as often as a normal law says.
 TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
     Plane truth = density_plane(0.0, {});
-    TableData& t = truth.model.table;
+    DensityTable& t = truth.model.table;
     t.bead_density = {0.0, 0.7, 1.4, 2.1};
     t.rod_density = {0.0, 1.0, 2.1};
     for (const double rho : t.bead_density)
@@ -293,12 +292,6 @@ TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
     }
     // Binomial: 136.5 +- 6.6 of 200; four deviations.
     EXPECT_NEAR(within_band, 0.6827 * trials, 26.0);
-}
-
-TEST(Limits, have_names) {
-    for (const Limit limit : {Limit::onset, Limit::phase_separation, Limit::banding, Limit::oblique})
-        EXPECT_EQ(limit_of(limit_name(limit)), limit);
-    EXPECT_THROW(limit_of("binodal"), Error);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <complex>
 
 #include "evolution.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::point_force_tests {
 namespace {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "drover/physics/whole_rate.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "solver_support.hpp"
 #include "text_terms.hpp"
 
@@ -21,7 +22,7 @@ Model quasi_linear(Model model, double above) {
 
 Spectra rate_of(const Model& model, const numerics::Grid& grid, const Spectra& state) {
     Threads threads(1);
-    return WholeRate(Equations(model), grid, reference(model.uniform), threads)(0.3, state);
+    return WholeRate(Equations(model), grid, mean_densities(model), threads)(0.3, state);
 }
 
 /// A polar order without rods as a field.
@@ -31,7 +32,7 @@ Model order_alone() { return {.fields = {.rod_density = false}, .relaxation = {.
 TEST(QuasiLinear, with_a_cutoff_beyond_the_grid_gives_the_bytes_of_the_full_model) {
     const Model model = full_model();
     const numerics::Grid grid{.nx = 16, .ny = 16, .lx = 20.0, .ly = 20.0};
-    const Spectra state = waves(form(model), model.uniform, grid, 0.2);
+    const Spectra state = waves(physics::form(model), model.uniform, grid, 0.2);
     EXPECT_EQ(rate_of(quasi_linear(model, 100.0), grid, state).values, rate_of(model, grid, state).values);
 }
 
@@ -83,7 +84,7 @@ TEST(QuasiLinear, leaves_what_acts_on_short_waves_from_outside) {
 TEST(QuasiLinear, converges_to_the_full_model_with_the_cutoff) {
     const Model model = full_model();
     const numerics::Grid grid{.nx = 32, .ny = 32, .lx = 20.0, .ly = 20.0};
-    Spectra state = waves(form(model), model.uniform, grid, 0.3);
+    Spectra state = waves(physics::form(model), model.uniform, grid, 0.3);
     const Spectra full = rate_of(model, grid, state);
     const auto error = [&](double above) { return distance(rate_of(quasi_linear(model, above), grid, state), full); };
     // The state has waves of |q| = 1 and sqrt(2) in units of the first: beyond them nothing is short.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "evolution.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::relaxation_tests {
 namespace {

@@ -7,6 +7,7 @@
 #include "drover/numerics/stepper.hpp"
 #include "full_model.hpp"
 #include "initial_spectra.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics {
 

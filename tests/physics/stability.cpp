@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "drover/base/random.hpp"
-#include "drover/physics/long_waves.hpp"
 #include "flock_model.hpp"
 #include "linear_modes.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "symbols.hpp"
 
 namespace drover::physics::stability_tests {
@@ -143,11 +143,11 @@ TEST(ModeMap, holds_eigenvectors_with_their_duals) {
     const Equations e(flock_model({}));
     Threads threads(2);
     const model::ModeMap map =
-        model::mode_map(*e.linearised(flock_of(e).point), steps(0.05, 2.0, 20), steps(0.0, pi, 13), threads);
+        model::mode_map(*linearised(e, flock_of(e).point), steps(0.05, 2.0, 20), steps(0.0, pi, 13), threads);
     for (std::size_t a = 0; a < map.angles.size(); ++a)
         for (std::size_t k = 0; k < map.wavenumbers.size(); ++k) {
             const Modes& here = map.at(a, k);
-            const auto at = e.linearised(flock_of(e).point);
+            const auto at = linearised(e, flock_of(e).point);
             const model::Symbol m = at->symbol(at->wavevector(map.wavenumbers[k], map.angles[a]));
             const model::Symbol left = here.shapes * here.rates.asDiagonal() * here.duals;
             EXPECT_LT((left - m).cwiseAbs().maxCoeff(), 1e-11) << a << ", " << k;  // condition of the shapes: some 100
@@ -161,7 +161,7 @@ TEST(ModeMap, follows_branches_through_crossings) {
     const Equations e(flock_model(l));
     Threads threads(1);
     const std::vector<double> q = steps(0.01, 3.0, 300);
-    const model::ModeMap map = model::mode_map(*e.linearised(isotropic_of(e).point), q, {0.4}, threads);
+    const model::ModeMap map = model::mode_map(*linearised(e, isotropic_of(e).point), q, {0.4}, threads);
     for (Eigen::Index branch = 0; branch < 6; ++branch)
         for (std::size_t k = 1; k + 1 < q.size(); ++k) {
             // Across or along, for ever.
@@ -185,7 +185,7 @@ TEST(ModeMap, of_a_defective_matrix_keeps_every_rate) {
     const double q = l.gamma / (2.0 * l.rho * std::sqrt(l.e));
     Threads threads(1);
     const model::ModeMap map =
-        model::mode_map(*e.linearised(isotropic_of(e).point), {0.5 * q, q, 1.5 * q}, {0.0}, threads);
+        model::mode_map(*linearised(e, isotropic_of(e).point), {0.5 * q, q, 1.5 * q}, {0.0}, threads);
     for (std::size_t k = 0; k < 3; ++k) {
         Eigen::VectorXcd expected = mode_rates(e, isotropic_of(e).point, {.x = map.wavenumbers[k], .y = 0.0});
         for (const Complex rate : map.at(0, k).rates)

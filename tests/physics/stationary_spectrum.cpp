@@ -12,6 +12,7 @@
 #include "drover/numerics/transform.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/linear_theory.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::stationary_spectrum_tests {
 namespace {

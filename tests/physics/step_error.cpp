@@ -8,6 +8,7 @@
 
 #include "drover/physics/integrated.hpp"
 #include "initial_spectra.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::step_error_tests {
 namespace {
@@ -95,7 +96,7 @@ Ended run(const Model& model, const std::string& method, double dt, bool watches
                                     threads);
     Ended ended{.state = initial_spectra(start, model, evolution.linear(), 7, threads),
                 .estimate = {},
-                .fluctuations = {physics::form(model), has_noise(model.noise)}};
+                .fluctuations = {physics::form(model), has_noise(model)}};
     evolution.start(ended.state);
     const auto steps = static_cast<std::int64_t>(std::lround(end / dt));
     for (std::int64_t step = 0; step < steps; ++step) {
@@ -212,7 +213,7 @@ TEST(StepError, counts_the_first_and_the_last_step) {
             EXPECT_EQ(tolerance, 0.0) << method;
             continue;
         }
-        const double wrong = std::abs(state[form(model).polar_order][0].real() - exact) / fluctuation;
+        const double wrong = std::abs(state[physics::form(model).polar_order][0].real() - exact) / fluctuation;
         EXPECT_GT(evolution.step_error().error, std::min(wrong, 1.0) / 3.0) << method << ", tolerance " << tolerance;
         EXPECT_LT(evolution.step_error().error, 3.0 * wrong) << method << ", tolerance " << tolerance;
     }
@@ -280,7 +281,7 @@ double velocity_far_from_dip(double least, double dt) {
     for (std::int64_t step = 0; step < steps; ++step) evolution.advance(step, state);
     numerics::Fields fields(square, state.count());
     numerics::Transform(square, evolution.linear().degree, threads).backward(state, fields);
-    return fields[form(model).bead_velocity][0];
+    return fields[physics::form(model).bead_velocity][0];
 }
 
 TEST(StepError, of_the_velocity_far_from_a_dip_in_the_density_is_below_one_percent) {

@@ -7,6 +7,7 @@
 #include "drover/model/theory.hpp"
 #include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/linear_theory.hpp"
+#include "uniform_points.hpp"
 
 namespace drover::physics {
 
@@ -15,7 +16,7 @@ inline Symbol of_all_fields(const Equations& equations, const model::Symbol& m, 
     Symbol result = Symbol::Zero();
     std::vector<int> places;
     for (int k = 0; k < FieldIndex::count; ++k)
-        if (std::count(components.begin(), components.end(), equations.component(k)) > 0) places.push_back(k);
+        if (std::count(components.begin(), components.end(), component(equations, k)) > 0) places.push_back(k);
     result(places, places) = m;
     return result;
 }
@@ -46,7 +47,7 @@ inline StructureFactor structure_factor_of(const Symbol& s, const numerics::Wave
     return r;
 }
 inline Symbol structure_matrix(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
-    const auto at = equations.linearised(about);
+    const auto at = linearised(equations, about);
     model::Symbol covariance;
     const double growth = model::solve_covariance(*at, q, covariance);
     if (!(growth < 0.0))
@@ -56,7 +57,7 @@ inline Symbol structure_matrix(const Equations& equations, const UniformPoint& a
 
 inline Symbol dynamic_structure_matrix(const Equations& equations, const UniformPoint& about,
                                        const numerics::Wavevector& q, double omega) {
-    const auto at = equations.linearised(about);
+    const auto at = linearised(equations, about);
     const std::vector<int>& state = at->state_components();
     return of_all_fields(equations, model::dynamic_structure(*at, q, omega)(state, state), state);
 }

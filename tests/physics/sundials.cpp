@@ -3,6 +3,7 @@
 
 #include "drover/numerics/time_method.hpp"
 #include "drover/physics/integrated.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "solver_support.hpp"
 
 namespace drover::physics::sundials_tests {
@@ -29,7 +30,7 @@ struct Case {
 };
 
 Case run_of(const Model& model, double amplitude) {
-    return {.model = model, .start = waves(form(model), model.uniform, grid, amplitude)};
+    return {.model = model, .start = waves(physics::form(model), model.uniform, grid, amplitude)};
 }
 
 /// Methods of SUNDIALS at a tolerance of 1e-11 agree with ETDRK4 at a step that errs by less.
@@ -46,7 +47,7 @@ TEST(Sundials, agrees_with_etdrk4_to_1e_10_where_every_coefficient_depends_on_th
 
 TEST(SundialsLong, agrees_with_etdrk4_to_1e_10_where_the_velocity_is_slaved) {
     for (const NamedModel& named : all_forms())
-        if (form(named.model).velocity == Velocity::slaved) {
+        if (physics::form(named.model).velocity == Velocity::slaved) {
             SCOPED_TRACE(named.name);
             expect_agreement(run_of(undisturbed(named.model), 0.4), 128, 1e-10);
         }

@@ -9,6 +9,7 @@
 #include "drover/physics/integrated.hpp"
 #include "full_model.hpp"
 #include "modes.hpp"
+#include "physics/rod_bead_model.hpp"
 #include "text_terms.hpp"
 
 namespace drover::physics::terms_tests {
@@ -41,25 +42,25 @@ UniformPoint random_point(Numbers& numbers) {
 
 /// A slaved velocity in balance at the point: what the eliminated symbol is about.
 void balance(const Equations& e, UniformPoint& point) {
-    if (e.form.velocity != Velocity::slaved) return;
+    if (physics::form(e.model).velocity != Velocity::slaved) return;
     // Every force but drag is what it is without a velocity.
     point.velocity.setZero();
     const Eigen::Vector2d force = uniform_rates(e, point).segment<2>(FieldIndex::bead_velocity_x);
-    const double gamma = e.drag.at(point.bead_density, point.rod_density).value;
+    const double gamma = e.coefficient("drag.coefficient").at({point.bead_density, point.rod_density});
     point.velocity = force / (gamma > 0.0 ? gamma : 1.0);
 }
 
 /// Largest difference between the symbol and a central difference of the right-hand side, relative to the largest
 /// entry.
-double difference(const Equations& e, UniformPoint point, const Reference& about, int kx, int ky, Threads& threads) {
-    if (e.form.bead_density < 0)
-        point.bead_density = e.model.uniform.bead_density;  // not a field: the mass that moves is the scene's
+double difference(const Equations& e, UniformPoint point, const Densities& about, int kx, int ky, Threads& threads) {
+    if (physics::form(e.model).bead_density < 0)
+        point.bead_density = uniform_of(e.model).bead_density;  // not a field: the mass that moves is the scene's
     WholeRate rate(e, grid, about, threads);
     const std::size_t row = static_cast<std::size_t>((ky + grid.ny) % grid.ny),
                       mode = row * numerics::columns(grid) + static_cast<std::size_t>(kx);
     const numerics::Wavevector q = numerics::wavevector(grid, static_cast<std::size_t>(kx), row);
     const Symbol symbol = linear_symbol(e, point, q);
-    const auto at = components(e.form);
+    const auto at = components(physics::form(e.model));
     // Of a small symbol, as of cubic terms at little order, the truncation shows: 2.5e-9 times third derivatives.
     double wrong = 0.0, largest = 1e-2;
     for (std::size_t column = 0; column < FieldIndex::count; ++column) {
@@ -67,7 +68,7 @@ double difference(const Equations& e, UniformPoint point, const Reference& about
         constexpr double step = 5e-5;  // truncation step^2 = 2.5e-9, rounding 1e-16/step = 2e-12
         numerics::Spectra rates[2];
         for (int sign : {0, 1}) {
-            numerics::Spectra state = uniform_state(e.form, grid, point);
+            numerics::Spectra state = uniform_state(physics::form(e.model), grid, point);
             state[at[column]][mode] += (sign == 0 ? 0.5 : -0.5) * step;
             if (kx == 0)
                 state[at[column]][static_cast<std::size_t>(grid.ny - ky) * numerics::columns(grid)] =
@@ -103,12 +104,12 @@ int compare_each_alone(int trials) {
             // The terms of the model file are tested in the forms without texts.
             if (!all.model.text_terms.empty() && !term.starts_with("terms[")) continue;
             // A slaved velocity is the balance of all forces; a term by itself has none.
-            const Equations alone = all.form.velocity == Velocity::slaved ? all : all.only({term});
+            const Equations alone = physics::form(all.model).velocity == Velocity::slaved ? all : all.only({term});
             Numbers numbers(17 + static_cast<std::uint64_t>(checked));
             for (int trial = 0; trial < trials; ++trial) {
                 UniformPoint point = random_point(numbers);
                 balance(alone, point);
-                const Reference about{.bead_density = 1.1, .rod_density = 0.9};
+                const Densities about{1.1, 0.9};
                 const int kx = trial % 4, ky = kx == 0 ? 1 + trial % 3 : (3 * trial) % 7 - 3;
                 // 1e-6: the truncation of the difference is 1e-8 times third derivatives of order ten.
                 EXPECT_LT(difference(alone, point, about, kx, ky, threads), 1e-6) << form.name << ": " << term;
@@ -135,8 +136,7 @@ void compare_all_together(int trials) {
             Numbers numbers(1000 + static_cast<std::uint64_t>(trial));
             UniformPoint point = random_point(numbers);
             balance(all, point);
-            const Reference about{.bead_density = 1.0 + 0.2 * numbers.next(),
-                                  .rod_density = 0.8 + 0.2 * numbers.next()};
+            const Densities about{1.0 + 0.2 * numbers.next(), 0.8 + 0.2 * numbers.next()};
             const int kx = 1 + trial % 3, ky = trial % 7 - 3;
             EXPECT_LT(difference(all, point, about, kx, ky, threads), 1e-6) << form.name << ", trial " << trial;
         }
@@ -156,11 +156,11 @@ TEST(Terms, the_linear_part_about_the_reference_leaves_no_linear_remainder_there
         Model model = form.model;
         model.force.kind = "none";  // else beads at rest are no balance
         const Equations e(model);
-        const Reference about{.bead_density = 1.15, .rod_density = 0.85};
+        const Densities about{1.15, 0.85};
         WholeRate rate(e, grid, about, threads);
-        const UniformPoint rest{.bead_density = about.bead_density, .rod_density = about.rod_density};
+        const UniformPoint rest = at_rest(about);
         constexpr double step = 1e-5;
-        numerics::Spectra state = uniform_state(e.form, grid, rest), found(grid, state.count());
+        numerics::Spectra state = uniform_state(physics::form(e.model), grid, rest), found(grid, state.count());
         for (int c = 0; c < state.count(); ++c)
             state[c][2 * numerics::columns(grid) + 1] += Complex(step, 0.3 * step * c);
         if (rate.system.nonlinear) rate.system.nonlinear(0.0, state, found);
@@ -186,10 +186,10 @@ TEST(Terms, that_share_what_was_compiled_have_their_own_constants) {
     for (const NamedModel& form : forms) {
         const Equations like(form.model);
         Numbers numbers(31);
-        for (const CoefficientRow& row : coefficient_registry()) {
-            if (row.value_in(form.model) == 0.0) continue;
-            Model model = form.model;
-            row.value(model) *= 0.35;
+        for (const CoefficientRow& row : shipped_model().coefficients) {
+            ModelValues model = form.model;
+            if (number(model, row.key()) == 0.0) continue;
+            number_in(model, row.key()) *= 0.35;
             const Equations shared(model, like), compiled(model);
             const UniformPoint point = random_point(numbers);
             const numerics::Wavevector q{.x = 0.8, .y = -1.3};

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "drover/physics/equations.hpp"
+#include "physics/rod_bead_model.hpp"
 
 namespace drover::physics {
 

@@ -1,5 +1,4 @@
 // tests/physics/travelling_state.cpp: exact bands, solitary waves and kinks from poor guesses; folds and stability.
-#include "drover/physics/travelling_problem.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +7,10 @@
 
 #include "band_model.hpp"
 #include "drover/base/error.hpp"
-#include "drover/physics/density_profile.hpp"
+#include "drover/model/density_profile.hpp"
 #include "kink_model.hpp"
+#include "physics/rod_bead_model.hpp"
+#include "travelling_problem.hpp"
 
 namespace drover::physics::travelling_state_tests {
 namespace {
@@ -81,7 +82,7 @@ void expect_band(const Band& band) {
         // 0.008 /s.
         EXPECT_NEAR(found.speed, band.c, 1e-10);
         EXPECT_LT(distance_up_to_position(line, found.state, line.spectra(exact), 1), 1e-10);
-        const DensityProfile profile = density_profile(line.fields(found.state)[0], length);
+        const model::DensityProfile profile = model::density_profile(line.fields(found.state)[0], length);
         EXPECT_NEAR(profile.low, band.gas, 1e-6);
         EXPECT_NEAR(profile.high, band.gas + band.order / band.c, 1e-6);
         EXPECT_TRUE(profile.low_is_flat && profile.high_is_flat);
@@ -124,7 +125,7 @@ TEST(TravellingStateLong, solitary_wave_is_found_to_1e_10_from_a_bump_of_another
     const TravellingState found = solver.find(line.spectra(guess));
     EXPECT_NEAR(found.speed, wave.band.c, 1e-10);
     EXPECT_LT(distance_up_to_position(line, found.state, line.spectra(exact), 1), 1e-10);
-    EXPECT_FALSE(density_profile(line.fields(found.state)[0], side).high_is_flat);
+    EXPECT_FALSE(model::density_profile(line.fields(found.state)[0], side).high_is_flat);
     // It is a critical nucleus: one growing perturbation.
     const auto rates = solver.perturbation_rates(found, 3);
     EXPECT_GT(rates[0].real(), 1e-3);

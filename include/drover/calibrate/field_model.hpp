@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "drover/calibrate/table.hpp"
-#include "drover/physics/model.hpp"
+#include "drover/physics/model_values.hpp"
 
 namespace drover::calibrate {
 

@@ -15,18 +15,18 @@ struct FilledModel {
 
 /// Which keys a table is to provide: those that it has, the form has a field for, and `is_given` denies.  With `local`
 /// coefficients also "table", the values at all its nodes.
-std::vector<std::string> missing_keys(const physics::Model& model, bool local,
+std::vector<std::string> missing_keys(const physics::ModelValues& model, bool local,
                                       const std::function<bool(const std::string& key)>& is_given);
 
 /// Fills these keys of a model.  Throws an input Error for missing values, and for values out of the range of the key.
 FilledModel fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
-                       physics::Model& model);
+                       physics::ModelValues& model);
 
 /// The model with these keys filled from tables redrawn within their errors, each with all that follows from it.  A
 /// table with a number out of the range of its key is left out, so there may be fewer than `count`.
-std::vector<physics::Model> redrawn_models(const Table& table, const StatePoint& point,
-                                           const std::vector<std::string>& keys, const physics::Model& model,
-                                           int count);
+std::vector<physics::ModelValues> redrawn_models(const Table& table, const StatePoint& point,
+                                                 const std::vector<std::string>& keys,
+                                                 const physics::ModelValues& model, int count);
 
 /// What the mean field of the table expects.
 std::vector<std::string> expected_texts(const Table& table, const StatePoint& point);

@@ -13,8 +13,8 @@
 #include "drover/io/units.hpp"
 #include "drover/model/start.hpp"
 #include "drover/numerics/grid.hpp"
-#include "drover/physics/coefficient_registry.hpp"
 #include "drover/physics/linear_theory.hpp"
+#include "drover/physics/model_keys.hpp"
 
 namespace drover::io {
 
@@ -81,7 +81,7 @@ struct StabilityPlan {
 /// Input of drover boundary.
 struct BoundaryPlan {
     std::string x, y;                                                                   ///< "driving.strength = 0.5:2"
-    std::vector<std::string> lines{"onset", "phase-separation", "banding", "oblique"};  ///< names of physics::Limit
+    std::vector<std::string> lines{"onset", "phase-separation", "banding", "oblique"};  ///< run::line_names()
     std::vector<std::string> conventions;  ///< of lambda: "mean", "single-rod"; empty: the scene's
     std::vector<std::string> errors;       ///< "relaxation.rate = 0.02": standard errors
     int draws = 100;                       ///< of uncertain numbers, for the error bands; 0: no bands
@@ -125,7 +125,7 @@ struct Scene {
     SceneKind kind = SceneKind::fields;
     std::string file;                              ///< its origin, for messages
     std::map<std::string, SourceLocation> places;  ///< of the given keys: "time.dt"
-    physics::Model model;  // of fields, as are grid, dealiasing, initial, stability, boundary, calibrated
+    physics::ModelValues model;  // of fields, as are grid, dealiasing, initial, stability, boundary, calibrated
     numerics::Grid grid;
     physics::Dealiasing dealiasing;
     dem::Setup particles;
@@ -166,7 +166,7 @@ bool is_from_table(const Scene& scene, const std::string& key);
 /// The model with its calibrated numbers drawn within their errors, and all that follows from them; `count` copies of
 /// a model without such numbers.  Fewer where draws are out of the range of their keys.  Throws an input Error at
 /// calibrated.table if that file is no more there.
-std::vector<physics::Model> drawn_models(const Scene& scene, int count);
+std::vector<physics::ModelValues> drawn_models(const Scene& scene, int count);
 
 /// Where a key was given, or the scene's file for a default.
 SourceLocation location_of(const Scene& scene, const std::string& key);
@@ -188,11 +188,11 @@ double longest_step(const Scene& scene);
 struct ModelNumber {
     std::string unit;
     Range range;
-    std::function<double&(physics::Model&)> in;
+    std::function<double&(physics::ModelValues&)> in;
 };
 /// Throws an input Error at `where`, with "did you mean", when the model has no number of this name.
 /// Of the parameters of terms it knows those that `model` has: "terms.W".
-ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::Model& model);
+ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::ModelValues& model);
 
 /// The scene of these tables, with defaults for absent keys; not yet filled from a calibrated table, nor checked.
 /// Throws an input Error for an unknown key or table, a value out of range, or tables of both kinds.
@@ -210,8 +210,7 @@ struct SectionDescription {
     std::vector<Description> rows;
     std::vector<SceneKind> kinds;  ///< of the scenes that have it; empty: all
 };
-std::vector<SectionDescription> scene_schema(
-    const physics::CoefficientRegistry& registry = physics::coefficient_registry());
+std::vector<SectionDescription> scene_schema(const physics::ModelFile& file = physics::shipped_model());
 std::vector<SectionDescription> scene_schema(SceneKind kind);
 /// UDUNITS text of a key of a scene; "1" for a pure number and for a coefficient of a model of one's own.
 std::string unit_of(SceneKind kind, const std::string& key);

@@ -7,8 +7,11 @@
 
 namespace drover::model {
 
-/// The direction of a uniform state [rad]: that of the first field with a spin m >= 1 and a value, from the x axis, in
-/// (-pi/m, pi/m]; 0 without one.
+/// The first components of the fields with a spin, in the order in which they are drawn: the first field is the order.
+std::vector<int> turning_components(const Model& model);
+
+/// The direction of a uniform state [rad]: that of the first of turning_components() with a value, of a spin m >= 1,
+/// from the x axis, in (-pi/m, pi/m]; 0 without one.
 double direction_of(const Model& model, const UniformState& state);
 
 /// Left sides that equations do not have themselves, moved d_t F = right side, with noise on d_t F.

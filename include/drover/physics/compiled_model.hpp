@@ -1,33 +1,34 @@
-// physics/compiled_model.hpp: a validated model with its field layout and its coefficients as functions.
+// physics/compiled_model.hpp: a validated model with its coefficients as functions of the densities.
 #pragma once
-#include <string_view>
-#include <utility>
-#include <vector>
+#include <map>
+#include <string>
 
-#include "drover/physics/coefficient_registry.hpp"
-#include "drover/physics/form.hpp"
+#include "drover/physics/model_values.hpp"
 
 namespace drover::physics {
 
 /// The input of every term.
-struct CompiledModel : Coefficients {
-    explicit CompiledModel(const Model& model);  ///< throws as check()
+struct CompiledModel {
+    explicit CompiledModel(const ModelValues& model);  ///< throws as check_numbers()
     /// Shares the tables of `like` where their data are equal; saves time when many models differ in few values.
-    CompiledModel(const Model& model, const CompiledModel& like);
+    CompiledModel(const ModelValues& model, const CompiledModel& like);
 
-    Model model;
-    Form form;
+    const Coefficient& coefficient(const std::string& key) const { return coefficients.at(key); }
+
+    ModelValues model;
+    std::map<std::string, Coefficient> coefficients;  ///< by key
 };
 
 /// Throws an input Error, with its location, for invalid parameters: a coefficient of an absent field, a malformed
 /// polynomial, an inconsistent table, a slaved velocity without drag.
-void check_numbers(const Model& model, const LocationOf& location_of = no_location,
-                   const CoefficientRegistry& registry = coefficient_registry());
+void check_numbers(const ModelValues& model, const LocationOf& location_of = no_location);
 
-/// The coefficients that may depend on the densities, each with its scene key.
-std::vector<std::pair<std::string_view, const Coefficient*>> named(const Coefficients& coefficients);
+/// Whether the mass of a field is proportional to a density of the file.
+bool is_in_mass(const FieldRow& field, const FieldRow& density);
+/// The other factors of the mass of a field: coefficients, and densities that are no fields.
+double mass_factor(const CompiledModel& model, const FieldRow& field);
 
 /// Throws an input Error if these densities are outside the table of a coefficient.
-void require_values(const Coefficients& coefficients, double bead_density, double rod_density);
+void require_values(const CompiledModel& model, const Densities& densities);
 
 }  // namespace drover::physics

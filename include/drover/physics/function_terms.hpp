@@ -8,7 +8,7 @@
 namespace drover::physics {
 
 /// "terms[1] is the Python function tilt, which this program does not have", of the first such term; "" if none.
-std::string missing_function(const Model& model);
+std::string missing_function(const ModelValues& model);
 
 /// Of each function: that it is slow, how exact its linearisation is, and whether its degree is known.
 std::vector<std::string> function_remarks(const CompiledModel& compiled);

@@ -17,10 +17,10 @@ struct Dealiasing {
 int kept_degree(const Equations& equations, const Dealiasing& dealiasing);
 
 /// L and Q of a model about a reference, and the degree of its products.  N is empty.
-numerics::System linear_system(const Equations& equations, const numerics::Grid& grid, const Reference& reference,
+numerics::System linear_system(const Equations& equations, const numerics::Grid& grid, const Densities& about,
                                const Dealiasing& dealiasing = {});
 /// The same about the scene's uniform densities.
-numerics::System linear_system(const Model& model, const numerics::Grid& grid, const Dealiasing& dealiasing = {});
+numerics::System linear_system(const ModelValues& model, const numerics::Grid& grid, const Dealiasing& dealiasing = {});
 
 /// Active terms without which linear_system() describes the waves about the isotropic state: those that depend on the
 /// direction of q, on position or on time.

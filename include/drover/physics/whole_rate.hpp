@@ -11,7 +11,7 @@ namespace drover::physics {
 class WholeRate {
 public:
     explicit WholeRate(numerics::System whole) : system(std::move(whole)), linear(system) {}
-    WholeRate(const Equations& equations, const numerics::Grid& grid, const Reference& about, Threads& threads,
+    WholeRate(const Equations& equations, const numerics::Grid& grid, const Densities& about, Threads& threads,
               const Dealiasing& dealiasing = {});
 
     numerics::Spectra operator()(double t, const numerics::Spectra& state) const;

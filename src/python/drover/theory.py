@@ -11,8 +11,8 @@ from drover.stored import Store, StoreOwner, group_dataset, names_of
 BRANCH, SLOW, BAND = ("angle", "wavenumber", "branch"), ("angle", "slow_mode"), ("band_line", "band_y", "band_x")
 # Required arrays with their axes, by command or, for drover boundary, by group.
 NEEDED = {"stability": {"growth_rate": BRANCH},
-          "boundary": {name: ("vertex",) for name in ("line", "limit", "convention", "closed", "x", "y", "angle")},
-          "band": {"deviation": BAND, "limit": BAND[:1], "convention": BAND[:1]},
+          "boundary": {name: ("vertex",) for name in ("line", "limit", "closed", "x", "y", "angle")},
+          "band": {"deviation": BAND, "limit": BAND[:1]},
           "curves": {name: ("rod_fraction", "bead_fraction") for name in ("drag", "drag_error", "threshold",
                                                                           "threshold_error")},
           "line": {name: ("line_rod_fraction",) for name in ("mean", "mean_error", "mean_share", "single_rod",
