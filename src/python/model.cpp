@@ -41,6 +41,8 @@ void add_field(const py::dict& given, io::DeclaredModel& model) {
                             .unit = given["unit"].cast<std::string>(),
                             .meaning = given["meaning"].cast<std::string>(),
                             .mass = given["mass"].cast<std::string>(),
+                            .mass_unit = given["mass_unit"].cast<std::string>(),
+                            .energy = given["energy"].cast<std::string>(),
                             .balance = given["balance"].cast<bool>(),
                             .conserved = given["conserved"].cast<bool>(),
                             .solenoidal = given["solenoidal"].cast<bool>(),

@@ -78,3 +78,11 @@ def test_power_of_the_decay_follows_its_formula(run):
     square, cube = 0.49 + 0.005, 0.343 + 3 * 0.7 * 0.005
     assert decay[np.abs(decay + square * 64.0).argmin()] == pytest.approx(-square * 64.0, rel=1e-12)
     assert decay[-1] == pytest.approx(0.05 * cube * 64.0, rel=1e-12)
+
+
+def test_a_field_of_python_names_its_energy():
+    flow = drover.Model([drover.Field("u", "-u", mass="m", mass_unit="mg", energy="motion"),
+                         drover.Field("c", "lap c", energy="none")], m=2.0)
+    scene = flow.scene(points=8, side=8.0, dt=0.1, end=0.1)
+    assert [(scene[f"field[{k}].energy"], scene[f"field[{k}].mass_unit"]) for k in (1, 2)] == [("motion", "mg"),
+                                                                                             ("none", "1")]

@@ -45,10 +45,12 @@ class Field:
     conserved_noise: bool
     solenoidal: bool
     complex: bool
+    energy: str
+    mass_unit: str
     def __init__(self, symbol: str, equation: str = ..., spin: int = ..., name: str = ..., odd: bool = ...,
                  unit: str = ..., meaning: str = ..., mass: str = ..., balance: bool = ..., conserved: bool = ...,
                  reference: float | str = ..., noise: float | str = ..., conserved_noise: bool = ...,
-                 solenoidal: bool = ..., complex: bool = ...) -> None: ...
+                 solenoidal: bool = ..., complex: bool = ..., energy: str = ..., mass_unit: str = ...) -> None: ...
     @property
     def components(self) -> tuple[str, ...]: ...
     @property

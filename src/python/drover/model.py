@@ -23,6 +23,8 @@ class Field:
     conserved_noise   the noise is the divergence of a random flux: D q^2
     solenoidal        a vector without divergence: a pressure keeps it so at every instant
     complex           two scalars, A = A_re + i A_im, which do not turn; spin is 0
+    energy            what output.powers calls the integral of mass F^2/2: "flow"; "": `name`; "none": not measured
+    mass_unit         unit of the mass, for that energy
 
     >>> Field("phi", "lap mu", conserved=True).spin
     0
@@ -43,6 +45,8 @@ class Field:
     conserved_noise: bool = False
     solenoidal: bool = False
     complex: bool = False
+    energy: str = ""
+    mass_unit: str = "1"
 
     @property
     def components(self):
@@ -113,7 +117,8 @@ class Table:
 
 KINDS = {"symbol": str, "equation": str, "spin": int, "name": str, "odd": bool, "unit": str, "meaning": str,
          "mass": str, "balance": bool, "conserved": bool, "solenoidal": bool, "complex": bool,
-         "reference": (int, float, str), "noise": (int, float, str), "conserved_noise": bool}
+         "reference": (int, float, str), "noise": (int, float, str), "conserved_noise": bool, "energy": str,
+         "mass_unit": str}
 RANKS = ("scalar", "vector", "nematic")  # of spin 0, 1, 2
 
 
@@ -159,7 +164,7 @@ def waves_at(wavenumbers, angle):
 
 
 SCENE_KEYS = ("name", "unit", "meaning", "mass", "balance", "conserved", "solenoidal", "reference", "noise",
-              "conserved_noise")
+              "conserved_noise", "energy", "mass_unit")
 
 
 def noise_table(noise):
