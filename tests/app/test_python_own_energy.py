@@ -1,4 +1,4 @@
-"""tests/app/test_own_energy.py: energies and powers of models of one's own, and what archives call them."""
+"""tests/app/test_python_own_energy.py: energies and powers of models of one's own, and what archives call them."""
 import numpy as np
 import pytest
 
