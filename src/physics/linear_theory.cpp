@@ -55,15 +55,6 @@ std::string nonuniform_term(const Equations& equations) {
     return "";
 }
 
-std::vector<std::string> terms_beyond_propagator(const Equations& equations) {
-    std::vector<std::string> names;
-    for (std::size_t n = 0; n < equations.terms().size(); ++n)
-        if (!is_uniform(equations, n) || equations.right_sides().terms()[n].is_explicit ||
-            !equations.right_sides().is_isotropic(n))
-            names.push_back(equations.terms()[n]);
-    return names;
-}
-
 }  // namespace drover::physics
 
 namespace drover {

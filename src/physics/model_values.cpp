@@ -174,11 +174,4 @@ std::vector<Component> component_names(const ModelValues& model) {
     return names;
 }
 
-std::vector<Component> all_components() {
-    std::vector<Component> names;
-    for (const FieldRow& row : shipped_model().fields)
-        for (Component& one : components_of(row, row.unit)) names.push_back(std::move(one));
-    return names;
-}
-
 }  // namespace drover::physics

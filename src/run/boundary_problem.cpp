@@ -50,20 +50,26 @@ PlaneModels models_of(const PlaneOfScene& plane, SceneModel base, const std::str
 /// A margin at the points of a plane.
 using MarginAt = std::function<model::Margin(const PlaneModels&, const numerics::PlanePoint&)>;
 
+model::MarginOf margin_over(const SharedPlane& plane, std::shared_ptr<const PlaneModels> models,
+                            const MarginAt& margin) {
+    return [plane, margin, models = std::move(models)](const numerics::PlanePoint& point) {
+        check_stop_signal();
+        if (plane->progress) plane->progress->add();
+        return margin(*models, point);
+    };
+}
+
+std::shared_ptr<const PlaneModels> models_of_scene(const PlaneOfScene& plane, const std::string& convention) {
+    return std::make_shared<const PlaneModels>(models_of(plane, scene_model(plane.scene), convention));
+}
+
 /// The margins over a plane, and those of draws of its model.  Draws whose model is not valid are left out.
 model::PlaneMargins margins_over(const SharedPlane& plane, const std::string& convention, const MarginAt& margin) {
-    const auto margin_of = [plane, margin](std::shared_ptr<const PlaneModels> models) {
-        return [plane, margin, models](const numerics::PlanePoint& point) {
-            check_stop_signal();
-            if (plane->progress) plane->progress->add();
-            return margin(*models, point);
-        };
-    };
-    const auto models = std::make_shared<const PlaneModels>(models_of(*plane, scene_model(plane->scene), convention));
-    model::PlaneMargins result{.at = margin_of(models)};
+    const auto models = models_of_scene(*plane, convention);
+    model::PlaneMargins result{.at = margin_over(plane, models, margin)};
     for (const SceneModel& one : plane->draws) try {
-            result.draws.push_back(model::where_valid(
-                margin_of(std::make_shared<const PlaneModels>(models_of(*plane, one, convention, models.get())))));
+            result.draws.push_back(model::where_valid(margin_over(
+                plane, std::make_shared<const PlaneModels>(models_of(*plane, one, convention, models.get())), margin)));
         } catch (const Error& error) {
             if (!is_of_scene(error.fault())) throw;
         }
@@ -138,9 +144,10 @@ using PointValues = std::function<std::vector<double>(const numerics::PlanePoint
 
 /// The regime at a point, and the decay rate of the order.
 PointValues regime_at(const SharedPlane& plane, const std::string& convention) {
+    const auto models = models_of_scene(*plane, convention);
     std::vector<model::MarginOf> over;
     for (const std::string& name : model::limit_names())
-        over.push_back(margins_over(plane, convention, limit_margin(model::limit_of(name))).at);
+        over.push_back(margin_over(plane, models, limit_margin(model::limit_of(name))));
     const bool has_order = run::has_order(plane->scene);
     return [over, has_order](const numerics::PlanePoint& point) -> std::vector<double> {
         std::array<double, 4> margins{infinite, nan, nan, nan};  // without a field that turns no order sets in
@@ -176,11 +183,11 @@ void add_map(const SharedPlane& plane, BoundaryProblem& problem) {
         problem.map_at = regime_at(plane, convention);
         return;
     }
+    const auto models = models_of_scene(*plane, convention);
     std::vector<std::pair<MarginState, model::MarginOf>> states;
     for (const std::string& line : lines)
-        states.emplace_back(
-            state_of(line),
-            margins_over(plane, convention, state_margin(plane->scene, plane->planned, state_of(line))).at);
+        states.emplace_back(state_of(line),
+                            margin_over(plane, models, state_margin(plane->scene, plane->planned, state_of(line))));
     problem.map = {
         {"stable_states", "1", "-1 no uniform state, 0 none is stable, 1 isotropic, 2 ordered, 3 both", axes}};
     problem.map_at = stable_states_at(states);

@@ -22,10 +22,6 @@ numerics::System linear_system(const Equations& equations, const numerics::Grid&
 /// The same about the scene's uniform densities.
 numerics::System linear_system(const ModelValues& model, const numerics::Grid& grid, const Dealiasing& dealiasing = {});
 
-/// Active terms without which linear_system() describes the waves about the isotropic state: those that depend on the
-/// direction of q, on position or on time.
-std::vector<std::string> terms_beyond_propagator(const Equations& equations);
-
 /// The first active term that depends on position or time, so that there is no uniform state; "" if there is none.
 std::string nonuniform_term(const Equations& equations);
 

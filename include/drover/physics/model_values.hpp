@@ -84,7 +84,5 @@ struct Component {
 };
 /// Of the fields with a rate.
 std::vector<Component> component_names(const ModelValues& model);
-/// The components of every field of the file, as those of a model that has all.
-std::vector<Component> all_components();
 
 }  // namespace drover::physics
