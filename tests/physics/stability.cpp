@@ -141,13 +141,12 @@ std::vector<double> steps(double first, double last, int count) {
 
 TEST(ModeMap, holds_eigenvectors_with_their_duals) {
     const Equations e(flock_model({}));
+    const auto at = linearised(e, flock_of(e).point);
     Threads threads(2);
-    const model::ModeMap map =
-        model::mode_map(*linearised(e, flock_of(e).point), steps(0.05, 2.0, 20), steps(0.0, pi, 13), threads);
+    const model::ModeMap map = model::mode_map(*at, steps(0.05, 2.0, 20), steps(0.0, pi, 13), threads);
     for (std::size_t a = 0; a < map.angles.size(); ++a)
         for (std::size_t k = 0; k < map.wavenumbers.size(); ++k) {
             const Modes& here = map.at(a, k);
-            const auto at = linearised(e, flock_of(e).point);
             const model::Symbol m = at->symbol(at->wavevector(map.wavenumbers[k], map.angles[a]));
             const model::Symbol left = here.shapes * here.rates.asDiagonal() * here.duals;
             EXPECT_LT((left - m).cwiseAbs().maxCoeff(), 1e-11) << a << ", " << k;  // condition of the shapes: some 100
@@ -254,7 +253,8 @@ TEST(InstabilitiesLong, of_a_flock_with_attracting_beads_are_oblique_and_the_fas
     const Letters l{.e = 0.2, .w = 0.6, .pressure_a = -0.9};
     ASSERT_LT(l.abar_beads(), 0.0);
     const Equations e(flock_model(l));
-    const std::vector<Instability> found = instabilities(e, flock_of(e), search);
+    const StationaryState flock = flock_of(e);
+    const std::vector<Instability> found = instabilities(e, flock, search);
     ASSERT_FALSE(found.empty());
     EXPECT_EQ(found[0].kind, InstabilityKind::oblique);
     // By brute force, over steps of 0.5 degrees and 1 % in q: not more than the refined maximum, and not less than
@@ -262,7 +262,7 @@ TEST(InstabilitiesLong, of_a_flock_with_attracting_beads_are_oblique_and_the_fas
     double most = 0.0;
     for (int k = 0; k < 700; ++k)
         for (int a = 0; a <= 180; ++a)
-            most = std::max(most, growth(e, flock_of(e).point, 0.01 * std::pow(1.01, k), a * pi / 360.0).rate);
+            most = std::max(most, growth(e, flock.point, 0.01 * std::pow(1.01, k), a * pi / 360.0).rate);
     EXPECT_LE(most, found[0].rate * (1.0 + 1e-12));
     EXPECT_NEAR(most, found[0].rate, 1e-3 * found[0].rate);
 }
