@@ -10,12 +10,29 @@
 namespace drover::numerics {
 
 namespace {
+/// Without variables that nothing changes and that change nothing, such as the part along q of a divergence-free field.
+Block without_still(const Block& m, const Block& noise) {
+    std::vector<int> kept;
+    for (int i = 0; i < m.size; ++i) {
+        bool is_still = noise.size == 0 || noise(i, i) == 0.0;
+        for (int k = 0; k < m.size; ++k) is_still = is_still && m(i, k) == 0.0 && m(k, i) == 0.0;
+        if (!is_still) kept.push_back(i);
+    }
+    Block result(static_cast<int>(kept.size()));
+    for (int i = 0; i < result.size; ++i)
+        for (int k = 0; k < result.size; ++k)
+            result(i, k) = m(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(k)]);
+    return result;
+}
+
 /// Calls see(s) for the rates of both blocks.
 template <class See>
 void rates_at(const System& system, double q, See see) {
-    const IsotropicBlocks blocks = system.linear(q);
-    for (const auto* block : {&blocks.even, &blocks.odd})
-        for (const Complex s : eigenvalues(*block)) see(s);
+    const IsotropicBlocks blocks = system.linear(q), noise = system.noise ? system.noise(q) : IsotropicBlocks{};
+    const Block even = without_still(blocks.even, noise.even), odd = without_still(blocks.odd, noise.odd);
+    for (const Block* moving : {&even, &odd})
+        for (const Complex s : eigenvalues(*moving)) see(s);
+    if (even.size + odd.size == 0) see(0.0);
 }
 
 /// The kept mode whose value(q, s) is largest.  Of more than `most` wavenumbers it looks at every k-th, then at all
