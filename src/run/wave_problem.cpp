@@ -80,12 +80,68 @@ bool mark_conserved(const model::Equations& equations, const std::vector<double>
     return are_single;
 }
 
+/// What fluctuates of the components at q, as the rows of LinearisedAt::symbol: of a divergence-free field only the part
+/// across q.
+class FreeParts {
+public:
+    explicit FreeParts(const model::Equations& equations) {
+        const std::vector<model::StateComponent> parts = model::components_of_state(equations);
+        count_ = static_cast<Eigen::Index>(parts.size());
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            const bool is_pair = equations.model().fields[parts[i].field].solenoidal;
+            parts_.push_back({static_cast<Eigen::Index>(i), is_pair});
+            if (is_pair) ++i;
+        }
+    }
+    bool are_all() const { return std::ranges::none_of(parts_, &Part::is_across); }
+
+    /// Rows: the parts, of unit length; columns: the components.
+    Eigen::MatrixXd at(const numerics::Wavevector& q) const {
+        const double length = std::hypot(q.x, q.y);
+        Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(parts_.size()), count_);
+        for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+            const Part& part = parts_[static_cast<std::size_t>(row)];
+            rows(row, part.component) = part.is_across ? -q.y / length : 1.0;
+            if (part.is_across) rows(row, part.component + 1) = q.x / length;
+        }
+        return rows;
+    }
+
+    void keep(WaveRecord& record) const {
+        const auto before = static_cast<std::size_t>(count_);
+        for (std::size_t wave = 0; wave < record.q.size(); ++wave) {
+            const Eigen::MatrixXd rows = at(record.q[wave]);
+            std::vector<std::complex<double>> kept;
+            for (std::size_t frame = 0; frame < record.frames; ++frame) {
+                const Eigen::Map<const Eigen::VectorXcd> all(record.amplitudes[wave].data() + frame * before, count_);
+                const Eigen::VectorXcd parts = rows * all;
+                kept.insert(kept.end(), parts.begin(), parts.end());
+            }
+            record.amplitudes[wave] = std::move(kept);
+        }
+    }
+
+    void keep(std::vector<WaveModel::Field>& fields) const {
+        std::vector<WaveModel::Field> kept;
+        for (const Part& part : parts_) kept.push_back(fields[static_cast<std::size_t>(part.component)]);
+        fields = std::move(kept);
+    }
+
+private:
+    struct Part {
+        Eigen::Index component;
+        bool is_across;  ///< of this component and the next
+    };
+    Eigen::Index count_ = 0;
+    std::vector<Part> parts_;
+};
+
 /// Removes the mean of an archive from its waves.  Throws an input Error where no other wave is left.
-void leave_out_mean(WaveRecord& record, const std::string& archive, double max_wavenumber) {
+void leave_out_mean(WaveRecord& record, const std::string& archive, const char* whose, double max_wavenumber) {
     require(record.q.size() > 1, {archive},
-            "is of a flock, whose mean is no wave, and has no other up to {:.4g} /mm; expected some: choose a "
-            "larger --max-wavenumber",
-            max_wavenumber);
+            "is of {}, whose mean is no wave, and has no other up to {:.4g} /mm; expected some: choose a larger "
+            "--max-wavenumber",
+            whose, max_wavenumber);
     record.q.erase(record.q.begin());
     record.amplitudes.erase(record.amplitudes.begin());
 }
@@ -135,11 +191,6 @@ WaveProblem wave_problem(const io::Scene& scene, const std::vector<std::string>&
     const std::string placed = placed_term_of(scene, equations);
     require(placed.empty(), {scene.file}, "{} depends on position or time; expected equations with uniform states",
             placed);
-    for (const model::Field& field : equations.model().fields)
-        require(!field.solenoidal || field.left == model::LeftSide::balance, field.where,
-                "{} is solenoidal, and waves of it have one component only, which drover fit does not know yet; "
-                "expected fields without that constraint",
-                field.symbol);
     WaveProblem problem;
     problem.noise = add_numbers(scene, keys, problem) ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
     problem.record = record_of(scene, equations, choice, source);
@@ -150,8 +201,17 @@ WaveProblem wave_problem(const io::Scene& scene, const std::vector<std::string>&
     model::UniformState about = equations.reference();
     for (std::size_t i = 0; i < means.values.size(); ++i)
         about[static_cast<std::size_t>(equations.state_components()[i])] = means.values[i];
-    if (!mark_conserved(equations, means.values, problem.waves.fields) || means.is_ordered)
-        leave_out_mean(problem.record, source.name, choice.max_wavenumber);
+    const FreeParts free(equations);
+    const bool are_single = mark_conserved(equations, means.values, problem.waves.fields);
+    const char* without_mean = means.is_ordered  ? "a flock"
+                               : !free.are_all() ? "a divergence-free field"
+                               : !are_single     ? "fields whose sum is conserved"
+                                                 : nullptr;
+    if (without_mean != nullptr) leave_out_mean(problem.record, source.name, without_mean, choice.max_wavenumber);
+    if (!free.are_all()) {
+        free.keep(problem.record);
+        free.keep(problem.waves.fields);
+    }
     problem.waves.at = [scene, numbers = problem.waves.numbers, about](const std::vector<double>& values) {
         io::Scene changed = scene;
         for (std::size_t i = 0; i < numbers.size(); ++i) changed = scene_with(changed, numbers[i].key, values[i]);
