@@ -202,8 +202,10 @@ Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries
         return row == nullptr ? std::vector<double>() : row->values;
     };
     const auto points = static_cast<double>(numerics::points(setting.grid));
-    recorded.order = name_of(setting, setting.order);
-    recorded.indicators.push_back(values(recorded.order));
+    recorded.indicators.push_back(values(name_of(setting, setting.order)));
+    if (setting.order) recorded.orders.push_back(name_of(setting, setting.order));
+    for (const MeasuredField& field : setting.fields)
+        if (!setting.order && field.spin > 0) recorded.orders.push_back("size_mean_" + field.name);
     for (const MeasuredField& field : setting.fields) {
         if (field.first >= setting.of_state) continue;  // what is in balance follows the others
         if (field.short_name == field.name) {

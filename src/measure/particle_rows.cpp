@@ -284,7 +284,7 @@ Recorded particle_recording(const ParticleSetting& setting, std::vector<Recorded
                       .area = dem::area(setting.cell),
                       .quotients = quotients(setting),
                       .boxes = {},
-                      .order = shared_order};
+                      .orders = {shared_order}};
     for (const auto& [what, total] : {std::pair{"rod", setting.rods}, {"bead", setting.beads}})
         recorded.boxes.push_back({what, "", "square box", static_cast<double>(total), setting.fractions});
     for (const char* name : {shared_order, "energy_kinetic"})

@@ -7,6 +7,7 @@
 
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"
+#include "measure/unit_product.hpp"
 
 namespace drover::measure {
 
@@ -80,18 +81,18 @@ SummaryRow quotient_row(const Quotient& quotient, const RecordedSeries& sum, con
     return row;
 }
 
-/// Susceptibility and Binder cumulant of the polar order, in a cell of this area [mm2].
+/// Susceptibility and Binder cumulant of the size of an order, in a cell of this area [mm2].
 void add_order_rows(const RecordedSeries& order, double area, double spacing, std::size_t skip,
                     std::vector<SummaryRow>& rows) {
     const Samples samples = split(order, spacing, skip);
     rows.push_back({order.name + "_susceptibility",
-                    "mm2",
-                    "area (<P^2> - <P>^2), P the polar order of one time",
+                    unit_product({"mm2", order.unit, order.unit}),
+                    text("area (<P^2> - <P>^2), P = {} at one time", order.name),
                     {},
                     {estimate_susceptibility(samples, 0, area)}});
     rows.push_back({order.name + "_binder",
                     "1",
-                    "Binder cumulant 1 - <P^4>/(3 <P^2>^2) of the polar order P",
+                    text("Binder cumulant 1 - <P^4>/(3 <P^2>^2), P = {} at one time", order.name),
                     {},
                     {estimate_binder_cumulant(samples, 0)}});
 }
@@ -153,8 +154,9 @@ Summary summarise(const Recorded& recorded) {
                              *weight = find_row(recorded.series, quotient.weight);
         if (sum && weight) summary.rows.push_back(quotient_row(quotient, *sum, *weight, spacing, skip));
     }
-    if (const RecordedSeries* order = find_row(recorded.series, recorded.order))
-        add_order_rows(*order, recorded.area, spacing, skip, summary.rows);
+    for (const std::string& name : recorded.orders)
+        if (const RecordedSeries* order = find_row(recorded.series, name))
+            add_order_rows(*order, recorded.area, spacing, skip, summary.rows);
     for (const BoxSizes& boxes : recorded.boxes)
         if (const auto* variance = find_row(recorded.series, boxes.what + "_number_variance" + boxes.ending))
             add_box_rows(boxes, *variance, spacing, skip, summary.rows);

@@ -32,7 +32,8 @@ double largest_of_unit(const Report& report, const std::string& unit) {
 double amplitude_of(const Report& report, const std::string& row) {
     const measure::MeasuredField* found = nullptr;
     for (const measure::MeasuredField& field : report.setting.fields)
-        for (const std::string& name : {"variance_" + field.name, "structure_factor_" + field.short_name})
+        for (const std::string& name :
+             {"variance_" + field.name, "structure_factor_" + field.short_name, "size_mean_" + field.name})
             if ((row == name || row.starts_with(name + "_")) &&
                 (found == nullptr || field.name.size() > found->name.size()))
                 found = &field;

@@ -18,10 +18,10 @@ std::string table_text(const SweepTable& table) {
             for (std::size_t i = 0; i < table.names.size(); ++i)
                 if (table.names[i] == name) chosen.push_back(i);
     }
-    if (chosen.empty())  // a model of its own: the order and the pattern of each field
+    if (chosen.empty() ||
+        table.names[chosen.front()].starts_with("size_mean_"))  // a model of its own: its patterns too
         for (std::size_t i = 0; i < table.names.size(); ++i)
-            if (table.names[i].starts_with("size_mean_") || table.names[i].starts_with("variance_"))
-                chosen.push_back(i);
+            if (table.names[i].starts_with("variance_")) chosen.push_back(i);
     std::string out;
     constexpr std::size_t max_warnings = 10;  // many runs often have the same one
     for (std::size_t i = 0; i < std::min(max_warnings, table.warnings.size()); ++i)

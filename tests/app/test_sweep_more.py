@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 import xarray
-from support import MODELS, drover, start, write_scene
+from support import MODELS, drover, drover_json, start, write_scene
 
 BRIEF = {"time.end": 10.0, "output.frame_every": 5.0, "output.sample_every": 0.5}
 # A uniform flock without noise, whose order is zero beyond an onset line through the plane of these two keys.
@@ -128,3 +128,31 @@ def test_bad_refinements_are_refused_in_a_sentence(words, expected, tmp_path):
     vary = [] if "--vary" in words else ["--vary", "relaxation.rate = 1, 2"]
     ended = drover(tmp_path, "sweep", scene, *vary, *words, "--keep", "table", status=2)
     assert all(word in ended.stderr for word in expected), ended.stderr
+
+
+OWN_ORDER = """
+model = {name = "a vector"}
+field = [{symbol = "p", rank = "vector", noise = 0.05}, {symbol = "c", conserved = true, reference = "1"}]
+equations = {p = "-a p + lap p", c = "lap c"}
+coefficients = {a = 1.0}
+grid = {nx = 8, ny = 8, lx = 8.0, ly = 8.0}
+time = {dt = 0.5, end = 6000.0}
+output = {sample_every = 0.5, frame_every = 0.0}
+analysis = {warm_up = 0.0}
+"""
+
+
+def test_any_order_has_its_susceptibility_and_binder_cumulant(tmp_path):
+    """The mean has two Gaussian components of variance D/(2 a A): its size is that of Rayleigh, as of rods."""
+    (tmp_path / "own.toml").write_text(OWN_ORDER)
+    rows = drover_json(tmp_path, "sweep", "own.toml", "--vary", "coefficients.a = 0.5, 2")
+    for row in rows:
+        square = 0.05 / row["coefficients.a"] / 64.0
+        exact = {"size_mean_p": (square * np.pi / 4.0) ** 0.5,
+                 "size_mean_p_susceptibility": 64.0 * square * (1.0 - np.pi / 4.0), "size_mean_p_binder": 1.0 / 3.0}
+        for name, value in exact.items():
+            found = row[name]
+            # Four standard errors: one run in 16000 is outside, and the seed is fixed.
+            assert abs(found["mean"] - value) <= 4.0 * found["error"] and found["error"] < 0.06 * value, (name, found)
+    heading = drover(tmp_path, "sweep", "own.toml", "--vary", "coefficients.a = 0.5, 2", "--quiet").stdout.splitlines()[0]
+    assert all(name in heading for name in ("size_mean_p_binder", "variance_c"))

@@ -46,7 +46,7 @@ struct Recorded {
     double area = 0.0;  ///< of the cell [mm2]
     std::vector<Quotient> quotients = {};
     std::vector<BoxSizes> boxes = {};
-    std::string order = {};  ///< the series of the polar order, which has a susceptibility; "": there is none
+    std::vector<std::string> orders = {};              ///< the series of sizes of an order, which have a susceptibility
     std::vector<std::vector<double>> indicators = {};  ///< series whose longest warm-up is left out of all means
     double spacing = 1.0;                              ///< time between samples [s]
     std::optional<std::size_t> warm_up = {};  ///< samples left out at the start; nullopt: found from the indicators
@@ -70,7 +70,8 @@ struct Summary {
 
 /// The time mean of every observable under its name, of directions along their shortest turns, of those that accumulate
 /// the mean rate as <name>_rate; then the quotients, and where their observables were recorded:
-///   polar_order_susceptibility [mm2], area (<P^2> - <P>^2);  polar_order_binder, 1 - <P^4>/(3 <P^2>^2);
+///   polar_order_susceptibility [mm2], area (<P^2> - <P>^2);  polar_order_binder, 1 - <P^4>/(3 <P^2>^2),
+///   of a model of one's own size_mean_F_susceptibility and size_mean_F_binder of each field F that turns with space;
 ///   rod_number, N of each box;  rod_number_deviation, DN = sqrt(<DN^2>);
 ///   rod_number_exponent, d ln DN/d ln N between each box and the next larger one (NaN for the largest);
 /// and the same for beads and for each shape of box.
