@@ -117,8 +117,6 @@ model::Integrated integrated(const Equations& e, const Densities& about, const D
             if (domain.component[k] >= 0) extremes.least[k] = found[next].min, extremes.most[k] = found[next++].max;
         check(domain, extremes);
     };
-    if (flag(e.model, "approximation.quasi_linear"))
-        what.long_waves = number(e.model, "approximation.quasi_linear_above");
     int first = 0;
     for (const FieldRow& field : e.model.file->fields) {  // the order first, and what turns as it does
         if (presence(e.model, field) != Presence::rate) continue;
@@ -130,10 +128,6 @@ model::Integrated integrated(const Equations& e, const Densities& about, const D
 
 model::Integrated integrated(const ModelValues& model, const Dealiasing& dealiasing) {
     return integrated(Equations(model), mean_densities(model), dealiasing);
-}
-
-bool is_nonlinear(const Equations& equations) {
-    return equations.solver(mean_densities(equations.model)).has_nonlinear_part();
 }
 
 }  // namespace drover::physics

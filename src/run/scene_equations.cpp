@@ -30,12 +30,20 @@ std::vector<int> turning_components(const model::Equations& equations) {
 }
 }  // namespace
 
-model::Integrated integrated_of(const io::Scene& scene) {
+namespace {
+model::Integrated whole_equations_of(const io::Scene& scene) {
     if (scene.kind != io::SceneKind::model) return physics::integrated(scene.model, scene.dealiasing);
     const model::Equations equations(io::model_of(scene.declared));
     return {.equations = equations,
             .kept_degree = io::kept_degree(scene, equations),
             .turning = turning_components(equations)};
+}
+}  // namespace
+
+model::Integrated integrated_of(const io::Scene& scene) {
+    model::Integrated what = whole_equations_of(scene);
+    if (scene.approximation.quasi_linear) what.long_waves = scene.approximation.quasi_linear_above;
+    return what;
 }
 
 model::Equations equations_of(const io::Scene& scene) {

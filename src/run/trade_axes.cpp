@@ -8,9 +8,9 @@
 #include "drover/dem/contact_law.hpp"
 #include "drover/io/scene_text.hpp"
 #include "drover/numerics/time_method.hpp"
-#include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/integrated.hpp"
 #include "drover/run/kind.hpp"
+#include "run/scene_equations.hpp"
 #include "run/text_resolution.hpp"
 
 namespace drover::run {
@@ -227,9 +227,6 @@ void add_keyed_models(const io::Scene& scene, std::vector<Level>& levels) {
         const bool may_be_zero = row.range.min < 0.0 || (row.range.min == 0.0 && !row.range.min_open);
         if (is_given(model, row) && may_be_zero) levels.push_back({"without " + row.key(), without(row)});
     }
-    // Saves no time, but tells whether the waves act on each other.
-    if (physics::is_nonlinear(physics::Equations(model)) && !flag(model, "approximation.quasi_linear"))
-        levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
 }
 }  // namespace
 
@@ -241,6 +238,9 @@ std::vector<Level> model_levels(const io::Scene& scene) {
         case io::SceneKind::model: add_declared_models(scene.declared, levels); break;
         case io::SceneKind::fields: add_keyed_models(scene, levels); break;
     }
+    // Saves no time, but tells whether the waves act on each other.
+    if (io::has_grid(scene.kind) && !scene.approximation.quasi_linear && equations_of(scene).has_nonlinear_part())
+        levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
     for (Level& level : levels) level.reason = reason_against(scene, level.overrides);
     return levels;
 }

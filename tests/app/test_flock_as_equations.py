@@ -30,6 +30,19 @@ def test_the_flock_as_equations_is_the_flock(tmp_path):
     assert_equal(built_in, written, 1e-12)
 
 
+def test_the_quasi_linear_approximation_is_that_of_any_model(tmp_path):
+    (tmp_path / "full").mkdir()
+    full = run("flock-as-equations", tmp_path / "full", "field[4].noise=0")
+    above = "approximation.quasi_linear_above"
+    built_in, written = (run(name, tmp_path, noise, "approximation.quasi_linear=true", f"{above}=0.2")
+                         for name, noise in (("flock", "noise.order=0"), ("flock-as-equations", "field[4].noise=0")))
+    assert_equal(built_in, written, 1e-12)
+    assert np.abs(written["rod_density"][-1] - full["rod_density"][-1]).max() > 1e-6 * full["rod_density"][:].max()
+    with run("flock-as-equations", tmp_path, "field[4].noise=0", "approximation.quasi_linear=true",
+             f"{above}=100.0") as all_long:
+        assert all(np.array_equal(all_long[name][:], full[name][:]) for name in FIELDS)
+
+
 def test_the_flock_as_equations_has_the_noise_of_the_flock(tmp_path):
     built_in, written = run("flock", tmp_path), run("flock-as-equations", tmp_path)
     # Noise of the order reaches the velocity as the cube of a step: the covariance of a step is nearly singular, and

@@ -15,14 +15,12 @@ using numerics::Spectra;
 const numerics::Grid line{.nx = 64, .ny = 1, .lx = 20.0, .ly = 20.0};
 const double first = 2.0 * std::numbers::pi / line.lx;  // |q| of the longest wave
 
-Model quasi_linear(Model model, double above) {
-    model.approximation = {.quasi_linear = true, .quasi_linear_above = above};
-    return model;
-}
-
-Spectra rate_of(const Model& model, const numerics::Grid& grid, const Spectra& state) {
+/// The rate where waves up to this |q| are long; without it that of the full model.
+Spectra rate_of(const Model& model, const numerics::Grid& grid, const Spectra& state, double long_waves = INFINITY) {
     Threads threads(1);
-    return WholeRate(Equations(model), grid, mean_densities(model), threads)(0.3, state);
+    model::Integrated what = integrated(model, {});
+    what.long_waves = long_waves;
+    return WholeRate(model::system_of(what, grid, threads))(0.3, state);
 }
 
 /// A polar order without rods as a field.
@@ -33,7 +31,7 @@ TEST(QuasiLinear, with_a_cutoff_beyond_the_grid_gives_the_bytes_of_the_full_mode
     const Model model = full_model();
     const numerics::Grid grid{.nx = 16, .ny = 16, .lx = 20.0, .ly = 20.0};
     const Spectra state = waves(physics::form(model), model.uniform, grid, 0.2);
-    EXPECT_EQ(rate_of(quasi_linear(model, 100.0), grid, state).values, rate_of(model, grid, state).values);
+    EXPECT_EQ(rate_of(model, grid, state, 100.0).values, rate_of(model, grid, state).values);
 }
 
 TEST(QuasiLinear, with_only_the_mean_as_long_wave_keeps_of_a_cubic_what_involves_the_mean) {
@@ -44,7 +42,7 @@ TEST(QuasiLinear, with_only_the_mean_as_long_wave_keeps_of_a_cubic_what_involves
     Spectra state(line, 2);
     state[0][0] = mean;
     state[0][3] = 0.5 * wave;
-    const Spectra rate = rate_of(quasi_linear(model, 0.0), line, state);
+    const Spectra rate = rate_of(model, line, state, 0.0);
     EXPECT_NEAR(rate[0][0].real(), -0.7 * (mean * mean * mean + 1.5 * mean * wave * wave), 1e-14);
     EXPECT_NEAR(rate[0][3].real(), -0.7 * 3.0 * mean * mean * 0.5 * wave, 1e-14);
     EXPECT_NEAR(std::abs(rate[0][6]), 0.0, 1e-14);
@@ -61,7 +59,7 @@ TEST(QuasiLinear, conserves_the_square_that_self_advection_conserves_for_any_cut
         state[0][static_cast<std::size_t>(m)] = std::polar(1.0 / (1.0 + 0.2 * m), m == 0 ? 0.0 : 1.7 * m * m);
     const Spectra full = rate_of(model, line, state);
     for (const int longest : {0, 2, 7}) {
-        const Spectra rate = rate_of(quasi_linear(model, (longest + 0.5) * first), line, state);
+        const Spectra rate = rate_of(model, line, state, (longest + 0.5) * first);
         double power = 0.0, size = 0.0;
         for (std::size_t m = 0; m < state.size; ++m) {
             power += (m == 0 ? 1.0 : 2.0) * (std::conj(state[0][m]) * rate[0][m]).real();
@@ -77,7 +75,7 @@ TEST(QuasiLinear, leaves_what_acts_on_short_waves_from_outside) {
     model.text_terms = {text_term("order", {"0.3 sin(2*pi*x/5) (1 + order_x)", "0"})};
     Spectra state(line, 2);
     state[0][0] = 0.5;
-    EXPECT_LT(distance(rate_of(quasi_linear(model, 0.0), line, state), rate_of(model, line, state)), 1e-15);
+    EXPECT_LT(distance(rate_of(model, line, state, 0.0), rate_of(model, line, state)), 1e-15);
     EXPECT_GT(std::abs(rate_of(model, line, state)[0][4]), 0.1);
 }
 
@@ -86,7 +84,7 @@ TEST(QuasiLinear, converges_to_the_full_model_with_the_cutoff) {
     const numerics::Grid grid{.nx = 32, .ny = 32, .lx = 20.0, .ly = 20.0};
     Spectra state = waves(physics::form(model), model.uniform, grid, 0.3);
     const Spectra full = rate_of(model, grid, state);
-    const auto error = [&](double above) { return distance(rate_of(quasi_linear(model, above), grid, state), full); };
+    const auto error = [&](double above) { return distance(rate_of(model, grid, state, above), full); };
     // The state has waves of |q| = 1 and sqrt(2) in units of the first: beyond them nothing is short.
     EXPECT_GT(error(0.0), 1e-3);
     EXPECT_LT(error(3.0 * first), 0.5 * error(0.0));

@@ -140,10 +140,6 @@ struct BodyForce {
 struct OrientingField {
     double x = 0.0, y = 0.0;
 };
-struct Approximation {
-    bool quasi_linear = false;
-    double quasi_linear_above = 0.0;
-};
 struct DensityTable {
     std::vector<double> bead_density, rod_density;
     std::map<std::string, TableColumn> columns;
@@ -168,7 +164,6 @@ struct Model {
     Noise noise;
     BodyForce force;
     OrientingField orienting_field;
-    Approximation approximation;
     DensityTable table;
     std::vector<TextTerm> text_terms;
     std::map<std::string, double> parameters;
@@ -219,7 +214,6 @@ void visit_keys(M& m, See see) {
     see("force.width", m.force.width);
     see("orienting_field.x", m.orienting_field.x);
     see("orienting_field.y", m.orienting_field.y);
-    see("approximation.quasi_linear_above", m.approximation.quasi_linear_above);
     see("fields.bead_density", m.fields.bead_density);
     see("fields.rod_density", m.fields.rod_density);
     see("fields.bead_velocity", m.fields.bead_velocity);
@@ -227,7 +221,6 @@ void visit_keys(M& m, See see) {
     see("inertia.advection", m.inertia.advection);
     see("weathercock.convention", m.weathercock.convention);
     see("force.kind", m.force.kind);
-    see("approximation.quasi_linear", m.approximation.quasi_linear);
 }
 
 /// Calls see(key, member) for the monomials of each coefficient that has some.

@@ -45,6 +45,12 @@ struct Analysis {
     double warm_up = -1.0;  ///< time omitted at the start [s]; -1: estimated from the series
 };
 
+/// What the equations leave out.
+struct Approximation {
+    bool quasi_linear = false;        ///< short waves meet the long ones, and not each other
+    double quasi_linear_above = 0.0;  ///< the largest |q| of a long wave [1/mm]; 0: only the means are long
+};
+
 /// The errors of the results of a run.
 struct Accuracy {
     double effort = 0.05;  ///< of the work of a run, to measure what the time step makes wrong; 0: no biases
@@ -128,6 +134,7 @@ struct Scene {
     physics::ModelValues model;  // of fields, as are grid, dealiasing, initial, stability, boundary, calibrated
     numerics::Grid grid;
     physics::Dealiasing dealiasing;
+    Approximation approximation;  // of fields and models
     dem::Setup particles;
     DeclaredModel declared;  // of a model, which also has grid, dealiasing, initial
     TimeControl time;
@@ -224,6 +231,8 @@ template <>
 const std::vector<Row<io::Output>>& schema<io::Output>();
 template <>
 const std::vector<Row<io::Analysis>>& schema<io::Analysis>();
+template <>
+const std::vector<Row<io::Approximation>>& schema<io::Approximation>();
 template <>
 const std::vector<Row<io::Accuracy>>& schema<io::Accuracy>();
 template <>

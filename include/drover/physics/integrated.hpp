@@ -1,7 +1,6 @@
 // physics/integrated.hpp: the equations of a model file as a run integrates them.
 #pragma once
 #include "drover/model/field_evolution.hpp"
-#include "drover/physics/evaluation_cost.hpp"
 #include "drover/physics/linear_theory.hpp"
 
 namespace drover::physics {
