@@ -59,6 +59,7 @@ void for_sections(AnyScene& scene, Visit visit) {
     const auto of_fields = of(fields), of_particles = of(particles), of_grids = of(grids), of_all = of(all);
     of_grids("grid", "The periodic cell and its grid.", scene.grid);
     of_grids("dealiasing", "Dealiasing of products of fields.", scene.dealiasing);
+    of_grids("approximation", "What the equations leave out.", scene.approximation);
     for_particle_sections(scene.particles, of_particles);
     of_all("time", "Time stepping.", scene.time);
     of_grids(initial_section, "The initial state.", scene.initial);
@@ -159,6 +160,14 @@ void reject_keys_of_others(const Scene& scene) {
     }
 }
 
+/// Of the modes that the products of the equations keep, those of the drift included.
+std::function<double(int x, int y)> noise_moment_of(const Scene& scene) {
+    DeclaredModel any = scene.declared;
+    any.noise_moment = [](int, int) { return 1.0; };
+    const int degree = kept_degree(scene, model::Equations(model_of(any)));
+    return [grid = scene.grid, degree](int x, int y) { return model::noise_moment(grid, degree, x, y); };
+}
+
 }  // namespace
 
 Scene scene_of(const LocatedTables& given, const std::string& file) {
@@ -188,6 +197,7 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
         for (const auto& [key, value] : table->second.values) scene.places.emplace(name + "." + key, value.where);
     });
     reject_keys_of_others(scene);
+    if (scene.declared.calculus == "stratonovich") scene.declared.noise_moment = noise_moment_of(scene);
     const auto is_read = [&](const std::string& name) {
         return std::find(sections.begin(), sections.end(), name) != sections.end() ||
                (scene.kind == SceneKind::model ? is_declared_table(name) : is_model_table(name));
@@ -336,3 +346,22 @@ std::string unit_of(SceneKind kind, const std::string& key) {
 }
 
 }  // namespace drover::io
+
+namespace drover {
+
+template <>
+const std::vector<Row<io::Approximation>>& schema<io::Approximation>() {
+    static const std::vector<Row<io::Approximation>> rows{
+        {.name = "quasi_linear",
+         .member = &io::Approximation::quasi_linear,
+         .doc = "short waves act on the long ones and these on them, and not short waves on each other"},
+        {.name = "quasi_linear_above",
+         .member = &io::Approximation::quasi_linear_above,
+         .unit = "1/mm",
+         .range = not_negative,
+         .doc = "with quasi_linear: the largest |q| of a long wave; 0: only the means are long"},
+    };
+    return rows;
+}
+
+}  // namespace drover

@@ -101,8 +101,8 @@ void check_fields(const Scene& scene, const LocationOf& at) {
 
 /// The equations, the grid and the start of a declared model.
 void check_declared(const Scene& scene, const LocationOf& at) {
-    const model::Equations equations(model_of(scene.declared));
     numerics::check(scene.grid, at);
+    const model::Equations equations(model_of(scene.declared));
     check_least_memory(scene, equations.state_components().size(), at);
     model::check(scene.initial, equations, scene.grid, kept_degree(scene, equations), at);
     check_time_method(scene, equations.has_noise(), at);

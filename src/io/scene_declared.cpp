@@ -150,6 +150,7 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
                 const Value value = checked_value(row, "model", found->second);
                 if (row.name == "name") model.name = std::get<std::string>(value);
                 if (row.name == "chiral") model.chiral = std::get<bool>(value);
+                if (row.name == "calculus") model.calculus = std::get<std::string>(value);
             }
     }
     for (std::size_t n = 1; tables.contains(field_table(n)); ++n)
@@ -283,7 +284,8 @@ model::Model model_of(const DeclaredModel& declared) {
     model::Model result{.fields = {},
                         .definitions = {},
                         .coefficients = declared.coefficients,
-                        .chiral = declared.chiral};
+                        .chiral = declared.chiral,
+                        .noise_moment = declared.noise_moment};
     for (std::size_t n = 0; n < declared.fields.size(); ++n) {
         const DeclaredField& given = declared.fields[n];
         model::Field field{.name = given.name.empty() ? given.symbol : given.name,
@@ -333,7 +335,8 @@ std::string list_text(const char* list, const Declared& one) {
 }  // namespace
 
 std::string declared_text(const DeclaredModel& model) {
-    std::string result = text("[model]\nname = {}\nfile = \"\"\nchiral = {}\n", toml_text(model.name), model.chiral);
+    std::string result = text("[model]\nname = {}\nfile = \"\"\nchiral = {}\ncalculus = {}\n", toml_text(model.name),
+                              model.chiral, toml_text(model.calculus));
     for (const DeclaredField& field : model.fields) result += list_text("field", field);
     for (const DeclaredNoise& noise : model.noises) result += list_text("white_noise", noise);
     for (const DeclaredTable& table : model.tables) {
@@ -371,7 +374,15 @@ std::vector<Description> model_rows() {
              .unit = {},
              .range = any_number,
              .choices = {},
-             .doc = "the equations may distinguish left and right: terms whose parity differs from that of the field"}};
+             .doc = "the equations may distinguish left and right: terms whose parity differs from that of the field"},
+            {.name = "calculus",
+             .default_value = std::string{"ito"},
+             .unit = {},
+             .range = any_number,
+             .choices = {"ito", "stratonovich"},
+             .doc =
+                 "the sense of noise that multiplies fields; the drift of stratonovich is proportional to the number "
+                 "of modes per area, so it depends on the grid: drover explain prints both"}};
 }
 
 }  // namespace drover::io

@@ -2,6 +2,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <set>
 
@@ -10,6 +11,7 @@
 #include "conservation.hpp"
 #include "drover/model/equations.hpp"
 #include "field_checks.hpp"
+#include "noise_drift.hpp"
 #include "point_degree.hpp"
 #include "summands.hpp"
 
@@ -79,9 +81,19 @@ public:
             one.summary.text);
     }
 
-    void compile() {
-        for (std::size_t i = 0; i < c_.model.fields.size(); ++i) compile_field(i);
-        for (int slot = first_atom; slot < algebra_.slots(); ++slot) c_.atoms.push_back(algebra_.form_of(slot));
+    /// drifting: the products of noise in the sense of Stratonovich.
+    void compile(const Products& drifting = {}) {
+        read_drift(drifting);
+        for (std::size_t i = 0; i < c_.model.fields.size(); ++i) {
+            compile_field(i);
+            add_drift(i);
+        }
+        const auto is_of_fields = [this](const auto& entry) { return entry.first.component < c_.components; };
+        for (int slot = first_atom; slot < algebra_.slots(); ++slot) {
+            const LinearForm& form = algebra_.form_of(slot);
+            const bool is_read = c_.model.noises.empty() || std::all_of(form.begin(), form.end(), is_of_fields);
+            c_.atoms.push_back(is_read ? form : LinearForm{});
+        }
         for (const FunctionCall& call : algebra_.calls()) {
             c_.calls.push_back({call, {}});
             for (const int argument : call.arguments)
@@ -266,7 +278,7 @@ private:
         if (mass) divide_by_mass(index, mass_text, *mass, parts);
         else
             for (const Summand& part : parts) add_part(part, part.value.components, true);
-        if (field.conserved) check_conserved(index, parts);
+        if (field.conserved) check_conserved(algebra_, field, parts, solenoidal());
         const auto is_in_balance = [this](int component) { return c_.in_balance(component); };
         if (field.left == LeftSide::balance)
             check_free_mean(algebra_, field, total_of(index), is_in_balance, solenoidal());
@@ -415,36 +427,28 @@ private:
         c_.evaluated.push_back(std::move(term));
     }
 
-    // ---- conservation
+    // ---- noise in the sense of Stratonovich
 
-    void check_conserved(std::size_t index, const std::vector<Summand>& parts) {
-        const Field& field = c_.model.fields[index];
-        require(field.spin == 0, field.where, "{} is conserved and has spin {}; expected a scalar", field.name,
-                field.spin);
-        require(field.left == LeftSide::rate, field.where,
-                "{} is conserved and in balance; expected a field with a rate", field.name);
-        const Summand* first = nullptr;  // of the parts that are no divergences, which together may be one
-        Component total;
-        for (const Summand& part : parts) {
-            for (const LinearForm& row : part.noise)
-                for (const auto& [derivative, coefficient] : row)
-                    require(derivative.order != Order{}, part.summary.where,
-                            "the noise \"{}\" is no divergence, and {} is declared as conserved; expected a divergence "
-                            "such as div xi, or conserved = false",
-                            part.summary.text, field.symbol);
-            const Component& rate = part.value.components[0];
-            Component source{rate.linear, {}};  // what is no derivative as a whole
-            std::erase_if(source.linear, [](const auto& entry) { return entry.first.order != Order{}; });
-            if (const auto found = rate.rest.find(Order{}); found != rate.rest.end()) source.rest.insert(*found);
-            if (algebra_.is_zero(source) || is_divergence(algebra_, source, solenoidal())) continue;
-            if (first == nullptr) first = &part;
-            total = algebra_.sum(total, source);
+    void read_drift(const Products& products) {
+        for (const auto& [place, noises] : products) {
+            const std::size_t index = place.first;
+            const std::optional<Formula> mass = mass_of(index);
+            double divisor = 1.0;
+            if (mass &&
+                !algebra_.is_constant(lowering_.value_of(c_.model.fields[index].mass, {}, Parity::even).components[0],
+                                      divisor))
+                divisor = std::numeric_limits<double>::quiet_NaN();
+            for (const Summand& one :
+                 reader_.read(index, mass, [n = place.second](std::size_t number) { return number == n; }))
+                drift_.add(one, divisor);
         }
-        require(first == nullptr || algebra_.is_zero(total) || is_divergence(algebra_, total, solenoidal()),
-                first == nullptr ? field.where : first->summary.where,
-                "the term \"{}\" is no divergence, and {} is declared as conserved; expected a divergence such as "
-                "-div(...), or conserved = false",
-                first == nullptr ? "" : first->summary.text, field.symbol);
+    }
+
+    void add_drift(std::size_t index) {
+        const std::vector<Component> rates = drift_.of(index);
+        if (std::ranges::all_of(rates, [this](const Component& rate) { return algebra_.is_zero(rate); })) return;
+        add_term({.field = index, .text = drift_.text(index), .where = c_.model.fields[index].equation.where}, rates,
+                 true);
     }
 
     Model with_noises_;
@@ -454,6 +458,7 @@ private:
     SummandReader reader_;
     std::function<bool(std::size_t, std::size_t)> takes_;
     CompiledEquations c_;
+    NoiseDrift drift_{algebra_, c_};
 };
 
 CompiledEquations compiled(const Model& model) {
@@ -476,7 +481,7 @@ CompiledEquations compiled(const Model& model) {
             {field, {noises.begin(), noises.end()}, std::make_shared<const CompiledEquations>(compiler.result())});
     }
     Compiler compiler(model, [&](std::size_t i, std::size_t summand) { return !products.contains({i, summand}); });
-    compiler.compile();
+    compiler.compile(model.noise_moment ? products : Products{});
     return compiler.result(std::move(driven));
 }
 }  // namespace

@@ -90,4 +90,33 @@ bool is_divergence(Algebra& algebra, const Component& source, const std::vector<
     return true;
 }
 
+void check_conserved(Algebra& algebra, const Field& field, const std::vector<Summand>& parts,
+                     const std::vector<int>& solenoidal) {
+    require(field.spin == 0, field.where, "{} is conserved and has spin {}; expected a scalar", field.name, field.spin);
+    require(field.left == LeftSide::rate, field.where, "{} is conserved and in balance; expected a field with a rate",
+            field.name);
+    const Summand* first = nullptr;  // of the parts that are no divergences, which together may be one
+    Component total;
+    for (const Summand& part : parts) {
+        for (const LinearForm& row : part.noise)
+            for (const auto& [derivative, coefficient] : row)
+                require(derivative.order != Order{}, part.summary.where,
+                        "the noise \"{}\" is no divergence, and {} is declared as conserved; expected a divergence "
+                        "such as div xi, or conserved = false",
+                        part.summary.text, field.symbol);
+        const Component& rate = part.value.components[0];
+        Component source{rate.linear, {}};  // what is no derivative as a whole
+        std::erase_if(source.linear, [](const auto& entry) { return entry.first.order != Order{}; });
+        if (const auto found = rate.rest.find(Order{}); found != rate.rest.end()) source.rest.insert(*found);
+        if (algebra.is_zero(source) || is_divergence(algebra, source, solenoidal)) continue;
+        if (first == nullptr) first = &part;
+        total = algebra.sum(total, source);
+    }
+    require(first == nullptr || algebra.is_zero(total) || is_divergence(algebra, total, solenoidal),
+            first == nullptr ? field.where : first->summary.where,
+            "the term \"{}\" is no divergence, and {} is declared as conserved; expected a divergence such as "
+            "-div(...), or conserved = false",
+            first == nullptr ? "" : first->summary.text, field.symbol);
+}
+
 }  // namespace drover::model

@@ -191,6 +191,10 @@ void add_modes(const io::Scene& scene, const model::Integrated& what, const List
          number("growth_wavenumber", "mm-1", "|q| of that mode", growth.q),
          {.name = "terms_without_degree", .unit = "", .meaning = "", .value = without_degree, .shown = {.text = false}},
          {.name = "growth_leaves_out", .unit = "", .meaning = "", .value = beyond_linear, .shown = {.text = false}}});
+    if (what.equations.has_product_noise())
+        root.entries.push_back(number("noise_modes_per_area", "mm-2",
+                                      "white noise at a point, <xi^2>; drifts of Stratonovich are proportional to it",
+                                      model::noise_moment(scene.grid, system.degree, 0, 0)));
     root.parts.push_back({"largest_mode_kept",
                           {.heading = "largest mode number that is kept",
                            .entries = {count("x", "on this axis", largest_kept(scene.grid.nx)),

@@ -125,3 +125,44 @@ def test_a_density_of_few_particles_for_each_mode_is_said(tmp_path, density):
     if found:  # 200 samples of the shortest waves, which relax within one: a few per cent; max(c, 0) adds to them
         assert float(found[1]) == pytest.approx(density * 256.0 / 49.0, rel=0.15)
         assert "it is below 0 somewhere in" in told and "choose a coarser grid or a larger density" in told
+
+
+TURNING = """
+model = {name = "angles", calculus = "stratonovich"}
+field = [{symbol = "p", rank = "vector"}]
+white_noise = [{symbol = "eta", parity = "odd"}]
+equations = {p = "-k p + sqrt(2 D) perp(p) eta"}
+coefficients = {k = 0.1, D = 0.5}
+grid = {nx = 12, ny = 12, lx = 6.0, ly = 6.0}
+time = {dt = 0.01, end = 1.0}
+initial = {kind = "formula", p_x = "1"}
+output = {sample_every = 0.1, frame_every = 0.5}
+"""
+
+
+def test_a_drift_of_stratonovich_is_a_term_whose_number_is_printed(tmp_path):
+    """Of the angle that noise turns the drift is -D M p, M the kept modes per area: |k| < 12/3 of products of two."""
+    (tmp_path / "angles.toml").write_text(TURNING)
+    modes = 7 * 7 / 36.0
+    told = drover_json(tmp_path, "explain", "angles.toml")
+    assert told["noise_modes_per_area"] == pytest.approx(modes, rel=1e-14)
+    assert "drift of sqrt(2 D) perp(p) eta" in [row["term"] for row in told["terms"]]
+    state = drover_json(tmp_path, "stability", "angles.toml")["states"][0]
+    ito = drover_json(tmp_path, "stability", "angles.toml", "--set", "model.calculus=ito")["states"][0]
+    assert "0.780" in str(state) and "0.780" not in str(ito)  # 0.1 + 0.5 modes
+    finer = drover_json(tmp_path, "explain", "angles.toml", "--set", "grid.nx=24", "--set", "grid.ny=24")
+    assert finer["noise_modes_per_area"] == pytest.approx(15 * 15 / 36.0, rel=1e-14)
+    drover(tmp_path, "run", "angles.toml", "--quiet")
+    with h5py.File(tmp_path / "angles.h5") as file:
+        size = np.hypot(file["p_x"][:], file["p_y"][:])
+        decay = np.exp(-0.1 * file["time"][:])
+    # Products lose the modes beyond the kept ones, so the length is kept on average over the cell alone.
+    assert np.sqrt((size[-1] ** 2).mean()) == pytest.approx(decay[-1], rel=0.2)
+    scene = library.Scene.load(tmp_path / "angles.toml")
+    assert scene.model.calculus == "stratonovich"
+    with pytest.raises(library.Error, match="depends on the grid; expected a scene"):
+        scene.model.growth_rates([0.0])
+    with pytest.raises(library.Error, match="expected 'ito' or 'stratonovich'"):
+        library.Model([library.Field("u", "-u")], calculus="stratonowich")
+    again = scene.model.scene(points=12, side=6.0, dt=0.1, end=0.2)
+    assert again["model.calculus"] == "stratonovich"

@@ -1,6 +1,7 @@
 // io/declared_model.hpp: the model that a scene declares: [[field]], [[white_noise]], [equations], [define] and
 // [coefficients].
 #pragma once
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -47,7 +48,10 @@ struct DeclaredTable {
 /// Everything as written, with its places.
 struct DeclaredModel {
     std::string name;
-    bool chiral = false;  ///< the equations may distinguish left and right
+    bool chiral = false;           ///< the equations may distinguish left and right
+    std::string calculus = "ito";  ///< of noise that multiplies fields; or "stratonovich"
+    /// Of "stratonovich": that of model::Model, which follows from the grid of the scene.
+    std::function<double(int x, int y)> noise_moment;
     std::vector<DeclaredField> fields;
     std::vector<std::map<std::string, SourceLocation>> places;  ///< of the keys of each field; "" is the field itself
     std::vector<DeclaredNoise> noises;

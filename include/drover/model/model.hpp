@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
+#include "drover/numerics/grid.hpp"
 
 namespace drover::model {
 
@@ -134,7 +135,13 @@ struct Model {
     std::map<std::string, GivenFunction> functions = {};
     std::vector<WhiteNoise> noises = {};
     bool chiral = false;  ///< allows terms that distinguish left and right
+    /// The sum of q_x^x q_y^y over the modes of the white noises, per area [1/mm^(2 + x + y)]: noise that multiplies
+    /// fields is in the sense of Stratonovich.  Empty: in that of Ito.
+    std::function<double(int x, int y)> noise_moment = {};
 };
+
+/// Model::noise_moment of the noise of a grid, of the modes that products of this degree keep.
+double noise_moment(const numerics::Grid& grid, int kept_degree, int x, int y);
 
 /// "p_x" and "p_y" of a vector, "Q_xx" and "Q_xy" of a nematic, "F_1" and "F_2" of other spins, "phi" of a scalar.
 std::vector<std::string> component_names(const Field& field);

@@ -83,9 +83,10 @@ class Model:
     coefficients: dict[str, float]
     define: dict[str, str]
     chiral: bool
+    calculus: str
     def __init__(self, fields: Sequence[Field], /, *, noises: Sequence[Noise] = ...,
                  tables: Sequence[Table] = ...,
-                 define: Mapping[str, str] | None = ..., chiral: bool = ...,
+                 define: Mapping[str, str] | None = ..., chiral: bool = ..., calculus: str = ...,
                  coefficients: Mapping[str, float] | None = ..., **more: float) -> None: ...
     @property
     def terms(self) -> list[tuple[str, str]]: ...

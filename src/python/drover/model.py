@@ -119,6 +119,7 @@ KINDS = {"symbol": str, "equation": str, "spin": int, "name": str, "odd": bool, 
          "mass": str, "balance": bool, "conserved": bool, "solenoidal": bool, "complex": bool,
          "reference": (int, float, str), "noise": (int, float, str), "conserved_noise": bool, "energy": str,
          "mass_unit": str}
+CALCULI = ("ito", "stratonovich")
 RANKS = ("scalar", "vector", "nematic")  # of spin 0, 1, 2
 
 
@@ -126,7 +127,7 @@ def model_of(values, of="this scene"):
     """The Model of a scene, {section: {key: value}} with every key, as Scene.values or in an archive."""
     if not values.get("field"):
         raise Error(f"{of} has no fields and equations of its own; expected a scene with [[field]]")
-    equations, chiral = values.get("equations", {}), values.get("model", {}).get("chiral", False)
+    equations, header = values.get("equations", {}), values.get("model", {})
     fields = [Field(symbol=table["symbol"], equation=str(equations.get(table["symbol"], "")),
                     spin=spin_of(table), complex=is_complex(table),
                     odd=table.get("parity", "even") == "odd",
@@ -136,7 +137,8 @@ def model_of(values, of="this scene"):
               for table in values.get("white_noise", [])]
     define = {name: str(text) for name, text in values.get("define", {}).items()}
     tables = [Table(**table) for table in values.get("tabulated", [])]
-    return Model(fields, noises=noises, tables=tables, define=define, chiral=chiral,
+    return Model(fields, noises=noises, tables=tables, define=define,
+                 **{key: header[key] for key in ("chiral", "calculus") if key in header},
                  coefficients=values.get("coefficients", {}))
 
 
@@ -220,6 +222,8 @@ class Model:
 
     The linear part about the reference is exact in runs, noise included; linear theory is of the same equations.
     noises: white noises that the equations name, each a Noise.  tables: coefficients by their values, each a Table.
+    calculus: the sense of noise that multiplies fields, "ito" or "stratonovich"; the drift of the second depends on the
+    grid, so that theory and runs of such a model are those of its scene.
     Coefficients are keyword arguments, or, for names such as "lambda" and "define", in `coefficients`.  Errors give the
     place as "symbol.equation:1:column".
 
@@ -231,12 +235,15 @@ class Model:
     (16, 16)
     """
 
-    def __init__(self, fields, /, *, noises=(), tables=(), define=None, chiral=False, coefficients=None, **more):
+    def __init__(self, fields, /, *, noises=(), tables=(), define=None, chiral=False, calculus="ito",
+                 coefficients=None, **more):
         from drover._drover import Equations
 
         self.fields, self.noises, self.tables = tuple(fields), tuple(noises), tuple(tables)
         self.coefficients = {**(coefficients or {}), **more}
-        self.define, self.chiral = dict(define or {}), chiral
+        self.define, self.chiral, self.calculus = dict(define or {}), chiral, calculus
+        if calculus not in CALCULI:
+            raise Error(f"calculus = {calculus!r}; expected {' or '.join(map(repr, CALCULI))}")
         check(self.fields, self.noises, self.tables, self.define, chiral, self.coefficients)
         self._equations = Equations([{**vars(field), "name": field.name or field.symbol} for field in self.fields],
                                     [vars(noise) for noise in self.noises],
@@ -365,7 +372,8 @@ class Model:
         if not start.keys().isdisjoint(self.components):
             start = {"kind": "formula", **start}
         return Scene.from_dict({
-            "model": {"name": name, **({"chiral": True} if self.chiral else {})},
+            "model": {"name": name, **({"chiral": True} if self.chiral else {}),
+                      **({"calculus": self.calculus} if self.calculus != "ito" else {})},
             "field": [field_table(field) for field in self.fields],
             "white_noise": [noise_table(noise) for noise in self.noises],
             "tabulated": [vars(table) for table in self.tables],
@@ -377,7 +385,13 @@ class Model:
                        for key, every in (("sample_every", 0.1), ("frame_every", 1.0))},
             "run": {"seed": seed}}, f"{name}.toml")
 
+    def _require_no_grid(self):
+        if self.calculus != "ito":
+            raise Error("the drift of noise in the sense of Stratonovich depends on the grid; expected a scene of it: "
+                        "model.scene(points=..., side=..., dt=..., end=...), and its theory from drover stability")
+
     def _of(self, state):
+        self._require_no_grid()
         if isinstance(state, dict):
             return self.state(**state)
         return self._equations.reference() if state is None else list(state)
@@ -389,6 +403,7 @@ class ModelRun:
     def __init__(self, model, points, side, dt, method, seed, threads):
         from drover._drover import Evolution
 
+        model._require_no_grid()
         self.model, self.dt, self.side = model, dt, tuple(map(float, side))
         self._evolution = Evolution(model._equations, *map(int, points), *self.side, dt, method, seed, threads)
         names, kept = model._equations.components(), model._equations.state_components()
