@@ -1,15 +1,15 @@
 // app/boundary.cpp: drover boundary SCENE, or drover boundary TABLE.
-#include "drover/run/boundary_shares.hpp"
+#include "run/boundary_shares.hpp"
 
 #include <cstdlib>
 #include <memory>
 #include <optional>
 
+#include "base/log.hpp"
 #include "command.hpp"
-#include "drover/base/log.hpp"
-#include "drover/run/onset.hpp"
-#include "drover/run/signals.hpp"
-#include "drover/run/slurm_script.hpp"
+#include "run/onset.hpp"
+#include "run/signals.hpp"
+#include "run/slurm_script.hpp"
 
 namespace drover::app {
 

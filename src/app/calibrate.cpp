@@ -3,15 +3,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "base/duration.hpp"
+#include "base/log.hpp"
 #include "command.hpp"
-#include "drover/base/duration.hpp"
-#include "drover/base/log.hpp"
-#include "drover/run/calibration.hpp"
-#include "drover/run/share.hpp"
-#include "drover/run/signals.hpp"
-#include "drover/run/slurm_script.hpp"
-#include "drover/run/tradeoff.hpp"
+#include "run/calibration.hpp"
 #include "run/json.hpp"
+#include "run/share.hpp"
+#include "run/signals.hpp"
+#include "run/slurm_script.hpp"
+#include "run/tradeoff.hpp"
 
 namespace drover::app {
 

@@ -2,12 +2,12 @@
 #include <cstdio>
 #include <memory>
 
+#include "base/log.hpp"
 #include "command.hpp"
-#include "drover/base/log.hpp"
-#include "drover/run/boundary.hpp"
-#include "drover/run/calibration.hpp"
-#include "drover/run/kind.hpp"
-#include "drover/run/sweep.hpp"
+#include "run/boundary.hpp"
+#include "run/calibration.hpp"
+#include "run/kind.hpp"
+#include "run/sweep.hpp"
 
 namespace drover::app {
 

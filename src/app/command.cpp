@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "drover/base/duration.hpp"
-#include "drover/base/log.hpp"
-#include "drover/run/kind.hpp"
-#include "drover/run/signals.hpp"
+#include "base/duration.hpp"
+#include "base/log.hpp"
 #include "run/json.hpp"
+#include "run/kind.hpp"
+#include "run/signals.hpp"
 
 namespace drover::app {
 

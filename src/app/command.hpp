@@ -10,10 +10,10 @@
 
 #include "drover/files/archive.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/exit_status.hpp"
 #include "drover/run/report.hpp"
 #include "drover/run/result.hpp"
-#include "drover/run/run_scene.hpp"
+#include "run/exit_status.hpp"
+#include "run/run_scene.hpp"
 
 namespace drover::app {
 

@@ -1,10 +1,10 @@
 // app/explain.cpp: drover explain SCENE.
-#include "drover/run/explain.hpp"
+#include "run/explain.hpp"
 
 #include <memory>
 
 #include "command.hpp"
-#include "drover/run/step_choice.hpp"
+#include "run/step_choice.hpp"
 
 namespace drover::app {
 

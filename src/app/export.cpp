@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "command.hpp"
-#include "drover/io/field_export.hpp"
-#include "drover/io/xyz.hpp"
+#include "io/field_export.hpp"
+#include "io/xyz.hpp"
 
 namespace drover::app {
 

@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "command.hpp"
-#include "drover/run/wave_fit.hpp"
+#include "run/wave_fit.hpp"
 
 namespace drover::app {
 

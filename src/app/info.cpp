@@ -5,13 +5,13 @@
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
-#include "drover/io/calibration.hpp"
-#include "drover/io/trajectory.hpp"
-#include "drover/io/xyz.hpp"
-#include "drover/run/calibration.hpp"
-#include "drover/run/kind.hpp"
-#include "drover/run/write_result.hpp"
+#include "io/calibration.hpp"
+#include "io/trajectory.hpp"
+#include "io/xyz.hpp"
+#include "run/calibration.hpp"
 #include "run/json.hpp"
+#include "run/kind.hpp"
+#include "run/write_result.hpp"
 
 namespace drover::app {
 

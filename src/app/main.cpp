@@ -17,7 +17,7 @@
 
 #include "command.hpp"
 #include "drover/base/version.hpp"
-#include "drover/run/signals.hpp"
+#include "run/signals.hpp"
 
 namespace drover::app {
 namespace {

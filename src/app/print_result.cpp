@@ -2,8 +2,8 @@
 #include <nlohmann/json.hpp>
 
 #include "command.hpp"
-#include "drover/run/write_result.hpp"
 #include "run/json.hpp"
+#include "run/write_result.hpp"
 
 namespace drover::app {
 

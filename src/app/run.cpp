@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "command.hpp"
-#include "drover/run/tradeoff.hpp"
+#include "run/tradeoff.hpp"
 
 namespace drover::app {
 

@@ -1,10 +1,10 @@
 // app/stability.cpp: drover stability SCENE.
-#include "drover/run/stability.hpp"
+#include "run/stability.hpp"
 
 #include <memory>
 
 #include "command.hpp"
-#include "drover/run/field_simulation.hpp"
+#include "run/field_simulation.hpp"
 
 namespace drover::app {
 

@@ -1,10 +1,10 @@
 // app/states.cpp: drover states SCENE --wave x.
-#include "drover/run/states.hpp"
+#include "run/states.hpp"
 
 #include <memory>
 
 #include "command.hpp"
-#include "drover/run/field_simulation.hpp"
+#include "run/field_simulation.hpp"
 
 namespace drover::app {
 

@@ -1,14 +1,14 @@
 // app/sweep.cpp: drover sweep SCENE.
-#include "drover/run/sweep.hpp"
+#include "run/sweep.hpp"
 
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "base/log.hpp"
 #include "command.hpp"
-#include "drover/base/log.hpp"
-#include "drover/run/signals.hpp"
-#include "drover/run/slurm_script.hpp"
 #include "run/json.hpp"
+#include "run/signals.hpp"
+#include "run/slurm_script.hpp"
 
 namespace drover::app {
 

@@ -1,13 +1,13 @@
 // app/tradeoff.cpp: drover tradeoff SCENE --want NAME=ERROR --budget TIME.
-#include "drover/run/tradeoff.hpp"
+#include "run/tradeoff.hpp"
 
 #include <memory>
 
+#include "base/duration.hpp"
+#include "base/log.hpp"
 #include "command.hpp"
-#include "drover/base/duration.hpp"
-#include "drover/base/log.hpp"
-#include "drover/run/signals.hpp"
-#include "drover/run/slurm_script.hpp"
+#include "run/signals.hpp"
+#include "run/slurm_script.hpp"
 
 namespace drover::app {
 

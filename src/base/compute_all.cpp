@@ -1,5 +1,5 @@
 // base/compute_all.cpp: numbers of many items by the threads of this process.
-#include "drover/base/compute_all.hpp"
+#include "base/compute_all.hpp"
 
 namespace drover {
 

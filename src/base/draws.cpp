@@ -1,5 +1,5 @@
 // base/draws.cpp: draws of uncertain numbers, and quantiles of what follows from them.
-#include "drover/base/draws.hpp"
+#include "base/draws.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // base/duration.cpp: durations from their texts.
-#include "drover/base/duration.hpp"
+#include "base/duration.hpp"
 
 #include <array>
 #include <charconv>

@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "base/expression_graph.hpp"
-#include "drover/base/formula.hpp"
+#include "base/formula.hpp"
 
 namespace drover {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "drover/base/formula.hpp"
+#include "base/formula.hpp"
 
 namespace drover {
 

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <utility>
 
-#include "drover/base/formula.hpp"
+#include "base/formula.hpp"
 
 namespace drover {
 

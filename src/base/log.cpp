@@ -1,7 +1,7 @@
 // base/log.cpp: logging to standard error by spdlog.
-#include "drover/base/log.hpp"
+#include "base/log.hpp"
 
-#include "drover/base/log_pause.hpp"
+#include "base/log_pause.hpp"
 #include "drover/base/text.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>

@@ -1,5 +1,5 @@
 // base/memory.cpp: free memory from /proc/meminfo and the limits of the process.
-#include "drover/base/memory.hpp"
+#include "base/memory.hpp"
 
 #include <sys/resource.h>
 

@@ -1,5 +1,5 @@
 // calibrate/alignment.cpp: mean-field theory of rods that align with their mean orientation.
-#include "drover/calibrate/alignment.hpp"
+#include "calibrate/alignment.hpp"
 
 #include <algorithm>
 #include <cmath>

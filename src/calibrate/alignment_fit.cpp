@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "calibrate/alignment.hpp"
 #include "calibrate/plan_support.hpp"
-#include "drover/calibrate/alignment.hpp"
 
 namespace drover::calibrate {
 

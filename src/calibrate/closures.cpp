@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/calibrate/alignment.hpp"
+#include "calibrate/alignment.hpp"
 #include "drover/physics/model_file.hpp"
 
 namespace drover::calibrate {

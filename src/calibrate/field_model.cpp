@@ -1,13 +1,13 @@
 // calibrate/field_model.cpp: coefficients of the equations from measured ones, with errors.
-#include "drover/calibrate/field_model.hpp"
+#include "calibrate/field_model.hpp"
 
 #include <algorithm>
 #include <cmath>
 
+#include "base/draws.hpp"
+#include "calibrate/alignment.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
-#include "drover/base/draws.hpp"
-#include "drover/calibrate/alignment.hpp"
 
 namespace drover::calibrate {
 

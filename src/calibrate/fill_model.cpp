@@ -1,5 +1,5 @@
 // calibrate/fill_model.cpp: numbers of a table into a model, in the units and conventions of the model.
-#include "drover/calibrate/fill_model.hpp"
+#include "calibrate/fill_model.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // calibrate/onset.cpp: crossings of two interpolated rows of a table, with errors from draws.
-#include "drover/calibrate/onset.hpp"
+#include "calibrate/onset.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,9 @@
 #include <limits>
 #include <optional>
 
+#include "base/draws.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
-#include "drover/base/draws.hpp"
 #include "numerics/band_end.hpp"
 #include "numerics/bracket.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/calibrate/assay.hpp"
-#include "drover/numerics/line_fit.hpp"
+#include "numerics/line_fit.hpp"
 
 namespace drover::calibrate {
 

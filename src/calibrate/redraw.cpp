@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "base/draws.hpp"
 #include "calibrate/closures.hpp"
-#include "drover/base/draws.hpp"
 
 namespace drover::calibrate {
 

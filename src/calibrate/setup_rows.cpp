@@ -1,5 +1,5 @@
 // calibrate/setup_rows.cpp: densities, masses and areas of the bodies of a setup.
-#include "drover/calibrate/setup_rows.hpp"
+#include "calibrate/setup_rows.hpp"
 
 #include <array>
 

@@ -1,11 +1,11 @@
 // calibrate/slow_order.cpp: effective coefficients from the linearisation about the isotropic state.
-#include "drover/calibrate/slow_order.hpp"
+#include "calibrate/slow_order.hpp"
 
 #include <cmath>
 #include <utility>
 
 #include "drover/model/linearised_at.hpp"
-#include "drover/physics/function_terms.hpp"
+#include "physics/function_terms.hpp"
 
 namespace drover::calibrate {
 

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "dem/packing.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/calibrate/particle_system.hpp"
-#include "drover/dem/packing.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::calibrate {

@@ -1,14 +1,14 @@
 // calibrate/target.cpp: errors of targets from resampled measurements, and the choice of the next trials.
-#include "drover/calibrate/target.hpp"
+#include "calibrate/target.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "base/draws.hpp"
 #include "calibrate/closures.hpp"
-#include "drover/base/draws.hpp"
-#include "drover/calibrate/onset.hpp"
+#include "calibrate/onset.hpp"
 
 namespace drover::calibrate {
 

@@ -1,5 +1,5 @@
 // calibrate/trial_set.cpp: evaluation of trials after whole rounds, in order of their numbers.
-#include "drover/calibrate/trial_set.hpp"
+#include "calibrate/trial_set.hpp"
 
 #include <algorithm>
 #include <cmath>

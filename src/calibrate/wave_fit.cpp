@@ -1,5 +1,5 @@
 // calibrate/wave_fit.cpp: the likelihood of waves, its slopes and its maximum.
-#include "drover/calibrate/wave_fit.hpp"
+#include "calibrate/wave_fit.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

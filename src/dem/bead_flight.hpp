@@ -2,7 +2,7 @@
 #pragma once
 #include <cstddef>
 
-#include "drover/dem/plate_motion.hpp"
+#include "dem/plate_motion.hpp"
 #include "drover/dem/world.hpp"
 #include "spheres.hpp"
 

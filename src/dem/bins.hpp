@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "drover/dem/nearest_image.hpp"
-#include "drover/dem/wall.hpp"
+#include "dem/nearest_image.hpp"
+#include "dem/wall.hpp"
 
 namespace drover::dem {
 

@@ -1,6 +1,6 @@
 // dem/body_access.hpp: a body of a world, by its index, as the impact laws see it.
 #pragma once
-#include "drover/dem/impact.hpp"
+#include "dem/impact.hpp"
 #include "spheres.hpp"
 
 namespace drover::dem {

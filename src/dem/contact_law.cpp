@@ -1,5 +1,5 @@
 // dem/contact_law.cpp: the choice of the contact law, and the time step that a soft law needs.
-#include "drover/dem/contact_law.hpp"
+#include "dem/contact_law.hpp"
 
 #include <algorithm>
 #include <cmath>

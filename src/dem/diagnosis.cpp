@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "body_access.hpp"
+#include "dem/contact_law.hpp"
 #include "drover/base/text.hpp"
-#include "drover/dem/contact_law.hpp"
 
 namespace drover::dem {
 

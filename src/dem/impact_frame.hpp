@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "drover/dem/impact.hpp"
+#include "dem/impact.hpp"
 
 namespace drover::dem {
 

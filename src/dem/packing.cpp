@@ -1,5 +1,5 @@
 // dem/packing.cpp: random initial positions: rods without overlaps, beads outside rods, then relaxation of overlaps.
-#include "drover/dem/packing.hpp"
+#include "dem/packing.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@
 
 #include "dem/overlap_relaxation.hpp"
 #include "dem/supply.hpp"
+#include "dem/wall.hpp"
 #include "drover/base/random.hpp"
-#include "drover/dem/wall.hpp"
 
 namespace drover::dem {
 

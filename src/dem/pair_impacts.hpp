@@ -5,9 +5,9 @@
 
 #include "closing_time.hpp"
 #include "contact_report.hpp"
+#include "dem/impact.hpp"
+#include "dem/plate_motion.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/dem/impact.hpp"
-#include "drover/dem/plate_motion.hpp"
 #include "drover/dem/world.hpp"
 #include "overlaps.hpp"
 

@@ -8,8 +8,8 @@
 #include "body_access.hpp"
 #include "closing_time.hpp"
 #include "coefficients.hpp"
+#include "dem/rotation.hpp"
 #include "drover/base/random.hpp"
-#include "drover/dem/rotation.hpp"
 #include "impact_increment.hpp"
 #include "sphere_impact.hpp"
 

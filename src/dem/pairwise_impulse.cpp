@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "drover/dem/contact_law.hpp"
+#include "dem/contact_law.hpp"
 #include "impact_increment.hpp"
 
 namespace drover::dem {

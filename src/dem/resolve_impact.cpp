@@ -1,5 +1,5 @@
 // dem/resolve_impact.cpp: the impulses of a single contact and of a group.
-#include "drover/dem/impact.hpp"
+#include "dem/impact.hpp"
 
 #include <algorithm>
 #include <array>

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "closing_time.hpp"
+#include "dem/rotation.hpp"
 #include "drover/base/random.hpp"
-#include "drover/dem/rotation.hpp"
 
 namespace drover::dem {
 

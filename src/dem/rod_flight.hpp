@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "dem/impact.hpp"
+#include "dem/plate_motion.hpp"
 #include "drover/dem/bodies.hpp"
-#include "drover/dem/impact.hpp"
-#include "drover/dem/plate_motion.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::dem {

@@ -1,5 +1,5 @@
 // dem/rotation.cpp: the free symmetric top.
-#include "drover/dem/rotation.hpp"
+#include "dem/rotation.hpp"
 
 namespace drover::dem {
 

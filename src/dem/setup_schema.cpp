@@ -1,5 +1,5 @@
 // dem/setup_schema.cpp: the input keys of each section of a particle world.
-#include "drover/dem/contact_law.hpp"
+#include "dem/contact_law.hpp"
 #include "drover/dem/setup.hpp"
 
 namespace drover {

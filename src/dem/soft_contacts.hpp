@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "contact_report.hpp"
-#include "drover/dem/contact_law.hpp"
-#include "drover/dem/plate_motion.hpp"
+#include "dem/contact_law.hpp"
+#include "dem/plate_motion.hpp"
 #include "rod_flight.hpp"
 
 namespace drover::dem {

@@ -1,5 +1,5 @@
 // dem/walls.cpp: distances to the side walls.
-#include "drover/dem/wall.hpp"
+#include "dem/wall.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // dem/walls.hpp: the side walls of one cell, for repeated searches.
 #pragma once
-#include "drover/dem/wall.hpp"
+#include "dem/wall.hpp"
 #include "flower.hpp"
 
 namespace drover::dem {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "drover/dem/rotation.hpp"
+#include "dem/rotation.hpp"
 #include "world_state.hpp"
 
 namespace drover::dem {

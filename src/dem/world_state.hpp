@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "bead_flight.hpp"
+#include "dem/contact_law.hpp"
 #include "diagnosis.hpp"
-#include "drover/dem/contact_law.hpp"
 #include "drover/dem/world.hpp"
 #include "neighbours.hpp"
 #include "pair_impacts.hpp"

@@ -10,13 +10,13 @@
 #include <set>
 
 #include "drover/files/archive_reader.hpp"
-#include "drover/files/bytes.hpp"
-#include "drover/files/new_file.hpp"
-#include "drover/files/run_id.hpp"
 #include "files/archive_netcdf.hpp"
 #include "files/archive_root.hpp"
+#include "files/bytes.hpp"
 #include "files/hdf5_file.hpp"
+#include "files/new_file.hpp"
 #include "files/packed_chunk.hpp"
+#include "files/run_id.hpp"
 
 namespace drover::files {
 namespace {

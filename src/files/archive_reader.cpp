@@ -10,9 +10,9 @@
 #include <limits>
 
 #include "base/clock.hpp"
-#include "drover/files/input_file.hpp"
-#include "drover/files/new_file.hpp"
 #include "files/hdf5_file.hpp"
+#include "files/input_file.hpp"
+#include "files/new_file.hpp"
 
 namespace drover::files {
 

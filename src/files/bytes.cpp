@@ -1,5 +1,5 @@
 // files/bytes.cpp: the checksum and deflate.
-#include "drover/files/bytes.hpp"
+#include "files/bytes.hpp"
 
 #include <xxhash.h>
 #include <zlib.h>

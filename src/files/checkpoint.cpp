@@ -1,6 +1,6 @@
 // files/checkpoint.cpp: "drvchkp1", version, file length, write counter, the members of Checkpoint (in version 1 those
 // up to the state), checksum.
-#include "drover/files/checkpoint.hpp"
+#include "files/checkpoint.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,9 @@
 #include <optional>
 #include <tuple>
 
-#include "drover/base/log.hpp"
-#include "drover/files/bytes.hpp"
-#include "drover/files/new_file.hpp"
+#include "base/log.hpp"
+#include "files/bytes.hpp"
+#include "files/new_file.hpp"
 #include "files/system_calls.hpp"
 
 namespace drover::files {

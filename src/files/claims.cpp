@@ -1,5 +1,5 @@
 // files/claims.cpp: claims as hard links to files of their owners, whose times are heartbeats.
-#include "drover/files/claims.hpp"
+#include "files/claims.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -12,9 +12,9 @@
 #include <sstream>
 
 #include "base/clock.hpp"
-#include "drover/files/bytes.hpp"
-#include "drover/files/input_file.hpp"
-#include "drover/files/run_id.hpp"
+#include "files/bytes.hpp"
+#include "files/input_file.hpp"
+#include "files/run_id.hpp"
 #include "files/system_calls.hpp"
 
 namespace drover::files {

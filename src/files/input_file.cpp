@@ -1,5 +1,5 @@
 // files/input_file.cpp: input files through checked system calls.
-#include "drover/files/input_file.hpp"
+#include "files/input_file.hpp"
 
 #include <fcntl.h>
 

@@ -4,7 +4,7 @@
 #include "files/journal.hpp"
 
 #include "drover/files/archive_layout.hpp"
-#include "drover/files/bytes.hpp"
+#include "files/bytes.hpp"
 
 namespace drover::files {
 namespace {

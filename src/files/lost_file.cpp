@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "drover/files/checkpoint.hpp"
+#include "files/checkpoint.hpp"
 
 namespace drover::files {
 namespace {

@@ -1,5 +1,5 @@
 // files/new_file.cpp: writes to a temporary name, syncs and renames.
-#include "drover/files/new_file.hpp"
+#include "files/new_file.hpp"
 
 #include "files/system_calls.hpp"
 

@@ -7,7 +7,7 @@
 #include <new>
 #include <vector>
 
-#include "drover/files/bytes.hpp"
+#include "files/bytes.hpp"
 
 namespace drover::files {
 namespace {

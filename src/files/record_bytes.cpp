@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "drover/files/bytes.hpp"
+#include "files/bytes.hpp"
 
 namespace drover::files {
 

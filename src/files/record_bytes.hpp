@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/record_identity.hpp"
+#include "files/record_identity.hpp"
 #include "files/system_calls.hpp"
 
 namespace drover::files {

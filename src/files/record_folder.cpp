@@ -1,5 +1,5 @@
 // files/record_folder.cpp: files of records, each with one writer, and the text that claims their folder.
-#include "drover/files/record_folder.hpp"
+#include "files/record_folder.hpp"
 
 #include <fcntl.h>
 
@@ -7,9 +7,9 @@
 #include <cerrno>
 #include <map>
 
-#include "drover/files/bytes.hpp"
-#include "drover/files/run_id.hpp"
+#include "files/bytes.hpp"
 #include "files/record_bytes.hpp"
+#include "files/run_id.hpp"
 
 namespace drover::files {
 

@@ -1,11 +1,11 @@
 // files/record_identity.cpp: hashes of texts, and their keys compared.
-#include "drover/files/record_identity.hpp"
+#include "files/record_identity.hpp"
 
 #include <algorithm>
 #include <sstream>
 #include <vector>
 
-#include "drover/files/bytes.hpp"
+#include "files/bytes.hpp"
 
 namespace drover::files {
 

@@ -1,5 +1,5 @@
 // files/run_id.cpp: random bits of the kernel.
-#include "drover/files/run_id.hpp"
+#include "files/run_id.hpp"
 
 #include <unistd.h>
 

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "base/clock.hpp"
-#include "drover/base/log.hpp"
+#include "base/log.hpp"
 
 namespace drover::files {
 namespace {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/memory.hpp"
 #include "drover/base/error.hpp"
-#include "drover/base/memory.hpp"
 
 namespace drover::files {
 

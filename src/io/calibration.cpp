@@ -1,5 +1,5 @@
 // io/calibration.cpp: reads and writes tables of coefficients in HDF5.
-#include "drover/io/calibration.hpp"
+#include "io/calibration.hpp"
 
 #include <algorithm>
 #include <cmath>

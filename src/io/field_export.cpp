@@ -1,13 +1,13 @@
 // io/field_export.cpp: frames of fields as legacy VTK and as comma-separated values.
-#include "drover/io/field_export.hpp"
+#include "io/field_export.hpp"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 
 #include "drover/base/error.hpp"
-#include "drover/files/new_file.hpp"
 #include "drover/io/scene_text.hpp"
+#include "files/new_file.hpp"
 
 namespace drover::io {
 

@@ -5,12 +5,12 @@
 #include <array>
 #include <tuple>
 
-#include "drover/numerics/kept_modes.hpp"
 #include "drover/physics/linear_theory.hpp"
 #include "drover/physics/model_keys.hpp"
 #include "io/scene_declared.hpp"
 #include "io/scene_initial.hpp"
 #include "io/scene_model.hpp"
+#include "numerics/kept_modes.hpp"
 
 namespace drover::io {
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "drover/calibrate/fill_model.hpp"
-#include "drover/io/calibration.hpp"
+#include "calibrate/fill_model.hpp"
+#include "io/calibration.hpp"
 
 namespace drover::io {
 

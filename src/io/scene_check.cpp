@@ -3,14 +3,14 @@
 #include <cmath>
 #include <vector>
 
-#include "drover/base/memory.hpp"
+#include "base/memory.hpp"
+#include "dem/contact_law.hpp"
 #include "drover/dem/bodies.hpp"
-#include "drover/dem/contact_law.hpp"
 #include "drover/io/scene.hpp"
-#include "drover/numerics/time_method.hpp"
-#include "drover/physics/check.hpp"
-#include "drover/physics/function_terms.hpp"
 #include "io/scene_initial.hpp"
+#include "numerics/time_method.hpp"
+#include "physics/check.hpp"
+#include "physics/function_terms.hpp"
 
 namespace drover::io {
 

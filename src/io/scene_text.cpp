@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <sstream>
 
-#include "drover/files/input_file.hpp"
-#include "drover/physics/function_terms.hpp"
+#include "files/input_file.hpp"
 #include "io/scene_calibrated.hpp"
 #include "io/scene_declared.hpp"
+#include "physics/function_terms.hpp"
 
 namespace drover::io {
 

@@ -1,11 +1,11 @@
 // io/trajectory.cpp: bodies to rows of H5MD elements, and back.
-#include "drover/io/trajectory.hpp"
+#include "io/trajectory.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "drover/dem/rotation.hpp"
-#include "drover/dem/wall.hpp"
+#include "dem/rotation.hpp"
+#include "dem/wall.hpp"
 
 namespace drover::io {
 

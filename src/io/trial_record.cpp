@@ -1,11 +1,11 @@
 // io/trial_record.cpp: a trial as bytes: its number, its results, the message of its failure, its time.
-#include "drover/io/trial_record.hpp"
+#include "io/trial_record.hpp"
 
 #include <optional>
 
 #include "drover/base/error.hpp"
-#include "drover/files/bytes.hpp"
-#include "drover/files/record_folder.hpp"
+#include "files/bytes.hpp"
+#include "files/record_folder.hpp"
 
 namespace drover::io {
 

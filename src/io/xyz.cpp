@@ -1,15 +1,15 @@
 // io/xyz.cpp: extended XYZ, written frame by frame and read line by line.
-#include "drover/io/xyz.hpp"
+#include "io/xyz.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 
 #include "drover/base/error.hpp"
-#include "drover/files/input_file.hpp"
-#include "drover/files/new_file.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/io/trajectory.hpp"
+#include "files/input_file.hpp"
+#include "files/new_file.hpp"
+#include "io/trajectory.hpp"
 
 namespace drover::io {
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "drover/measure/particles.hpp"
+#include "measure/particles.hpp"
 
 namespace drover::measure {
 

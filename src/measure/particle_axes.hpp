@@ -1,6 +1,6 @@
 // measure/particle_axes.hpp: the axes of the observables of particles.
 #pragma once
-#include "drover/measure/particles.hpp"
+#include "measure/particles.hpp"
 
 namespace drover::measure {
 

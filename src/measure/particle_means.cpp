@@ -2,8 +2,8 @@
 #include <cmath>
 #include <complex>
 
-#include "drover/dem/rotation.hpp"
-#include "drover/measure/particles.hpp"
+#include "dem/rotation.hpp"
+#include "measure/particles.hpp"
 
 namespace drover::measure {
 

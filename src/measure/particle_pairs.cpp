@@ -3,7 +3,7 @@
 #include <complex>
 #include <numbers>
 
-#include "drover/measure/particles.hpp"
+#include "measure/particles.hpp"
 #include "measure/plane_cells.hpp"
 #include "measure/quasirandom_subset.hpp"
 

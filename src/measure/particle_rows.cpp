@@ -3,9 +3,9 @@
 #include <utility>
 
 #include "drover/base/text.hpp"
-#include "drover/measure/particles.hpp"
 #include "measure/number_boxes.hpp"
 #include "measure/particle_axes.hpp"
+#include "measure/particles.hpp"
 #include "measure/shared_rows.hpp"
 
 namespace drover::measure {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/measure/particles.hpp"
 #include "measure/particle_axes.hpp"
+#include "measure/particles.hpp"
 #include "measure/shared_rows.hpp"
 
 namespace drover::measure {

@@ -1,5 +1,5 @@
 // measure/path_summary.cpp: results from the paths of bodies, frame by frame.
-#include "drover/measure/path_summary.hpp"
+#include "measure/path_summary.hpp"
 
 #include <algorithm>
 #include <cmath>

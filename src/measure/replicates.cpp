@@ -1,5 +1,5 @@
 // measure/replicates.cpp: Student's t of the scatter of runs, and a test of their own errors by it.
-#include "drover/measure/replicates.hpp"
+#include "measure/replicates.hpp"
 
 #include <gsl/gsl_cdf.h>
 

@@ -5,9 +5,9 @@
 
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"
-#include "drover/measure/trajectories.hpp"
-#include "drover/numerics/line_fit.hpp"
 #include "measure/jackknife.hpp"
+#include "measure/trajectories.hpp"
+#include "numerics/line_fit.hpp"
 
 namespace drover::measure {
 

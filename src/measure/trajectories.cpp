@@ -1,5 +1,5 @@
 // measure/trajectories.cpp: speeds along rods.
-#include "drover/measure/trajectories.hpp"
+#include "measure/trajectories.hpp"
 
 #include <cmath>
 #include <numeric>

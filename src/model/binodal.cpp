@@ -1,14 +1,14 @@
 // model/binodal.cpp: states of two phases, followed with their mean density.
-#include "drover/model/binodal.hpp"
+#include "model/binodal.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "drover/base/error.hpp"
-#include "drover/model/density_profile.hpp"
 #include "drover/model/start.hpp"
 #include "drover/numerics/transform.hpp"
+#include "model/density_profile.hpp"
 
 namespace drover::model {
 

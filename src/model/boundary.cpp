@@ -1,5 +1,5 @@
 // model/boundary.cpp: lines on which a margin vanishes.
-#include "drover/model/boundary.hpp"
+#include "model/boundary.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // model/density_profile.cpp: the plateaus of a density.
-#include "drover/model/density_profile.hpp"
+#include "model/density_profile.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
 // model/draw_field.cpp: margins over draws of uncertain numbers, and the band that they give.
-#include "drover/model/draw_field.hpp"
+#include "model/draw_field.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
 
-#include "drover/base/draws.hpp"
+#include "base/draws.hpp"
 #include "numerics/band_end.hpp"
 
 namespace drover::model {

@@ -5,9 +5,9 @@
 #include <deque>
 
 #include "compiled.hpp"
-#include "drover/numerics/linear_operator.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/transform.hpp"
+#include "numerics/linear_operator.hpp"
 
 namespace drover::model {
 

@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "compiled.hpp"
-#include "drover/numerics/wavenumbers.hpp"
 #include "lowering.hpp"
 #include "numerics/dense.hpp"
+#include "numerics/wavenumbers.hpp"
 
 namespace drover::model {
 

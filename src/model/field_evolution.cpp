@@ -1,5 +1,5 @@
 // model/field_evolution.cpp: N with its checks, and the reference that follows a run.
-#include "drover/model/field_evolution.hpp"
+#include "model/field_evolution.hpp"
 
 #include <algorithm>
 #include <cmath>

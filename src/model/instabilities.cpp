@@ -1,5 +1,5 @@
 // model/instabilities.cpp: maxima of growth over all waves, what kind each is, and where it ends.
-#include "drover/model/instabilities.hpp"
+#include "model/instabilities.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // model/limits.cpp: margins of the limits of stability, and regimes from them.
-#include "drover/model/limits.hpp"
+#include "model/limits.hpp"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "algebra.hpp"
-#include "drover/base/formula.hpp"
+#include "base/formula.hpp"
 #include "drover/model/model.hpp"
 
 namespace drover::model {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-#include "drover/model/boundary.hpp"
+#include "model/boundary.hpp"
 #include "numerics/extremum.hpp"
 #include "uniform_equations.hpp"
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "drover/model/instabilities.hpp"
+#include "model/instabilities.hpp"
 
 namespace drover::model {
 

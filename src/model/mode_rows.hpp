@@ -5,7 +5,7 @@
 
 #include "algebra.hpp"
 #include "drover/numerics/field.hpp"
-#include "drover/numerics/wavenumbers.hpp"
+#include "numerics/wavenumbers.hpp"
 
 namespace drover::model {
 

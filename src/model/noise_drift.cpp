@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/numerics/kept_modes.hpp"
+#include "numerics/kept_modes.hpp"
 
 namespace drover::model {
 

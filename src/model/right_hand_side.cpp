@@ -6,9 +6,9 @@
 #include <set>
 
 #include "compiled.hpp"
-#include "drover/model/explicit_part.hpp"
 #include "frame_operator.hpp"
 #include "mode_rows.hpp"
+#include "model/explicit_part.hpp"
 #include "point_functions.hpp"
 #include "transform_plan.hpp"
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 
 #include "drover/model/linearised_at.hpp"
-#include "drover/numerics/fastest_growth.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
+#include "numerics/fastest_growth.hpp"
 #include "numerics/perturbation.hpp"
 #include "numerics/start_formula.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "compiled.hpp"
-#include "drover/model/explicit_part.hpp"
+#include "model/explicit_part.hpp"
 
 namespace drover::model {
 

@@ -4,9 +4,9 @@
 #include <limits>
 
 #include "drover/model/theory.hpp"
-#include "drover/numerics/lyapunov.hpp"
-#include "drover/numerics/wavenumbers.hpp"
 #include "numerics/dense.hpp"
+#include "numerics/lyapunov.hpp"
+#include "numerics/wavenumbers.hpp"
 
 namespace drover::model {
 

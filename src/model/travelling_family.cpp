@@ -1,5 +1,5 @@
 // model/travelling_family.cpp: systems and means at values of a parameter.
-#include "drover/model/travelling_family.hpp"
+#include "model/travelling_family.hpp"
 
 #include <memory>
 #include <optional>

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
-#include "drover/numerics/time_method.hpp"
+#include "numerics/time_method.hpp"
 
 namespace drover::numerics {
 

@@ -7,7 +7,7 @@
 
 #include "drover/numerics/block.hpp"
 #include "drover/numerics/shells.hpp"
-#include "drover/numerics/wavenumbers.hpp"
+#include "numerics/wavenumbers.hpp"
 
 namespace drover::numerics {
 

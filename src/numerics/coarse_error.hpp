@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "drover/numerics/grid.hpp"
-#include "drover/numerics/kept_modes.hpp"
 #include "drover/numerics/system.hpp"
+#include "numerics/kept_modes.hpp"
 
 namespace drover::numerics {
 

@@ -1,5 +1,5 @@
 // numerics/contour.cpp: traces the lines on which a function of the plane changes sign, on a mesh refined about them.
-#include "drover/numerics/contour.hpp"
+#include "numerics/contour.hpp"
 
 #include <algorithm>
 #include <array>

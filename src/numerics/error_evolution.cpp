@@ -8,8 +8,8 @@
 #include "drover/base/random.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/stepper_table.hpp"
-#include "drover/numerics/time_method.hpp"
-#include "drover/numerics/wavenumbers.hpp"
+#include "numerics/time_method.hpp"
+#include "numerics/wavenumbers.hpp"
 
 namespace drover::numerics {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "drover/numerics/adaptive_stepper.hpp"
-#include "drover/numerics/error_equations.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "numerics/coarse_error.hpp"
+#include "numerics/error_equations.hpp"
 #include "numerics/local_errors.hpp"
 
 namespace drover::numerics {

@@ -1,11 +1,11 @@
 // numerics/fastest_growth.cpp: a search over the wavenumbers of a grid.
-#include "drover/numerics/fastest_growth.hpp"
+#include "numerics/fastest_growth.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "drover/numerics/wavenumbers.hpp"
+#include "numerics/wavenumbers.hpp"
 
 namespace drover::numerics {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drover/numerics/system.hpp"
-#include "drover/numerics/wavenumbers.hpp"
+#include "numerics/wavenumbers.hpp"
 
 namespace drover::numerics {
 

@@ -1,5 +1,5 @@
 // numerics/kept_modes.cpp: the first modes of the rows that have any.
-#include "drover/numerics/kept_modes.hpp"
+#include "numerics/kept_modes.hpp"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // numerics/line_fit.cpp: a straight line by weighted least squares, by GSL.
-#include "drover/numerics/line_fit.hpp"
+#include "numerics/line_fit.hpp"
 
 #include <gsl/gsl_fit.h>
 

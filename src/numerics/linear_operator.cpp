@@ -1,5 +1,5 @@
 // numerics/linear_operator.cpp: isotropic blocks on the modes of a state.
-#include "drover/numerics/linear_operator.hpp"
+#include "numerics/linear_operator.hpp"
 
 #include "isotropic.hpp"
 #include "mode_noise.hpp"

@@ -1,5 +1,5 @@
 // numerics/lyapunov.cpp: the Lyapunov equation in double precision.
-#include "drover/numerics/lyapunov.hpp"
+#include "numerics/lyapunov.hpp"
 
 #include <algorithm>
 

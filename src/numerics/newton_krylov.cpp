@@ -1,5 +1,5 @@
 // numerics/newton_krylov.cpp: KINSOL behind one function.
-#include "drover/numerics/newton_krylov.hpp"
+#include "numerics/newton_krylov.hpp"
 
 #include <kinsol/kinsol.h>
 #include <nvector/nvector_serial.h>

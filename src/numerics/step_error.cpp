@@ -1,5 +1,5 @@
 // numerics/step_error.cpp: what is told of the error of the time steps, and its state.
-#include "drover/numerics/step_error.hpp"
+#include "numerics/step_error.hpp"
 
 #include <algorithm>
 #include <array>

@@ -13,7 +13,7 @@
 #include <exception>
 
 #include "drover/base/error.hpp"
-#include "drover/numerics/linear_operator.hpp"
+#include "numerics/linear_operator.hpp"
 #include "numerics/mode_vector.hpp"
 #include "sundials_handles.hpp"
 

@@ -1,5 +1,5 @@
 // numerics/time_method.cpp: the rows of the stepper tables and of the methods of SUNDIALS, with what they can do.
-#include "drover/numerics/time_method.hpp"
+#include "numerics/time_method.hpp"
 
 #include <algorithm>
 

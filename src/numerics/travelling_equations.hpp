@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
-#include "drover/numerics/linear_operator.hpp"
-#include "drover/numerics/newton_krylov.hpp"
-#include "drover/numerics/travelling_family.hpp"
+#include "numerics/linear_operator.hpp"
 #include "numerics/mode_vector.hpp"
+#include "numerics/newton_krylov.hpp"
 #include "numerics/small_matrices.hpp"
+#include "numerics/travelling_family.hpp"
 
 namespace drover::numerics {
 

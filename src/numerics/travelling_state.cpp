@@ -1,5 +1,5 @@
 // numerics/travelling_state.cpp: travelling states, the curves that they form, and their stability.
-#include "drover/numerics/travelling_state.hpp"
+#include "numerics/travelling_state.hpp"
 
 #include <algorithm>
 #include <cmath>

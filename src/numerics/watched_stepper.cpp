@@ -1,11 +1,11 @@
 // numerics/watched_stepper.cpp: which steps are repeated to measure their error.
-#include "drover/numerics/watched_stepper.hpp"
+#include "numerics/watched_stepper.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "drover/base/error.hpp"
-#include "drover/numerics/time_method.hpp"
+#include "numerics/time_method.hpp"
 
 namespace drover::numerics {
 

@@ -1,5 +1,5 @@
 // numerics/wavenumbers.cpp: the distinct |q| of a grid.
-#include "drover/numerics/wavenumbers.hpp"
+#include "numerics/wavenumbers.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // physics/check.cpp: numbers, functions of the calling program, and terms.
-#include "drover/physics/check.hpp"
+#include "physics/check.hpp"
 
 #include "compiled_terms.hpp"
 #include "program_functions.hpp"

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "drover/physics/function_terms.hpp"
+#include "physics/function_terms.hpp"
 
 namespace drover::physics {
 

@@ -1,11 +1,11 @@
 // physics/integrated.cpp: what the fields of a model file may not reach, and the cost of their equations.
-#include "drover/physics/integrated.hpp"
+#include "physics/integrated.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "drover/physics/function_terms.hpp"
+#include "physics/function_terms.hpp"
 #include "program_functions.hpp"
 
 namespace drover::physics {

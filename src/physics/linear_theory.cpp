@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "drover/numerics/kept_modes.hpp"
-#include "drover/physics/function_terms.hpp"
+#include "numerics/kept_modes.hpp"
+#include "physics/function_terms.hpp"
 
 namespace drover::physics {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "drover/physics/function_terms.hpp"
+#include "physics/function_terms.hpp"
 #include "term_names.hpp"
 
 namespace drover::physics {

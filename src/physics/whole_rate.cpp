@@ -1,5 +1,5 @@
 // physics/whole_rate.cpp: sum of the linear part and the remainder.
-#include "drover/physics/whole_rate.hpp"
+#include "physics/whole_rate.hpp"
 
 #include <algorithm>
 

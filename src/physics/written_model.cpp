@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "drover/physics/function_terms.hpp"
+#include "physics/function_terms.hpp"
 #include "term_names.hpp"
 #include "text_terms.hpp"
 

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <atomic>
 
+#include "base/formula.hpp"
 #include "bindings.hpp"
-#include "drover/base/formula.hpp"
 #include "drover/io/declared_model.hpp"
 #include "drover/model/evolution.hpp"
 #include "drover/model/theory.hpp"

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "drover/model/binodal.hpp"
-#include "drover/run/signals.hpp"
+#include "model/binodal.hpp"
 #include "run/scene_equations.hpp"
+#include "run/signals.hpp"
 #include "run/travelling_start.hpp"
 
 namespace drover::run {

@@ -1,5 +1,5 @@
 // run/boundary.cpp: phase boundaries as a result.
-#include "drover/run/boundary.hpp"
+#include "run/boundary.hpp"
 
 #include "run/boundary_problem.hpp"
 

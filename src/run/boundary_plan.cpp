@@ -5,8 +5,8 @@
 #include <cmath>
 #include <tuple>
 
-#include "drover/base/log.hpp"
-#include "drover/calibrate/slow_order.hpp"
+#include "base/log.hpp"
+#include "calibrate/slow_order.hpp"
 #include "drover/model/start.hpp"
 #include "run/number_lists.hpp"
 #include "run/scene_equations.hpp"

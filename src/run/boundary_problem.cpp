@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "base/constants.hpp"
-#include "drover/base/log.hpp"
-#include "drover/run/progress.hpp"
-#include "drover/run/signals.hpp"
+#include "base/log.hpp"
+#include "run/progress.hpp"
 #include "run/scene_equations.hpp"
+#include "run/signals.hpp"
 #include "run/stability_problem.hpp"
 
 namespace drover::run {

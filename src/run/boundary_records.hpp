@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/model/boundary.hpp"
 #include "drover/run/result.hpp"
+#include "model/boundary.hpp"
 
 namespace drover::run {
 

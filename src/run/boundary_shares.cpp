@@ -1,12 +1,12 @@
 // run/boundary_shares.cpp: the loops of make_boundary as a campaign.
-#include "drover/run/boundary_shares.hpp"
+#include "run/boundary_shares.hpp"
 
 #include <algorithm>
 
-#include "drover/files/input_file.hpp"
-#include "drover/files/record_folder.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/provenance.hpp"
+#include "files/input_file.hpp"
+#include "files/record_folder.hpp"
+#include "run/provenance.hpp"
 #include "run/shared_compute.hpp"
 
 namespace drover::run {

@@ -1,5 +1,5 @@
 // run/calibration.cpp: the trials of a calibration as a campaign, and the table that comes of them.
-#include "drover/run/calibration.hpp"
+#include "run/calibration.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -7,17 +7,17 @@
 #include <utility>
 
 #include "base/clock.hpp"
-#include "drover/base/log.hpp"
+#include "base/log.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/base/version.hpp"
-#include "drover/files/new_file.hpp"
-#include "drover/io/calibration.hpp"
-#include "drover/io/trial_record.hpp"
-#include "drover/run/loop.hpp"
-#include "drover/run/provenance.hpp"
-#include "drover/run/signals.hpp"
+#include "files/new_file.hpp"
 #include "files/record_bytes.hpp"
+#include "io/calibration.hpp"
+#include "io/trial_record.hpp"
 #include "run/campaign.hpp"
+#include "run/loop.hpp"
+#include "run/provenance.hpp"
+#include "run/signals.hpp"
 #include "run/want_plan.hpp"
 
 namespace drover::run {

@@ -4,7 +4,7 @@
 
 #include "drover/calibrate/catalogue.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/calibration_layout.hpp"
+#include "run/calibration_layout.hpp"
 #include "run/number_lists.hpp"
 
 namespace drover::run {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "drover/calibrate/setup_rows.hpp"
-#include "drover/run/calibration.hpp"
+#include "calibrate/setup_rows.hpp"
+#include "run/calibration.hpp"
 
 namespace drover::run {
 

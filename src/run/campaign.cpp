@@ -8,13 +8,13 @@
 #include <thread>
 
 #include "base/clock.hpp"
+#include "base/log.hpp"
 #include "drover/base/error.hpp"
-#include "drover/base/log.hpp"
 #include "drover/files/archive_reader.hpp"
-#include "drover/run/exit_status.hpp"
-#include "drover/run/provenance.hpp"
-#include "drover/run/signals.hpp"
-#include "drover/run/worker_pool.hpp"
+#include "run/exit_status.hpp"
+#include "run/provenance.hpp"
+#include "run/signals.hpp"
+#include "run/worker_pool.hpp"
 
 namespace drover::run {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/claims.hpp"
+#include "files/claims.hpp"
 #include "run/campaign_records.hpp"
 
 namespace drover::run {

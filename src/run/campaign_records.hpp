@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/record_folder.hpp"
-#include "drover/run/share.hpp"
+#include "files/record_folder.hpp"
+#include "run/share.hpp"
 
 namespace drover::run {
 

@@ -5,13 +5,13 @@
 #include <numbers>
 
 #include "drover/model/energy.hpp"
-#include "drover/numerics/fastest_growth.hpp"
-#include "drover/physics/integrated.hpp"
-#include "drover/run/warnings.hpp"
+#include "numerics/fastest_growth.hpp"
+#include "physics/integrated.hpp"
 #include "run/field_problem.hpp"
 #include "run/grid_run.hpp"
 #include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 

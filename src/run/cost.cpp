@@ -1,5 +1,5 @@
 // run/cost.cpp: timing a few steps of a scene.
-#include "drover/run/cost.hpp"
+#include "run/cost.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/clock.hpp"
-#include "drover/run/kind.hpp"
+#include "run/kind.hpp"
 
 namespace drover::run {
 

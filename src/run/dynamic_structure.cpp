@@ -1,5 +1,5 @@
 // run/dynamic_structure.cpp: S(q, omega) about one uniform state.
-#include "drover/run/dynamic_structure.hpp"
+#include "run/dynamic_structure.hpp"
 
 #include <cmath>
 #include <limits>

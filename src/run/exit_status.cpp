@@ -1,5 +1,5 @@
 // run/exit_status.cpp: exceptions to exit statuses.
-#include "drover/run/exit_status.hpp"
+#include "run/exit_status.hpp"
 
 #include <cstdio>
 #include <exception>

@@ -1,15 +1,15 @@
 // run/explain.cpp: what a scene of fields holds, and what any scene costs.
-#include "drover/run/explain.hpp"
+#include "run/explain.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "drover/numerics/fastest_growth.hpp"
-#include "drover/numerics/time_method.hpp"
-#include "drover/run/cost.hpp"
-#include "drover/run/kind.hpp"
-#include "drover/run/run_scene.hpp"
+#include "numerics/fastest_growth.hpp"
+#include "numerics/time_method.hpp"
+#include "run/cost.hpp"
 #include "run/explain_particles.hpp"
+#include "run/kind.hpp"
+#include "run/run_scene.hpp"
 #include "run/scene_equations.hpp"
 
 namespace drover::run {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "drover/dem/contact_law.hpp"
-#include "drover/io/trajectory.hpp"
-#include "drover/run/calibration.hpp"
+#include "dem/contact_law.hpp"
+#include "io/trajectory.hpp"
+#include "run/calibration.hpp"
 
 namespace drover::run {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/numerics/kept_modes.hpp"
 #include "drover/numerics/transform.hpp"
+#include "numerics/kept_modes.hpp"
 #include "run/field_problem.hpp"
 
 namespace drover::run {

@@ -9,7 +9,7 @@
 #include "drover/io/scene.hpp"
 #include "drover/measure/field_setting.hpp"
 #include "drover/measure/observable.hpp"
-#include "drover/model/field_evolution.hpp"
+#include "model/field_evolution.hpp"
 
 namespace drover::run {
 

@@ -5,13 +5,13 @@
 
 #include "drover/measure/fields.hpp"
 #include "drover/numerics/shells.hpp"
-#include "drover/physics/function_terms.hpp"
-#include "drover/run/field_simulation.hpp"
 #include "drover/run/report.hpp"
-#include "drover/run/warnings.hpp"
+#include "physics/function_terms.hpp"
 #include "run/field_prediction.hpp"
+#include "run/field_simulation.hpp"
 #include "run/sample_recording.hpp"
 #include "run/scene_equations.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 

@@ -1,5 +1,5 @@
 // run/field_simulation.cpp: a simulation of fields: state, stepper and recordings.
-#include "drover/run/field_simulation.hpp"
+#include "run/field_simulation.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 
 #include "drover/measure/fields.hpp"
 #include "drover/model/start.hpp"
-#include "drover/numerics/time_method.hpp"
 #include "drover/numerics/transform.hpp"
 #include "numerics/coarse_error.hpp"
+#include "numerics/time_method.hpp"
 #include "run/field_health.hpp"
 #include "run/field_problem.hpp"
 #include "run/grid_run.hpp"

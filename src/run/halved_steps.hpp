@@ -2,8 +2,8 @@
 #pragma once
 #include <cmath>
 
-#include "drover/base/log.hpp"
-#include "drover/run/field_simulation.hpp"
+#include "base/log.hpp"
+#include "run/field_simulation.hpp"
 
 namespace drover::run {
 

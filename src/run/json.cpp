@@ -4,10 +4,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "drover/io/calibration.hpp"
-#include "drover/io/xyz.hpp"
-#include "drover/run/kind.hpp"
-#include "drover/run/write_result.hpp"
+#include "io/calibration.hpp"
+#include "io/xyz.hpp"
+#include "run/kind.hpp"
+#include "run/write_result.hpp"
 
 namespace drover::run {
 

@@ -9,7 +9,7 @@
 #include "drover/io/scene.hpp"
 #include "drover/run/report.hpp"
 #include "drover/run/result.hpp"
-#include "drover/run/sweep.hpp"
+#include "run/sweep.hpp"
 
 namespace drover::run {
 

@@ -1,11 +1,11 @@
 // run/kind.cpp: the kinds of scenes.
-#include "drover/run/kind.hpp"
+#include "run/kind.hpp"
 
 #include "drover/io/scene_text.hpp"
-#include "drover/io/trajectory.hpp"
-#include "drover/run/field_simulation.hpp"
-#include "drover/run/particle_simulation.hpp"
-#include "drover/run/warnings.hpp"
+#include "io/trajectory.hpp"
+#include "run/field_simulation.hpp"
+#include "run/particle_simulation.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "drover/measure/field_setting.hpp"
-#include "drover/physics/whole_rate.hpp"
+#include "physics/whole_rate.hpp"
 #include "run/field_prediction.hpp"
 #include "run/scene_equations.hpp"
 #include "run/warning_parts.hpp"

@@ -1,14 +1,14 @@
 // run/loop.cpp: the main loop.
-#include "drover/run/loop.hpp"
+#include "run/loop.hpp"
 
 #include <algorithm>
 #include <ctime>
 
 #include "base/clock.hpp"
-#include "drover/base/log.hpp"
-#include "drover/files/checkpoint.hpp"
-#include "drover/run/progress.hpp"
-#include "drover/run/signals.hpp"
+#include "base/log.hpp"
+#include "files/checkpoint.hpp"
+#include "run/progress.hpp"
+#include "run/signals.hpp"
 
 namespace drover::run {
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <map>
 
-#include "drover/run/kind.hpp"
-#include "drover/run/run_scene.hpp"
-#include "drover/run/signals.hpp"
-#include "drover/run/step_choice.hpp"
 #include "run/halved_steps.hpp"
+#include "run/kind.hpp"
+#include "run/run_scene.hpp"
+#include "run/signals.hpp"
+#include "run/step_choice.hpp"
 
 namespace drover::run {
 

@@ -1,8 +1,8 @@
 // run/onset.cpp: the flocking thresholds of a table, described.
-#include "drover/run/onset.hpp"
+#include "run/onset.hpp"
 
-#include "drover/io/calibration.hpp"
 #include "drover/io/scene_text.hpp"
+#include "io/calibration.hpp"
 
 #include <algorithm>
 #include <cmath>

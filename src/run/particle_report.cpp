@@ -1,10 +1,10 @@
 // run/particle_report.cpp: the results of a run of particles from its archive.
 #include <cmath>
 
-#include "drover/io/trajectory.hpp"
-#include "drover/measure/particles.hpp"
-#include "drover/measure/path_summary.hpp"
-#include "drover/run/particle_simulation.hpp"
+#include "io/trajectory.hpp"
+#include "measure/particles.hpp"
+#include "measure/path_summary.hpp"
+#include "run/particle_simulation.hpp"
 #include "run/particle_warnings.hpp"
 #include "run/sample_recording.hpp"
 

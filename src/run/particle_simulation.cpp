@@ -1,5 +1,5 @@
 // run/particle_simulation.cpp: a simulation of bodies between plates: world and recordings.
-#include "drover/run/particle_simulation.hpp"
+#include "run/particle_simulation.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,13 +7,13 @@
 #include <memory>
 #include <set>
 
-#include "drover/dem/contact_law.hpp"
-#include "drover/dem/packing.hpp"
-#include "drover/dem/plate_motion.hpp"
+#include "dem/contact_law.hpp"
+#include "dem/packing.hpp"
+#include "dem/plate_motion.hpp"
 #include "drover/dem/world.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/io/trajectory.hpp"
-#include "drover/measure/particles.hpp"
+#include "io/trajectory.hpp"
+#include "measure/particles.hpp"
 #include "run/particle_warnings.hpp"
 #include "run/sample_recording.hpp"
 

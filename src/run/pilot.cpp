@@ -3,11 +3,11 @@
 
 #include <algorithm>
 
+#include "base/log_pause.hpp"
 #include "drover/base/error.hpp"
-#include "drover/base/log_pause.hpp"
-#include "drover/run/field_simulation.hpp"
-#include "drover/run/kind.hpp"
-#include "drover/run/signals.hpp"
+#include "run/field_simulation.hpp"
+#include "run/kind.hpp"
+#include "run/signals.hpp"
 #include "run/step_bias.hpp"
 
 namespace drover::run {

@@ -2,8 +2,8 @@
 #include "run/plane_models.hpp"
 
 #include "base/constants.hpp"
-#include "drover/base/draws.hpp"
-#include "drover/base/log.hpp"
+#include "base/draws.hpp"
+#include "base/log.hpp"
 #include "run/model_coefficients.hpp"
 #include "run/scene_equations.hpp"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "drover/io/scene.hpp"
-#include "drover/model/limits.hpp"
+#include "model/limits.hpp"
 
 namespace drover::run {
 

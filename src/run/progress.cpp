@@ -1,12 +1,12 @@
 // run/progress.cpp: progress lines with rate and time left.
-#include "drover/run/progress.hpp"
+#include "run/progress.hpp"
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 
-#include "drover/base/log.hpp"
+#include "base/log.hpp"
 
 namespace drover::run {
 

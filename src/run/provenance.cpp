@@ -1,5 +1,5 @@
 // run/provenance.cpp: versions, host and time.
-#include "drover/run/provenance.hpp"
+#include "run/provenance.hpp"
 
 #include <unistd.h>
 

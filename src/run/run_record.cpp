@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "drover/base/error.hpp"
-#include "drover/files/bytes.hpp"
+#include "files/bytes.hpp"
 
 namespace drover::run {
 

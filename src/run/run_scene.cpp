@@ -1,5 +1,5 @@
 // run/run_scene.cpp: start and restart of one run.
-#include "drover/run/run_scene.hpp"
+#include "run/run_scene.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,21 +8,21 @@
 #include <optional>
 #include <utility>
 
-#include "drover/base/log.hpp"
-#include "drover/base/memory.hpp"
-#include "drover/files/checkpoint.hpp"
-#include "drover/files/new_file.hpp"
-#include "drover/files/run_id.hpp"
+#include "base/log.hpp"
+#include "base/memory.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/field_simulation.hpp"
-#include "drover/run/kind.hpp"
-#include "drover/run/provenance.hpp"
 #include "drover/run/report.hpp"
-#include "drover/run/scene_support.hpp"
-#include "drover/run/signals.hpp"
-#include "drover/run/step_choice.hpp"
+#include "files/checkpoint.hpp"
+#include "files/new_file.hpp"
+#include "files/run_id.hpp"
+#include "run/field_simulation.hpp"
 #include "run/halved_steps.hpp"
+#include "run/kind.hpp"
+#include "run/provenance.hpp"
 #include "run/same_run.hpp"
+#include "run/scene_support.hpp"
+#include "run/signals.hpp"
+#include "run/step_choice.hpp"
 
 namespace drover::run {
 

@@ -1,10 +1,10 @@
 // run/same_run.cpp: compares run ids, resolved scenes and versions.
 #include "run/same_run.hpp"
 
-#include "drover/files/record_identity.hpp"
-#include "drover/files/run_id.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/provenance.hpp"
+#include "files/record_identity.hpp"
+#include "files/run_id.hpp"
+#include "run/provenance.hpp"
 
 namespace drover::run {
 namespace {

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "drover/files/archive_reader.hpp"
-#include "drover/files/checkpoint.hpp"
 #include "drover/io/scene.hpp"
+#include "files/checkpoint.hpp"
 
 namespace drover::run {
 

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "drover/measure/summary.hpp"
-#include "drover/run/scene_support.hpp"
 #include "drover/run/simulation.hpp"
+#include "run/scene_support.hpp"
 
 namespace drover::run {
 

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "drover/calibrate/slow_order.hpp"
+#include "calibrate/slow_order.hpp"
 #include "drover/model/energy.hpp"
 #include "drover/model/start.hpp"
-#include "drover/physics/integrated.hpp"
+#include "physics/integrated.hpp"
 #include "run/model_coefficients.hpp"
 
 namespace drover::run {

@@ -1,9 +1,9 @@
 // run/scene_equations.hpp: the equations of a scene of fields, whatever they are.
 #pragma once
 #include "drover/io/scene.hpp"
-#include "drover/model/field_evolution.hpp"
 #include "drover/model/theory.hpp"
-#include "drover/physics/function_terms.hpp"
+#include "model/field_evolution.hpp"
+#include "physics/function_terms.hpp"
 
 namespace drover::run {
 

@@ -1,5 +1,5 @@
 // run/scene_support.cpp: sizes of recordings, and files named in a scene.
-#include "drover/run/scene_support.hpp"
+#include "run/scene_support.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,14 +5,14 @@
 #include <limits>
 
 #include "drover/model/start.hpp"
-#include "drover/numerics/fastest_growth.hpp"
-#include "drover/physics/function_terms.hpp"
-#include "drover/run/warnings.hpp"
+#include "numerics/fastest_growth.hpp"
+#include "physics/function_terms.hpp"
 #include "run/field_health.hpp"
 #include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"
 #include "run/text_resolution.hpp"
 #include "run/warning_parts.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 

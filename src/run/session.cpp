@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <map>
 
-#include "drover/run/kind.hpp"
-#include "drover/run/run_scene.hpp"
-#include "drover/run/step_choice.hpp"
+#include "run/kind.hpp"
+#include "run/run_scene.hpp"
+#include "run/step_choice.hpp"
 
 namespace drover::run {
 

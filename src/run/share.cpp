@@ -1,5 +1,5 @@
 // run/share.cpp: the text of a share.
-#include "drover/run/share.hpp"
+#include "run/share.hpp"
 
 #include <cstdio>
 

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "drover/base/error.hpp"
-#include "drover/files/bytes.hpp"
+#include "files/bytes.hpp"
 
 namespace drover::run {
 

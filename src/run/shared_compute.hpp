@@ -2,7 +2,7 @@
 #pragma once
 #include <memory>
 
-#include "drover/base/compute_all.hpp"
+#include "base/compute_all.hpp"
 #include "run/campaign.hpp"
 
 namespace drover::run {

@@ -1,5 +1,5 @@
 // run/signals.cpp: the flag that the signal handler sets.
-#include "drover/run/signals.hpp"
+#include "run/signals.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -1,5 +1,5 @@
 // run/slurm_script.cpp: a command as jobs of Slurm.
-#include "drover/run/slurm_script.hpp"
+#include "run/slurm_script.hpp"
 
 #include "drover/base/text.hpp"
 

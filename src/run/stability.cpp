@@ -1,5 +1,5 @@
 // run/stability.cpp: the stability analysis of a scene as a result.
-#include "drover/run/stability.hpp"
+#include "run/stability.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "base/constants.hpp"
-#include "drover/model/instabilities.hpp"
+#include "model/instabilities.hpp"
 #include "run/stability_problem.hpp"
 
 namespace drover::run {

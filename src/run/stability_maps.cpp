@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "base/constants.hpp"
-#include "drover/model/instabilities.hpp"
+#include "model/instabilities.hpp"
 #include "run/stability_problem.hpp"
 
 namespace drover::run {

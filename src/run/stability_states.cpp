@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "drover/calibrate/slow_order.hpp"
+#include "calibrate/slow_order.hpp"
 #include "run/scene_equations.hpp"
 #include "run/stability_problem.hpp"
 

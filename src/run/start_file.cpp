@@ -5,12 +5,12 @@
 #include <cmath>
 #include <optional>
 
-#include "drover/base/log.hpp"
+#include "base/log.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/files/archive_reader.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/run/scene_support.hpp"
 #include "numerics/coarse_error.hpp"
+#include "run/scene_support.hpp"
 
 namespace drover::run {
 

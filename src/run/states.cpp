@@ -1,12 +1,12 @@
 // run/states.cpp: drover states: guess, solution, curve and profile.
-#include "drover/run/states.hpp"
+#include "run/states.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "drover/numerics/transform.hpp"
-#include "drover/run/signals.hpp"
+#include "run/signals.hpp"
 #include "run/states_problem.hpp"
 
 namespace drover::run {

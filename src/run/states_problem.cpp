@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/model/density_profile.hpp"
 #include "drover/model/start.hpp"
-#include "drover/model/travelling_family.hpp"
-#include "drover/run/field_simulation.hpp"
-#include "drover/run/signals.hpp"
+#include "model/density_profile.hpp"
+#include "model/travelling_family.hpp"
+#include "run/field_simulation.hpp"
 #include "run/number_lists.hpp"
 #include "run/scene_equations.hpp"
+#include "run/signals.hpp"
 
 namespace drover::run {
 

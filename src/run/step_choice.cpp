@@ -1,20 +1,20 @@
 // run/step_choice.cpp: pilots with ever shorter steps.
-#include "drover/run/step_choice.hpp"
+#include "run/step_choice.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "base/log.hpp"
 #include "drover/base/error.hpp"
-#include "drover/base/log.hpp"
 #include "drover/measure/statistics.hpp"
-#include "drover/numerics/time_method.hpp"
-#include "drover/run/field_simulation.hpp"
-#include "drover/run/kind.hpp"
-#include "drover/run/warnings.hpp"
+#include "numerics/time_method.hpp"
+#include "run/field_simulation.hpp"
 #include "run/growing_waves.hpp"
+#include "run/kind.hpp"
 #include "run/pilot.hpp"
 #include "run/scene_equations.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 

@@ -1,20 +1,20 @@
 // run/sweep.cpp: the runs of a sweep as a campaign, and what comes of them.
-#include "drover/run/sweep.hpp"
+#include "run/sweep.hpp"
 
 #include <algorithm>
 #include <unordered_set>
 
-#include "drover/base/log.hpp"
+#include "base/log.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/files/input_file.hpp"
-#include "drover/files/new_file.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/kind.hpp"
-#include "drover/run/provenance.hpp"
-#include "drover/run/run_scene.hpp"
+#include "files/input_file.hpp"
+#include "files/new_file.hpp"
 #include "run/campaign.hpp"
+#include "run/kind.hpp"
 #include "run/memory_run.hpp"
+#include "run/provenance.hpp"
 #include "run/run_record.hpp"
+#include "run/run_scene.hpp"
 #include "run/same_run.hpp"
 #include "run/sweep_dataset.hpp"
 #include "run/sweep_plan.hpp"

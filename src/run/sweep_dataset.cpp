@@ -7,8 +7,8 @@
 
 #include "base/constants.hpp"
 #include "drover/files/archive.hpp"
-#include "drover/measure/replicates.hpp"
-#include "drover/run/provenance.hpp"
+#include "measure/replicates.hpp"
+#include "run/provenance.hpp"
 
 namespace drover::run {
 

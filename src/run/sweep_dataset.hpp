@@ -4,8 +4,8 @@
 #include <map>
 
 #include "drover/io/scene.hpp"
-#include "drover/run/sweep_table.hpp"
 #include "run/run_record.hpp"
+#include "run/sweep_table.hpp"
 
 namespace drover::run {
 

@@ -6,8 +6,8 @@
 #include <functional>
 #include <set>
 
-#include "drover/files/record_identity.hpp"
-#include "drover/measure/replicates.hpp"
+#include "files/record_identity.hpp"
+#include "measure/replicates.hpp"
 #include "run/number_lists.hpp"
 #include "run/scene_equations.hpp"
 #include "run/sweep_refinement.hpp"

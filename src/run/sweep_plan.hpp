@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "drover/io/scene.hpp"
-#include "drover/run/sweep_table.hpp"
 #include "run/run_record.hpp"
+#include "run/sweep_table.hpp"
 
 namespace drover::run {
 

@@ -5,7 +5,7 @@
 
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"
-#include "drover/measure/trajectories.hpp"
+#include "measure/trajectories.hpp"
 
 namespace drover::run {
 

@@ -2,8 +2,8 @@
 #pragma once
 #include <map>
 
-#include "drover/run/sweep_table.hpp"
 #include "run/run_record.hpp"
+#include "run/sweep_table.hpp"
 
 namespace drover::run {
 

@@ -1,5 +1,5 @@
 // run/sweep_table.cpp: the table of a sweep as text.
-#include "drover/run/sweep_table.hpp"
+#include "run/sweep_table.hpp"
 
 #include <algorithm>
 

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dem/contact_law.hpp"
 #include "drover/base/error.hpp"
-#include "drover/dem/contact_law.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/numerics/time_method.hpp"
-#include "drover/physics/integrated.hpp"
-#include "drover/run/kind.hpp"
+#include "numerics/time_method.hpp"
+#include "physics/integrated.hpp"
+#include "run/kind.hpp"
 #include "run/scene_equations.hpp"
 #include "run/text_resolution.hpp"
 

@@ -9,10 +9,10 @@
 #include "drover/base/error.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/files/archive_reader.hpp"
-#include "drover/measure/replicates.hpp"
-#include "drover/run/cost.hpp"
-#include "drover/run/field_simulation.hpp"
-#include "drover/run/kind.hpp"
+#include "measure/replicates.hpp"
+#include "run/cost.hpp"
+#include "run/field_simulation.hpp"
+#include "run/kind.hpp"
 #include "run/trade_axes.hpp"
 
 namespace drover::run {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drover/measure/statistics.hpp"
-#include "drover/run/tradeoff_options.hpp"
+#include "run/tradeoff_options.hpp"
 #include "run/trials.hpp"
 
 namespace drover::run {

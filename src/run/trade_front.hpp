@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "drover/run/wish.hpp"
 #include "run/trade_axes.hpp"
 #include "run/trade_bench.hpp"
+#include "run/wish.hpp"
 
 namespace drover::run {
 

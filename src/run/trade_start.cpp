@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
-#include "drover/run/cost.hpp"
-#include "drover/run/step_choice.hpp"
+#include "run/cost.hpp"
+#include "run/step_choice.hpp"
 #include "run/trade_axes.hpp"
 #include "run/trade_bench.hpp"
 

@@ -1,7 +1,7 @@
 // run/trade_study.hpp: the trials of a study, axis by axis, and what they show.
 #pragma once
-#include "drover/run/tradeoff_options.hpp"
 #include "run/trade_front.hpp"
+#include "run/tradeoff_options.hpp"
 
 namespace drover::run {
 

@@ -1,21 +1,21 @@
 // run/tradeoff.cpp: what was found of a trade of speed for accuracy, for people and for programs.
-#include "drover/run/tradeoff.hpp"
+#include "run/tradeoff.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "base/log.hpp"
 #include "drover/base/error.hpp"
-#include "drover/base/log.hpp"
-#include "drover/files/new_file.hpp"
-#include "drover/files/record_folder.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/cost.hpp"
-#include "drover/run/run_scene.hpp"
-#include "drover/run/step_choice.hpp"
+#include "files/new_file.hpp"
+#include "files/record_folder.hpp"
+#include "run/cost.hpp"
 #include "run/grid_run.hpp"
 #include "run/json.hpp"
 #include "run/memory_run.hpp"
+#include "run/run_scene.hpp"
 #include "run/scene_equations.hpp"
+#include "run/step_choice.hpp"
 #include "run/trade_study.hpp"
 
 namespace drover::run {

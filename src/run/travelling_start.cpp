@@ -5,10 +5,10 @@
 #include <cmath>
 #include <memory>
 
-#include "drover/base/log.hpp"
-#include "drover/run/field_simulation.hpp"
-#include "drover/run/signals.hpp"
+#include "base/log.hpp"
 #include "run/field_problem.hpp"
+#include "run/field_simulation.hpp"
+#include "run/signals.hpp"
 
 namespace drover::run {
 

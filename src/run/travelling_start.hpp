@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "drover/io/scene.hpp"
-#include "drover/numerics/travelling_state.hpp"
+#include "numerics/travelling_state.hpp"
 
 namespace drover::run {
 

@@ -3,15 +3,15 @@
 
 #include <algorithm>
 
+#include "base/log.hpp"
 #include "drover/base/error.hpp"
-#include "drover/base/log.hpp"
-#include "drover/files/bytes.hpp"
-#include "drover/files/checkpoint.hpp"
-#include "drover/files/run_id.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/run_scene.hpp"
-#include "drover/run/signals.hpp"
+#include "files/bytes.hpp"
+#include "files/checkpoint.hpp"
+#include "files/run_id.hpp"
+#include "run/run_scene.hpp"
 #include "run/same_run.hpp"
+#include "run/signals.hpp"
 
 namespace drover::run {
 

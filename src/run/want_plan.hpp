@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/target.hpp"
-#include "drover/run/calibration_layout.hpp"
+#include "calibrate/target.hpp"
 #include "drover/run/result.hpp"
-#include "drover/run/wish.hpp"
+#include "run/calibration_layout.hpp"
+#include "run/wish.hpp"
 
 namespace drover::run {
 

@@ -5,7 +5,7 @@
 
 #include "drover/files/archive_reader.hpp"
 #include "drover/io/scene.hpp"
-#include "drover/model/field_evolution.hpp"
+#include "model/field_evolution.hpp"
 
 namespace drover::run {
 

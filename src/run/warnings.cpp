@@ -1,5 +1,5 @@
 // run/warnings.cpp: resolution, errors of the time step, values that are not finite, and noise of few particles.
-#include "drover/run/warnings.hpp"
+#include "run/warnings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "drover/measure/fields.hpp"
-#include "drover/numerics/time_method.hpp"
-#include "drover/numerics/wavenumbers.hpp"
-#include "drover/run/field_simulation.hpp"
+#include "numerics/time_method.hpp"
+#include "numerics/wavenumbers.hpp"
 #include "run/field_prediction.hpp"
+#include "run/field_simulation.hpp"
 #include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"
 #include "run/step_bias.hpp"

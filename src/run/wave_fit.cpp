@@ -1,5 +1,5 @@
 // run/wave_fit.cpp: drover fit: a table of estimates.
-#include "drover/run/wave_fit.hpp"
+#include "run/wave_fit.hpp"
 
 #include <algorithm>
 #include <cmath>

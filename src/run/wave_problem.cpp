@@ -80,8 +80,8 @@ bool mark_conserved(const model::Equations& equations, const std::vector<double>
     return are_single;
 }
 
-/// What fluctuates of the components at q, as the rows of LinearisedAt::symbol: of a divergence-free field only the part
-/// across q.
+/// What fluctuates of the components at q, as the rows of LinearisedAt::symbol: of a divergence-free field the part
+/// across q alone.
 class FreeParts {
 public:
     explicit FreeParts(const model::Equations& equations) {

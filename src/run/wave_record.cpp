@@ -7,9 +7,9 @@
 
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
-#include "drover/io/trajectory.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/run/signals.hpp"
+#include "io/trajectory.hpp"
+#include "run/signals.hpp"
 
 namespace drover::run {
 

@@ -1,6 +1,6 @@
 // run/wave_record.hpp: waves of the frames of a run.
 #pragma once
-#include "drover/calibrate/wave_fit.hpp"
+#include "calibrate/wave_fit.hpp"
 #include "drover/files/archive_reader.hpp"
 #include "drover/io/scene.hpp"
 

@@ -1,5 +1,5 @@
 // run/wish.cpp: wanted numbers from their texts and from archives.
-#include "drover/run/wish.hpp"
+#include "run/wish.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -7,8 +7,8 @@
 
 #include "drover/base/error.hpp"
 #include "drover/base/schema.hpp"
-#include "drover/io/trajectory.hpp"
-#include "drover/run/field_simulation.hpp"
+#include "io/trajectory.hpp"
+#include "run/field_simulation.hpp"
 #include "run/number_lists.hpp"
 
 namespace drover::run {

@@ -1,6 +1,6 @@
 // run/worker_pool.cpp: jobs in forked child processes, whose messages come through pipes; a closed pipe marks the end
 // of a job.
-#include "drover/run/worker_pool.hpp"
+#include "run/worker_pool.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -20,8 +20,8 @@
 
 #include "base/clock.hpp"
 #include "drover/base/error.hpp"
-#include "drover/run/exit_status.hpp"
-#include "drover/run/signals.hpp"
+#include "run/exit_status.hpp"
+#include "run/signals.hpp"
 
 namespace drover::run {
 

@@ -1,12 +1,12 @@
 // run/write_result.cpp: a result as an archive, and such an archive as text.
-#include "drover/run/write_result.hpp"
+#include "run/write_result.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "drover/base/text.hpp"
-#include "drover/run/provenance.hpp"
-#include "drover/run/scene_support.hpp"
+#include "run/provenance.hpp"
+#include "run/scene_support.hpp"
 
 namespace drover::run {
 

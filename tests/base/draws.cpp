@@ -1,5 +1,5 @@
 // tests/base/draws.cpp: draws of uncertain numbers, and the quantiles of their results.
-#include "drover/base/draws.hpp"
+#include "base/draws.hpp"
 
 #include <gtest/gtest.h>
 

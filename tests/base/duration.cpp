@@ -1,5 +1,5 @@
 // tests/base/duration.cpp: durations from their texts.
-#include "drover/base/duration.hpp"
+#include "base/duration.hpp"
 
 #include <gtest/gtest.h>
 

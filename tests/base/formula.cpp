@@ -1,5 +1,5 @@
 // tests/base/formula.cpp: the grammar of formulas with vectors and operators.
-#include "drover/base/formula.hpp"
+#include "base/formula.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "drover/dem/packing.hpp"
+#include "dem/packing.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::dem {

@@ -9,8 +9,8 @@
 #include "drover/files/archive.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/integrated.hpp"
 #include "physics/initial_spectra.hpp"
+#include "physics/integrated.hpp"
 
 namespace drover {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <numbers>
 
-#include "drover/model/instabilities.hpp"
+#include "model/instabilities.hpp"
 #include "physics/linear_modes.hpp"
 #include "physics/planes.hpp"
 #include "physics/symbols.hpp"

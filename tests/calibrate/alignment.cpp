@@ -1,5 +1,5 @@
 // tests/calibrate/alignment.cpp: the mean-field order against its distribution and its expansion at onset.
-#include "drover/calibrate/alignment.hpp"
+#include "calibrate/alignment.hpp"
 
 #include <gtest/gtest.h>
 

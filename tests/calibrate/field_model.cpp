@@ -1,17 +1,17 @@
 // tests/calibrate/field_model.cpp: models from tables, in both normalisations of p, and their physics.
-#include "drover/calibrate/field_model.hpp"
+#include "calibrate/field_model.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "base/draws.hpp"
 #include "base/refusal.hpp"
-#include "drover/base/draws.hpp"
+#include "calibrate/alignment.hpp"
+#include "calibrate/fill_model.hpp"
 #include "drover/base/random.hpp"
-#include "drover/calibrate/alignment.hpp"
-#include "drover/calibrate/fill_model.hpp"
-#include "drover/numerics/fastest_growth.hpp"
 #include "drover/physics/linear_theory.hpp"
+#include "numerics/fastest_growth.hpp"
 #include "physics/structure.hpp"
 
 namespace drover::calibrate::field_model_tests {

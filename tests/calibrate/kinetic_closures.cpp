@@ -5,8 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "calibrate/alignment.hpp"
 #include "calibrate/collision_rule.hpp"
-#include "drover/calibrate/alignment.hpp"
 #include "drover/calibrate/table.hpp"
 #include "numerics/dense.hpp"
 

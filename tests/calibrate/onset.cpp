@@ -1,5 +1,5 @@
 // tests/calibrate/onset.cpp: predicted flocking thresholds of tables with known crossings.
-#include "drover/calibrate/onset.hpp"
+#include "calibrate/onset.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "base/refusal.hpp"
 #include "calibrate/closures.hpp"
-#include "drover/calibrate/field_model.hpp"
+#include "calibrate/field_model.hpp"
 
 namespace drover::calibrate::onset_tests {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/wave_fit.hpp"
+#include "calibrate/wave_fit.hpp"
 #include "physics/uniform_points.hpp"
 
 namespace drover::calibrate {

@@ -1,5 +1,5 @@
 // tests/calibrate/slow_order.cpp: effective coefficients of rods and beads against closed forms.
-#include "drover/calibrate/slow_order.hpp"
+#include "calibrate/slow_order.hpp"
 
 #include <gtest/gtest.h>
 

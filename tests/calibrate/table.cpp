@@ -7,8 +7,8 @@
 #include <functional>
 
 #include "base/refusal.hpp"
-#include "drover/calibrate/alignment.hpp"
-#include "drover/calibrate/field_model.hpp"
+#include "calibrate/alignment.hpp"
+#include "calibrate/field_model.hpp"
 
 namespace drover::calibrate::table_tests {
 namespace {

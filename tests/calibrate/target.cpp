@@ -1,5 +1,5 @@
 // tests/calibrate/target.cpp: errors of wanted numbers from resampled measurements, and the choice of further trials.
-#include "drover/calibrate/target.hpp"
+#include "calibrate/target.hpp"
 
 #include <gtest/gtest.h>
 

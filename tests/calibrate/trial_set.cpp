@@ -1,5 +1,5 @@
 // tests/calibrate/trial_set.cpp: the result does not depend on the order of trials; failed trials are replaced.
-#include "drover/calibrate/trial_set.hpp"
+#include "calibrate/trial_set.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // tests/calibrate/wave_fit.cpp: coefficients from waves of runs whose coefficients are known.
-#include "drover/calibrate/wave_fit.hpp"
+#include "calibrate/wave_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 
 #include "base/refusal.hpp"
 #include "drover/numerics/stepper.hpp"
-#include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/linear_theory.hpp"
+#include "numerics/wavenumbers.hpp"
 #include "physics/evolution.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "rod_bead_waves.hpp"

@@ -94,7 +94,7 @@ DEFECTS = (
     ("free flight falls twice as far", "src/dem/bead_flight.cpp", "a * (0.5 * tau * tau)", "a * (tau * tau)", ("dem",)),
     ("a turned axis loses its length", "src/dem/rotation.cpp", "2.0 * half * half * cross", "half * half * cross",
      ("dem",)),
-    ("a coefficient of the plates' cosine", "include/drover/dem/plate_motion.hpp",
+    ("a coefficient of the plates' cosine", "src/dem/plate_motion.hpp",
      "1.0 - square * (0.5 - square * (1.0 / 24.0",
      "1.0 - square * (0.4 - square * (1.0 / 24.0", ("dem",)),
     ("the work of friction counts the speed before alone", "src/dem/impact_increment.hpp",

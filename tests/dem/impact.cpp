@@ -1,5 +1,5 @@
 // tests/dem/impact.cpp: impacts against closed forms, conservation laws, springs and symmetry.
-#include "drover/dem/impact.hpp"
+#include "dem/impact.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "dem/contact_law.hpp"
 #include "dem/impact_increment.hpp"
 #include "dem/impact_remainder.hpp"
 #include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"
-#include "drover/dem/contact_law.hpp"
 
 namespace drover::dem::impact_fuzz_tests {
 namespace {

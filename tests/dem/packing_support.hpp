@@ -5,8 +5,8 @@
 #include <complex>
 #include <vector>
 
-#include "drover/dem/packing.hpp"
-#include "drover/dem/wall.hpp"
+#include "dem/packing.hpp"
+#include "dem/wall.hpp"
 
 namespace drover::dem {
 

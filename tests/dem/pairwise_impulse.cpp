@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
+#include "dem/contact_law.hpp"
 #include "dem/impact_increment.hpp"
 #include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"
-#include "drover/dem/contact_law.hpp"
 
 namespace drover::dem::pairwise_impulse_tests {
 namespace {

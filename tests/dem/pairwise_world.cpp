@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bench/particles/plain_rod.hpp"
+#include "dem/contact_law.hpp"
 #include "dem/scenes.hpp"
-#include "drover/dem/contact_law.hpp"
 
 namespace drover::dem::pairwise_world_tests {
 namespace {

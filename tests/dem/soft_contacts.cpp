@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "dem/contact_law.hpp"
 #include "dem/scenes.hpp"
-#include "drover/dem/contact_law.hpp"
 
 namespace drover::dem::soft_contacts_tests {
 namespace {

@@ -9,8 +9,8 @@
 #include <bit>
 #include <cmath>
 
+#include "dem/rotation.hpp"
 #include "dem/scenes.hpp"
-#include "drover/dem/rotation.hpp"
 
 namespace drover::dem::world_tests {
 namespace {

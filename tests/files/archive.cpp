@@ -6,7 +6,7 @@
 #include <unistd.h>
 #include <csignal>
 
-#include "drover/files/run_id.hpp"
+#include "files/run_id.hpp"
 #include "files/support.hpp"
 
 namespace drover::files::archive_tests {

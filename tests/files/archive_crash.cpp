@@ -11,7 +11,7 @@
 
 #include <cerrno>
 
-#include "drover/files/checkpoint.hpp"
+#include "files/checkpoint.hpp"
 #include "files/support.hpp"
 
 namespace {

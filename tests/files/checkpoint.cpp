@@ -1,5 +1,5 @@
 // tests/files/checkpoint.cpp: checkpoints: round trip, damage, a full disk.
-#include "drover/files/checkpoint.hpp"
+#include "files/checkpoint.hpp"
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -8,7 +8,7 @@
 
 #include <limits>
 
-#include "drover/files/bytes.hpp"
+#include "files/bytes.hpp"
 #include "files/support.hpp"
 
 namespace drover::files::checkpoint_tests {

@@ -1,5 +1,5 @@
 // tests/files/claims.cpp: claims have one owner; those of dead owners, on this machine and on others, are taken again.
-#include "drover/files/claims.hpp"
+#include "files/claims.hpp"
 
 #include <fcntl.h>
 #include <sys/mman.h>

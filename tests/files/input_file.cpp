@@ -1,5 +1,5 @@
 // tests/files/input_file.cpp: input files are read whole or not at all, and failed reads are errors of the environment.
-#include "drover/files/input_file.hpp"
+#include "files/input_file.hpp"
 
 #include <sys/stat.h>
 

@@ -1,10 +1,10 @@
 // tests/files/lost_file.cpp: archives that another program removes, replaces or changes; journals of other files.
 #include <fcntl.h>
 
-#include "drover/files/bytes.hpp"
-#include "drover/files/checkpoint.hpp"
-#include "drover/files/run_id.hpp"
+#include "files/bytes.hpp"
+#include "files/checkpoint.hpp"
 #include "files/journal.hpp"
+#include "files/run_id.hpp"
 #include "files/support.hpp"
 
 namespace drover::files::lost_file_tests {

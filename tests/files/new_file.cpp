@@ -1,9 +1,9 @@
 // tests/files/new_file.cpp: files that appear under their name only when they are complete.
-#include "drover/files/new_file.hpp"
+#include "files/new_file.hpp"
 
 #include <gtest/gtest.h>
 
-#include "drover/files/checkpoint.hpp"
+#include "files/checkpoint.hpp"
 #include "files/support.hpp"
 
 namespace drover::files::new_file_tests {

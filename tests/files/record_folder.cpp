@@ -1,5 +1,5 @@
 // tests/files/record_folder.cpp: records of many writers in one folder, and the text that claims it.
-#include "drover/files/record_folder.hpp"
+#include "files/record_folder.hpp"
 
 #include <sys/wait.h>
 #include <unistd.h>

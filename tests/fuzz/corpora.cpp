@@ -5,7 +5,7 @@
 #include <fstream>
 #include <random>
 
-#include "drover/base/log.hpp"
+#include "base/log.hpp"
 #include "drover/files/archive.hpp"
 #include "fuzz/targets.hpp"
 

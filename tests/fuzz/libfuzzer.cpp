@@ -5,7 +5,7 @@
 #include <iostream>
 #include <string>
 
-#include "drover/base/log.hpp"
+#include "base/log.hpp"
 #include "fuzz/targets.hpp"
 
 namespace {

@@ -9,14 +9,14 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/log.hpp"
 #include "drover/base/expression.hpp"
-#include "drover/base/log.hpp"
-#include "drover/files/checkpoint.hpp"
-#include "drover/io/calibration.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/io/trial_record.hpp"
-#include "drover/io/xyz.hpp"
-#include "drover/run/kind.hpp"
+#include "files/checkpoint.hpp"
+#include "io/calibration.hpp"
+#include "io/trial_record.hpp"
+#include "io/xyz.hpp"
+#include "run/kind.hpp"
 
 namespace drover::fuzz {
 namespace {

@@ -1,5 +1,5 @@
 // tests/io/calibration.cpp: tables of coefficients to a file and back; foreign files.
-#include "drover/io/calibration.hpp"
+#include "io/calibration.hpp"
 
 #include <cmath>
 

@@ -1,10 +1,10 @@
 // tests/io/trajectory.cpp: bodies in archives: H5MD, wrapped spheres, frames read back, resuming, extended XYZ.
-#include "drover/io/trajectory.hpp"
+#include "io/trajectory.hpp"
 
-#include "drover/dem/rotation.hpp"
+#include "dem/rotation.hpp"
 #include "drover/io/scene.hpp"
-#include "drover/io/xyz.hpp"
 #include "files/support.hpp"
+#include "io/xyz.hpp"
 
 namespace drover::io::trajectory_tests {
 namespace {

@@ -1,8 +1,8 @@
 // tests/io/trial_record.cpp: trials to bytes and back, and the files of earlier versions.
-#include "drover/io/trial_record.hpp"
+#include "io/trial_record.hpp"
 
 #include "base/refusal.hpp"
-#include "drover/files/bytes.hpp"
+#include "files/bytes.hpp"
 #include "files/record_bytes.hpp"
 #include "files/support.hpp"
 

@@ -1,11 +1,11 @@
 // tests/measure/particles.cpp: order, motion and energy balance of particles in configurations with known values.
-#include "drover/measure/particles.hpp"
+#include "measure/particles.hpp"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "drover/dem/rotation.hpp"
+#include "dem/rotation.hpp"
 #include "measure/particles_support.hpp"
 
 namespace drover::measure::particles_tests {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "drover/base/random.hpp"
-#include "drover/measure/particles.hpp"
+#include "measure/particles.hpp"
 
 namespace drover::measure {
 

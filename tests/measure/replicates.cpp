@@ -1,5 +1,5 @@
 // tests/measure/replicates.cpp: errors over seeds cover the truth as often as they claim, whatever the runs claim.
-#include "drover/measure/replicates.hpp"
+#include "measure/replicates.hpp"
 
 #include <gtest/gtest.h>
 

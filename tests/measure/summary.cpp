@@ -1,6 +1,6 @@
 // tests/measure/summary.cpp: the summary of a recorded run of fields or particles against series of known statistics.
 #include "drover/measure/fields.hpp"
-#include "drover/measure/particles.hpp"
+#include "measure/particles.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // tests/measure/trajectories.cpp: rotational diffusion and speeds of active Brownian rods with known parameters.
-#include "drover/measure/trajectories.hpp"
+#include "measure/trajectories.hpp"
 
 #include <gtest/gtest.h>
 

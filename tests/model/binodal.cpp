@@ -1,5 +1,5 @@
 // tests/model/binodal.cpp: binodals of a model of any fields against exact ones.
-#include "drover/model/binodal.hpp"
+#include "model/binodal.hpp"
 
 #include <cmath>
 

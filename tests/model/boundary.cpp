@@ -1,11 +1,11 @@
 // tests/model/boundary.cpp: margins of stability and their lines against exact ones.
-#include "drover/model/boundary.hpp"
+#include "model/boundary.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "drover/base/draws.hpp"
+#include "base/draws.hpp"
 #include "drover/base/random.hpp"
 #include "theory_models.hpp"
 

@@ -1,5 +1,5 @@
 // tests/model/field_evolution.cpp: the reference of the linear part that follows a scalar of any model.
-#include "drover/model/field_evolution.hpp"
+#include "model/field_evolution.hpp"
 
 #include <gtest/gtest.h>
 

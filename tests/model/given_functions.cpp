@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "drover/model/explicit_part.hpp"
 #include "drover/model/linearised_at.hpp"
+#include "model/explicit_part.hpp"
 
 namespace drover::model::given_functions_tests {
 namespace {

@@ -1,5 +1,5 @@
 // tests/model/instabilities.cpp: kinds of growing waves of declared models, their edges, and directions that diffuse.
-#include "drover/model/instabilities.hpp"
+#include "model/instabilities.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // tests/model/limits.cpp: states of largest order, limits of long waves and regimes of models of any fields.
-#include "drover/model/limits.hpp"
+#include "model/limits.hpp"
 
 #include <cmath>
 

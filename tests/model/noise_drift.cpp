@@ -7,10 +7,10 @@
 
 #include "drover/base/error.hpp"
 #include "drover/model/evolution.hpp"
-#include "drover/numerics/kept_modes.hpp"
-#include "drover/numerics/linear_operator.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/stepper_table.hpp"
+#include "numerics/kept_modes.hpp"
+#include "numerics/linear_operator.hpp"
 
 namespace drover::model::noise_drift_tests {
 namespace {

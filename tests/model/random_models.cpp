@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "drover/model/equations.hpp"
-#include "drover/numerics/linear_operator.hpp"
 #include "model/generator.hpp"
+#include "numerics/linear_operator.hpp"
 
 namespace drover::model::random_models_tests {
 namespace {

@@ -1,5 +1,5 @@
 // tests/model/theory.cpp: growth, fluctuations and long waves of declared models beside exact results.
-#include "drover/model/instabilities.hpp"
+#include "model/instabilities.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "drover/numerics/contour.hpp"
+#include "numerics/contour.hpp"
 
 namespace drover::numerics {
 

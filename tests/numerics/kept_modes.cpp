@@ -1,5 +1,5 @@
 // tests/numerics/kept_modes.cpp: nothing but zeros is left out of a state.
-#include "drover/numerics/kept_modes.hpp"
+#include "numerics/kept_modes.hpp"
 
 #include <gtest/gtest.h>
 

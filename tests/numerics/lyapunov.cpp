@@ -1,5 +1,5 @@
 // tests/numerics/lyapunov.cpp: the Lyapunov equation against its residual and against real blocks.
-#include "drover/numerics/lyapunov.hpp"
+#include "numerics/lyapunov.hpp"
 
 #include <gtest/gtest.h>
 

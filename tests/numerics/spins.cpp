@@ -8,11 +8,11 @@
 
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
-#include "drover/numerics/linear_operator.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/sundials_stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "numerics/isotropic.hpp"
+#include "numerics/linear_operator.hpp"
 #include "numerics/noise_path.hpp"
 #include "numerics/spin_equations.hpp"
 

@@ -1,5 +1,5 @@
 // tests/numerics/watched_stepper.cpp: the error of the steps of an oscillation, whose exact solution is known.
-#include "drover/numerics/watched_stepper.hpp"
+#include "numerics/watched_stepper.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // tests/physics/binodal.cpp: densities of coexisting phases against the exact travelling band.
-#include "drover/model/binodal.hpp"
+#include "model/binodal.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // tests/physics/field_evolution.cpp: the adaptive step and the reference density that follows the beads.
-#include "drover/physics/integrated.hpp"
+#include "physics/integrated.hpp"
 
 #include <gtest/gtest.h>
 

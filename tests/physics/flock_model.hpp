@@ -3,8 +3,8 @@
 #pragma once
 #include <cmath>
 
-#include "drover/model/instabilities.hpp"
 #include "linear_modes.hpp"
+#include "model/instabilities.hpp"
 #include "physics/rod_bead_model.hpp"
 
 namespace drover::physics {

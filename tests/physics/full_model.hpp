@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "drover/numerics/linear_operator.hpp"
-#include "drover/physics/integrated.hpp"
-#include "drover/physics/whole_rate.hpp"
+#include "numerics/linear_operator.hpp"
+#include "physics/integrated.hpp"
 #include "physics/rod_bead_model.hpp"
+#include "physics/whole_rate.hpp"
 
 namespace drover::physics {
 

@@ -6,7 +6,7 @@
 
 #include "band_model.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/integrated.hpp"
+#include "physics/integrated.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "travelling_problem.hpp"
 

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
-#include "drover/numerics/fastest_growth.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "initial_spectra.hpp"
+#include "numerics/fastest_growth.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "structure.hpp"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/base/draws.hpp"
-#include "drover/model/limits.hpp"
+#include "base/draws.hpp"
+#include "model/limits.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "uniform_points.hpp"
 

@@ -1,8 +1,8 @@
 // The generalised quasi-linear approximation against what it must keep: exact waves, invariants, the full model.
 #include <gtest/gtest.h>
 
-#include "drover/physics/whole_rate.hpp"
 #include "physics/rod_bead_model.hpp"
+#include "physics/whole_rate.hpp"
 #include "solver_support.hpp"
 #include "text_terms.hpp"
 

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "drover/numerics/layout.hpp"
-#include "drover/physics/check.hpp"
 #include "drover/physics/equations.hpp"
+#include "physics/check.hpp"
 
 namespace drover::physics {
 

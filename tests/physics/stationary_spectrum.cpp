@@ -7,11 +7,11 @@
 #include <cmath>
 
 #include "chi_square.hpp"
-#include "drover/numerics/fastest_growth.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/linear_theory.hpp"
+#include "numerics/fastest_growth.hpp"
+#include "numerics/wavenumbers.hpp"
 #include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::stationary_spectrum_tests {

@@ -1,13 +1,13 @@
 // tests/physics/step_error.cpp: the estimated error of the time steps beside the true one.
-#include "drover/numerics/step_error.hpp"
+#include "numerics/step_error.hpp"
 #include "drover/numerics/transform.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "drover/physics/integrated.hpp"
 #include "initial_spectra.hpp"
+#include "physics/integrated.hpp"
 #include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::step_error_tests {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "drover/model/theory.hpp"
-#include "drover/numerics/wavenumbers.hpp"
 #include "drover/physics/linear_theory.hpp"
+#include "numerics/wavenumbers.hpp"
 #include "uniform_points.hpp"
 
 namespace drover::physics {

@@ -6,9 +6,9 @@
 
 #include "drover/base/random.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/physics/integrated.hpp"
 #include "full_model.hpp"
 #include "modes.hpp"
+#include "physics/integrated.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "text_terms.hpp"
 

@@ -2,10 +2,10 @@
 #pragma once
 #include <functional>
 
-#include "drover/model/binodal.hpp"
-#include "drover/numerics/travelling_state.hpp"
-#include "drover/physics/integrated.hpp"
 #include "drover/physics/linear_theory.hpp"
+#include "model/binodal.hpp"
+#include "numerics/travelling_state.hpp"
+#include "physics/integrated.hpp"
 
 namespace drover::physics {
 

@@ -7,8 +7,8 @@
 
 #include "band_model.hpp"
 #include "drover/base/error.hpp"
-#include "drover/model/density_profile.hpp"
 #include "kink_model.hpp"
+#include "model/density_profile.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "travelling_problem.hpp"
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/slow_order.hpp"
-#include "drover/model/limits.hpp"
+#include "calibrate/slow_order.hpp"
+#include "model/limits.hpp"
 #include "physics/rod_bead_model.hpp"
 
 namespace drover::physics {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "drover/io/scene_text.hpp"
-#include "drover/run/warnings.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run::model_scene_tests {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 #include "drover/base/random.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/calibration_layout.hpp"
+#include "run/calibration_layout.hpp"
 
 namespace drover::run {
 

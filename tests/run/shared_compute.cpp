@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "drover/base/error.hpp"
-#include "drover/numerics/contour.hpp"
 #include "files/support.hpp"
+#include "numerics/contour.hpp"
 
 namespace drover::run::shared_compute_tests {
 namespace {

@@ -1,5 +1,5 @@
 // tests/run/tradeoff.cpp: wanted numbers, durations and the front of combinations.
-#include "drover/run/tradeoff.hpp"
+#include "run/tradeoff.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 
 #include "drover/base/error.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/run/signals.hpp"
 #include "files/support.hpp"
+#include "run/signals.hpp"
 
 namespace drover::run::trials_tests {
 namespace {

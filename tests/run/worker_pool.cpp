@@ -1,5 +1,5 @@
 // tests/run/worker_pool.cpp: jobs that become available while others run, their results, and how they end.
-#include "drover/run/worker_pool.hpp"
+#include "run/worker_pool.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>

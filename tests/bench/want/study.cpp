@@ -21,8 +21,8 @@
 
 #include "calibrate/synthetic.hpp"
 #include "drover/io/scene_text.hpp"
-#include "drover/io/trial_record.hpp"
-#include "drover/run/loop.hpp"
+#include "io/trial_record.hpp"
+#include "run/loop.hpp"
 #include "run/normal_world.hpp"
 #include "run/want_plan.hpp"
 

@@ -1,0 +1,50 @@
+// files/record_folder.hpp: records that many processes append in one folder, each to a file of its own.
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "files/record_identity.hpp"
+
+namespace drover::files {
+
+/// The records of a folder.  No file is written by two processes, so that none needs a lock, and what a killed process
+/// has left half written is passed over.
+class RecordFolder {
+public:
+    /// Creates the folder if there is none.  `name` begins the name of this process's file, "share-0003".
+    RecordFolder(const std::filesystem::path& folder, const RecordIdentity& identity, const std::string& name);
+    RecordFolder(RecordFolder&&) noexcept;
+    ~RecordFolder();
+
+    /// The complete records that other processes have appended since the last call, all at first: file by file in the
+    /// order of their names, in each in the order in which they were appended.  Throws as read_records.
+    std::vector<std::string> read_new();
+
+    /// A kill of this process does not lose the record when this returns, and a power cut does not after the next
+    /// sync().  Throws an environment Error, with the bytes needed and free, when the disk is full; earlier records
+    /// stay valid.
+    void append(const std::string& record);
+    void sync();
+
+private:
+    struct Folder;
+    std::unique_ptr<Folder> folder_;
+};
+
+/// The complete records of one file; none if there is no file.  Throws an input Error if the file is not one of
+/// records, and, with the first difference, if its identity differs.
+std::vector<std::string> read_records(const std::filesystem::path& file, const RecordIdentity& identity);
+
+/// Takes part in a folder of files that depend on the same text, `content`, which is kept in the folder as `name` below
+/// a first line, `factory`, that names the drover that made it; "": no such line.  Any number of processes may, at a
+/// time, and none needs a lock.  Returns the first line.  Throws an input Error when the folder is not empty and holds
+/// no such file, or, with the first difference, another content.
+std::string join_folder(const std::filesystem::path& folder, const std::string& name, const std::string& factory,
+                        const std::string& content);
+
+/// Throws an input Error where files in this folder cannot be locked, as archives are, unless the user allows that.
+void require_locks(const std::filesystem::path& file_in_it);
+
+}  // namespace drover::files

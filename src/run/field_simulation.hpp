@@ -1,0 +1,43 @@
+// run/field_simulation.hpp: a scene of fields as a Simulation.
+#pragma once
+#include "drover/base/threads.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/run/simulation.hpp"
+#include "numerics/step_error.hpp"
+#include "run/scene_support.hpp"
+
+namespace drover::run {
+
+// The functions of fields for run/kind.hpp, which documents them.
+int choose_threads(const io::Scene& scene);
+double field_simulation_bytes(const io::Scene& scene);
+double field_disk_bytes(const io::Scene& scene);
+std::string field_size(const io::Scene& scene);
+TimedScene timed_fields(const io::Scene& scene);
+
+/// Throws an input Error for an initial file with another cell or other fields.
+Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
+
+/// The fields at t = 0.  Throws as make_field_simulation().
+numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads);
+
+/// The frames of a run.
+files::Recording frame_recording(const io::Scene& scene);
+
+/// A step is chosen for this part of time.max_error: the estimate is within a factor of 2 to 3 of the error.
+inline constexpr double choice_margin = 0.4;
+
+/// The error of a step that drover chose is above its limit: the run must be made again with a shorter one.
+class StepTooLong : public Error {
+public:
+    StepTooLong(const std::string& message, int needed_halvings)
+        : Error(Fault::run, {}, message), halvings(needed_halvings) {}
+    int halvings;  ///< that are expected to suffice to the end of the run
+};
+/// Throws it where the step was chosen for the error of the fields, `error` after `step` steps.
+void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step);
+/// Where the step was chosen, and no tolerance divides it, a run Error of the simulation becomes one: a pilot has fewer
+/// points, or ends earlier.
+void blame_chosen_step(const io::TimeControl& time, Simulation& simulation);
+
+}  // namespace drover::run

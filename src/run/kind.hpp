@@ -1,0 +1,44 @@
+// run/kind.hpp: the functions of each kind of scene: fields or particles.
+#pragma once
+#include <span>
+#include <string>
+
+#include "drover/base/threads.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/run/report.hpp"
+#include "drover/run/simulation.hpp"
+#include "run/scene_support.hpp"
+
+namespace drover::run {
+
+/// The functions of one kind.
+struct Kind {
+    /// The simulation of a scene, at its start, or in the state `saved` by save() when that is not empty.  `threads`
+    /// must outlive it.
+    Simulation (*make)(const io::Scene& scene, Threads& threads, std::span<const double> saved);
+    /// The number of threads: as set, or the cores that the process may use, fewer for a small scene.
+    int (*threads)(const io::Scene& scene);
+    double (*memory_bytes)(const io::Scene& scene);  ///< of memory that the simulation needs
+    double (*disk_bytes)(const io::Scene& scene);    ///< of its archive, before compression
+    std::string (*size)(const io::Scene& scene);     ///< "16 by 16 points"
+    const char* body;                                ///< "a grid of": precedes size in messages
+    const char* size_key;                            ///< the key of the scene that reduces its size
+    const char* start;  ///< the section with kind, file and frame, from which a ramp of a sweep and another run start
+    TimedScene (*timed)(const io::Scene& scene);
+    std::vector<std::string> (*warnings)(const io::Scene& scene);  ///< what is known before a run
+    Report (*report)(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
+};
+const Kind& kind_of(const io::Scene& scene);
+
+/// The scene that an archive stores.
+io::Scene archived_scene(const files::ArchiveReader& archive);
+
+/// Whether an archive holds frames of particles alone, from which runs start.
+bool is_start(const files::ArchiveReader& archive);
+
+/// Reads the observables of an archive.  Throws an input Error if it is not an archive of a run.
+Report make_report(const files::ArchiveReader& archive, Theory theory = Theory::included);
+/// The same for the scene that wrote the archive, whose functions of Python the archive does not have.
+Report make_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
+
+}  // namespace drover::run

@@ -1,0 +1,24 @@
+// run/particle_simulation.hpp: a scene of particles as a Simulation.
+#pragma once
+#include "drover/base/threads.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/run/report.hpp"
+#include "drover/run/simulation.hpp"
+#include "run/scene_support.hpp"
+
+namespace drover::run {
+
+// The functions of particles for run/kind.hpp, which documents them.
+int particle_threads(const io::Scene& scene);
+double particle_simulation_bytes(const io::Scene& scene);
+double particle_disk_bytes(const io::Scene& scene);
+std::string particle_size(const io::Scene& scene);
+TimedScene timed_particles(const io::Scene& scene);
+/// Warns when the time step of a scene is outside the range studied in tests/bench/particles.
+std::vector<std::string> particle_warnings(const io::Scene& scene);
+Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
+
+/// Throws an input Error for a packing of other bodies, and a run Error where none was found.
+Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
+
+}  // namespace drover::run
