@@ -40,11 +40,6 @@ DenseEigen dense_eigen(const MatrixXcd& a) {
 VectorXcd dense_eigenvalues(const MatrixXcd& a) { return Eigen::ComplexEigenSolver<MatrixXcd>(a, false).eigenvalues(); }
 VectorXcd dense_eigenvalues(const MatrixXd& a) { return Eigen::EigenSolver<MatrixXd>(a, false).eigenvalues(); }
 
-DenseSchur dense_schur(const MatrixXcd& a) {
-    const Eigen::ComplexSchur<MatrixXcd> schur(a);
-    return {.triangular = schur.matrixT(), .unitary = schur.matrixU()};
-}
-
 namespace {
 template <class Matrix>
 DenseSvd<Matrix> svd_of(const Matrix& a) {

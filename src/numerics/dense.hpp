@@ -33,12 +33,6 @@ DenseEigen dense_eigen(const Eigen::MatrixXcd& a);
 Eigen::VectorXcd dense_eigenvalues(const Eigen::MatrixXcd& a);
 Eigen::VectorXcd dense_eigenvalues(const Eigen::MatrixXd& a);
 
-/// a = unitary triangular unitary^H.
-struct DenseSchur {
-    Eigen::MatrixXcd triangular, unitary;
-};
-DenseSchur dense_schur(const Eigen::MatrixXcd& a);
-
 /// a = left diag(values) right^H, values descending; left and right square and unitary.
 template <class Matrix>
 struct DenseSvd {

@@ -1,26 +1,37 @@
 // numerics/lyapunov.cpp: the Lyapunov equation in double precision.
 #include "numerics/lyapunov.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "drover/base/error.hpp"
 #include "lyapunov_solver.hpp"
-#include "numerics/dense.hpp"
 
 namespace drover::numerics {
+
+namespace {
+template <class Matrix>
+double solve(int rows, const std::complex<double>* m, const std::complex<double>* q, std::complex<double>* s) {
+    const Eigen::ComplexSchur<Matrix> schur(Eigen::Map<const Matrix>(m, rows, rows));
+    Matrix solution;
+    const double largest =
+        solve_lyapunov<Matrix>(schur.matrixT(), schur.matrixU(), Eigen::Map<const Matrix>(q, rows, rows), solution);
+    if (largest < 0.0) std::copy_n(solution.data(), solution.size(), s);
+    return largest;
+}
+
+// Small matrices need no memory of their own, which took half of the time of a map of structure factors.
+constexpr int small = 6;
+using SmallMatrix = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, small, small>;
+}  // namespace
 
 double solve_lyapunov(int rows, std::span<const std::complex<double>> m, std::span<const std::complex<double>> q,
                       std::span<std::complex<double>> s) {
     const auto size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(rows);
     require(rows >= 1 && rows <= max_lyapunov && m.size() == size && q.size() == size && s.size() == size, {},
             "a Lyapunov equation has {} rows; expected 1 to {}", rows, max_lyapunov);
-    Eigen::MatrixXcd solution;
-    const DenseSchur schur = dense_schur(Eigen::Map<const Eigen::MatrixXcd>(m.data(), rows, rows));
-    const double largest =
-        solve_lyapunov<Eigen::MatrixXcd>(schur.triangular, schur.unitary,
-                                         Eigen::Map<const Eigen::MatrixXcd>(q.data(), rows, rows), solution);
-    if (largest < 0.0) std::copy_n(solution.data(), size, s.begin());
-    return largest;
+    return rows <= small ? solve<SmallMatrix>(rows, m.data(), q.data(), s.data())
+                         : solve<Eigen::MatrixXcd>(rows, m.data(), q.data(), s.data());
 }
 
 }  // namespace drover::numerics

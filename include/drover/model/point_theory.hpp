@@ -1,6 +1,8 @@
 // model/point_theory.hpp: rates of uniform states and waves about them, of models that differ in a few numbers.
 #pragma once
 #include <functional>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "drover/model/linearised_at.hpp"
