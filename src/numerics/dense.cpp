@@ -6,6 +6,8 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
+#include "numerics/small_matrices.hpp"
+
 namespace drover::numerics {
 
 using Eigen::MatrixXcd;
@@ -31,14 +33,32 @@ MatrixXcd shortest_solution(const MatrixXcd& a, const MatrixXcd& b) {
 
 MatrixXd orthogonal_factor(const MatrixXd& a) { return Eigen::HouseholderQR<MatrixXd>(a).householderQ(); }
 
-DenseEigen dense_eigen(const MatrixXcd& a) {
-    const Eigen::ComplexEigenSolver<MatrixXcd> solver(a);
+namespace {
+template <class Matrix>
+DenseEigen eigen_of(const Matrix& a) {
+    const Eigen::ComplexEigenSolver<Matrix> solver(a);
     if (solver.info() != Eigen::Success) return {.values = {}, .vectors = {}, .has_converged = false};
     return {.values = solver.eigenvalues(), .vectors = solver.eigenvectors()};
 }
 
-VectorXcd dense_eigenvalues(const MatrixXcd& a) { return Eigen::ComplexEigenSolver<MatrixXcd>(a, false).eigenvalues(); }
-VectorXcd dense_eigenvalues(const MatrixXd& a) { return Eigen::EigenSolver<MatrixXd>(a, false).eigenvalues(); }
+template <class Solver>
+VectorXcd eigenvalues_of(const typename Solver::MatrixType& a) {
+    return Solver(a, false).eigenvalues();
+}
+}  // namespace
+
+DenseEigen dense_eigen(const MatrixXcd& a) {
+    return a.rows() <= max_small_rows ? eigen_of<SmallSquare<std::complex<double>>>(a) : eigen_of(a);
+}
+
+VectorXcd dense_eigenvalues(const MatrixXcd& a) {
+    return a.rows() <= max_small_rows ? eigenvalues_of<Eigen::ComplexEigenSolver<SmallSquare<std::complex<double>>>>(a)
+                                      : eigenvalues_of<Eigen::ComplexEigenSolver<MatrixXcd>>(a);
+}
+VectorXcd dense_eigenvalues(const MatrixXd& a) {
+    return a.rows() <= max_small_rows ? eigenvalues_of<Eigen::EigenSolver<SmallSquare<double>>>(a)
+                                      : eigenvalues_of<Eigen::EigenSolver<MatrixXd>>(a);
+}
 
 namespace {
 template <class Matrix>

@@ -6,6 +6,7 @@
 
 #include "drover/base/error.hpp"
 #include "lyapunov_solver.hpp"
+#include "numerics/small_matrices.hpp"
 
 namespace drover::numerics {
 
@@ -19,10 +20,6 @@ double solve(int rows, const std::complex<double>* m, const std::complex<double>
     if (largest < 0.0) std::copy_n(solution.data(), solution.size(), s);
     return largest;
 }
-
-// Small matrices need no memory of their own, which took half of the time of a map of structure factors.
-constexpr int small = 6;
-using SmallMatrix = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, small, small>;
 }  // namespace
 
 double solve_lyapunov(int rows, std::span<const std::complex<double>> m, std::span<const std::complex<double>> q,
@@ -30,8 +27,8 @@ double solve_lyapunov(int rows, std::span<const std::complex<double>> m, std::sp
     const auto size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(rows);
     require(rows >= 1 && rows <= max_lyapunov && m.size() == size && q.size() == size && s.size() == size, {},
             "a Lyapunov equation has {} rows; expected 1 to {}", rows, max_lyapunov);
-    return rows <= small ? solve<SmallMatrix>(rows, m.data(), q.data(), s.data())
-                         : solve<Eigen::MatrixXcd>(rows, m.data(), q.data(), s.data());
+    return rows <= max_small_rows ? solve<SmallSquare<std::complex<double>>>(rows, m.data(), q.data(), s.data())
+                                  : solve<Eigen::MatrixXcd>(rows, m.data(), q.data(), s.data());
 }
 
 }  // namespace drover::numerics
