@@ -367,8 +367,9 @@ std::vector<Description> model_rows() {
              .range = any_number,
              .choices = {},
              .doc =
-                 "a file in the folder of the scene with [[field]], [equations], [define] and [coefficients], to "
-                 "which the scene adds its own; of a number or an equation that both have, that of the scene counts"},
+                 "a file in the folder of the scene, or among the installed models, with [[field]], [equations], "
+                 "[define] and [coefficients], to which the scene adds its own; of a number or an equation that both "
+                 "have, that of the scene counts; of a whole scene the model alone"},
             {.name = "chiral",
              .default_value = false,
              .unit = {},

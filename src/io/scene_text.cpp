@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "files/input_file.hpp"
+#include "files/installed_models.hpp"
 #include "io/scene_calibrated.hpp"
 #include "io/scene_declared.hpp"
 #include "physics/function_terms.hpp"
@@ -258,19 +259,33 @@ void mark_as_set(const Setting& setting, LocatedTables& tables) {
 namespace {
 constexpr std::uint64_t max_scene_bytes = 1 << 20;
 
-/// The model that a scene names.
+/// The file that model.file names: in the folder of the scene, else among the installed models.
+std::filesystem::path place_of_model(const std::string& file, const std::string& scene) {
+    const std::filesystem::path beside = std::filesystem::path(scene).parent_path() / file;
+    const std::filesystem::path installed = files::installed_models();
+    std::error_code none;
+    if (std::filesystem::exists(beside, none) || installed.empty()) return beside;
+    return std::filesystem::exists(installed / file, none) ? installed / file : beside;
+}
+
+/// The model that a scene names.  Of a whole scene, with a grid, it is the model alone.
 LocatedTables model_file(const LocatedValue& named, const std::string& scene) {
     const auto* file = std::get_if<std::string>(&named.value);
     require(file != nullptr, named.where, "model.file = {}; expected the name of a file in quotes",
             toml_text(named.value));
-    const std::filesystem::path path = std::filesystem::path(scene).parent_path() / *file;
+    const std::filesystem::path path = place_of_model(*file, scene);
     std::string content;
     try {
         content = files::read_text(path, max_scene_bytes, "a model: [[field]], [equations], [define], [coefficients]");
     } catch (const Error& error) {
-        throw Error(error.fault(), named.where, text("model.file: {}", error.what()));
+        const std::filesystem::path installed = files::installed_models();
+        throw Error(error.fault(), named.where,
+                    text("model.file: {}{}", error.what(),
+                         installed.empty() ? "" : "; nor is it among the installed models, " + installed.string()));
     }
     LocatedTables tables = tables_of(parsed(content, path.string()), path.string());
+    if (tables.contains("grid"))
+        std::erase_if(tables, [](const auto& table) { return !is_declared_table(table.first); });
     for (const auto& [name, table] : tables) {
         require(is_declared_table(name), table.where,
                 "[{}] in a model that a scene names; expected [model], [[field]], [[white_noise]], [[tabulated]], "

@@ -425,8 +425,12 @@ void Names::add(const std::string& name, const Meaning& meaning, const SourceLoc
                 name != "e_x" && name != "e_y" && !reserved_.contains(name),
             where, "the name {} is that of a function, an operator or a constant; expected another name", name);
     const auto [place, is_new] = meanings_.emplace(name, meaning);
-    require(is_new, where.file.empty() ? places_[name] : where, "the name {} is used twice{}; expected another name",
-            name, location_text(places_[name]).empty() ? "" : text(", first at {}", location_text(places_[name])));
+    const bool has_place = !where.file.empty();  // a coefficient has none
+    const std::string first = location_text(places_[name]);
+    require(is_new, has_place ? where : places_[name], "the name {} is used twice{}; expected another name", name,
+            !has_place      ? ": it is a coefficient as well"
+            : first.empty() ? ""
+                            : ", first at " + first);
     places_[name] = where;
 }
 

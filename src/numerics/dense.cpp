@@ -6,7 +6,7 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-#include "numerics/small_matrices.hpp"
+#include "numerics/small_square.hpp"
 
 namespace drover::numerics {
 

@@ -6,7 +6,7 @@
 
 #include "drover/base/error.hpp"
 #include "lyapunov_solver.hpp"
-#include "numerics/small_matrices.hpp"
+#include "numerics/small_square.hpp"
 
 namespace drover::numerics {
 

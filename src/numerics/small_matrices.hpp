@@ -3,11 +3,10 @@
 #include <Eigen/Core>
 #include <complex>
 
+#include "numerics/small_square.hpp"
+
 namespace drover::numerics {
 
-inline constexpr int max_small_rows = 6;
-template <class Scalar>
-using SmallSquare = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, 0, max_small_rows, max_small_rows>;
 using SmallMatrix = SmallSquare<std::complex<double>>;
 using SmallRealMatrix = SmallSquare<double>;
 using SmallVector = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, 1, 0, max_small_rows, 1>;

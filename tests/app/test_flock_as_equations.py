@@ -96,3 +96,40 @@ def test_both_have_the_same_uniform_states_and_waves(tmp_path):
             assert abs(total - state["fastest_rate"]) <= 1e-12 * sum(abs(share["growth"]) for share in state["shares"])
     diffusions = [result["states"][1]["direction_diffusion_times_area"] for result in (built_in, written)]
     assert diffusions[0] > 0.0 and abs(diffusions[1] / diffusions[0] - 1.0) < 1e-10
+
+
+MORE = """
+model = {name = "a flock with more", file = "flock-as-equations.toml"}
+field = [
+  {symbol = "c", name = "nutrient", reference = "1"},
+  {symbol = "w", name = "vorticity", parity = "odd"},
+  {symbol = "j", name = "current", rank = "vector"},
+  {symbol = "Q", name = "texture", rank = "nematic"},
+]
+grid = {nx = 16, ny = 16, lx = 16.0, ly = 16.0}
+time = {dt = 0.05, end = 2.0}
+initial = {kind = "formula", polar_order_x = "0.7", bead_velocity_x = "0.7", amplitude = 0.001}
+output = {frame_every = 1.0, sample_every = 0.1}
+[equations]
+c = "lap c - 0.1 c sigma"
+w = "-w + lap w + curl p"
+j = "-j + lap j + 0.1 p"
+Q = "-Q + lap Q + 0.1 sym(outer(p, p))"
+"""
+
+
+def test_the_flock_takes_a_field_of_every_rank_beside_its_own(tmp_path):
+    """The fields of the installed flock stay as they are: none of the new ones acts on them."""
+    (tmp_path / "more.toml").write_text(MORE)
+    (tmp_path / "plain.toml").write_text(MORE[:MORE.index("field = [")] + MORE[MORE.index("grid ="):MORE.index("[equ")])
+    for name in ("more", "plain"):
+        drover(tmp_path, "run", f"{name}.toml", "--quiet", "--set", "field[4].noise=0")
+    with h5py.File(tmp_path / "more.h5") as more, h5py.File(tmp_path / "plain.h5") as plain:
+        for name in FIELDS:
+            assert np.abs(more[name][:] - plain[name][:]).max() <= 1e-12 * np.abs(plain[name][:]).max(), name
+        assert np.abs(more["texture_xx"][-1]).max() > 0.01 and np.abs(more["vorticity"][-1]).max() > 0.0
+        # d_t j = -j + 0.1 p: the mean of p is close to its value in the flock.
+        expected = 0.1 * (1.0 - np.exp(-2.0)) * more["polar_order_x"][:].mean()
+        assert abs(more["current_x"][-1].mean() - expected) < 0.02 * expected
+    drover(tmp_path, "check", "more.toml")
+    assert len(drover_json(tmp_path, "stability", "more.toml")["states"]) >= 2

@@ -1,4 +1,4 @@
-// tests/bench/shelf.cpp: a step of each model of models/ on 256 by 256 points beside its own transforms, in one process.
+// tests/bench/shelf.cpp: a step of each model of models/ beside its own transforms, in one process.
 #include <benchmark/benchmark.h>
 
 #include <array>

@@ -29,6 +29,8 @@ foreach(program 1 2)
   message(STATUS "program ${program}: ${output}")
 endforeach()
 run("running the installed program" COMMAND ${prefix}/bin/drover --help)
+file(WRITE ${work}/mine.toml "model = {file = \"cahn-hilliard.toml\"}\ngrid = {nx = 16, ny = 16}\n")
+run("naming an installed model" COMMAND ${prefix}/bin/drover explain ${work}/mine.toml)
 file(GLOB module "${prefix}/${PYTHON_DIR}/drover/_drover.*.so")
 if(module)  # not with sanitizers
   run("using the installed Python module" COMMAND ${CMAKE_COMMAND} -E env "PYTHONPATH=${prefix}/${PYTHON_DIR}"

@@ -133,7 +133,8 @@ TEST(Scene, adds_its_fields_to_the_model_of_the_file_that_it_names) {
     std::filesystem::create_directory(folder);
     std::ofstream(folder / "flow.toml") << "[[field]]\nsymbol = \"v\"\nrank = \"vector\"\n[equations]\nv = \"-k v + nu "
                                            "lap v\"\n[coefficients]\nk = 1\nnu = 2\n";
-    std::ofstream(folder / "grid.toml") << "[grid]\nnx = 8\n";
+    std::ofstream(folder / "time.toml") << "[time]\ndt = 8\n";
+    std::ofstream(folder / "whole.toml") << "field = [{symbol = \"u\"}]\n[equations]\nu = \"lap u\"\n[grid]\nnx = 8\n";
     const std::string scene =
         "[model]\nfile = \"flow.toml\"\n[[field]]\nsymbol = \"c\"\n[equations]\nc = \"-v.grad c + "
         "lap c\"\n[coefficients]\nk = 3\n[time]\ndt = 0.1\n";
@@ -154,10 +155,17 @@ TEST(Scene, adds_its_fields_to_the_model_of_the_file_that_it_names) {
         }
         return std::string();
     };
-    EXPECT_NE(error("grid.toml").find("grid.toml:1:2: [grid] in a model that a scene names; expected"),
+    EXPECT_NE(error("time.toml").find("time.toml:1:2: [time] in a model that a scene names; expected"),
               std::string::npos)
-        << error("grid.toml");
-    EXPECT_NE(error("none.toml").find("model.file"), std::string::npos) << error("none.toml");
+        << error("time.toml");
+    EXPECT_THAT(error("none.toml"), testing::AllOf(testing::HasSubstr("model.file"),
+                                                   testing::HasSubstr("nor is it among the installed models")));
+    // Of a whole scene the model alone; and a model that is installed with drover, unless the folder has one.
+    EXPECT_EQ(parse_scene("model = {file = \"whole.toml\"}\n", name).grid.nx, numerics::Grid().nx);
+    const std::string installed = "model = {file = \"cahn-hilliard.toml\"}\n";
+    EXPECT_EQ(parse_scene(installed, name).declared.fields.at(0).symbol, "phi");
+    std::filesystem::copy(folder / "whole.toml", folder / "cahn-hilliard.toml");
+    EXPECT_EQ(parse_scene(installed, name).declared.fields.at(0).symbol, "u");
     std::filesystem::remove_all(folder);
 }
 
