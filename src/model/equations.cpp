@@ -237,7 +237,8 @@ std::complex<double> power_of_i(int n) {
 numerics::Layout layout_of(const CompiledEquations& c) {
     numerics::Layout layout{.chiral = c.model.chiral};
     for (const int k : c.state)
-        if (c.part_of(k) == 0) layout.fields.push_back({c.spin_of(k), c.model.fields[c.field(k)].odd});
+        if (c.part_of(k) == 0)
+            layout.fields.push_back({c.spin_of(k), c.model.fields[c.field(k)].odd, c.is_solenoidal(k)});
     return layout;
 }
 

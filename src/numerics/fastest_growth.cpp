@@ -10,14 +10,11 @@
 namespace drover::numerics {
 
 namespace {
-/// Without variables that nothing changes and that change nothing, such as the part along q of a divergence-free field.
-Block without_still(const Block& m, const Block& noise) {
+/// Without the parts along q of fields that have none.
+Block without_absent(const Block& m, const std::vector<Part>& parts, const std::vector<int>& absent) {
     std::vector<int> kept;
-    for (int i = 0; i < m.size; ++i) {
-        bool is_still = noise.size == 0 || noise(i, i) == 0.0;
-        for (int k = 0; k < m.size; ++k) is_still = is_still && m(i, k) == 0.0 && m(k, i) == 0.0;
-        if (!is_still) kept.push_back(i);
-    }
+    for (int i = 0; i < m.size; ++i)
+        if (std::ranges::find(absent, parts[static_cast<std::size_t>(i)].component) == absent.end()) kept.push_back(i);
     Block result(static_cast<int>(kept.size()));
     for (int i = 0; i < result.size; ++i)
         for (int k = 0; k < result.size; ++k)
@@ -28,11 +25,16 @@ Block without_still(const Block& m, const Block& noise) {
 /// Calls see(s) for the rates of both blocks.
 template <class See>
 void rates_at(const System& system, double q, See see) {
-    const IsotropicBlocks blocks = system.linear(q), noise = system.noise ? system.noise(q) : IsotropicBlocks{};
-    const Block even = without_still(blocks.even, noise.even), odd = without_still(blocks.odd, noise.odd);
-    for (const Block* moving : {&even, &odd})
-        for (const Complex s : eigenvalues(*moving)) see(s);
-    if (even.size + odd.size == 0) see(0.0);
+    const IsotropicBlocks blocks = system.linear(q);
+    const BlockParts parts = block_parts(system.layout);
+    std::vector<int> absent;
+    int first = 0;
+    for (const FieldKind& field : system.layout.fields) {
+        if (field.across_only && q > 0.0) absent.push_back(first);
+        first += components(field);
+    }
+    for (const auto& [block, members] : {std::pair{&blocks.even, &parts.even}, std::pair{&blocks.odd, &parts.odd}})
+        for (const Complex s : eigenvalues(without_absent(*block, *members, absent))) see(s);
 }
 
 /// The kept mode whose value(q, s) is largest.  Of more than `most` wavenumbers it looks at every k-th, then at all

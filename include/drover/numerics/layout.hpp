@@ -8,7 +8,8 @@ namespace drover::numerics {
 /// angle multiplies F_1 + i F_2 by exp(i m angle): a vector (x and y) has spin 1, a nematic (Q_xx and Q_xy) spin 2.
 struct FieldKind {
     int spin = 0;
-    bool odd = false;  ///< a reflection changes its sign as well: a pseudoscalar, a pseudovector
+    bool odd = false;          ///< a reflection changes its sign as well: a pseudoscalar, a pseudovector
+    bool across_only = false;  ///< its part along q is 0 but in the mean: a field without divergence
     bool operator==(const FieldKind&) const = default;
 };
 inline constexpr int max_spin = 12;
