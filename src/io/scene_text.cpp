@@ -262,10 +262,10 @@ constexpr std::uint64_t max_scene_bytes = 1 << 20;
 /// The file that model.file names: in the folder of the scene, else among the installed models.
 std::filesystem::path place_of_model(const std::string& file, const std::string& scene) {
     const std::filesystem::path beside = std::filesystem::path(scene).parent_path() / file;
-    const std::filesystem::path installed = files::installed_models();
     std::error_code none;
-    if (std::filesystem::exists(beside, none) || installed.empty()) return beside;
-    return std::filesystem::exists(installed / file, none) ? installed / file : beside;
+    if (std::filesystem::exists(beside, none)) return beside;
+    const std::filesystem::path installed = files::installed_models();
+    return !installed.empty() && std::filesystem::exists(installed / file, none) ? installed / file : beside;
 }
 
 /// The model that a scene names.  Of a whole scene, with a grid, it is the model alone.

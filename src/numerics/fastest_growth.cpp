@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "isotropic.hpp"
 #include "numerics/wavenumbers.hpp"
 
 namespace drover::numerics {
@@ -15,11 +16,7 @@ Block without_absent(const Block& m, const std::vector<Part>& parts, const std::
     std::vector<int> kept;
     for (int i = 0; i < m.size; ++i)
         if (std::ranges::find(absent, parts[static_cast<std::size_t>(i)].component) == absent.end()) kept.push_back(i);
-    Block result(static_cast<int>(kept.size()));
-    for (int i = 0; i < result.size; ++i)
-        for (int k = 0; k < result.size; ++k)
-            result(i, k) = m(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(k)]);
-    return result;
+    return of_rows(m, kept);
 }
 
 /// Calls see(s) for the rates of both blocks.

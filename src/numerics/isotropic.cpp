@@ -95,6 +95,14 @@ IsotropicBlocks checked(IsotropicBlocks blocks, const Layout& layout) {
 IsotropicBlocks linear_blocks(const System& system, double q) { return checked(system.linear(q), system.layout); }
 IsotropicBlocks noise_blocks(const System& system, double q) { return checked(system.noise(q), system.layout); }
 
+Block of_rows(const Block& m, const std::vector<int>& rows) {
+    Block result(static_cast<int>(rows.size()));
+    for (int i = 0; i < result.size; ++i)
+        for (int k = 0; k < result.size; ++k)
+            result(i, k) = m(rows[static_cast<std::size_t>(i)], rows[static_cast<std::size_t>(k)]);
+    return result;
+}
+
 void append_entries(const IsotropicBlocks& blocks, std::vector<double>& to) {
     for (const Block* block : {&blocks.even, &blocks.odd}) {
         const std::span<const double> values = block->values();

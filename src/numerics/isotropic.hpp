@@ -218,6 +218,9 @@ template <class Number, class Kernel>
 IsotropicBlocks linear_blocks(const System& system, double q);
 IsotropicBlocks noise_blocks(const System& system, double q);
 
+/// The rows of a block, and the columns of the same numbers.
+Block of_rows(const Block& m, const std::vector<int>& rows);
+
 /// Appends the entries of both blocks.
 void append_entries(const IsotropicBlocks& blocks, std::vector<double>& to);
 /// Their number.

@@ -18,14 +18,7 @@ Block stationary_factor(const Block& m, const Block& q) {
     }
     Block result(m.size);
     if (moving.empty()) return result;
-    Block inner_m(static_cast<int>(moving.size())), inner_q(static_cast<int>(moving.size()));
-    for (int i = 0; i < inner_m.size; ++i)
-        for (int k = 0; k < inner_m.size; ++k) {
-            const int row = moving[static_cast<std::size_t>(i)], column = moving[static_cast<std::size_t>(k)];
-            inner_m(i, k) = m(row, column);
-            inner_q(i, k) = q(row, column);
-        }
-    const Block inner = factor(stationary_covariance(inner_m, inner_q));
+    const Block inner = factor(stationary_covariance(of_rows(m, moving), of_rows(q, moving)));
     for (int i = 0; i < inner.size; ++i)
         for (int k = 0; k < inner.size; ++k)
             result(moving[static_cast<std::size_t>(i)], moving[static_cast<std::size_t>(k)]) = inner(i, k);
