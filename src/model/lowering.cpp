@@ -387,6 +387,13 @@ std::vector<std::string> with_components(const std::string& name, int spin) {
 }  // namespace
 
 std::vector<std::string> component_names(const Field& field) { return with_components(field.symbol, field.spin); }
+std::vector<int> first_components(const Model& model) {
+    std::vector<int> firsts;
+    int next = 0;
+    for (const Field& field : model.fields) firsts.push_back(std::exchange(next, next + components(field)));
+    return firsts;
+}
+
 std::vector<std::string> dataset_names(const Field& field) { return with_components(field.name, field.spin); }
 
 Names::Names(const Model& model) {

@@ -33,17 +33,6 @@ double shortest_of_patterns(const model::Equations& equations, const numerics::G
 
 // ---- Sizes
 
-/// The first component of each field.
-std::vector<int> first_components(const model::Model& model) {
-    std::vector<int> result;
-    int next = 0;
-    for (const model::Field& field : model.fields) {
-        result.push_back(next);
-        next += model::components(field);
-    }
-    return result;
-}
-
 /// Of a vector of bodies: their density where it is the sum of their directions, 1 where it is the mean; else 0.
 double size_of_alignment(const model::Model& model, const model::Field& field) {
     if (field.observed.of.empty()) return 0.0;
@@ -61,7 +50,7 @@ enum class Sizes { at_hand, searched };
 /// is larger; 0: unknown.
 std::vector<double> known_sizes(const io::Scene& scene, const model::Equations& equations, Sizes how) {
     const model::Model& model = equations.model();
-    const std::vector<int> first = first_components(model);
+    const std::vector<int> first = model::first_components(model);
     std::vector<double> sizes;
     for (const model::Field& field : model.fields) {
         double size = std::max(std::abs(field.reference), size_of_alignment(model, field));
@@ -87,7 +76,7 @@ std::vector<double> known_sizes(const io::Scene& scene, const model::Equations& 
 double driven_size(const model::Equations& equations, const std::vector<double>& sizes, std::size_t field,
                    double largest_q, double duration) {
     const model::Model& model = equations.model();
-    const std::vector<int> first = first_components(model);
+    const std::vector<int> first = model::first_components(model);
     const model::UniformState about = equations.reference();
     model::UniformState moved = about;
     for (std::size_t n = 0; n < sizes.size(); ++n) moved[static_cast<std::size_t>(first[n])] = sizes[n];
@@ -136,7 +125,7 @@ std::vector<double> sizes_of(const io::Scene& scene, const model::Integrated& wh
 /// Whether a field that is large decreases by its own products in a uniform state; of a scalar also products with
 /// itself that vanish there, which take from its waves what they have.
 bool limits_itself(const model::Equations& equations, std::size_t field) {
-    const auto first = static_cast<std::size_t>(first_components(equations.model())[field]);
+    const auto first = static_cast<std::size_t>(model::first_components(equations.model())[field]);
     const auto own = static_cast<int>(first);
     for (const model::TermSummary& term : equations.terms())
         if (term.field == field && term.vanishes_when_uniform && !term.is_linear && term.reads == std::vector{own} &&

@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "run/scene_equations.hpp"
-#include "run/stability_problem.hpp"
 
 namespace drover::run {
 
@@ -76,7 +75,7 @@ std::string add_directions(const model::Equations& equations, const UniformState
 std::string words_of(const io::Scene& scene, const model::Model& model, const model::StationaryState& state) {
     const UniformState& values = state.values;
     if (scene.kind == io::SceneKind::model)
-        return text("\"{}\", {}", state.is_isotropic ? "isotropic" : "ordered", state_text(model, values));
+        return text("\"{}\", {}", state.is_isotropic ? "isotropic" : "ordered", model::state_text(model, values));
     double order = 0.0, velocity = 0.0;
     std::size_t at = 0;
     for (const model::Field& field : model.fields) {

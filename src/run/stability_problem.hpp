@@ -48,10 +48,4 @@ double smallest_wavenumber(const numerics::Grid& grid);
 files::ResultTable stability_maps(const io::StabilityPlan& plan, const numerics::Grid& grid, const AnalysedState& state,
                                   const std::string& direction, const model::GrowthSearch& search, Threads& threads);
 
-/// "phi = 0.3, |p| = 0.5": the values of a state for people, fields of value 0 left out.
-std::string state_text(const model::Model& model, const model::UniformState& values);
-
-/// "ordered, phi = 0.3, |p| = 0.5".
-std::string state_words(const model::Model& model, const model::StationaryState& state);
-
 }  // namespace drover::run

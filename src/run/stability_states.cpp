@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "calibrate/slow_order.hpp"
+#include "model/state_text.hpp"
 #include "run/scene_equations.hpp"
 #include "run/stability_problem.hpp"
 
@@ -12,26 +13,9 @@ namespace drover::run {
 namespace {
 /// Fields that observables have short names for: reported whole, in the frame of the order.
 bool is_described(const model::Field& field) { return !field.observed.short_name.empty(); }
-/// A density that the scene gives.
-bool is_given(const model::Field& field) { return field.spin == 0 && !field.observed.counted.empty(); }
-
-int first_component(const model::Model& model, std::size_t field) {
-    int first = 0;
-    for (std::size_t n = 0; n < field; ++n) first += model::components(model.fields[n]);
-    return first;
-}
-
-/// The fields in the order in which they are drawn.
-std::vector<std::size_t> drawn_fields(const model::Model& model) {
-    std::vector<std::size_t> fields(model.fields.size());
-    for (std::size_t n = 0; n < fields.size(); ++n) fields[n] = n;
-    std::ranges::stable_sort(fields, {}, [&](std::size_t n) { return model.fields[n].observed.drawn; });
-    return fields;
-}
-
 /// The order, the first that turns of the fields as they are drawn; nullptr: no field has a direction.
 const model::Field* order_of(const model::Model& model) {
-    for (const std::size_t n : drawn_fields(model))
+    for (const std::size_t n : model::drawn_fields(model))
         if (model.fields[n].spin > 0) return &model.fields[n];
     return nullptr;
 }
@@ -41,7 +25,7 @@ std::vector<Entry> value_entries(const model::Model& model, const model::Uniform
     std::size_t at = 0;
     for (const model::Field& field : model.fields) {
         const std::size_t first = std::exchange(at, at + static_cast<std::size_t>(model::components(field)));
-        if (field.left == model::LeftSide::given || is_given(field)) continue;
+        if (field.left == model::LeftSide::given || model::is_given(field)) continue;
         if (is_described(field) && field.spin > 0) {
             entries.push_back({.name = field.observed.short_name,
                                .unit = field.unit,
@@ -54,20 +38,6 @@ std::vector<Entry> value_entries(const model::Model& model, const model::Uniform
             entries.push_back(number(name, field.unit, name + " of the state", values[component++]));
     }
     return entries;
-}
-
-/// "|p| = 0.5, |v| = 0.1": the values of a state but 0 and but those that the scene gives, as fields are drawn.
-std::string values_text(const model::Model& model, const model::UniformState& values) {
-    std::string result;
-    for (const std::size_t n : drawn_fields(model)) {
-        const model::Field& field = model.fields[n];
-        const auto at = static_cast<std::size_t>(first_component(model, n));
-        const double value = field.spin == 0 ? values[at] : std::hypot(values[at], values[at + 1]);
-        if (value != 0.0 && !is_given(field))
-            result += text("{}{} = {:.6g}", result.empty() ? "" : ", ",
-                           field.spin == 0 ? field.symbol : "|" + field.symbol + "|", value);
-    }
-    return result;
 }
 
 /// Parts of structure factors along and across q.
@@ -87,9 +57,9 @@ std::vector<StructurePart> parts_by_state(const model::LinearisedAt& at) {
     const model::Model& model = at.equations().model();
     const model::Field* const order = order_of(model);
     std::vector<StructurePart> parts;
-    for (const std::size_t n : drawn_fields(model)) {
+    for (const std::size_t n : model::drawn_fields(model)) {
         const model::Field& field = model.fields[n];
-        const int x = first_component(model, n), y = x + 1;
+        const int x = model::first_components(model)[n], y = x + 1;
         const std::string unit = field.unit == "1" ? "mm2" : field.unit == "mm-2" ? "mm-2" : field.unit + "2 mm2";
         if (field.spin == 0)
             parts.push_back({model::short_name(field), unit,
@@ -114,10 +84,10 @@ AnalysedState analysed(const io::Scene& scene, const model::Equations& equations
     std::string group = "/" + state.name;
     std::replace_if(
         group.begin() + 1, group.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
-    const std::string values = values_text(model, state.values), name = state.name.substr(0, state.name.find(':'));
+    const std::string values = model::values_text(model, state.values), name = state.name.substr(0, state.name.find(':'));
     AnalysedState result{.name = state.name,
                          .group = is_own ? text("{}_{}", group, number_of) : group,
-                         .heading = "state: " + (is_own           ? state_words(model, state)
+                         .heading = "state: " + (is_own           ? model::state_words(model, state)
                                                  : values.empty() ? name
                                                                   : name + ", " + values),
                          .entries = value_entries(model, state.values),
@@ -154,15 +124,6 @@ void add_slow_order(const io::Scene& scene, StabilityProblem& problem) {
     for (const std::string& note : notes) problem.footer.push_back("\nnote: " + note);
 }
 }  // namespace
-
-std::string state_text(const model::Model& model, const model::UniformState& values) {
-    const std::string result = values_text(model, values);
-    return result.empty() ? "all fields 0" : result;
-}
-
-std::string state_words(const model::Model& model, const model::StationaryState& state) {
-    return text("{}, {}", state.is_isotropic ? "isotropic" : "ordered", state_text(model, state.values));
-}
 
 StabilityProblem stability_problem(const io::Scene& scene) {
     const bool is_own = scene.kind == io::SceneKind::model;

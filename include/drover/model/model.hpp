@@ -151,6 +151,9 @@ std::vector<std::string> dataset_names(const Field& field);
 
 inline int components(const Field& field) { return field.spin == 0 ? 1 : 2; }
 
+/// Where the components of each field begin in a state.
+std::vector<int> first_components(const Model& model);
+
 /// What a density counts in boxes, a conserved scalar of positive mean by its own name; "" of other fields.
 inline std::string counted_by(const Field& field) {
     const bool is_density = field.spin == 0 && field.conserved && field.reference > 0.0;
