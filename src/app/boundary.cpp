@@ -1,15 +1,15 @@
 // app/boundary.cpp: drover boundary SCENE, or drover boundary TABLE.
-#include "run/boundary_shares.hpp"
+#include "jobs/boundary_shares.hpp"
 
 #include <cstdlib>
 #include <memory>
 #include <optional>
 
+#include "analysis/onset.hpp"
+#include "app/command.hpp"
 #include "base/log.hpp"
-#include "command.hpp"
-#include "run/onset.hpp"
+#include "jobs/slurm_script.hpp"
 #include "run/signals.hpp"
-#include "run/slurm_script.hpp"
 
 namespace drover::app {
 
@@ -55,13 +55,13 @@ int print_scene_boundary(const BoundaryOptions& options) {
     const ResultOutput output = output_of(options, "boundary", "all vertices, and the map of regimes");
     const std::filesystem::path folder = archive_of_shares(options) + ".shares";
     if (options.status) {
-        print(run::boundary_status(scene, folder) + "\n");
+        print(jobs::boundary_status(scene, folder) + "\n");
         return run::exit_done;
     }
     if (options.slurm > 0) {
-        run::check_boundary(scene);
+        analysis::check_boundary(scene);
         check_output(output, options.scene, scene);
-        print(run::slurm_script(
+        print(jobs::slurm_script(
             {.command = "boundary",
              .scene = options.scene,
              .overrides = overrides,
@@ -70,15 +70,15 @@ int print_scene_boundary(const BoundaryOptions& options) {
              .options = options.overwrite ? std::vector<std::string>{"--overwrite"} : std::vector<std::string>{}}));
         return run::exit_done;
     }
-    run::BoundaryShares shares{.folder = folder, .workers = options.workers, .quiet = options.quiet};
-    if (!options.share.empty()) shares.share = run::read_share(options.share);
+    jobs::BoundaryShares shares{.folder = folder, .workers = options.workers, .quiet = options.quiet};
+    if (!options.share.empty()) shares.share = jobs::read_share(options.share);
     if (shares.share.is_plain()) check_output(output, options.scene, scene);
     if (options.collect)
-        return print_result(run::collect_boundary(scene, folder, threads), output, scene, threads.count());
-    if (options.share.empty() && options.workers == 0 && !run::has_shares(scene, folder))
-        return print_result(run::make_boundary(scene, threads, {.quiet = options.quiet}), output, scene,
+        return print_result(jobs::collect_boundary(scene, folder, threads), output, scene, threads.count());
+    if (options.share.empty() && options.workers == 0 && !jobs::has_shares(scene, folder))
+        return print_result(analysis::make_boundary(scene, threads, {.quiet = options.quiet}), output, scene,
                             threads.count());
-    const auto result = run::make_boundary_in_shares(scene, shares, threads);
+    const auto result = jobs::make_boundary_in_shares(scene, shares, threads);
     if (result) return print_result(*result, output, scene, threads.count());
     if (run::stop_signal() == 0) return run::exit_done;
     log_information("stopped by {}; re-run the same command to resume", run::stop_reason(run::stop_signal()));
@@ -88,7 +88,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
 constexpr int least_draws = 20;  ///< of a table: 16 % of them are three
 
 /// "0.35,0.14" as area fractions of beads and rods.
-run::AreaFractions point_of(const std::string& written) {
+analysis::AreaFractions point_of(const std::string& written) {
     double numbers[2] = {};
     char* end = nullptr;
     numbers[0] = std::strtod(written.c_str(), &end);
@@ -111,13 +111,13 @@ int print_table_boundary(const BoundaryOptions& options) {
             "--draws {} for a table of coefficients; expected at least {}, from which its errors follow",
             *options.draws, least_draws);
     require(options.cell || options.points.empty(), {}, "--point is for --cell; expected the side of a cell too");
-    std::vector<run::AreaFractions> points;
+    std::vector<analysis::AreaFractions> points;
     for (const std::string& written : options.points) points.push_back(point_of(written));
-    run::TableOnset onset =
-        run::make_onset(options.scene, options.varied, options.draws.value_or(calibrate::onset_draws));
+    analysis::TableOnset onset =
+        analysis::make_onset(options.scene, options.varied, options.draws.value_or(calibrate::onset_draws));
     const ResultOutput output = output_of(options, "onset", "curves and thresholds, with standard errors");
     check_output(output, options.scene, onset.scene);
-    if (options.cell) run::add_cells(onset, *options.cell, points);
+    if (options.cell) analysis::add_cells(onset, *options.cell, points);
     return print_result(onset.result, output, onset.scene, 1);
 }
 }  // namespace

@@ -3,15 +3,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "app/command.hpp"
 #include "base/duration.hpp"
 #include "base/log.hpp"
-#include "command.hpp"
-#include "run/calibration.hpp"
-#include "run/json.hpp"
-#include "run/share.hpp"
+#include "jobs/calibration.hpp"
+#include "jobs/share.hpp"
+#include "jobs/slurm_script.hpp"
+#include "jobs/tradeoff.hpp"
+#include "report/json.hpp"
 #include "run/signals.hpp"
-#include "run/slurm_script.hpp"
-#include "run/tradeoff.hpp"
 
 namespace drover::app {
 
@@ -23,17 +23,17 @@ struct CalibrateOptions : SceneOptions, ShareOptions {
     bool json = false, quiet = false;
 };
 
-int print_outcome(const CalibrateOptions& options, const run::CalibrationOutcome& outcome) {
+int print_outcome(const CalibrateOptions& options, const jobs::CalibrationOutcome& outcome) {
     const bool is_share = !options.share.empty();
     if (outcome.table && options.json) {
         nlohmann::json result{{"table", outcome.file.string()},
                               {"trials_run", outcome.trials},
                               {"trials_found", outcome.already},
-                              {"coefficients", run::table_json(*outcome.table)}};
+                              {"coefficients", report::table_json(*outcome.table)}};
         if (outcome.want) result["want"] = run::result_json(*outcome.want);
         print_json(result);
     } else if (outcome.table && !is_share) {
-        print(run::calibration_text(*outcome.table));
+        print(jobs::calibration_text(*outcome.table));
         if (outcome.want) print("\n" + run::result_text(*outcome.want));
         print(text("\n{}: all coefficients, with errors, trials and origins; as text: table.toml\n",
                    outcome.file.string()));
@@ -60,34 +60,34 @@ int calibrate_scene(const CalibrateOptions& options) {
     std::vector<std::string> overrides = options.overrides;
     if (options.workers > 0) overrides.push_back(text("calibrate.workers={}", options.workers));
     const io::Scene scene = io::read_scene(options.scene, overrides);
-    run::CalibrationOptions how{.folder = options.output.empty()
-                                              ? std::filesystem::path(options.scene).stem().concat(".calibration")
-                                              : std::filesystem::path(options.output),
-                                .collect = options.collect,
-                                .quiet = options.quiet};
-    if (!options.share.empty()) how.share = run::read_share(options.share);
-    for (const std::string& wish : options.wishes) how.wishes.push_back(run::parse_wish(wish));
+    jobs::CalibrationOptions how{.folder = options.output.empty()
+                                               ? std::filesystem::path(options.scene).stem().concat(".calibration")
+                                               : std::filesystem::path(options.output),
+                                 .collect = options.collect,
+                                 .quiet = options.quiet};
+    if (!options.share.empty()) how.share = jobs::read_share(options.share);
+    for (const std::string& wish : options.wishes) how.wishes.push_back(jobs::parse_wish(wish));
     if (!options.budget.empty()) how.budget = seconds_of(options.budget, "--budget");
     require(!options.json || options.share.empty(), {},
             "--json with --share, which prints no table; give --json to --collect");
     if (options.status) {
-        print(run::calibration_status(scene, how) + "\n");
+        print(jobs::calibration_status(scene, how) + "\n");
         return run::exit_done;
     }
     if (options.slurm > 0) {
-        run::needed_assays(run::plan_calibration(scene), how.wishes);
+        jobs::needed_assays(jobs::plan_calibration(scene), how.wishes);
         std::vector<std::string> words;
         for (const std::string& wish : options.wishes) words.insert(words.end(), {"--want", wish});
         if (!options.budget.empty()) words.insert(words.end(), {"--budget", options.budget});
-        print(run::slurm_script({.command = "calibrate",
-                                 .scene = options.scene,
-                                 .overrides = options.overrides,
-                                 .folder = how.folder,
-                                 .shares = options.slurm,
-                                 .options = words}));
+        print(jobs::slurm_script({.command = "calibrate",
+                                  .scene = options.scene,
+                                  .overrides = options.overrides,
+                                  .folder = how.folder,
+                                  .shares = options.slurm,
+                                  .options = words}));
         return run::exit_done;
     }
-    return print_outcome(options, run::run_calibration(scene, how));
+    return print_outcome(options, jobs::run_calibration(scene, how));
 }
 }  // namespace
 

@@ -2,12 +2,12 @@
 #include <cstdio>
 #include <memory>
 
+#include "analysis/boundary.hpp"
+#include "app/command.hpp"
 #include "base/log.hpp"
-#include "command.hpp"
-#include "run/boundary.hpp"
-#include "run/calibration.hpp"
+#include "jobs/calibration.hpp"
+#include "jobs/sweep.hpp"
 #include "run/kind.hpp"
-#include "run/sweep.hpp"
 
 namespace drover::app {
 
@@ -25,9 +25,9 @@ void add_check(CLI::App& program, Action& action) {
         action = [options] {
             const io::Scene scene = scene_of(*options);
             run::check_needs(scene, {.overwrite = true, .quiet = true});
-            if (!scene.sweep.vary.empty()) run::plan_sweep(scene);
-            if (!scene.calibration.bead_area_fractions.empty()) run::plan_calibration(scene);
-            run::check_boundary(scene);
+            if (!scene.sweep.vary.empty()) jobs::plan_sweep(scene);
+            if (!scene.calibration.bead_area_fractions.empty()) jobs::plan_calibration(scene);
+            analysis::check_boundary(scene);
             if (options->resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
             else print(options->scene + ": valid\n");
             for (const std::string& warning : run::kind_of(scene).warnings(scene)) log_warning("{}", warning);

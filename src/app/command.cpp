@@ -1,5 +1,5 @@
 // app/command.cpp: options and results that several commands share.
-#include "command.hpp"
+#include "app/command.hpp"
 
 #include <array>
 #include <cstdio>
@@ -7,7 +7,7 @@
 
 #include "base/duration.hpp"
 #include "base/log.hpp"
-#include "run/json.hpp"
+#include "report/json.hpp"
 #include "run/kind.hpp"
 #include "run/signals.hpp"
 
@@ -90,7 +90,7 @@ int print_outcome(const run::RunOutcome& outcome, bool json) {
     }
     const run::Report& report = *outcome.report;
     if (json) {
-        nlohmann::json result = run::report_json(report);
+        nlohmann::json result = report::report_json(report);
         result["archive"] = outcome.archive.string();
         result["steps"] = outcome.loop.step;
         result["wall_seconds"] = outcome.loop.wall_seconds;

@@ -1,9 +1,9 @@
 // app/explain.cpp: drover explain SCENE.
-#include "run/explain.hpp"
+#include "report/explain.hpp"
 
 #include <memory>
 
-#include "command.hpp"
+#include "app/command.hpp"
 #include "run/step_choice.hpp"
 
 namespace drover::app {
@@ -21,7 +21,7 @@ void add_explain(CLI::App& program, Action& action) {
     command->callback([options, &action] {
         action = [options]() -> int {
             const io::Scene scene = run::with_chosen_step(scene_of(*options), options->json);
-            return print_result(run::explain(scene), {.json = options->json}, scene, 1);
+            return print_result(report::explain(scene), {.json = options->json}, scene, 1);
         };
     });
 }

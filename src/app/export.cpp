@@ -1,7 +1,7 @@
 // app/export.cpp: drover export ARCHIVE: frames of particles as extended XYZ, of fields as VTK or CSV.
 #include <memory>
 
-#include "command.hpp"
+#include "app/command.hpp"
 #include "io/field_export.hpp"
 #include "io/xyz.hpp"
 

@@ -1,8 +1,8 @@
 // app/film.cpp: drover film ARCHIVE: a film of a run, drawn by the Python package.
 #include <memory>
 
-#include "command.hpp"
-#include "python_package.hpp"
+#include "app/command.hpp"
+#include "app/python_package.hpp"
 
 namespace drover::app {
 

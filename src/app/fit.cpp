@@ -1,13 +1,13 @@
 // app/fit.cpp: drover fit ARCHIVE KEY ...
 #include <memory>
 
-#include "command.hpp"
-#include "run/wave_fit.hpp"
+#include "analysis/wave_fit.hpp"
+#include "app/command.hpp"
 
 namespace drover::app {
 
 void add_fit(CLI::App& program, Action& action) {
-    struct Options : run::WaveFitOptions {
+    struct Options : analysis::WaveFitOptions {
         std::string scene;
         std::vector<std::string> overrides;
         bool json = false;
@@ -40,8 +40,8 @@ void add_fit(CLI::App& program, Action& action) {
     command->add_flag("--json", options->json, "Print the result as JSON");
     command->callback([options, &action] {
         action = [options] {
-            const io::Scene scene = run::fitted_scene(options->archive, options->scene, options->overrides);
-            return print_result(run::make_wave_fit(scene, *options),
+            const io::Scene scene = analysis::fitted_scene(options->archive, options->scene, options->overrides);
+            return print_result(analysis::make_wave_fit(scene, *options),
                                 {.file = "", .what = "fit", .contents = "", .json = options->json}, scene, 1);
         };
     });

@@ -4,14 +4,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "command.hpp"
+#include "app/command.hpp"
 #include "io/calibration.hpp"
 #include "io/trajectory.hpp"
 #include "io/xyz.hpp"
-#include "run/calibration.hpp"
-#include "run/json.hpp"
+#include "jobs/calibration.hpp"
+#include "report/json.hpp"
+#include "report/write_result.hpp"
 #include "run/kind.hpp"
-#include "run/write_result.hpp"
 
 namespace drover::app {
 
@@ -88,7 +88,7 @@ void print_calibration(const files::ArchiveReader& archive, const InfoOptions& o
                     calibrate::origin_name(static_cast<calibrate::Origin>(i)));
     std::printf("\n\n");
     if (options.scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
-    std::fputs(printable(run::calibration_text(table)).c_str(), stdout);
+    std::fputs(printable(jobs::calibration_text(table)).c_str(), stdout);
 }
 
 /// Of drover stability, states or boundary.
@@ -97,7 +97,7 @@ void print_result_archive(const files::ArchiveReader& archive, bool scene) {
         if (name != "scene") print_attribute(name, value);
     std::printf("\n");
     if (scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
-    std::fputs(printable(run::stored_text(archive)).c_str(), stdout);
+    std::fputs(printable(report::stored_text(archive)).c_str(), stdout);
 }
 
 void print_xyz(const std::string& file) {
@@ -127,7 +127,7 @@ void add_info(CLI::App& program, Action& action) {
     command->callback([options, &action] {
         action = [options] {
             if (options->json) {
-                print_json(run::info_json(options->archive));
+                print_json(report::info_json(options->archive));
                 return run::exit_done;
             }
             if (io::is_xyz(options->archive)) {
@@ -139,7 +139,7 @@ void add_info(CLI::App& program, Action& action) {
                 print_calibration(archive, *options);
                 return run::exit_done;
             }
-            if (run::is_result(archive)) print_result_archive(archive, options->scene);
+            if (report::is_result(archive)) print_result_archive(archive, options->scene);
             else if (run::is_start(archive)) print_start(archive, options->scene);
             else print_report(archive, run::make_report(archive), options->scene);
             return run::exit_done;

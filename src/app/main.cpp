@@ -15,7 +15,7 @@
 #include <string_view>
 #include <utility>
 
-#include "command.hpp"
+#include "app/command.hpp"
 #include "drover/base/version.hpp"
 #include "run/signals.hpp"
 

@@ -1,5 +1,5 @@
 // app/python_package.cpp: commands that the Python package carries out.
-#include "python_package.hpp"
+#include "app/python_package.hpp"
 
 #include <unistd.h>
 
@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "command.hpp"
+#include "app/command.hpp"
 
 namespace drover::app {
 

@@ -1,7 +1,7 @@
 // app/restart.cpp: drover restart ARCHIVE.
 #include <memory>
 
-#include "command.hpp"
+#include "app/command.hpp"
 
 namespace drover::app {
 

@@ -1,8 +1,8 @@
 // app/run.cpp: drover run SCENE.
 #include <memory>
 
-#include "command.hpp"
-#include "run/tradeoff.hpp"
+#include "app/command.hpp"
+#include "jobs/tradeoff.hpp"
 
 namespace drover::app {
 
@@ -30,10 +30,10 @@ void add_run(CLI::App& program, Action& action) {
             const run::RunOptions how{.overwrite = options->overwrite, .quiet = options->quiet};
             io::Scene scene = scene_of(*options);
             if (!options->accuracy.empty()) {
-                std::vector<run::Wish> wishes;
-                for (const std::string& wish : options->accuracy) wishes.push_back(run::parse_wish(wish));
+                std::vector<jobs::Wish> wishes;
+                for (const std::string& wish : options->accuracy) wishes.push_back(jobs::parse_wish(wish));
                 run::check_needs(scene, how);  // before the trials
-                scene = run::with_accuracy(scene, wishes, options->quiet);
+                scene = jobs::with_accuracy(scene, wishes, options->quiet);
             }
             return print_outcome(run::run_scene(scene, how), options->json);
         };

@@ -5,9 +5,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "command.hpp"
+#include "app/command.hpp"
 #include "drover/physics/model_keys.hpp"
-#include "run/json.hpp"
+#include "report/json.hpp"
 
 namespace drover::app {
 
@@ -134,7 +134,7 @@ void add_schema(CLI::App& program, Action& action) {
                 if (options->part.empty() && (options->kind.empty() || options->kind == "fields")) print_terms();
                 return run::exit_done;
             }
-            print_json(run::schema_json(sections));
+            print_json(report::schema_json(sections));
             return run::exit_done;
         };
     });

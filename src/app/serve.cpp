@@ -1,8 +1,8 @@
 // app/serve.cpp: drover serve SCENE|ARCHIVE: a page in a browser that shows a run, by the Python package.
 #include <memory>
 
-#include "command.hpp"
-#include "python_package.hpp"
+#include "app/command.hpp"
+#include "app/python_package.hpp"
 
 namespace drover::app {
 

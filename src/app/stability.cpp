@@ -1,9 +1,9 @@
 // app/stability.cpp: drover stability SCENE.
-#include "run/stability.hpp"
+#include "analysis/stability.hpp"
 
 #include <memory>
 
-#include "command.hpp"
+#include "app/command.hpp"
 #include "run/field_simulation.hpp"
 
 namespace drover::app {
@@ -35,7 +35,7 @@ void add_stability(CLI::App& program, Action& action) {
                                       .json = options->json,
                                       .overwrite = options->overwrite};
             check_output(output, options->scene, scene);
-            return print_result(run::make_stability(scene, with_maps ? &threads : nullptr), output, scene,
+            return print_result(analysis::make_stability(scene, with_maps ? &threads : nullptr), output, scene,
                                 threads.count());
         };
     });

@@ -1,9 +1,9 @@
 // app/states.cpp: drover states SCENE --wave x.
-#include "run/states.hpp"
+#include "analysis/states.hpp"
 
 #include <memory>
 
-#include "command.hpp"
+#include "app/command.hpp"
 #include "run/field_simulation.hpp"
 
 namespace drover::app {
@@ -12,7 +12,7 @@ void add_states(CLI::App& program, Action& action) {
     struct Options : SceneOptions {
         std::string wave;
         double speed = 0.0, settle = 0.0;
-        run::StatesOptions states;
+        analysis::StatesOptions states;
         bool json = false, overwrite = false;
     };
     const auto options = std::make_shared<Options>();
@@ -54,7 +54,7 @@ void add_states(CLI::App& program, Action& action) {
                                       .json = options->json,
                                       .overwrite = options->overwrite};
             check_output(output, options->scene, scene);
-            return print_result(run::make_states(scene, options->states, threads), output, scene, threads.count());
+            return print_result(analysis::make_states(scene, options->states, threads), output, scene, threads.count());
         };
     });
 }

@@ -1,14 +1,14 @@
 // app/sweep.cpp: drover sweep SCENE.
-#include "run/sweep.hpp"
+#include "jobs/sweep.hpp"
 
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "app/command.hpp"
 #include "base/log.hpp"
-#include "command.hpp"
-#include "run/json.hpp"
+#include "jobs/slurm_script.hpp"
+#include "report/json.hpp"
 #include "run/signals.hpp"
-#include "run/slurm_script.hpp"
 
 namespace drover::app {
 
@@ -37,18 +37,18 @@ std::vector<std::string> settings_of(const SweepOptions& options) {
     return overrides;
 }
 
-void print_table(const SweepOptions& options, const std::filesystem::path& folder, const run::SweepTable& table) {
+void print_table(const SweepOptions& options, const std::filesystem::path& folder, const jobs::SweepTable& table) {
     if (options.json) {
-        print_json(run::table_json(table));
+        print_json(report::table_json(table));
         for (const std::string& warning : table.warnings) log_warning("{}", warning);
         return;
     }
-    print(run::table_text(table));
+    print(jobs::table_text(table));
     print(text("\n{}: all single numbers; table.nc there: all observables over their axes\n",
                (folder / "table.csv").string()));
 }
 
-int print_outcome(const SweepOptions& options, const std::filesystem::path& folder, const run::SweepOutcome& outcome) {
+int print_outcome(const SweepOptions& options, const std::filesystem::path& folder, const jobs::SweepOutcome& outcome) {
     if (outcome.table && options.share.empty()) print_table(options, folder, *outcome.table);
     if (outcome.stopped) {
         log_information("stopped by {} after checkpoints; re-run the same command to resume",
@@ -79,21 +79,21 @@ int sweep_scene(const SweepOptions& options) {
             "--json with --share, which prints no table; give --json to "
             "--collect");
     if (options.status) {
-        print(run::sweep_status(scene, folder) + "\n");
+        print(jobs::sweep_status(scene, folder) + "\n");
         return run::exit_done;
     }
     if (options.slurm > 0) {
-        run::plan_sweep(scene);
-        print(run::slurm_script({.command = "sweep",
-                                 .scene = options.scene,
-                                 .overrides = settings,
-                                 .folder = folder,
-                                 .shares = options.slurm}));
+        jobs::plan_sweep(scene);
+        print(jobs::slurm_script({.command = "sweep",
+                                  .scene = options.scene,
+                                  .overrides = settings,
+                                  .folder = folder,
+                                  .shares = options.slurm}));
         return run::exit_done;
     }
-    run::SweepOptions how{.folder = folder, .collect = options.collect, .quiet = options.quiet};
-    if (!options.share.empty()) how.share = run::read_share(options.share);
-    return print_outcome(options, folder, run::run_sweep(scene, how));
+    jobs::SweepOptions how{.folder = folder, .collect = options.collect, .quiet = options.quiet};
+    if (!options.share.empty()) how.share = jobs::read_share(options.share);
+    return print_outcome(options, folder, jobs::run_sweep(scene, how));
 }
 }  // namespace
 

@@ -1,13 +1,13 @@
 // app/tradeoff.cpp: drover tradeoff SCENE --want NAME=ERROR --budget TIME.
-#include "run/tradeoff.hpp"
+#include "jobs/tradeoff.hpp"
 
 #include <memory>
 
+#include "app/command.hpp"
 #include "base/duration.hpp"
 #include "base/log.hpp"
-#include "command.hpp"
+#include "jobs/slurm_script.hpp"
 #include "run/signals.hpp"
-#include "run/slurm_script.hpp"
 
 namespace drover::app {
 
@@ -47,34 +47,34 @@ void add_tradeoff(CLI::App& program, Action& action) {
     command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->callback([options, &action] {
         action = [options] {
-            run::TradeoffOptions study;
+            jobs::TradeoffOptions study;
             study.budget = study.run_budget = seconds_of(options->budget, "--budget");
-            for (const std::string& wish : options->wishes) study.wishes.push_back(run::parse_wish(wish));
+            for (const std::string& wish : options->wishes) study.wishes.push_back(jobs::parse_wish(wish));
             const io::Scene scene = io::read_scene(options->scene, options->overrides);
             study.folder = options->output.empty() ? std::filesystem::path(options->scene).stem().concat(".tradeoff")
                                                    : std::filesystem::path(options->output);
             study.workers = options->workers;
             study.quiet = options->quiet;
             study.collect = options->collect;
-            if (!options->share.empty()) study.share = run::read_share(options->share);
+            if (!options->share.empty()) study.share = jobs::read_share(options->share);
             require(!options->json || options->share.empty(), {},
                     "--json with --share, which prints no result; give --json to --collect");
             if (options->status) {
-                print(run::tradeoff_status(scene, study.folder) + "\n");
+                print(jobs::tradeoff_status(scene, study.folder) + "\n");
                 return int{run::exit_done};
             }
             if (options->slurm > 0) {
                 std::vector<std::string> words{"--budget", options->budget};
                 for (const std::string& wish : options->wishes) words.insert(words.end(), {"--want", wish});
-                print(run::slurm_script({.command = "tradeoff",
-                                         .scene = options->scene,
-                                         .overrides = options->overrides,
-                                         .folder = study.folder,
-                                         .shares = options->slurm,
-                                         .options = words}));
+                print(jobs::slurm_script({.command = "tradeoff",
+                                          .scene = options->scene,
+                                          .overrides = options->overrides,
+                                          .folder = study.folder,
+                                          .shares = options->slurm,
+                                          .options = words}));
                 return int{run::exit_done};
             }
-            const run::Tradeoff found = run::study_tradeoff(scene, study);
+            const jobs::Tradeoff found = jobs::study_tradeoff(scene, study);
             if (found.stopped) {
                 log_information("stopped by {}; every trial is kept: re-run the same command to resume",
                                 run::stop_reason(run::stop_signal()));

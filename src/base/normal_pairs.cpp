@@ -1,7 +1,7 @@
 // base/normal_pairs.cpp: the Box-Muller kernel.  Only this file is compiled with -ffast-math: it lets the compiler use
 // the C library's vector logarithm, sine and cosine (error 4 ulp), which are four times as fast as the scalar
 // functions.
-#include "normal_pairs.hpp"
+#include "base/normal_pairs.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 
+#include "base/normal_pairs.hpp"
 #include "drover/base/error.hpp"
-#include "normal_pairs.hpp"
 
 namespace drover {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "calibrate/alignment_fit.hpp"
+#include "calibrate/assays/alignment_fit.hpp"
 #include "calibrate/closures.hpp"
 #include "drover/calibrate/alignment_assay.hpp"
 

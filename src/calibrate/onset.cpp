@@ -10,8 +10,8 @@
 #include "base/draws.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
-#include "numerics/band_end.hpp"
-#include "numerics/bracket.hpp"
+#include "numerics/algebra/band_end.hpp"
+#include "numerics/algebra/bracket.hpp"
 
 namespace drover::calibrate {
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dem/packing.hpp"
+#include "dem/packing/packing.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/calibrate/particle_system.hpp"
 #include "drover/dem/world.hpp"

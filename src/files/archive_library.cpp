@@ -1,6 +1,6 @@
 // files/archive_library.cpp: HDF5 in this process: its version, and how it may end the process.
 #include "drover/files/archive.hpp"
-#include "hdf5_handle.hpp"
+#include "files/hdf5_handle.hpp"
 
 namespace drover::files {
 

@@ -10,7 +10,7 @@
 #include "io/scene_declared.hpp"
 #include "io/scene_initial.hpp"
 #include "io/scene_model.hpp"
-#include "numerics/kept_modes.hpp"
+#include "numerics/steppers/kept_modes.hpp"
 
 namespace drover::io {
 

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "base/memory.hpp"
-#include "dem/contact_law.hpp"
+#include "dem/contact/contact_law.hpp"
 #include "drover/dem/bodies.hpp"
 #include "drover/io/scene.hpp"
 #include "io/scene_initial.hpp"
-#include "numerics/time_method.hpp"
+#include "numerics/steppers/time_method.hpp"
 #include "physics/check.hpp"
 #include "physics/function_terms.hpp"
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dem/rotation.hpp"
-#include "dem/wall.hpp"
+#include "dem/bodies/rotation.hpp"
+#include "dem/flight/wall.hpp"
 
 namespace drover::io {
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <complex>
 
-#include "dem/rotation.hpp"
+#include "dem/bodies/rotation.hpp"
 #include "measure/particles.hpp"
 
 namespace drover::measure {

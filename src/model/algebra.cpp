@@ -1,5 +1,5 @@
 // model/algebra.cpp: sums, products and derivatives of components.
-#include "algebra.hpp"
+#include "model/algebra.hpp"
 
 #include <algorithm>
 #include <cmath>

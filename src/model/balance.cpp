@@ -1,9 +1,9 @@
 // model/balance.cpp: the drag and the force of a balance.
-#include "balance.hpp"
+#include "model/balance.hpp"
 
 #include <algorithm>
 
-#include "conservation.hpp"
+#include "model/conservation.hpp"
 
 namespace drover::model {
 

@@ -3,8 +3,8 @@
 #include <functional>
 #include <set>
 
-#include "algebra.hpp"
 #include "drover/model/model.hpp"
+#include "model/algebra.hpp"
 
 namespace drover::model {
 

@@ -6,14 +6,14 @@
 #include <optional>
 #include <set>
 
-#include "balance.hpp"
-#include "compiled.hpp"
-#include "conservation.hpp"
 #include "drover/model/equations.hpp"
-#include "field_checks.hpp"
-#include "noise_drift.hpp"
-#include "point_degree.hpp"
-#include "summands.hpp"
+#include "model/balance.hpp"
+#include "model/compiled.hpp"
+#include "model/conservation.hpp"
+#include "model/field_checks.hpp"
+#include "model/noise_drift.hpp"
+#include "model/point_degree.hpp"
+#include "model/summands.hpp"
 
 namespace drover::model {
 

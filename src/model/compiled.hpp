@@ -5,11 +5,11 @@
 #include <memory>
 #include <vector>
 
-#include "algebra.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/model/symbol.hpp"
 #include "drover/numerics/system.hpp"
-#include "point_degree.hpp"
+#include "model/algebra.hpp"
+#include "model/point_degree.hpp"
 
 namespace drover::model {
 

@@ -1,5 +1,5 @@
 // model/conservation.cpp: the Euler operator of a rate.
-#include "conservation.hpp"
+#include "model/conservation.hpp"
 
 #include <cmath>
 #include <set>

@@ -1,6 +1,6 @@
 // model/conservation.hpp: whether a rate conserves the mean of its field.
 #pragma once
-#include "summands.hpp"
+#include "model/summands.hpp"
 
 namespace drover::model {
 

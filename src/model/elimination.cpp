@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
-#include "compiled.hpp"
-#include "numerics/dense.hpp"
+#include "model/compiled.hpp"
+#include "numerics/algebra/dense.hpp"
 
 namespace drover::model {
 

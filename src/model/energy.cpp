@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <deque>
 
-#include "compiled.hpp"
 #include "drover/numerics/shells.hpp"
 #include "drover/numerics/transform.hpp"
-#include "numerics/linear_operator.hpp"
+#include "model/compiled.hpp"
+#include "numerics/steppers/linear_operator.hpp"
 
 namespace drover::model {
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "compiled.hpp"
-#include "lowering.hpp"
-#include "numerics/dense.hpp"
-#include "numerics/wavenumbers.hpp"
+#include "model/compiled.hpp"
+#include "model/lowering.hpp"
+#include "numerics/algebra/dense.hpp"
+#include "numerics/fields/wavenumbers.hpp"
 
 namespace drover::model {
 

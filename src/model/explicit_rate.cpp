@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiled.hpp"
 #include "drover/model/equations.hpp"
-#include "numerics/dense.hpp"
+#include "model/compiled.hpp"
+#include "numerics/algebra/dense.hpp"
 
 namespace drover::model {
 

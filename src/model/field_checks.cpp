@@ -1,9 +1,9 @@
 // model/field_checks.cpp: numbers, ranks and left sides of fields.
-#include "field_checks.hpp"
+#include "model/field_checks.hpp"
 
 #include <cmath>
 
-#include "algebra.hpp"
+#include "model/algebra.hpp"
 
 namespace drover::model {
 

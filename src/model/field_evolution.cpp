@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "drover/model/start.hpp"
-#include "quasi_linear.hpp"
+#include "model/quasi_linear.hpp"
 
 namespace drover::model {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "model/explicit_part.hpp"
-#include "numerics/watched_stepper.hpp"
+#include "numerics/steppers/watched_stepper.hpp"
 
 namespace drover::model {
 

@@ -1,5 +1,5 @@
 // model/frame_operator.cpp: fields of a row of modes to the frame of q, the entries of the matrices, and back.
-#include "frame_operator.hpp"
+#include "model/frame_operator.hpp"
 
 #include <algorithm>
 #include <memory>

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "compiled.hpp"
-#include "mode_rows.hpp"
+#include "model/compiled.hpp"
+#include "model/mode_rows.hpp"
 
 namespace drover::model {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <map>
 
-#include "compiled.hpp"
-#include "numerics/dense.hpp"
+#include "model/compiled.hpp"
+#include "numerics/algebra/dense.hpp"
 
 namespace drover::model {
 

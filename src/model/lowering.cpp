@@ -1,5 +1,5 @@
 // model/lowering.cpp: the rules of ranks and parities, and what each operation does to components.
-#include "lowering.hpp"
+#include "model/lowering.hpp"
 
 #include <algorithm>
 #include <numbers>

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "algebra.hpp"
 #include "base/formula.hpp"
 #include "drover/model/model.hpp"
+#include "model/algebra.hpp"
 
 namespace drover::model {
 

@@ -1,10 +1,10 @@
 // model/mode_rows.cpp: sums of derivatives by loops over a row, for polynomials in q of low and of any degree.
-#include "mode_rows.hpp"
+#include "model/mode_rows.hpp"
 
 #include <algorithm>
 #include <array>
 
-#include "numerics/isotropic.hpp"
+#include "numerics/steppers/isotropic.hpp"
 
 namespace drover::model {
 

@@ -3,9 +3,9 @@
 #include <span>
 #include <vector>
 
-#include "algebra.hpp"
 #include "drover/numerics/field.hpp"
-#include "numerics/wavenumbers.hpp"
+#include "model/algebra.hpp"
+#include "numerics/fields/wavenumbers.hpp"
 
 namespace drover::model {
 

@@ -1,10 +1,10 @@
 // model/noise_drift.cpp: the change of noise along itself, and its mean.
-#include "noise_drift.hpp"
+#include "model/noise_drift.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "numerics/kept_modes.hpp"
+#include "numerics/steppers/kept_modes.hpp"
 
 namespace drover::model {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "compiled.hpp"
-#include "summands.hpp"
+#include "model/compiled.hpp"
+#include "model/summands.hpp"
 
 namespace drover::model {
 

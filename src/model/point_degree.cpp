@@ -1,10 +1,10 @@
 // model/point_degree.cpp: degrees of the nodes of an expression.
-#include "point_degree.hpp"
+#include "model/point_degree.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "algebra.hpp"
+#include "model/algebra.hpp"
 
 namespace drover::model {
 

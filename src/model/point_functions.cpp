@@ -1,5 +1,5 @@
 // model/point_functions.cpp: a few points at a time: all that the functions read is then in the first-level cache.
-#include "point_functions.hpp"
+#include "model/point_functions.hpp"
 
 #include <algorithm>
 #include <array>

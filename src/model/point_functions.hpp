@@ -1,7 +1,7 @@
 // model/point_functions.hpp: the functions of a plan at the points of strips, calls and bounded masses included.
 #pragma once
 #include "drover/numerics/transform.hpp"
-#include "transform_plan.hpp"
+#include "model/transform_plan.hpp"
 
 namespace drover::model {
 

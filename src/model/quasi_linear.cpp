@@ -1,5 +1,5 @@
 // model/quasi_linear.cpp: derivatives along the short waves, by differences that are exact for cubics.
-#include "quasi_linear.hpp"
+#include "model/quasi_linear.hpp"
 
 #include <algorithm>
 #include <cmath>

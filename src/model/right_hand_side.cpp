@@ -5,12 +5,12 @@
 #include <mutex>
 #include <set>
 
-#include "compiled.hpp"
-#include "frame_operator.hpp"
-#include "mode_rows.hpp"
+#include "model/compiled.hpp"
 #include "model/explicit_part.hpp"
-#include "point_functions.hpp"
-#include "transform_plan.hpp"
+#include "model/frame_operator.hpp"
+#include "model/mode_rows.hpp"
+#include "model/point_functions.hpp"
+#include "model/transform_plan.hpp"
 
 namespace drover::model {
 

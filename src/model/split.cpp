@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "compiled.hpp"
+#include "model/compiled.hpp"
 
 namespace drover::model {
 

@@ -6,9 +6,9 @@
 #include "drover/model/linearised_at.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "numerics/fastest_growth.hpp"
-#include "numerics/perturbation.hpp"
-#include "numerics/start_formula.hpp"
+#include "numerics/fields/start_formula.hpp"
+#include "numerics/solvers/fastest_growth.hpp"
+#include "numerics/steppers/perturbation.hpp"
 
 namespace drover::model {
 

@@ -1,5 +1,5 @@
 // model/summands.cpp: from the text of an equation to its summands, and what of them is white noise.
-#include "summands.hpp"
+#include "model/summands.hpp"
 
 #include <algorithm>
 

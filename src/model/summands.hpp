@@ -5,9 +5,9 @@
 #include <set>
 #include <vector>
 
-#include "algebra.hpp"
 #include "drover/model/symbol.hpp"
-#include "lowering.hpp"
+#include "model/algebra.hpp"
+#include "model/lowering.hpp"
 
 namespace drover::model {
 

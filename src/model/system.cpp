@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiled.hpp"
+#include "model/compiled.hpp"
 #include "model/explicit_part.hpp"
 
 namespace drover::model {

@@ -1,5 +1,5 @@
 // model/transform_plan.cpp: the fewest inputs of the functions at points, and the functions of them.
-#include "transform_plan.hpp"
+#include "model/transform_plan.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // model/transform_plan.hpp: what is transformed to the grid, and the functions at its points.
 #pragma once
-#include "compiled.hpp"
+#include "model/compiled.hpp"
 
 namespace drover::model {
 

@@ -1,7 +1,7 @@
 // model/vector_operations.cpp: products of vectors and tensors, and differential operators, in components.
 #include <cmath>
 
-#include "lowering.hpp"
+#include "model/lowering.hpp"
 
 namespace drover::model {
 

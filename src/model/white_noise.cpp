@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiled.hpp"
 #include "drover/model/equations.hpp"
-#include "summands.hpp"
+#include "model/compiled.hpp"
+#include "model/summands.hpp"
 
 namespace drover::model {
 

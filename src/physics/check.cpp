@@ -1,9 +1,9 @@
 // physics/check.cpp: numbers, functions of the calling program, and terms.
 #include "physics/check.hpp"
 
-#include "compiled_terms.hpp"
-#include "program_functions.hpp"
-#include "written_model.hpp"
+#include "physics/compiled_terms.hpp"
+#include "physics/program_functions.hpp"
+#include "physics/written_model.hpp"
 
 namespace drover::physics {
 

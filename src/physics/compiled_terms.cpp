@@ -1,5 +1,5 @@
 // physics/compiled_terms.cpp: balances are solved for their fields, by wave or at each point.
-#include "compiled_terms.hpp"
+#include "physics/compiled_terms.hpp"
 
 #include <algorithm>
 

@@ -5,10 +5,10 @@
 #include <mutex>
 #include <optional>
 
-#include "compiled_terms.hpp"
-#include "program_functions.hpp"
-#include "text_terms.hpp"
-#include "written_model.hpp"
+#include "physics/compiled_terms.hpp"
+#include "physics/program_functions.hpp"
+#include "physics/text_terms.hpp"
+#include "physics/written_model.hpp"
 
 namespace drover::physics {
 
@@ -80,7 +80,7 @@ CompiledTerms terms_of(const Equations& e) { return {.model = e, .right_sides = 
 int Equations::component(const std::string& symbol) const { return terms_of(*this).component(symbol); }
 bool Equations::is_of(std::size_t term, const FieldRow& field) const { return terms_of(*this).is_of(term, field); }
 
-model::PointTheory Equations::theory() const { return theory(std::make_shared<const Equations>(*this)); }
+theory::PointTheory Equations::theory() const { return theory(std::make_shared<const Equations>(*this)); }
 
 namespace {
 /// What multiplies the rates of some components, and its slopes in the densities.
@@ -136,7 +136,7 @@ private:
 };
 }  // namespace
 
-model::PointTheory Equations::theory(const std::shared_ptr<const Equations>& equations) {
+theory::PointTheory Equations::theory(const std::shared_ptr<const Equations>& equations) {
     const Equations& e = *equations;
     require_functions(e.model);
     return {*e.right_sides_, e.factors_, LeftSidesOf(e), [equations] { return equations->solver(); }};

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "physics/function_terms.hpp"
-#include "program_functions.hpp"
+#include "physics/program_functions.hpp"
 
 namespace drover::physics {
 

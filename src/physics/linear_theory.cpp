@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "numerics/kept_modes.hpp"
+#include "numerics/steppers/kept_modes.hpp"
 #include "physics/function_terms.hpp"
 
 namespace drover::physics {

@@ -1,12 +1,12 @@
 // physics/program_functions.cpp: functions of the calling program at points, and their slopes by differences.
-#include "program_functions.hpp"
+#include "physics/program_functions.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "physics/function_terms.hpp"
-#include "term_names.hpp"
+#include "physics/term_names.hpp"
 
 namespace drover::physics {
 

@@ -1,5 +1,5 @@
 // physics/term_names.cpp: fields, their components and their derivatives by name.
-#include "term_names.hpp"
+#include "physics/term_names.hpp"
 
 namespace drover::physics {
 

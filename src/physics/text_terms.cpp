@@ -1,10 +1,10 @@
 // physics/text_terms.cpp: the equations of which the terms of a scene are, and what a form admits.
-#include "text_terms.hpp"
+#include "physics/text_terms.hpp"
 
 #include <algorithm>
 
-#include "program_functions.hpp"
-#include "term_names.hpp"
+#include "physics/program_functions.hpp"
+#include "physics/term_names.hpp"
 
 namespace drover::physics {
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <utility>
 
-#include "numerics/linear_operator.hpp"
+#include "numerics/steppers/linear_operator.hpp"
 #include "physics/integrated.hpp"
 
 namespace drover::physics {

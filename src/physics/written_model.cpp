@@ -1,12 +1,12 @@
 // physics/written_model.cpp: the terms, numbers and functions of a model of a model file.
-#include "written_model.hpp"
+#include "physics/written_model.hpp"
 
 #include <algorithm>
 #include <map>
 
 #include "physics/function_terms.hpp"
-#include "term_names.hpp"
-#include "text_terms.hpp"
+#include "physics/term_names.hpp"
+#include "physics/text_terms.hpp"
 
 namespace drover::physics {
 

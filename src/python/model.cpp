@@ -8,11 +8,11 @@
 #include <atomic>
 
 #include "base/formula.hpp"
-#include "bindings.hpp"
 #include "drover/io/declared_model.hpp"
 #include "drover/model/evolution.hpp"
-#include "drover/model/theory.hpp"
+#include "drover/theory/theory.hpp"
 #include "model/lowering.hpp"
+#include "python/bindings.hpp"
 
 namespace drover::python {
 
@@ -172,7 +172,7 @@ void bind_model(py::module_& module) {
              [](const model::Equations& e, const model::UniformState& about, const std::vector<Wave>& waves) {
                  const model::LinearisedAt at(e, about);
                  std::vector<Eigen::VectorXcd> rates;
-                 for (const auto& [qx, qy] : waves) rates.push_back(model::mode_rates(at, {qx, qy}));
+                 for (const auto& [qx, qy] : waves) rates.push_back(theory::mode_rates(at, {qx, qy}));
                  return rates;
              })
         .def("covariances",
@@ -180,7 +180,7 @@ void bind_model(py::module_& module) {
                  const model::LinearisedAt at(e, about);
                  std::vector<model::Symbol> matrices;
                  for (const auto& [qx, qy] : waves) {
-                     const model::Covariance found = model::covariance(at, {qx, qy});
+                     const theory::Covariance found = theory::covariance(at, {qx, qy});
                      require(found.why_none.empty(), {},
                              "{}; expected a state in which all modes decay, where the noise is balanced",
                              found.why_none);

@@ -8,9 +8,13 @@
 #include <future>
 #include <nlohmann/json.hpp>
 
+#include "analysis/dynamic_structure.hpp"
+#include "analysis/onset.hpp"
+#include "analysis/stability.hpp"
+#include "analysis/states.hpp"
+#include "analysis/wave_fit.hpp"
 #include "base/duration.hpp"
 #include "base/log.hpp"
-#include "bindings.hpp"
 #include "drover/base/version.hpp"
 #include "drover/files/archive.hpp"
 #include "drover/io/scene_text.hpp"
@@ -18,24 +22,20 @@
 #include "drover/physics/model_keys.hpp"
 #include "io/field_export.hpp"
 #include "io/xyz.hpp"
-#include "run/boundary_shares.hpp"
-#include "run/calibration.hpp"
-#include "run/dynamic_structure.hpp"
-#include "run/explain.hpp"
+#include "jobs/boundary_shares.hpp"
+#include "jobs/calibration.hpp"
+#include "jobs/slurm_script.hpp"
+#include "jobs/sweep.hpp"
+#include "jobs/tradeoff.hpp"
+#include "python/bindings.hpp"
+#include "report/explain.hpp"
+#include "report/json.hpp"
+#include "report/write_result.hpp"
 #include "run/field_simulation.hpp"
-#include "run/json.hpp"
 #include "run/kind.hpp"
-#include "run/onset.hpp"
 #include "run/run_scene.hpp"
 #include "run/signals.hpp"
-#include "run/slurm_script.hpp"
-#include "run/stability.hpp"
-#include "run/states.hpp"
 #include "run/step_choice.hpp"
-#include "run/sweep.hpp"
-#include "run/tradeoff.hpp"
-#include "run/wave_fit.hpp"
-#include "run/write_result.hpp"
 
 namespace drover::python {
 
@@ -167,7 +167,7 @@ void bind_theory(py::module_& module) {
         .def(
             "write",
             [](const Computed& self, const std::filesystem::path& file, bool overwrite) {
-                run::write_result(self.result, file, self.what, self.scene, self.threads, overwrite);
+                report::write_result(self.result, file, self.what, self.scene, self.threads, overwrite);
             },
             py::arg("file"), py::arg("overwrite") = false);
     module.def(
@@ -176,8 +176,8 @@ void bind_theory(py::module_& module) {
             io::require_grid(scene, "stability");
             return interruptibly([&] {
                 Threads team(threads > 0 ? threads : run::choose_threads(scene));
-                return Computed{run::with_units(run::make_stability(scene, &team), scene.units), scene, "stability",
-                                team.count()};
+                return Computed{run::with_units(analysis::make_stability(scene, &team), scene.units), scene,
+                                "stability", team.count()};
             });
         },
         py::arg("scene"), py::arg("threads") = 0);
@@ -187,8 +187,8 @@ void bind_theory(py::module_& module) {
            const std::vector<std::pair<double, double>>& waves, const std::vector<double>& frequencies) {
             std::vector<numerics::Wavevector> at;
             for (const auto& [x, y] : waves) at.push_back({x, y});
-            const run::DynamicStructure found =
-                interruptibly([&] { return run::dynamic_structure(scene, means, component, at, frequencies); });
+            const analysis::DynamicStructure found =
+                interruptibly([&] { return analysis::dynamic_structure(scene, means, component, at, frequencies); });
             const std::size_t rows = frequencies.empty() ? 0 : found.values.size() / frequencies.size();
             return py::make_tuple(found.state, array_of(found.values, {rows, frequencies.size()}), found.why_none);
         },
@@ -199,23 +199,23 @@ void bind_theory(py::module_& module) {
             io::require_grid(scene, "boundary");
             return interruptibly([&] {
                 Threads team(theory_threads(threads, scene));
-                run::Result result =
-                    collected.empty() ? run::make_boundary(scene, team) : run::collect_boundary(scene, collected, team);
+                run::Result result = collected.empty() ? analysis::make_boundary(scene, team)
+                                                       : jobs::collect_boundary(scene, collected, team);
                 return Computed{run::with_units(std::move(result), scene.units), scene, "boundary", team.count()};
             });
         },
         py::arg("scene"), py::arg("threads") = 0, py::arg("collected") = "");
-    module.def("boundary_status", &run::boundary_status, py::arg("scene"), py::arg("folder"));
+    module.def("boundary_status", &jobs::boundary_status, py::arg("scene"), py::arg("folder"));
     module.def(
         "onset",
         [](const std::filesystem::path& table, const std::optional<double>& varied, const std::optional<double>& cell,
-           const std::vector<run::AreaFractions>& points, int draws) {
-            run::TableOnset onset = run::make_onset(table, varied, draws);
-            if (cell) run::add_cells(onset, *cell, points);
+           const std::vector<analysis::AreaFractions>& points, int draws) {
+            analysis::TableOnset onset = analysis::make_onset(table, varied, draws);
+            if (cell) analysis::add_cells(onset, *cell, points);
             return Computed{std::move(onset.result), std::move(onset.scene), "onset", 1};
         },
         py::arg("table"), py::arg("varied") = py::none(), py::arg("cell") = py::none(),
-        py::arg("points") = std::vector<run::AreaFractions>{}, py::arg("draws") = calibrate::onset_draws);
+        py::arg("points") = std::vector<analysis::AreaFractions>{}, py::arg("draws") = calibrate::onset_draws);
     module.def(
         "states",
         [](const io::Scene& scene, std::optional<double> speed, std::optional<double> settle, const std::string& follow,
@@ -223,16 +223,16 @@ void bind_theory(py::module_& module) {
             io::require_grid(scene, "states");
             return interruptibly([&] {
                 Threads team(std::max(threads, 1));
-                const run::StatesOptions options{.speed = speed,
-                                                 .settle = settle,
-                                                 .follow = follow,
-                                                 .max_points = points};
-                return Computed{run::with_units(run::make_states(scene, options, team), scene.units), scene, "states",
-                                team.count()};
+                const analysis::StatesOptions options{.speed = speed,
+                                                      .settle = settle,
+                                                      .follow = follow,
+                                                      .max_points = points};
+                return Computed{run::with_units(analysis::make_states(scene, options, team), scene.units), scene,
+                                "states", team.count()};
             });
         },
         py::arg("scene"), py::arg("speed") = py::none(), py::arg("settle") = py::none(), py::arg("follow") = "",
-        py::arg("points") = run::StatesOptions{}.max_points, py::arg("threads") = 0);
+        py::arg("points") = analysis::StatesOptions{}.max_points, py::arg("threads") = 0);
 }
 
 void bind_fit(py::module_& module) {
@@ -240,15 +240,15 @@ void bind_fit(py::module_& module) {
         "fit",
         [](const std::string& archive, const std::vector<std::string>& keys, const std::optional<io::Scene>& scene,
            double max_wavenumber, double begin, double end, int every) {
-            const run::WaveFitOptions options{.archive = archive,
-                                              .keys = keys,
-                                              .max_wavenumber = max_wavenumber,
-                                              .begin = begin,
-                                              .end = end,
-                                              .every = every};
+            const analysis::WaveFitOptions options{.archive = archive,
+                                                   .keys = keys,
+                                                   .max_wavenumber = max_wavenumber,
+                                                   .begin = begin,
+                                                   .end = end,
+                                                   .every = every};
             return interruptibly([&] {
-                const io::Scene model = scene ? *scene : run::fitted_scene(archive, "", {});
-                return run::result_json(run::make_wave_fit(model, options)).dump();
+                const io::Scene model = scene ? *scene : analysis::fitted_scene(archive, "", {});
+                return run::result_json(analysis::make_wave_fit(model, options)).dump();
             });
         },
         py::arg("archive"), py::arg("keys"), py::arg("scene"), py::arg("max_wavenumber"), py::arg("begin"),
@@ -258,9 +258,9 @@ void bind_fit(py::module_& module) {
 /// Whether a scene is valid and fits: its warnings.  Throws as drover check fails.
 std::vector<std::string> check(const io::Scene& scene) {
     run::check_needs(scene, {.overwrite = true, .quiet = true});
-    if (!scene.sweep.vary.empty()) run::plan_sweep(scene);
-    if (!scene.calibration.bead_area_fractions.empty()) run::plan_calibration(scene);
-    run::check_boundary(scene);
+    if (!scene.sweep.vary.empty()) jobs::plan_sweep(scene);
+    if (!scene.calibration.bead_area_fractions.empty()) jobs::plan_calibration(scene);
+    analysis::check_boundary(scene);
     return run::kind_of(scene).warnings(scene);
 }
 
@@ -294,7 +294,7 @@ void bind_scene(py::module_& module) {
         "explain",
         [](const io::Scene& scene) {
             return interruptibly([&] {
-                const run::Result found = run::explain(run::with_chosen_step(scene, true));
+                const run::Result found = report::explain(run::with_chosen_step(scene, true));
                 return run::result_json(run::with_units(found, scene.units)).dump();
             });
         },
@@ -302,8 +302,8 @@ void bind_scene(py::module_& module) {
     module.def(
         "schema",
         [](const std::string& kind) {
-            if (kind.empty()) return run::schema_json(io::scene_schema()).dump();
-            return run::schema_json(io::scene_schema(io::kind_of_name(kind))).dump();
+            if (kind.empty()) return report::schema_json(io::scene_schema()).dump();
+            return report::schema_json(io::scene_schema(io::kind_of_name(kind))).dump();
         },
         py::arg("kind") = "");
     module.def("coefficients", [] { return physics::coefficient_documentation(); });
@@ -319,21 +319,21 @@ py::dict outcome_dict(const run::RunOutcome& outcome) {
 }
 
 /// Wished errors, as texts.
-std::vector<run::Wish> wishes_of(const std::vector<std::string>& texts) {
-    std::vector<run::Wish> wishes;
-    for (const std::string& one : texts) wishes.push_back(run::parse_wish(one));
+std::vector<jobs::Wish> wishes_of(const std::vector<std::string>& texts) {
+    std::vector<jobs::Wish> wishes;
+    for (const std::string& one : texts) wishes.push_back(jobs::parse_wish(one));
     return wishes;
 }
 
 std::string calibrate(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,
                       const std::vector<std::string>& want, const std::string& budget, bool quiet) {
-    run::CalibrationOptions options{.folder = folder,
-                                    .share = {.number = share, .count = shares},
-                                    .collect = collect,
-                                    .quiet = quiet,
-                                    .wishes = wishes_of(want)};
+    jobs::CalibrationOptions options{.folder = folder,
+                                     .share = {.number = share, .count = shares},
+                                     .collect = collect,
+                                     .quiet = quiet,
+                                     .wishes = wishes_of(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
-    const run::CalibrationOutcome outcome = run::run_calibration(scene, options);
+    const jobs::CalibrationOutcome outcome = jobs::run_calibration(scene, options);
     nlohmann::json result{{"file", outcome.file.string()},
                           {"units", outcome.units},
                           {"trials_run", outcome.trials},
@@ -342,8 +342,8 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
                           {"unfinished", outcome.unfinished},
                           {"unmet", outcome.unmet_targets},
                           {"stopped", outcome.stopped},
-                          {"text", outcome.table ? run::calibration_text(*outcome.table) : ""}};
-    if (outcome.table) result["coefficients"] = run::table_json(*outcome.table);
+                          {"text", outcome.table ? jobs::calibration_text(*outcome.table) : ""}};
+    if (outcome.table) result["coefficients"] = report::table_json(*outcome.table);
     if (outcome.want) {
         result["want"] = run::result_json(*outcome.want);
         result["text"] = result["text"].get<std::string>() + "\n" + run::result_text(*outcome.want);
@@ -353,10 +353,10 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
                      const std::filesystem::path& folder, int workers, bool collect, bool quiet) {
-    run::TradeoffOptions options{
+    jobs::TradeoffOptions options{
         .wishes = wishes_of(want), .folder = folder, .workers = workers, .collect = collect, .quiet = quiet};
     options.budget = options.run_budget = seconds_of(budget, "budget");
-    const run::Tradeoff found = run::study_tradeoff(scene, options);
+    const jobs::Tradeoff found = jobs::study_tradeoff(scene, options);
     if (found.stopped) fail_run("stopped by a signal; every trial is kept: the same call resumes");
     const nlohmann::json result{{"found", run::result_json(found.result)},
                                 {"text", run::result_text(found.result)},
@@ -369,26 +369,26 @@ std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& wan
 
 /// The recommended scene, as TOML.
 std::string with_accuracy(const io::Scene& scene, const std::vector<std::string>& want, bool quiet) {
-    return nlohmann::json{{"scene", io::resolved_text(run::with_accuracy(scene, wishes_of(want), quiet))}}.dump();
+    return nlohmann::json{{"scene", io::resolved_text(jobs::with_accuracy(scene, wishes_of(want), quiet))}}.dump();
 }
 
 std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,
                   bool quiet) {
-    const run::SweepOutcome outcome = run::run_sweep(
+    const jobs::SweepOutcome outcome = jobs::run_sweep(
         scene, {.folder = folder, .share = {.number = share, .count = shares}, .collect = collect, .quiet = quiet});
-    const run::SweepTable table = outcome.table.value_or(run::SweepTable{});
+    const jobs::SweepTable table = outcome.table.value_or(jobs::SweepTable{});
     const nlohmann::json result{
-        {"keys", table.keys},         {"rows", run::table_json(table)}, {"text", run::table_text(table)},
-        {"warnings", table.warnings}, {"failed", outcome.failed},       {"failures", outcome.failures},
+        {"keys", table.keys},         {"rows", report::table_json(table)}, {"text", jobs::table_text(table)},
+        {"warnings", table.warnings}, {"failed", outcome.failed},          {"failures", outcome.failures},
         {"missing", outcome.missing}, {"stopped", outcome.stopped}};
     return result.dump();
 }
 
 std::string calibration_status(const io::Scene& scene, const std::filesystem::path& folder,
                                const std::vector<std::string>& want, const std::string& budget) {
-    run::CalibrationOptions options{.folder = folder, .wishes = wishes_of(want)};
+    jobs::CalibrationOptions options{.folder = folder, .wishes = wishes_of(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
-    return run::calibration_status(scene, options);
+    return jobs::calibration_status(scene, options);
 }
 
 void bind_runs(py::module_& module) {
@@ -410,11 +410,11 @@ void bind_runs(py::module_& module) {
     // These start processes: drover/worker.py calls them in a process without threads.
     module.def("tradeoff", &tradeoff, py::arg("scene"), py::arg("want"), py::arg("budget"), py::arg("folder"),
                py::arg("workers"), py::arg("collect"), py::arg("quiet"));
-    module.def("tradeoff_status", &run::tradeoff_status, py::arg("scene"), py::arg("folder"));
+    module.def("tradeoff_status", &jobs::tradeoff_status, py::arg("scene"), py::arg("folder"));
     module.def("with_accuracy", &with_accuracy, py::arg("scene"), py::arg("want"), py::arg("quiet"));
     module.def("sweep", &sweep, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("quiet"));
-    module.def("sweep_status", &run::sweep_status, py::arg("scene"), py::arg("folder"));
+    module.def("sweep_status", &jobs::sweep_status, py::arg("scene"), py::arg("folder"));
     module.def("calibration_status", &calibration_status, py::arg("scene"), py::arg("folder"), py::arg("want"),
                py::arg("budget"));
     module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
@@ -425,19 +425,19 @@ void bind_runs(py::module_& module) {
         "slurm_script",
         [](const std::string& command, const std::filesystem::path& scene, const std::vector<std::string>& settings,
            const std::filesystem::path& folder, int shares, const std::vector<std::string>& options) {
-            return run::slurm_script({.command = command,
-                                      .scene = scene,
-                                      .overrides = settings,
-                                      .folder = folder,
-                                      .shares = shares,
-                                      .options = options});
+            return jobs::slurm_script({.command = command,
+                                       .scene = scene,
+                                       .overrides = settings,
+                                       .folder = folder,
+                                       .shares = shares,
+                                       .options = options});
         },
         py::arg("command"), py::arg("scene"), py::arg("settings"), py::arg("folder"), py::arg("shares"),
         py::arg("options"));
     module.def(
         "info",
         [](const std::filesystem::path& file) {
-            return run::info_json(file).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+            return report::info_json(file).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
         },
         py::arg("file"));
     module.def(

@@ -7,9 +7,9 @@
 #include <atomic>
 #include <chrono>
 
-#include "bindings.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/measure/statistics.hpp"
+#include "python/bindings.hpp"
 
 namespace drover::python {
 

@@ -6,9 +6,9 @@
 #include <memory>
 #include <mutex>
 
-#include "bindings.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/threads.hpp"
+#include "python/bindings.hpp"
 
 namespace drover::python {
 

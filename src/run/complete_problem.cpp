@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "drover/model/energy.hpp"
-#include "numerics/fastest_growth.hpp"
+#include "numerics/solvers/fastest_growth.hpp"
 #include "physics/integrated.hpp"
 #include "run/field_problem.hpp"
 #include "run/grid_run.hpp"
@@ -59,7 +59,7 @@ std::vector<double> known_sizes(const io::Scene& scene, const model::Equations& 
         sizes.push_back(size);
     }
     if (how == Sizes::searched) try {
-            for (const model::StationaryState& state : stationary_states_of(scene, equations).states)
+            for (const theory::StationaryState& state : stationary_states_of(scene, equations).states)
                 for (std::size_t n = 0; n < sizes.size(); ++n) {
                     double square = 0.0;
                     for (int k = first[n]; k < first[n] + model::components(model.fields[n]); ++k)

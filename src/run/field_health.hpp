@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drover/numerics/transform.hpp"
-#include "numerics/kept_modes.hpp"
+#include "numerics/steppers/kept_modes.hpp"
 #include "run/field_problem.hpp"
 
 namespace drover::run {

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "run/scene_equations.hpp"
+#include "theory/state_text.hpp"
 
 namespace drover::run {
 
@@ -62,7 +63,7 @@ std::string add_directions(const model::Equations& equations, const UniformState
     powers.assign(pairs.size(), std::vector<double>(numerics::modes(grid), 0.0));
     for (const Direction& direction : directions) {
         const model::LinearisedAt at(equations, turned(equations.model(), state, direction.angle));
-        const model::StructureFactors one = model::structure_factors(at, grid, degree, threads);
+        const theory::StructureFactors one = theory::structure_factors(at, grid, degree, threads);
         if (!one.why_none.empty()) return one.why_none;
         for (std::size_t k = 0; k < pairs.size(); ++k)
             for (std::size_t m = 0; m < powers[k].size(); ++m)
@@ -72,10 +73,10 @@ std::string add_directions(const model::Equations& equations, const UniformState
 }
 
 /// The name and the values of a state for people; of rods and beads the sizes alone, since the scene has the densities.
-std::string words_of(const io::Scene& scene, const model::Model& model, const model::StationaryState& state) {
+std::string words_of(const io::Scene& scene, const model::Model& model, const theory::StationaryState& state) {
     const UniformState& values = state.values;
     if (scene.kind == io::SceneKind::model)
-        return text("\"{}\", {}", state.is_isotropic ? "isotropic" : "ordered", model::state_text(model, values));
+        return text("\"{}\", {}", state.is_isotropic ? "isotropic" : "ordered", theory::state_text(model, values));
     double order = 0.0, velocity = 0.0;
     std::size_t at = 0;
     for (const model::Field& field : model.fields) {
@@ -156,12 +157,12 @@ FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations&
         result.why_none = term + " depends on position or time: there is no uniform state";
         return result;
     }
-    const model::StationaryStates found = stationary_states_of(scene, equations);
+    const theory::StationaryStates found = stationary_states_of(scene, equations);
     if (found.states.empty()) {
         result.why_none = "there is no uniform stationary state: " + found.why_none;
         return result;
     }
-    const model::StationaryState& state = *model::nearest_state(found, equations.model(), samples);
+    const theory::StationaryState& state = *theory::nearest_state(found, equations.model(), samples);
     if (state.is_of_family) {
         result.why_none =
             "the stationary states are a continuum, such as all phases of an amplitude, of which the theory has one";

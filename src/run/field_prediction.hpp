@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drover/io/scene.hpp"
-#include "drover/model/theory.hpp"
+#include "drover/theory/theory.hpp"
 
 namespace drover::run {
 

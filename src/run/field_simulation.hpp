@@ -3,7 +3,7 @@
 #include "drover/base/threads.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/run/simulation.hpp"
-#include "numerics/step_error.hpp"
+#include "numerics/steppers/step_error.hpp"
 #include "run/scene_support.hpp"
 
 namespace drover::run {

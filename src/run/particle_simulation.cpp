@@ -7,9 +7,9 @@
 #include <memory>
 #include <set>
 
-#include "dem/contact_law.hpp"
-#include "dem/packing.hpp"
-#include "dem/plate_motion.hpp"
+#include "dem/contact/contact_law.hpp"
+#include "dem/flight/plate_motion.hpp"
+#include "dem/packing/packing.hpp"
 #include "drover/dem/world.hpp"
 #include "drover/io/scene_text.hpp"
 #include "io/trajectory.hpp"

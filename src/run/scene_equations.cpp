@@ -59,10 +59,10 @@ std::string placed_term_of(const io::Scene& scene, const model::Equations& equat
 
 namespace {
 /// Of a model file, whose fields follow the order in one way alone: without a search where that is enough.
-model::StationaryStates keyed_states(const physics::Equations& keyed, const model::Equations& equations) {
-    std::optional<model::StationaryStates> few;
-    if (keyed.model.text_terms.empty()) few = model::states_of_cubic_order(keyed.theory(), equations.reference());
-    model::StationaryStates found = few ? *std::move(few) : model::stationary_states(equations);
+theory::StationaryStates keyed_states(const physics::Equations& keyed, const model::Equations& equations) {
+    std::optional<theory::StationaryStates> few;
+    if (keyed.model.text_terms.empty()) few = theory::states_of_cubic_order(keyed.theory(), equations.reference());
+    theory::StationaryStates found = few ? *std::move(few) : theory::stationary_states(equations);
     if (found.why_no_order.empty()) return found;
     if (const std::string why = calibrate::why_no_order(keyed); !why.empty()) {
         found.why_no_order = why;
@@ -72,13 +72,13 @@ model::StationaryStates keyed_states(const physics::Equations& keyed, const mode
 }
 }  // namespace
 
-model::StationaryStates uniform_states_of(const io::Scene& scene, const model::Equations& equations) {
-    if (scene.kind == io::SceneKind::model) return model::stationary_states(equations);
+theory::StationaryStates uniform_states_of(const io::Scene& scene, const model::Equations& equations) {
+    if (scene.kind == io::SceneKind::model) return theory::stationary_states(equations);
     return keyed_states(physics::Equations(scene.model), equations);
 }
 
-model::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations) {
-    if (scene.kind == io::SceneKind::model) return model::stationary_states(equations);
+theory::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations) {
+    if (scene.kind == io::SceneKind::model) return theory::stationary_states(equations);
     const physics::Equations keyed(scene.model);
     if (const std::string term = physics::nonuniform_term(keyed); !term.empty())
         return {.states = {}, .why_none = term + " depends on position or time", .why_no_order = {}};

@@ -1,7 +1,7 @@
 // run/scene_equations.hpp: the equations of a scene of fields, whatever they are.
 #pragma once
 #include "drover/io/scene.hpp"
-#include "drover/model/theory.hpp"
+#include "drover/theory/theory.hpp"
 #include "model/field_evolution.hpp"
 #include "physics/function_terms.hpp"
 
@@ -16,9 +16,9 @@ model::Equations equations_of(const io::Scene& scene);
 std::string placed_term_of(const io::Scene& scene, const model::Equations& equations);
 
 /// Their uniform stationary states at the mean densities of the scene, without sources at points.
-model::StationaryStates uniform_states_of(const io::Scene& scene, const model::Equations& equations);
+theory::StationaryStates uniform_states_of(const io::Scene& scene, const model::Equations& equations);
 /// None where a term depends on position or time.
-model::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations);
+theory::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations);
 
 /// A number of its equations.
 struct SceneNumber {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "drover/model/start.hpp"
-#include "numerics/fastest_growth.hpp"
+#include "numerics/solvers/fastest_growth.hpp"
 #include "physics/function_terms.hpp"
 #include "run/field_health.hpp"
 #include "run/growing_waves.hpp"

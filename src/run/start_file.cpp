@@ -9,7 +9,7 @@
 #include "drover/base/threads.hpp"
 #include "drover/files/archive_reader.hpp"
 #include "drover/numerics/transform.hpp"
-#include "numerics/coarse_error.hpp"
+#include "numerics/steppers/coarse_error.hpp"
 #include "run/scene_support.hpp"
 
 namespace drover::run {

@@ -8,7 +8,7 @@
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
 #include "drover/measure/statistics.hpp"
-#include "numerics/time_method.hpp"
+#include "numerics/steppers/time_method.hpp"
 #include "run/field_simulation.hpp"
 #include "run/growing_waves.hpp"
 #include "run/kind.hpp"

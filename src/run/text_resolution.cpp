@@ -12,8 +12,8 @@
 #include "drover/base/threads.hpp"
 #include "drover/model/start.hpp"
 #include "drover/numerics/shells.hpp"
-#include "numerics/time_method.hpp"
-#include "numerics/wavenumbers.hpp"
+#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/steppers/time_method.hpp"
 #include "run/field_problem.hpp"
 #include "run/scene_equations.hpp"
 

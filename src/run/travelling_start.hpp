@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "drover/io/scene.hpp"
-#include "numerics/travelling_state.hpp"
+#include "numerics/solvers/travelling_state.hpp"
 
 namespace drover::run {
 

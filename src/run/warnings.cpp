@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "drover/measure/fields.hpp"
-#include "numerics/time_method.hpp"
-#include "numerics/wavenumbers.hpp"
+#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/steppers/time_method.hpp"
 #include "run/field_prediction.hpp"
 #include "run/field_simulation.hpp"
 #include "run/growing_waves.hpp"
@@ -30,22 +30,22 @@ namespace {
 /// the order of bodies that all point along it (their mean or, in the unit of their density, their sum), or that of an
 /// ordered uniform state if it is smaller.  0: unknown.
 double scale_of(const model::Equations& equations, const model::Field& field, std::size_t at,
-                const model::StationaryStates& found) {
+                const theory::StationaryStates& found) {
     if (field.spin == 0) return std::max(0.0, equations.reference()[at]);
     double scale = 0.0;
     if (field.unit == "1" && !field.observed.of.empty()) scale = 1.0;
     for (const model::Field& other : equations.model().fields)
         if (other.symbol == field.observed.of && other.unit == field.unit) scale = other.reference;
-    for (const model::StationaryState& state : found.states)
+    for (const theory::StationaryState& state : found.states)
         if (const double size = std::hypot(state.values[at], state.values[at + 1]); size > 0.0)
             scale = scale > 0.0 ? std::min(scale, size) : size;
     return scale;
 }
 
 /// None where the theory has none about the references.
-model::StationaryStates states_of(const io::Scene& scene, const model::Equations& equations) try {
+theory::StationaryStates states_of(const io::Scene& scene, const model::Equations& equations) try {
     return placed_term_of(scene, equations).empty() ? stationary_states_of(scene, equations)
-                                                    : model::StationaryStates();
+                                                    : theory::StationaryStates();
 } catch (const Error& error) {
     if (error.fault() != Fault::input) throw;
     return {};

@@ -16,13 +16,17 @@ BELOW = {
     "numerics": ("base",),
     "model": ("numerics",),
     "dem": ("base",),
-    "physics": ("model",),
+    "theory": ("model",),
+    "physics": ("theory",),
     "measure": ("numerics", "dem", "physics"),
     "calibrate": ("dem", "measure", "physics"),
     "io": ("base", "files", "numerics", "dem", "physics", "measure", "calibrate"),
     "run": ("io",),
-    "app": ("run",),
-    "python": ("run",),
+    "analysis": ("run",),
+    "jobs": ("analysis",),
+    "report": ("jobs",),
+    "app": ("report",),
+    "python": ("report",),
 }
 
 # Third-party headers that are confined: library, include patterns, files that may include them, maximum number of
@@ -37,7 +41,7 @@ HOMES = [
 
 # Third-party headers that the public headers of a layer may include; other public headers include none, nor system
 # headers.
-PUBLIC_THIRD_PARTY = {"model": ("Eigen/*",), "physics": ("Eigen/*",)}
+PUBLIC_THIRD_PARTY = {layer: ("Eigen/*",) for layer in ("model", "theory", "physics")}
 
 # Private headers of a module: header pattern, and the files that may include it.
 INTERNALS = [

@@ -37,13 +37,13 @@ ALLOWED_SECTIONS = {
 
 
 # Layers of C++ that name none of them.  Measures of particles are apart.
-LAYERS = ("numerics", "model", "physics", "measure", "run")
+LAYERS = ("numerics", "model", "theory", "physics", "measure", "run", "analysis", "jobs", "report")
 
 
 def places_in(layer):
     """{file: places with a name} of a layer of C++."""
     found = {}
-    for path in (*ROOT.glob(f"src/{layer}/*.[ch]pp"), *ROOT.glob(f"include/drover/{layer}/*.hpp")):
+    for path in (*ROOT.glob(f"src/{layer}/**/*.[ch]pp"), *ROOT.glob(f"include/drover/{layer}/*.hpp")):
         code = without_comments(path.read_text(encoding="utf-8"))
         count = sum(code.count(name) for name in NAMES)
         if count and not path.name.startswith("particle"):

@@ -15,7 +15,7 @@ def tree_with(folder, texts):
         "include/drover/numerics/grid.hpp": FIRST_LINE + '#include "drover/base/error.hpp"\n',
         "include/drover/physics/theory.hpp": FIRST_LINE + "#include <Eigen/Dense>\n",
         "src/numerics/plans.hpp": FIRST_LINE,
-        "src/numerics/transform.cpp": FIRST_LINE + '#include <fftw3.h>\n#include "numerics/plans.hpp"\n',
+        "src/numerics/fields/transform.cpp": FIRST_LINE + '#include <fftw3.h>\n#include "numerics/plans.hpp"\n',
         "src/files/archive.cpp": FIRST_LINE + "#include <hdf5.h>\n",
         "src/files/hdf5_file.cpp": FIRST_LINE + '#include "files/overlay.hpp"\n',
         "src/files/system_calls.cpp": FIRST_LINE + "const int file = ::open(name, O_RDONLY);  // not ifstream\n",
@@ -68,7 +68,7 @@ BROKEN = {
         "include/drover/numerics/bad.hpp:2: a public header includes <Eigen/Dense>"),
     "FFTW in a second file of numerics": (
         "src/numerics/bad.cpp", "#include <fftw3.h>",
-        "src/numerics/bad.cpp:2, src/numerics/transform.cpp:2: 2 files include FFTW"),
+        "src/numerics/bad.cpp:2, src/numerics/fields/transform.cpp:2: 2 files include FFTW"),
     "FFTW outside numerics": (
         "src/measure/bad.cpp", "#include <fftw3.h>",
         "src/measure/bad.cpp:2: <fftw3.h> of FFTW"),

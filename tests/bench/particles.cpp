@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "dem/packing.hpp"
+#include "dem/packing/packing.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::dem {

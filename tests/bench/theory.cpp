@@ -5,10 +5,10 @@
 #include <Eigen/Eigenvalues>
 #include <numbers>
 
-#include "model/instabilities.hpp"
 #include "physics/linear_modes.hpp"
 #include "physics/planes.hpp"
 #include "physics/symbols.hpp"
+#include "theory/instabilities.hpp"
 
 namespace drover {
 namespace {
@@ -41,8 +41,8 @@ void mode_map(benchmark::State& state) {
     const physics::StationaryState about = physics::stationary_states(equations).states.at(1);
     Threads threads(static_cast<int>(state.range(0)));
     for (auto _ : state)
-        benchmark::DoNotOptimize(model::mode_map(*physics::linearised(equations, about.point), steps(0.01, 3.0),
-                                                 steps(0.0, std::numbers::pi / 2.0), threads));
+        benchmark::DoNotOptimize(theory::mode_map(*physics::linearised(equations, about.point), steps(0.01, 3.0),
+                                                  steps(0.0, std::numbers::pi / 2.0), threads));
     state.counters["transforms"] = 0;
 }
 
@@ -63,8 +63,8 @@ void flock_structure_factors(benchmark::State& state) {
     const physics::StationaryState about = physics::stationary_states(equations).states.at(1);
     Threads threads(static_cast<int>(state.range(0)));
     for (auto _ : state)
-        benchmark::DoNotOptimize(model::structure_factors(*physics::linearised(equations, about.point),
-                                                          {256, 256, 256.0, 256.0}, 3, threads));
+        benchmark::DoNotOptimize(theory::structure_factors(*physics::linearised(equations, about.point),
+                                                           {256, 256, 256.0, 256.0}, 3, threads));
     state.counters["transforms"] = 0;
 }
 

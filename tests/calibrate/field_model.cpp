@@ -11,7 +11,7 @@
 #include "calibrate/fill_model.hpp"
 #include "drover/base/random.hpp"
 #include "drover/physics/linear_theory.hpp"
-#include "numerics/fastest_growth.hpp"
+#include "numerics/solvers/fastest_growth.hpp"
 #include "physics/structure.hpp"
 
 namespace drover::calibrate::field_model_tests {

@@ -8,7 +8,7 @@
 #include "calibrate/alignment.hpp"
 #include "calibrate/collision_rule.hpp"
 #include "drover/calibrate/table.hpp"
-#include "numerics/dense.hpp"
+#include "numerics/algebra/dense.hpp"
 
 namespace drover::calibrate::kinetic_closures_tests {
 namespace {

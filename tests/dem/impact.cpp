@@ -1,5 +1,5 @@
 // tests/dem/impact.cpp: impacts against closed forms, conservation laws, springs and symmetry.
-#include "dem/impact.hpp"
+#include "dem/contact/impact.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "dem/contact_law.hpp"
-#include "dem/impact_increment.hpp"
-#include "dem/impact_remainder.hpp"
+#include "dem/contact/contact_law.hpp"
+#include "dem/contact/impact_increment.hpp"
+#include "dem/contact/impact_remainder.hpp"
 #include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"
 

@@ -1,5 +1,5 @@
 // tests/dem/packing.cpp: packings have no overlaps, no order, and are as dense as they were asked to be.
-#include "dem/packing.hpp"
+#include "dem/packing/packing.hpp"
 
 #include <gtest/gtest.h>
 

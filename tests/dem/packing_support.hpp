@@ -5,8 +5,8 @@
 #include <complex>
 #include <vector>
 
-#include "dem/packing.hpp"
-#include "dem/wall.hpp"
+#include "dem/flight/wall.hpp"
+#include "dem/packing/packing.hpp"
 
 namespace drover::dem {
 

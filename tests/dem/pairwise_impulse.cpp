@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "dem/contact_law.hpp"
-#include "dem/impact_increment.hpp"
+#include "dem/contact/contact_law.hpp"
+#include "dem/contact/impact_increment.hpp"
 #include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"
 

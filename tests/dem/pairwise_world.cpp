@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bench/particles/plain_rod.hpp"
-#include "dem/contact_law.hpp"
+#include "dem/contact/contact_law.hpp"
 #include "dem/scenes.hpp"
 
 namespace drover::dem::pairwise_world_tests {

@@ -1,5 +1,5 @@
 // tests/dem/rotation.cpp: free tops against conservation laws and Euler's equations.
-#include "dem/rotation.hpp"
+#include "dem/bodies/rotation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dem/contact_law.hpp"
+#include "dem/contact/contact_law.hpp"
 #include "dem/scenes.hpp"
 
 namespace drover::dem::soft_contacts_tests {

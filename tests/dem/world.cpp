@@ -9,7 +9,7 @@
 #include <bit>
 #include <cmath>
 
-#include "dem/rotation.hpp"
+#include "dem/bodies/rotation.hpp"
 #include "dem/scenes.hpp"
 
 namespace drover::dem::world_tests {

@@ -1,7 +1,7 @@
 // tests/io/trajectory.cpp: bodies in archives: H5MD, wrapped spheres, frames read back, resuming, extended XYZ.
 #include "io/trajectory.hpp"
 
-#include "dem/rotation.hpp"
+#include "dem/bodies/rotation.hpp"
 #include "drover/io/scene.hpp"
 #include "files/support.hpp"
 #include "io/xyz.hpp"

@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "dem/rotation.hpp"
+#include "dem/bodies/rotation.hpp"
 #include "measure/particles_support.hpp"
 
 namespace drover::measure::particles_tests {

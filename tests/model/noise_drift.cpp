@@ -9,8 +9,8 @@
 #include "drover/model/evolution.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/stepper_table.hpp"
-#include "numerics/kept_modes.hpp"
-#include "numerics/linear_operator.hpp"
+#include "numerics/steppers/kept_modes.hpp"
+#include "numerics/steppers/linear_operator.hpp"
 
 namespace drover::model::noise_drift_tests {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "drover/model/equations.hpp"
 #include "model/generator.hpp"
-#include "numerics/linear_operator.hpp"
+#include "numerics/steppers/linear_operator.hpp"
 
 namespace drover::model::random_models_tests {
 namespace {

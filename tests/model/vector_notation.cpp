@@ -5,7 +5,7 @@
 
 #include "base/refusal.hpp"
 #include "drover/model/equations.hpp"
-#include "numerics/linear_operator.hpp"
+#include "numerics/steppers/linear_operator.hpp"
 
 namespace drover::model::vector_notation_tests {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "drover/model/evolution.hpp"
 #include "drover/model/linearised_at.hpp"
-#include "drover/model/theory.hpp"
+#include "drover/theory/theory.hpp"
 
 namespace drover::model::white_noise_tests {
 namespace {
@@ -21,7 +21,7 @@ Field scalar(const std::string& symbol, const std::string& equation) {
 
 Symbol stationary(const Model& model, const Wavevector& q) {
     const Equations equations(model);
-    const Covariance found = covariance(LinearisedAt(equations, equations.reference()), q);
+    const theory::Covariance found = theory::covariance(LinearisedAt(equations, equations.reference()), q);
     EXPECT_EQ(found.why_none, "");
     return found.matrix;
 }

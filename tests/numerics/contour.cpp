@@ -1,5 +1,5 @@
 // tests/numerics/contour.cpp: traced lines against curves in closed form, and the documented limits of accuracy.
-#include "numerics/contour.hpp"
+#include "numerics/algebra/contour.hpp"
 
 #include <gtest/gtest.h>
 

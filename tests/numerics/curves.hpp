@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "numerics/contour.hpp"
+#include "numerics/algebra/contour.hpp"
 
 namespace drover::numerics {
 

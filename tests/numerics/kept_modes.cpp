@@ -1,5 +1,5 @@
 // tests/numerics/kept_modes.cpp: nothing but zeros is left out of a state.
-#include "numerics/kept_modes.hpp"
+#include "numerics/steppers/kept_modes.hpp"
 
 #include <gtest/gtest.h>
 

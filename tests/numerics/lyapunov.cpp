@@ -1,5 +1,5 @@
 // tests/numerics/lyapunov.cpp: the Lyapunov equation against its residual and against real blocks.
-#include "numerics/lyapunov.hpp"
+#include "numerics/algebra/lyapunov.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // tests/numerics/noise_path.cpp: noise does not depend on how time is divided, nor on the grid.
-#include "numerics/noise_path.hpp"
+#include "numerics/steppers/noise_path.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // tests/numerics/per_thread.cpp: an object of each thread.
-#include "numerics/per_thread.hpp"
+#include "numerics/fields/per_thread.hpp"
 
 #include <gtest/gtest.h>
 

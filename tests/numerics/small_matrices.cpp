@@ -1,13 +1,13 @@
 // tests/numerics/small_matrices.cpp: decompositions reproduce the matrix.
-#include "numerics/small_matrices.hpp"
+#include "numerics/algebra/small_matrices.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "numerics/dense.hpp"
-#include "numerics/precise_eigenvalues.hpp"
+#include "numerics/algebra/dense.hpp"
+#include "numerics/algebra/precise_eigenvalues.hpp"
 
 namespace drover::numerics::small_matrices_tests {
 namespace {

@@ -11,10 +11,10 @@
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/sundials_stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "numerics/isotropic.hpp"
-#include "numerics/linear_operator.hpp"
-#include "numerics/noise_path.hpp"
 #include "numerics/spin_equations.hpp"
+#include "numerics/steppers/isotropic.hpp"
+#include "numerics/steppers/linear_operator.hpp"
+#include "numerics/steppers/noise_path.hpp"
 
 namespace drover::numerics::spins_tests {
 namespace {

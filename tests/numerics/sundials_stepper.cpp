@@ -9,7 +9,7 @@
 #include "drover/base/error.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "numerics/small_flock.hpp"
-#include "numerics/time_method.hpp"
+#include "numerics/steppers/time_method.hpp"
 
 namespace drover::numerics::sundials_stepper_tests {
 namespace {

@@ -1,5 +1,5 @@
 // tests/numerics/watched_stepper.cpp: the error of the steps of an oscillation, whose exact solution is known.
-#include "numerics/watched_stepper.hpp"
+#include "numerics/steppers/watched_stepper.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // tests/physics/binodal.cpp: densities of coexisting phases against the exact travelling band.
-#include "model/binodal.hpp"
+#include "theory/binodal.hpp"
 
 #include <gtest/gtest.h>
 
@@ -38,11 +38,11 @@ TEST(Binodal, of_an_exact_band_follows_the_threshold_at_its_exact_densities_and_
     Threads threads(1);
     const TravellingProblem problem{.model = model_at, .parameter = 1.1, .grid = grid, .dealiasing = {}};
     const TravellingState first = TravellingSolver(problem, threads).find(exact_state({}, threads));
-    const model::Binodal binodal = model::trace_binodal(of_model(problem), first, 0, 0.9, 4, threads);
+    const theory::Binodal binodal = theory::trace_binodal(of_model(problem), first, 0, 0.9, 4, threads);
     EXPECT_EQ(binodal.ends, "");
     ASSERT_EQ(binodal.points.size(), 5U);
     EXPECT_EQ(binodal.points.back().parameter, 0.9);
-    for (const model::Coexistence& at : binodal.points) {
+    for (const theory::Coexistence& at : binodal.points) {
         const Band band{.sigma_c = at.parameter};
         EXPECT_NEAR(at.low, band.gas, 1e-8) << at.parameter;
         EXPECT_NEAR(at.high, band.gas + band.order / band.c, 1e-8) << at.parameter;
@@ -56,7 +56,7 @@ TEST(Binodal, ends_with_the_reason_where_the_fronts_become_too_wide_for_the_cell
     const auto model = [](double saturation) { return model_of({.b = saturation}); };
     const TravellingProblem problem{.model = model, .parameter = 0.8, .grid = grid, .dealiasing = {}};
     const TravellingState first = TravellingSolver(problem, threads).find(exact_state({}, threads));
-    const model::Binodal binodal = model::trace_binodal(of_model(problem), first, 0, 200.0, 64, threads);
+    const theory::Binodal binodal = theory::trace_binodal(of_model(problem), first, 0, 200.0, 64, threads);
     EXPECT_NE(binodal.ends, "");
     EXPECT_LT(binodal.points.back().parameter, 200.0);
     const Band band{.b = binodal.points.back().parameter};
@@ -70,7 +70,7 @@ TEST(Binodal, of_a_state_without_plateaus_is_refused_with_what_it_needs) {
     wave.state[0][0] = 1.0;
     wave.state[0][1] = 0.1;
     try {
-        model::trace_binodal(of_model(problem), wave, 0, 0.9, 4, threads);
+        theory::trace_binodal(of_model(problem), wave, 0, 0.9, 4, threads);
         FAIL();
     } catch (const Error& error) {
         EXPECT_NE(std::string(error.what()).find("no two plateaus"), std::string::npos) << error.what();

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "linear_modes.hpp"
-#include "model/instabilities.hpp"
 #include "physics/rod_bead_model.hpp"
+#include "theory/instabilities.hpp"
 
 namespace drover::physics {
 
@@ -45,10 +45,10 @@ inline Letters isotropic_letters() { return {.a = 1.4}; }
 inline StationaryState flock_of(const Equations& equations) { return stationary_states(equations).states.at(1); }
 inline StationaryState isotropic_of(const Equations& equations) { return stationary_states(equations).states.at(0); }
 
-inline std::vector<model::Instability> instabilities(const Equations& equations, const StationaryState& about,
-                                                     const model::GrowthSearch& search) {
+inline std::vector<theory::Instability> instabilities(const Equations& equations, const StationaryState& about,
+                                                      const theory::GrowthSearch& search) {
     Threads one(1);
-    return model::growing_waves(*linearised(equations, about.point), search, one).kinds;
+    return theory::growing_waves(*linearised(equations, about.point), search, one).kinds;
 }
 
 }  // namespace drover::physics

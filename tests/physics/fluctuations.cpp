@@ -153,7 +153,7 @@ TEST(StructureFactors, about_the_isotropic_state_are_those_of_its_blocks) {
 
 double direction_diffusion(const Equations& e) {
     const auto at = linearised(e, flock_of(e).point);
-    return model::direction_diffusion(*at, model::long_waves(*at));
+    return theory::direction_diffusion(*at, theory::long_waves(*at));
 }
 
 TEST(DirectionDiffusion, of_a_flock_is_the_closed_form) {

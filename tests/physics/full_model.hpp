@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "numerics/linear_operator.hpp"
+#include "numerics/steppers/linear_operator.hpp"
 #include "physics/integrated.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "physics/whole_rate.hpp"

@@ -2,24 +2,24 @@
 #pragma once
 #include <cmath>
 
-#include "drover/model/theory.hpp"
+#include "drover/theory/theory.hpp"
 #include "uniform_points.hpp"
 
 namespace drover::physics {
 
-using model::Growth;
-using model::Modes;
+using theory::Growth;
+using theory::Modes;
 
 /// Those of model/theory.hpp; angles are those from the direction of the state.
 inline Modes modes(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
-    return model::modes(*linearised(equations, about), q);
+    return theory::modes(*linearised(equations, about), q);
 }
 inline Eigen::VectorXcd mode_rates(const Equations& equations, const UniformPoint& about,
                                    const numerics::Wavevector& q) {
-    return model::mode_rates(*linearised(equations, about), q);
+    return theory::mode_rates(*linearised(equations, about), q);
 }
 inline Growth growth(const Equations& equations, const UniformPoint& about, double q, double angle) {
-    return model::growth(*linearised(equations, about), q, angle);
+    return theory::growth(*linearised(equations, about), q, angle);
 }
 
 /// The wavevector at an angle from the direction of the state.

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "flock_model.hpp"
-#include "numerics/dense.hpp"
+#include "numerics/algebra/dense.hpp"
 #include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::long_waves_tests {
@@ -289,16 +289,16 @@ TEST(Banding, of_rods_has_the_neutral_wave_of_the_closed_form) {
         const double abar = -part * rods.margin_of_order();
         const Equations equations(rods.model(abar));
         const StationaryState flock = flock_of(equations);
-        const std::vector<model::Band> found =
-            model::growth_bands(*linearised(equations, flock.point), 0.0, {.min = 1e-3, .max = 10.0});
+        const std::vector<theory::Band> found =
+            theory::growth_bands(*linearised(equations, flock.point), 0.0, {.min = 1e-3, .max = 10.0});
         ASSERT_EQ(found.size(), 1u);
         EXPECT_TRUE(found[0].reaches_min);
         EXPECT_NEAR(found[0].max / rods.neutral(abar), 1.0,
                     1e-10);  // bisection of a growth that is 1e-16 of rates uncertain
-        const std::vector<model::Instability> grows = instabilities(equations, flock, {.min = 1e-3, .max = 10.0});
+        const std::vector<theory::Instability> grows = instabilities(equations, flock, {.min = 1e-3, .max = 10.0});
         ASSERT_FALSE(grows.empty());
-        const auto bands = std::find_if(grows.begin(), grows.end(), [](const model::Instability& i) {
-            return i.kind == model::InstabilityKind::banding;
+        const auto bands = std::find_if(grows.begin(), grows.end(), [](const theory::Instability& i) {
+            return i.kind == theory::InstabilityKind::banding;
         });
         ASSERT_NE(bands, grows.end());
         EXPECT_NEAR(bands->max / rods.neutral(abar), 1.0, 1e-10);

@@ -8,7 +8,7 @@
 #include "drover/base/error.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "initial_spectra.hpp"
-#include "numerics/fastest_growth.hpp"
+#include "numerics/solvers/fastest_growth.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "structure.hpp"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "drover/numerics/field.hpp"
-#include "numerics/small_matrices.hpp"
+#include "numerics/algebra/small_matrices.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "symbols.hpp"
 

@@ -7,17 +7,17 @@
 #include <vector>
 
 #include "base/draws.hpp"
-#include "model/limits.hpp"
 #include "physics/rod_bead_model.hpp"
+#include "theory/limits.hpp"
 #include "uniform_points.hpp"
 
 namespace drover::physics {
 
-using model::Boundary;
-using model::BoundaryLine;
-using model::BoundaryPoint;
-using model::Limit;
-using model::Margin;
+using theory::Boundary;
+using theory::BoundaryLine;
+using theory::BoundaryPoint;
+using theory::Limit;
+using theory::Margin;
 
 /// One axis of a plane of models.
 struct PlaneAxis {
@@ -55,7 +55,7 @@ inline void draw_errors(const std::vector<Uncertain>& uncertain, std::vector<Mod
 }
 
 /// The margins of one limit over a plane; where both axes are densities, of one compiled model.
-inline model::MarginOf margin_over(const Plane& plane, Limit limit) {
+inline theory::MarginOf margin_over(const Plane& plane, Limit limit) {
     Model middle = plane.model;
     plane.x.set(middle, 0.5 * (plane.x.from + plane.x.to));
     plane.y.set(middle, 0.5 * (plane.y.from + plane.y.to));
@@ -67,10 +67,10 @@ inline model::MarginOf margin_over(const Plane& plane, Limit limit) {
         plane.y.set(model, point.y);
         const model::UniformState means =
             values_of(*base, {.bead_density = model.uniform.bead_density, .rod_density = model.uniform.rod_density});
-        if (plane.x.is_density && plane.y.is_density) return model::margin(base->theory(), means, limit);
+        if (plane.x.is_density && plane.y.is_density) return theory::margin(base->theory(), means, limit);
         if (!base->theory().rates(means).allFinite()) return {.value = std::numeric_limits<double>::quiet_NaN()};
         try {
-            return model::margin(Equations(model, *base).theory(), means, limit);
+            return theory::margin(Equations(model, *base).theory(), means, limit);
         } catch (const Error& error) {
             fail_input({}, "at {} = {}, {} = {}: {}", plane.x.name, point.x, plane.y.name, point.y, error.what());
         }
@@ -79,18 +79,18 @@ inline model::MarginOf margin_over(const Plane& plane, Limit limit) {
 
 inline Boundary trace_boundary(const Plane& plane, Limit limit, const std::vector<Model>& draws,
                                const numerics::ContourOptions& options, const ComputeAll& compute) {
-    std::vector<model::MarginOf> others;
+    std::vector<theory::MarginOf> others;
     for (const Model& one : draws) {
         Plane changed = plane;
         changed.model = one;
-        others.push_back(model::where_valid(margin_over(changed, limit)));
+        others.push_back(theory::where_valid(margin_over(changed, limit)));
     }
-    return model::trace_boundary({.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to},
-                                 margin_over(plane, limit), others, options, compute);
+    return theory::trace_boundary({.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to},
+                                  margin_over(plane, limit), others, options, compute);
 }
 
 inline std::vector<Margin> margins(const Plane& plane, const std::vector<numerics::PlanePoint>& points, Limit limit) {
-    const model::MarginOf over = margin_over(plane, limit);
+    const theory::MarginOf over = margin_over(plane, limit);
     std::vector<Margin> result;
     for (const numerics::PlanePoint& point : points) result.push_back(over(point));
     return result;

@@ -143,7 +143,7 @@ TEST(ModeMap, holds_eigenvectors_with_their_duals) {
     const Equations e(flock_model({}));
     const auto at = linearised(e, flock_of(e).point);
     Threads threads(2);
-    const model::ModeMap map = model::mode_map(*at, steps(0.05, 2.0, 20), steps(0.0, pi, 13), threads);
+    const theory::ModeMap map = theory::mode_map(*at, steps(0.05, 2.0, 20), steps(0.0, pi, 13), threads);
     for (std::size_t a = 0; a < map.angles.size(); ++a)
         for (std::size_t k = 0; k < map.wavenumbers.size(); ++k) {
             const Modes& here = map.at(a, k);
@@ -160,7 +160,7 @@ TEST(ModeMap, follows_branches_through_crossings) {
     const Equations e(flock_model(l));
     Threads threads(1);
     const std::vector<double> q = steps(0.01, 3.0, 300);
-    const model::ModeMap map = model::mode_map(*linearised(e, isotropic_of(e).point), q, {0.4}, threads);
+    const theory::ModeMap map = theory::mode_map(*linearised(e, isotropic_of(e).point), q, {0.4}, threads);
     for (Eigen::Index branch = 0; branch < 6; ++branch)
         for (std::size_t k = 1; k + 1 < q.size(); ++k) {
             // Across or along, for ever.
@@ -183,8 +183,8 @@ TEST(ModeMap, of_a_defective_matrix_keeps_every_rate) {
     const Equations e(model);
     const double q = l.gamma / (2.0 * l.rho * std::sqrt(l.e));
     Threads threads(1);
-    const model::ModeMap map =
-        model::mode_map(*linearised(e, isotropic_of(e).point), {0.5 * q, q, 1.5 * q}, {0.0}, threads);
+    const theory::ModeMap map =
+        theory::mode_map(*linearised(e, isotropic_of(e).point), {0.5 * q, q, 1.5 * q}, {0.0}, threads);
     for (std::size_t k = 0; k < 3; ++k) {
         Eigen::VectorXcd expected = mode_rates(e, isotropic_of(e).point, {.x = map.wavenumbers[k], .y = 0.0});
         for (const Complex rate : map.at(0, k).rates)
@@ -198,10 +198,10 @@ TEST(ModeMap, of_a_defective_matrix_keeps_every_rate) {
 
 // ---- what grows
 
-const model::GrowthSearch search{.min = 1e-3, .max = 50.0};
+const theory::GrowthSearch search{.min = 1e-3, .max = 50.0};
 
-using model::Instability;
-using model::InstabilityKind;
+using theory::Instability;
+using theory::InstabilityKind;
 
 std::vector<std::string> names(const std::vector<Instability>& found) {
     std::vector<std::string> result;

@@ -10,8 +10,8 @@
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "drover/physics/linear_theory.hpp"
-#include "numerics/fastest_growth.hpp"
-#include "numerics/wavenumbers.hpp"
+#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/solvers/fastest_growth.hpp"
 #include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::stationary_spectrum_tests {

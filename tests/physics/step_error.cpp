@@ -1,5 +1,5 @@
 // tests/physics/step_error.cpp: the estimated error of the time steps beside the true one.
-#include "numerics/step_error.hpp"
+#include "numerics/steppers/step_error.hpp"
 #include "drover/numerics/transform.hpp"
 
 #include <gtest/gtest.h>

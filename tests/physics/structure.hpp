@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "drover/model/theory.hpp"
 #include "drover/physics/linear_theory.hpp"
-#include "numerics/wavenumbers.hpp"
+#include "drover/theory/theory.hpp"
+#include "numerics/fields/wavenumbers.hpp"
 #include "uniform_points.hpp"
 
 namespace drover::physics {
@@ -49,7 +49,7 @@ inline StructureFactor structure_factor_of(const Symbol& s, const numerics::Wave
 inline Symbol structure_matrix(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
     const auto at = linearised(equations, about);
     model::Symbol covariance;
-    const double growth = model::solve_covariance(*at, q, covariance);
+    const double growth = theory::solve_covariance(*at, q, covariance);
     if (!(growth < 0.0))
         fail_run("no stationary state: a mode at q = ({:.4g}, {:.4g}) /mm grows at {:.3g} /s", q.x, q.y, growth);
     return of_all_fields(equations, covariance, at->state_components());
@@ -59,7 +59,7 @@ inline Symbol dynamic_structure_matrix(const Equations& equations, const Uniform
                                        const numerics::Wavevector& q, double omega) {
     const auto at = linearised(equations, about);
     const std::vector<int>& state = at->state_components();
-    return of_all_fields(equations, model::dynamic_structure(*at, q, omega)(state, state), state);
+    return of_all_fields(equations, theory::dynamic_structure(*at, q, omega)(state, state), state);
 }
 
 inline std::vector<StructureFactor> structure_factors(const Equations& equations, const UniformPoint& about,

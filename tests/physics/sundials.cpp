@@ -1,7 +1,7 @@
 // tests/physics/sundials.cpp: the methods of SUNDIALS on the full equations, beside the exponential ones.
 #include <gtest/gtest.h>
 
-#include "numerics/time_method.hpp"
+#include "numerics/steppers/time_method.hpp"
 #include "physics/integrated.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "solver_support.hpp"

@@ -3,9 +3,9 @@
 #include <functional>
 
 #include "drover/physics/linear_theory.hpp"
-#include "model/binodal.hpp"
-#include "numerics/travelling_state.hpp"
+#include "numerics/solvers/travelling_state.hpp"
 #include "physics/integrated.hpp"
+#include "theory/binodal.hpp"
 
 namespace drover::physics {
 
@@ -19,14 +19,14 @@ struct TravellingProblem {
     Dealiasing dealiasing;
 };
 
-inline model::TravellingProblem of_model(const TravellingProblem& problem) {
+inline theory::TravellingProblem of_model(const TravellingProblem& problem) {
     return {.at = [problem](double parameter) { return integrated(problem.model(parameter), problem.dealiasing); },
             .parameter = problem.parameter,
             .grid = problem.grid};
 }
 
 inline numerics::TravellingFamily travelling_family(const TravellingProblem& problem, Threads& threads) {
-    return model::travelling_family(of_model(problem).at, problem.parameter, problem.grid, threads);
+    return theory::travelling_family(of_model(problem).at, problem.parameter, problem.grid, threads);
 }
 
 struct TravellingSolver : numerics::TravellingSolver {

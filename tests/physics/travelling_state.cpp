@@ -8,8 +8,8 @@
 #include "band_model.hpp"
 #include "drover/base/error.hpp"
 #include "kink_model.hpp"
-#include "model/density_profile.hpp"
 #include "physics/rod_bead_model.hpp"
+#include "theory/density_profile.hpp"
 #include "travelling_problem.hpp"
 
 namespace drover::physics::travelling_state_tests {
@@ -82,7 +82,7 @@ void expect_band(const Band& band) {
         // 0.008 /s.
         EXPECT_NEAR(found.speed, band.c, 1e-10);
         EXPECT_LT(distance_up_to_position(line, found.state, line.spectra(exact), 1), 1e-10);
-        const model::DensityProfile profile = model::density_profile(line.fields(found.state)[0], length);
+        const theory::DensityProfile profile = theory::density_profile(line.fields(found.state)[0], length);
         EXPECT_NEAR(profile.low, band.gas, 1e-6);
         EXPECT_NEAR(profile.high, band.gas + band.order / band.c, 1e-6);
         EXPECT_TRUE(profile.low_is_flat && profile.high_is_flat);
@@ -125,7 +125,7 @@ TEST(TravellingStateLong, solitary_wave_is_found_to_1e_10_from_a_bump_of_another
     const TravellingState found = solver.find(line.spectra(guess));
     EXPECT_NEAR(found.speed, wave.band.c, 1e-10);
     EXPECT_LT(distance_up_to_position(line, found.state, line.spectra(exact), 1), 1e-10);
-    EXPECT_FALSE(model::density_profile(line.fields(found.state)[0], side).high_is_flat);
+    EXPECT_FALSE(theory::density_profile(line.fields(found.state)[0], side).high_is_flat);
     // It is a critical nucleus: one growing perturbation.
     const auto rates = solver.perturbation_rates(found, 3);
     EXPECT_GT(rates[0].real(), 1e-3);

@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "calibrate/slow_order.hpp"
-#include "model/limits.hpp"
 #include "physics/rod_bead_model.hpp"
+#include "theory/limits.hpp"
 
 namespace drover::physics {
 
-using model::LongWaves;
-using model::slow_growth;
-using model::slow_modes;
-using model::SlowMode;
+using theory::LongWaves;
+using theory::slow_growth;
+using theory::slow_modes;
+using theory::SlowMode;
 
 /// A matrix between small deviations ~ exp(i q.r) of all fields from a uniform state, by FieldIndex.
 using Symbol = Eigen::Matrix<std::complex<double>, FieldIndex::count, FieldIndex::count>;
@@ -75,9 +75,9 @@ struct StationaryStates {
 /// Those of model::stationary_states.
 inline StationaryStates stationary_states(const Equations& e) {
     const Densities densities = mean_densities(e.model);
-    const model::StationaryStates found = model::stationary_states(e.solver(densities));
+    const theory::StationaryStates found = theory::stationary_states(e.solver(densities));
     StationaryStates result{.states = {}, .no_order = found.why_no_order};
-    for (const model::StationaryState& state : found.states)
+    for (const theory::StationaryState& state : found.states)
         result.states.push_back({.name = state.name,
                                  .point = point_of(e, state.values, densities),
                                  .free_direction = state.has_free_direction});
@@ -89,7 +89,7 @@ inline std::shared_ptr<const model::LinearisedAt> linearised(const Equations& e,
     return std::make_shared<const model::LinearisedAt>(e.theory().linearised(values_of(e, about)));
 }
 inline LongWaves long_waves(const Equations& e, const StationaryState& about) {
-    return model::long_waves(*linearised(e, about.point));
+    return theory::long_waves(*linearised(e, about.point));
 }
 
 using EffectiveCoefficients = calibrate::SlowOrder;

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "drover/model/point_theory.hpp"
 #include "drover/numerics/grid.hpp"
 #include "drover/physics/compiled_model.hpp"
+#include "drover/theory/point_theory.hpp"
 
 namespace drover::physics {
 
@@ -25,8 +25,8 @@ struct Equations : CompiledModel {
     const model::Equations& right_sides() const { return *right_sides_; }
     /// Of uniform states and waves, by right_sides().  Throws an input Error for a function that this program does not
     /// have.
-    model::PointTheory theory() const;
-    static model::PointTheory theory(const std::shared_ptr<const Equations>& equations);
+    theory::PointTheory theory() const;
+    static theory::PointTheory theory(const std::shared_ptr<const Equations>& equations);
     /// One for each of right_sides().terms(): the key of its coefficient, or terms[n] for a text of the scene.
     const std::vector<std::string>& terms() const { return terms_; }
     /// What is integrated, with masses and balances.  The linear part is taken about these densities, and the other

@@ -22,11 +22,11 @@
 #include "calibrate/synthetic.hpp"
 #include "drover/io/scene_text.hpp"
 #include "io/trial_record.hpp"
+#include "jobs/normal_world.hpp"
+#include "jobs/want_plan.hpp"
 #include "run/loop.hpp"
-#include "run/normal_world.hpp"
-#include "run/want_plan.hpp"
 
-namespace drover::run {
+namespace drover::jobs {
 namespace {
 using calibrate::Attempt;
 using calibrate::TrialSet;
@@ -315,7 +315,7 @@ int main_of(const std::vector<std::string>& words) {
     return 0;
 }
 }  // namespace
-}  // namespace drover::run
+}  // namespace drover::jobs
 
 int main(int count, char** words) {
     try {

@@ -1,0 +1,17 @@
+// analysis/boundary.hpp: phase boundaries in a plane of two numbers of a scene's model.
+#pragma once
+#include "analysis/boundary_work.hpp"
+#include "drover/io/scene.hpp"
+#include "drover/run/result.hpp"
+
+namespace drover::analysis {
+
+/// The lines of each limit and convention of lambda; in an archive the plane, the vertices of all lines and the map of
+/// regimes.  Throws an input Error, at boundary.x, .y, .lines, .conventions or .errors, for a plane that cannot be
+/// traced, and for a model of its own an environment Error on a stop signal.
+run::Result make_boundary(const io::Scene& scene, Threads& threads, const BoundaryWork& work = {});
+
+/// Throws the same input Errors for the plane of a scene, if it has one, without tracing it.
+void check_boundary(const io::Scene& scene);
+
+}  // namespace drover::analysis

@@ -1,0 +1,39 @@
+// analysis/boundary_plan.hpp: the plane, the uncertain numbers and the lines of drover boundary, read from a scene.
+#pragma once
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "analysis/boundary_records.hpp"
+#include "analysis/plane_models.hpp"
+#include "drover/io/scene.hpp"
+
+namespace drover::analysis {
+
+struct PlannedBoundary {
+    DescribedAxis x, y;
+    PlaneNumber x_number, y_number;                      ///< what they set
+    std::vector<std::pair<std::string, double>> errors;  ///< standard errors by key, beside those of tables
+    std::vector<std::string> conventions;                ///< of lambda; one that is empty in a model of one's own
+    std::vector<std::string> lines;                      ///< at least one, binodals last
+
+    numerics::Rectangle rectangle() const { return {.x0 = x.from, .x1 = x.to, .y0 = y.from, .y1 = y.to}; }
+};
+
+/// The lines that a plane may show: limits of stability in the limit of long waves, the binodals of phases that
+/// coexist, and where a uniform state becomes unstable to any wave.
+const std::vector<std::string>& line_names();
+inline constexpr const char* binodal_name = "binodal";
+inline constexpr const char *isotropic_line = "isotropic", *ordered_line = "ordered";
+inline bool is_of_state(const std::string& line) { return line == isotropic_line || line == ordered_line; }
+
+/// Whether a field of a scene turns.
+bool has_order(const io::Scene& scene);
+
+/// The component of a state with the density of an axis; -1: it is not the mean of a conserved scalar with a rate.
+int density_component(const model::Equations& equations, const PlaneNumber& number);
+
+/// Throws an input Error at the key that is wrong.
+PlannedBoundary plan_boundary(const io::Scene& scene);
+
+}  // namespace drover::analysis

@@ -1,0 +1,233 @@
+// analysis/boundary_problem.cpp: limits of stability, states and binodals of a scene over a plane of its numbers.
+#include "analysis/boundary_problem.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "analysis/stability_problem.hpp"
+#include "base/constants.hpp"
+#include "base/log.hpp"
+#include "run/progress.hpp"
+#include "run/scene_equations.hpp"
+#include "run/signals.hpp"
+
+namespace drover::analysis {
+
+namespace {
+using theory::Limit;
+using theory::MarginState;
+
+/// Of a table at one point, in a plane of area fractions.
+void warn_of_fixed_coefficients(const io::Scene& scene, const PlannedBoundary& planned) {
+    const io::CalibratedPlan& calibrated = scene.calibrated;
+    if (calibrated.filled.empty() || calibrated.coefficients == "local" ||
+        !(planned.x_number.is_fraction || planned.y_number.is_fraction))
+        return;
+    log_warning(
+        "area fractions of the plane change the densities alone: all coefficients stay those of {} at "
+        "calibrated.bead_area_fraction = {} and calibrated.rod_area_fraction = {}; for those at each point give "
+        "calibrated.coefficients = \"local\"",
+        calibrated.table, calibrated.bead_area_fraction, calibrated.rod_area_fraction);
+}
+
+/// What all lines of a plane share.
+struct PlaneOfScene {
+    const io::Scene scene;
+    const PlannedBoundary planned;
+    const numerics::Rectangle rectangle;
+    const std::vector<SceneModel> draws;
+    const std::unique_ptr<run::PointProgress> progress = nullptr;  ///< of models of one's own, whose points take long
+};
+using SharedPlane = std::shared_ptr<const PlaneOfScene>;
+
+PlaneModels models_of(const PlaneOfScene& plane, SceneModel base, const std::string& convention,
+                      const PlaneModels* like = nullptr) {
+    if (!convention.empty()) set_convention(base.model, convention);
+    return {plane.scene.kind, std::move(base), plane.planned.x_number, plane.planned.y_number, plane.rectangle, like};
+}
+
+/// A margin at the points of a plane.
+using MarginAt = std::function<theory::Margin(const PlaneModels&, const numerics::PlanePoint&)>;
+
+theory::MarginOf margin_over(const SharedPlane& plane, std::shared_ptr<const PlaneModels> models,
+                             const MarginAt& margin) {
+    return [plane, margin, models = std::move(models)](const numerics::PlanePoint& point) {
+        run::check_stop_signal();
+        if (plane->progress) plane->progress->add();
+        return margin(*models, point);
+    };
+}
+
+std::shared_ptr<const PlaneModels> models_of_scene(const PlaneOfScene& plane, const std::string& convention) {
+    return std::make_shared<const PlaneModels>(models_of(plane, scene_model(plane.scene), convention));
+}
+
+/// The margins over a plane, and those of draws of its model.  Draws whose model is not valid are left out.
+theory::PlaneMargins margins_over(const SharedPlane& plane, const std::string& convention, const MarginAt& margin) {
+    const auto models = models_of_scene(*plane, convention);
+    theory::PlaneMargins result{.at = margin_over(plane, models, margin)};
+    for (const SceneModel& one : plane->draws) try {
+            result.draws.push_back(theory::where_valid(margin_over(
+                plane, std::make_shared<const PlaneModels>(models_of(*plane, one, convention, models.get())), margin)));
+        } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;
+        }
+    return result;
+}
+
+MarginAt limit_margin(Limit limit) {
+    return
+        [limit](const PlaneModels& models, const numerics::PlanePoint& point) { return models.margin(point, limit); };
+}
+
+/// Margins of states against waves of all lengths.
+MarginAt state_margin(const io::Scene& scene, const PlannedBoundary& planned, MarginState which) {
+    theory::GrowthSearch search = growth_search(scene);
+    if (scene.stability.min_wavenumber == 0.0) search.min *= 100.0;  // the limit of long waves covers the rest
+    search.wavenumbers = 41;                                         // the least stable wave is refined: these find it
+    search.angles = 18;
+    // States differ little over a plane: those of its corners and middles lead to the others.
+    const numerics::Rectangle plane = planned.rectangle();
+    const PlaneModels models(scene.kind, scene_model(scene), planned.x_number, planned.y_number, plane);
+    std::vector<model::UniformState> guesses;
+    for (const double x : {0.5, 0.0, 1.0})
+        for (const double y : {0.5, 0.0, 1.0}) {
+            const model::Equations equations =
+                models.equations({plane.x0 + x * (plane.x1 - plane.x0), plane.y0 + y * (plane.y1 - plane.y0)});
+            for (const theory::StationaryState& state : theory::stationary_states(equations).states)
+                guesses.push_back(state.values);
+        }
+    return [=](const PlaneModels& at, const numerics::PlanePoint& point) {
+        return theory::margin(at.equations(point), which, guesses, search);
+    };
+}
+
+MarginState state_of(const std::string& line) {
+    return line == isotropic_line ? MarginState::isotropic : MarginState::ordered;
+}
+
+DescribedLines described_line(const PlannedBoundary& planned, const std::string& name, const std::string& convention) {
+    const bool has_states = std::any_of(planned.lines.begin(), planned.lines.end(), is_of_state);
+    if (std::all_of(planned.lines.begin(), planned.lines.end(), is_of_state))
+        return {.heading = text("the {} state becomes unstable", name),
+                .names = {{.name = "state",
+                           .unit = "",
+                           .meaning = "the uniform state that becomes unstable",
+                           .value = name,
+                           .choices = {isotropic_line, ordered_line},
+                           .shown = {.text = false}}},
+                .shows_angles = name == ordered_line,
+                .shows_waves = true};
+    DescribedLines described{.heading =
+                                 convention.empty() ? name : text("{} ({} convention of lambda)", name, convention),
+                             .names = {{.name = "limit",
+                                        .unit = "",
+                                        .meaning =
+                                            "the instability that begins, or binodal: densities of phases that coexist",
+                                        .value = name,
+                                        .choices = line_names(),
+                                        .shown = {.text = false}}},
+                             .shows_angles = name == theory::limit_name(Limit::oblique) || name == ordered_line,
+                             .shows_waves = has_states};
+    if (!convention.empty())
+        described.names.push_back({.name = "convention",
+                                   .unit = "",
+                                   .meaning = "convention of lambda",
+                                   .value = convention,
+                                   .choices = {"mean", "single-rod"},
+                                   .shown = {.text = false}});
+    return described;
+}
+
+using PointValues = std::function<std::vector<double>(const numerics::PlanePoint&)>;
+
+/// The regime at a point, and the decay rate of the order.
+PointValues regime_at(const SharedPlane& plane, const std::string& convention) {
+    const auto models = models_of_scene(*plane, convention);
+    std::vector<theory::MarginOf> over;
+    for (const std::string& name : theory::limit_names())
+        over.push_back(margin_over(plane, models, limit_margin(theory::limit_of(name))));
+    const bool has_order = analysis::has_order(plane->scene);
+    return [over, has_order](const numerics::PlanePoint& point) -> std::vector<double> {
+        std::array<double, 4> margins{infinite, nan, nan, nan};  // without a field that turns no order sets in
+        for (std::size_t n = has_order ? 0 : 1; n < (has_order ? over.size() : 2); ++n)
+            margins[n] = over[n](point).value;
+        return {static_cast<double>(theory::regime_of(margins[0], margins[1], margins[2], margins[3])),
+                has_order ? margins[0] : nan};
+    };
+}
+
+PointValues stable_states_at(const std::vector<std::pair<MarginState, theory::MarginOf>>& states) {
+    return [states](const numerics::PlanePoint& point) -> std::vector<double> {
+        int stable = 0;
+        bool found = false;
+        for (const auto& [state, margin_of] : states) {
+            const double margin = margin_of(point).value;
+            found = found || !std::isnan(margin);
+            if (margin > 0.0) stable += state == MarginState::isotropic ? 1 : 2;
+        }
+        return {found ? static_cast<double>(stable) : -1.0};
+    };
+}
+
+void add_map(const SharedPlane& plane, BoundaryProblem& problem) {
+    const std::vector<std::string> axes{"map_y", "map_x"}, &lines = plane->planned.lines;
+    const std::string convention = plane->planned.conventions.front();
+    if (!std::all_of(lines.begin(), lines.end(), is_of_state)) {
+        problem.map = {{"regime", "1", theory::regime_legend(), axes},
+                       {"effective_relaxation", "s-1",
+                        "rate at which order decays in the isotropic state; of rods and beads abar = a - lambda "
+                        "alpha/Gamma",
+                        axes}};
+        problem.map_at = regime_at(plane, convention);
+        return;
+    }
+    const auto models = models_of_scene(*plane, convention);
+    std::vector<std::pair<MarginState, theory::MarginOf>> states;
+    for (const std::string& line : lines)
+        states.emplace_back(state_of(line),
+                            margin_over(plane, models, state_margin(plane->scene, plane->planned, state_of(line))));
+    problem.map = {
+        {"stable_states", "1", "-1 no uniform state, 0 none is stable, 1 isotropic, 2 ordered, 3 both", axes}};
+    problem.map_at = stable_states_at(states);
+}
+
+/// The samples of each contour, at the corners and centres of its cells, and those of the map.
+std::int64_t least_points(const io::Scene& scene, const PlannedBoundary& planned) {
+    const std::int64_t cells = scene.boundary.cells, side = scene.boundary.map;
+    return static_cast<std::int64_t>(planned.lines.size()) * ((cells + 1) * (cells + 1) + cells * cells + side * side);
+}
+}  // namespace
+
+BoundaryProblem boundary_problem(const io::Scene& scene, const PlannedBoundary& planned, bool quiet) {
+    warn_of_fixed_coefficients(scene, planned);
+    std::unique_ptr<run::PointProgress> progress;
+    if (scene.kind == io::SceneKind::model)
+        progress = std::make_unique<run::PointProgress>(least_points(scene, planned), quiet);
+    const SharedPlane plane(new PlaneOfScene{.scene = scene,
+                                             .planned = planned,
+                                             .rectangle = planned.rectangle(),
+                                             .draws = drawn_scenes(scene, planned.errors),
+                                             .progress = std::move(progress)});
+    BoundaryProblem problem{.draws = static_cast<std::size_t>(plane->draws.empty() ? 0 : scene.boundary.draws)};
+    for (const std::string& convention : planned.conventions)
+        for (const std::string& name : planned.lines) {
+            PlaneLines lines{.described = described_line(planned, name, convention)};
+            if (name == binodal_name)
+                lines.binodals = [scene, planned, convention](Threads& threads) {
+                    return trace_binodal_lines(scene, planned, convention, threads);
+                };
+            else
+                lines.margins = [plane, convention, name] {
+                    return margins_over(plane, convention,
+                                        is_of_state(name) ? state_margin(plane->scene, plane->planned, state_of(name))
+                                                          : limit_margin(theory::limit_of(name)));
+                };
+            problem.lines.push_back(std::move(lines));
+        }
+    if (scene.boundary.map > 0) add_map(plane, problem);
+    return problem;
+}
+
+}  // namespace drover::analysis

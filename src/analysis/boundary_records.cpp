@@ -1,0 +1,232 @@
+// analysis/boundary_records.cpp: vertices, lines and planes as records.
+#include "analysis/boundary_records.hpp"
+
+#include <algorithm>
+
+#include "base/constants.hpp"
+
+namespace drover::analysis {
+
+namespace {
+
+std::vector<run::Entry> wave_entries(const theory::Margin& at) {
+    return {{.name = "wavenumber",
+             .unit = "mm-1",
+             .meaning = "|q| of the wave that becomes unstable; 0: the limit of long waves, or a uniform change",
+             .value = at.q},
+            {.name = "wave_frequency",
+             .unit = "s-1",
+             .meaning = "its angular frequency, -Im s; 0 in the limit of long waves",
+             .value = at.frequency}};
+}
+
+run::Record point_record(const DescribedPlane& plane, const DescribedLines& described,
+                         const theory::BoundaryPoint& point) {
+    const auto end = [&](const char* name, const DescribedAxis& axis, const char* words, double value) {
+        return run::Entry{.name = name,
+                          .unit = axis.udunits,
+                          .meaning = words,
+                          .value = value,
+                          .digits = 4,
+                          .shown = {.text = plane.draws > 0}};
+    };
+    run::Record record{
+        .entries = {{.name = "x", .unit = plane.x.udunits, .meaning = plane.x.name, .value = point.x, .digits = 8},
+                    {.name = "y", .unit = plane.y.udunits, .meaning = plane.y.name, .value = point.y, .digits = 8},
+                    end("x_low", plane.x, "smallest x of the error band (16 to 84 % of the draws unstable) at this y",
+                        point.band.x_low),
+                    end("x_high", plane.x, "largest x of the error band at this y", point.band.x_high),
+                    end("y_low", plane.y, "smallest y of the error band at this x", point.band.y_low),
+                    end("y_high", plane.y, "largest y of the error band at this x", point.band.y_high),
+                    {.name = "angle",
+                     .unit = "degree",
+                     .meaning = "angle from the order of the wave that becomes unstable",
+                     .value = point.at.angle / radians_per_degree,
+                     .digits = 3,
+                     .shown = {.text = described.shows_angles}}}};
+    if (described.shows_waves)
+        for (run::Entry& entry : wave_entries(point.at)) record.entries.push_back(std::move(entry));
+    return record;
+}
+
+run::List line_list(const DescribedPlane& plane, const DescribedLines& described, const theory::Boundary& boundary) {
+    run::List lines{.name = "lines", .row = "line"};
+    for (const theory::BoundaryLine& line : boundary.lines) {
+        run::List points{.name = "points",
+                         .row = "vertex",
+                         .meaning = "vertices of all lines, one line after the other",
+                         .group = "/boundary",
+                         .max_rows = 9};
+        for (const theory::BoundaryPoint& point : line.points)
+            points.rows.push_back(point_record(plane, described, point));
+        lines.rows.push_back(
+            {.heading = text("{} line of {} points", line.closed ? "closed" : "open", line.points.size()),
+             .entries = {{.name = "closed",
+                          .unit = "1",
+                          .meaning = "1: the line ends where it begins",
+                          .value = line.closed,
+                          .shown = {.text = false}}},
+             .lists = {std::move(points)}});
+    }
+    return lines;
+}
+
+run::List singular_point_list(const DescribedPlane& plane, const theory::Boundary& boundary) {
+    run::List list{.name = "singular_points",
+                   .heading = "singular points",
+                   .row = "singular_point",
+                   .meaning = "cusps, double points and corners that are not resolved further",
+                   .prefix = "singular_"};
+    for (const numerics::PlanePoint& point : boundary.singular_points)
+        list.rows.push_back(
+            {.entries = {
+                 {.name = "x", .unit = plane.x.udunits, .meaning = plane.x.name, .value = point.x, .digits = 8},
+                 {.name = "y", .unit = plane.y.udunits, .meaning = plane.y.name, .value = point.y, .digits = 8}}});
+    return list;
+}
+
+/// What the draws say about the lines of one kind.
+void add_draws(const DescribedPlane& plane, const theory::Boundary& boundary, run::Record& record) {
+    const auto add = [&](const char* name, const char* meaning, double value) {
+        record.entries.push_back({.name = name,
+                                  .unit = "1",
+                                  .meaning = meaning,
+                                  .value = value,
+                                  .shown = {.text = false, .archive = false}});
+    };
+    if (!boundary.field) return;
+    const theory::DrawField& field = *boundary.field;
+    add("valid_draws", "draws of the uncertain numbers whose model is valid", static_cast<double>(field.draws));
+    add("share_with_line", "fraction of these draws that have a line in the plane", field.with_line);
+    add("share_with_more", "fraction of these draws that have more lines than the plane without errors",
+        field.with_more);
+    const auto percent = [](double share) { return text("{:.3g} %", 100.0 * share); };
+    std::string words = text("{} of {} draws have a line", percent(field.with_line), field.draws);
+    if (field.with_more > 0.0) words += text("; {} have more lines than this", percent(field.with_more));
+    if (field.draws < plane.draws)
+        words += text("; {} more are no valid models and are left out", plane.draws - field.draws);
+    record.footer.push_back(words);
+}
+
+run::Record axis_record(const DescribedAxis& axis) {
+    const auto end = [&](const char* name, const char* which, double value) {
+        return run::Entry{.name = name, .unit = axis.udunits, .meaning = which + axis.name, .value = value};
+    };
+    return {.entries = {{.name = "name", .unit = "", .meaning = "", .value = axis.name},
+                        {.name = "unit", .unit = "", .meaning = "", .value = axis.unit},
+                        end("from", "smallest ", axis.from),
+                        end("to", "largest ", axis.to)},
+            .shown = {.text = false}};
+}
+}  // namespace
+
+run::Record traced_record(const DescribedPlane& plane, const DescribedLines& described,
+                          const theory::Boundary& boundary) {
+    run::Record record{.heading = text("{}: {} line{}", described.heading, boundary.lines.size(),
+                                       boundary.lines.size() == 1 ? "" : "s"),
+                       .entries = described.names};
+    record.entries.push_back({.name = "complete",
+                              .unit = "1",
+                              .meaning = "1: the lines are refined to boundary.chord",
+                              .value = boundary.complete,
+                              .shown = {.text = false, .archive = false}});
+    record.entries.push_back({.name = "evaluations",
+                              .unit = "1",
+                              .meaning = "evaluations of the stability margin",
+                              .value = static_cast<std::int64_t>(boundary.evaluations),
+                              .shown = {.text = false, .archive = false}});
+    record.lists = {line_list(plane, described, boundary), singular_point_list(plane, boundary)};
+    add_draws(plane, boundary, record);
+    if (!boundary.complete)
+        record.footer.push_back(
+            "incomplete: the limit of evaluations was reached; the lines may be coarser than boundary.chord");
+    return record;
+}
+
+run::Record plane_record(const DescribedPlane& plane, bool complete, run::List traced) {
+    const auto axis_text = [](const char* name, const DescribedAxis& one) {
+        return text("{} = {}, {} to {} [{}]", name, one.name, one.from, one.to, one.unit);
+    };
+    return {.header = {text("plane: {}; {}", axis_text("x", plane.x), axis_text("y", plane.y)),
+                       text("every island wider than 1/{} of the plane is found; points lie on their line to "
+                            "rounding",
+                            plane.cells)},
+            .group = "/plane",
+            .entries = {{.name = "draws",
+                         .unit = "1",
+                         .meaning = "draws of all numbers with errors, from which the error bands follow",
+                         .value = static_cast<std::int64_t>(plane.draws),
+                         .shown = {.text = plane.draws > 0}},
+                        {.name = "complete",
+                         .unit = "1",
+                         .meaning = "1: every line is refined to boundary.chord",
+                         .value = complete,
+                         .shown = {.text = false}}},
+            .parts = {{"x", axis_record(plane.x)}, {"y", axis_record(plane.y)}},
+            .lists = {std::move(traced)}};
+}
+
+void BandMaps::add(const DescribedLines& described, const theory::Boundary& boundary) {
+    if (!boundary.field) return;
+    names_.push_back(described.names);
+    fields_.push_back(*boundary.field);
+}
+
+void BandMaps::add_to(run::Record& root) const {
+    if (fields_.empty()) return;
+    const int side = fields_.front().side;
+    const auto places = [&](const char* name, const DescribedAxis& axis) {
+        files::Axis found{name, axis.udunits, axis.name, {}};
+        for (int i = 0; i < side; ++i) found.values.push_back(axis.from + (axis.to - axis.from) * i / (side - 1));
+        return found;
+    };
+    files::ResultTable table{.group = {},
+                             .axes = {{"band_line", "1", "kind of line", {}},
+                                      places("band_y", plane_.y),
+                                      places("band_x", plane_.x)},
+                             .quantities = {},
+                             .values = {}};
+    for (std::size_t n = 0; n < fields_.size(); ++n) table.axes.front().values.push_back(static_cast<double>(n));
+    const std::vector<std::string> axes{"band_line", "band_y", "band_x"};
+    table.quantities = {{"share", "1", "fraction of the draws with this state in which it is unstable", axes},
+                        {"deviation", "1",
+                         "margin of stability over its error: 1 where 16 % of the draws are unstable, -1 where 84 % "
+                         "are; the error band lies between",
+                         axes}};
+    table.values.resize(2);
+    for (const theory::DrawField& field : fields_) {
+        table.values[0].insert(table.values[0].end(), field.share.begin(), field.share.end());
+        table.values[1].insert(table.values[1].end(), field.deviation.begin(), field.deviation.end());
+    }
+    for (std::size_t i = 0; i < names_.front().size(); ++i) {
+        std::vector<double> codes;
+        for (const std::vector<run::Entry>& names : names_) {
+            const auto& word = std::get<std::string>(names[i].value);
+            const std::vector<std::string>& all = names[i].choices;
+            codes.push_back(static_cast<double>(std::find(all.begin(), all.end(), word) - all.begin()));
+        }
+        std::string known;
+        for (std::size_t c = 0; c < names_.front()[i].choices.size(); ++c)
+            known += text("{}{} {}", c > 0 ? ", " : "", c, names_.front()[i].choices[c]);
+        table.quantities.push_back(
+            {names_.front()[i].name, "1", names_.front()[i].meaning + ": " + known, {"band_line"}});
+        table.values.push_back(std::move(codes));
+    }
+    root.parts.push_back({"band", {.group = "/band", .maps = std::move(table), .shown = {.text = false}}});
+}
+
+MapPoints map_points(const DescribedPlane& plane, int side) {
+    const auto middles = [side](const DescribedAxis& axis) {
+        std::vector<double> values;
+        for (int i = 0; i < side; ++i) values.push_back(axis.from + (i + 0.5) / side * (axis.to - axis.from));
+        return values;
+    };
+    const std::vector<double> xs = middles(plane.x), ys = middles(plane.y);
+    MapPoints map{.points = {},
+                  .axes = {{"map_y", plane.y.udunits, plane.y.name, ys}, {"map_x", plane.x.udunits, plane.x.name, xs}}};
+    for (const double y : ys)
+        for (const double x : xs) map.points.push_back({x, y});
+    return map;
+}
+
+}  // namespace drover::analysis

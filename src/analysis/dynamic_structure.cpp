@@ -1,0 +1,106 @@
+// analysis/dynamic_structure.cpp: S(q, omega) about one uniform state.
+#include "analysis/dynamic_structure.hpp"
+
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "drover/theory/theory.hpp"
+#include "run/field_prediction.hpp"
+#include "run/scene_equations.hpp"
+
+namespace drover::analysis {
+
+namespace {
+using Means = std::map<std::string, double>;
+
+/// A uniform state, whose fields are turned by `turn` in the run.
+struct AboutState {
+    std::string name;
+    double turn = 0.0;
+    std::optional<model::LinearisedAt> linear;
+    std::string why_none;
+};
+
+/// Where a component stands in the matrix; of a field of spin m >= 1, which of its two parts it is.
+struct Component {
+    int place = 0, part = 0, spin = 0;
+};
+
+AboutState about_state(const io::Scene& scene, const model::Equations& equations, const Means& means) {
+    AboutState about;
+    if (!equations.has_noise()) about.why_none = "the scene has no noise";
+    if (!about.why_none.empty()) return about;
+    const theory::StationaryStates found = run::stationary_states_of(scene, equations);
+    if (found.states.empty()) {
+        about.why_none = "there is no uniform stationary state: " + found.why_none;
+        return about;
+    }
+    model::UniformState mean = equations.reference();
+    std::size_t at = 0;
+    for (const model::Field& field : equations.model().fields)
+        for (const std::string& name : model::dataset_names(field)) {
+            if (const auto given = means.find(name); given != means.end()) mean[at] = given->second;
+            ++at;
+        }
+    const theory::StationaryState* const nearest = theory::nearest_state(found, equations.model(), {mean});
+    if (nearest->is_of_family) {
+        about.why_none =
+            "the stationary states are a continuum, such as all phases of an amplitude, of which the theory "
+            "has one";
+        return about;
+    }
+    about.name = nearest->name;
+    about.linear.emplace(equations, nearest->values);
+    if (nearest->has_free_direction)
+        about.turn =
+            run::turn_of(equations.model(), run::directing_component(equations.model(), nearest->values, {mean}),
+                         nearest->values, mean);
+    return about;
+}
+
+Component component_of(const model::Model& model, const std::string& name) {
+    int place = 0;
+    for (const model::Field& field : model.fields) {
+        int part = 0;
+        for (const std::string& own : model::dataset_names(field)) {
+            if (own == name) return {place, part, field.spin};
+            ++place, ++part;
+        }
+    }
+    fail_input({}, "{} is no component of a field of this scene", name);
+}
+
+/// The power of one component in the frame of the run, of a matrix in that of the state, which is turned by `turn`.
+double power_of(const model::Symbol& matrix, const Component& component, double turn) {
+    const int i = component.place;
+    if (component.spin == 0) return matrix(i, i).real();
+    const int first = i - component.part, second = first + 1;
+    const double c = std::cos(component.spin * turn), s = std::sin(component.spin * turn);
+    const double one = component.part == 0 ? c : s, other = component.part == 0 ? -s : c;
+    return one * one * matrix(first, first).real() + other * other * matrix(second, second).real() +
+           2.0 * one * other * matrix(first, second).real();
+}
+}  // namespace
+
+DynamicStructure dynamic_structure(const io::Scene& scene, const Means& means, const std::string& name,
+                                   const std::vector<numerics::Wavevector>& waves,
+                                   const std::vector<double>& frequencies) {
+    const model::Equations equations = run::equations_of(scene);
+    const Component component = component_of(equations.model(), name);
+    const AboutState about = about_state(scene, equations, means);
+    DynamicStructure result{.state = about.name, .values = {}, .why_none = about.why_none};
+    if (!result.why_none.empty()) return result;
+    const double c = std::cos(about.turn), s = std::sin(about.turn);
+    for (const numerics::Wavevector& wave : waves) {
+        const numerics::Wavevector q{c * wave.x + s * wave.y, c * wave.y - s * wave.x};
+        const bool grows = theory::modes(*about.linear, q).grows();
+        for (const double omega : frequencies)
+            result.values.push_back(
+                grows ? std::numeric_limits<double>::quiet_NaN()
+                      : power_of(theory::dynamic_structure(*about.linear, q, omega), component, about.turn));
+    }
+    return result;
+}
+
+}  // namespace drover::analysis

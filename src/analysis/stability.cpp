@@ -1,0 +1,217 @@
+// analysis/stability.cpp: the stability analysis of a scene as a result.
+#include "analysis/stability.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "analysis/stability_problem.hpp"
+#include "base/constants.hpp"
+#include "theory/instabilities.hpp"
+
+namespace drover::analysis {
+
+namespace {
+using std::numbers::pi;
+
+run::Entry only_data(run::Entry entry) {
+    entry.shown.text = false;
+    return entry;
+}
+
+/// Where and how a state is analysed.
+struct Analysis {
+    const io::Scene& scene;
+    const StabilityProblem& problem;
+    theory::GrowthSearch search;
+    Threads* threads;  ///< of maps; nullptr: no maps
+};
+
+run::Record instability_record(const theory::Instability& found, const std::string& direction) {
+    const bool is_uniform = found.q == 0.0;
+    return {
+        .entries = {
+            {.name = "name",
+             .unit = "",
+             .meaning = "kind of instability",
+             .value = theory::name_of(found.kind),
+             .choices = {theory::instability_names.begin(), theory::instability_names.end()},
+             .dataset = "kind"},
+            run::number("rate", "s-1", "largest growth rate, Re s", found.rate),
+            run::number("frequency", "s-1", "angular frequency of the fastest wave, -Im s", found.frequency),
+            run::number("wavenumber", "mm-1", "|q| of the fastest wave; 0: the uniform state itself changes", found.q),
+            run::number("wavelength", "mm", "2 pi/|q| of the fastest wave", is_uniform ? nan : 2.0 * pi / found.q),
+            run::number("angle", "degree", "angle of q from " + direction, found.angle / radians_per_degree),
+            run::number("grows_from", "mm-1",
+                        "smallest |q| that grows at this angle; 0: the smallest |q| searched grows", found.min),
+            run::number("grows_to", "mm-1",
+                        "largest |q| that grows at this angle; infinite: the largest |q| searched grows", found.max),
+            only_data({.name = "at_longest",
+                       .unit = "1",
+                       .meaning = "1: the growth rate is largest at the smallest |q| searched",
+                       .value = found.at_longest}),
+            only_data({.name = "at_shortest",
+                       .unit = "1",
+                       .meaning = "1: the growth rate still increases at the largest |q| searched",
+                       .value = found.at_shortest}),
+        }};
+}
+
+run::List instability_list(const Analysis& of, const std::vector<theory::Instability>& found) {
+    run::List list{.name = "instabilities",
+                   .heading = text("unstable (fastest first; angles from {}; -: growth extends beyond the search)",
+                                   of.problem.direction),
+                   .row = "instability",
+                   .meaning = "instabilities, fastest first",
+                   .prefix = "instability_",
+                   .empty =
+                       text("stable against all waves from |q| = {:.3g} to {:.3g} /mm", of.search.min, of.search.max)};
+    for (const theory::Instability& one : found) list.rows.push_back(instability_record(one, of.problem.direction));
+    return list;
+}
+
+std::vector<std::string> instability_notes(const std::vector<theory::Instability>& found) {
+    std::vector<std::string> notes;
+    for (const theory::Instability& one : found) {
+        if (one.at_longest)
+            notes.push_back(name_of(one.kind) + ": the growth rate is largest at the longest wave searched");
+        if (one.at_shortest)
+            notes.push_back(name_of(one.kind) +
+                            ": the growth rate still increases at the shortest wave searched; no term of "
+                            "the model stabilises short waves");
+    }
+    return notes;
+}
+
+/// The share of each term in the rate of the fastest wave.
+run::List share_list(const model::LinearisedAt& at, const theory::FastestWave& fastest) {
+    const model::Equations& equations = at.equations();
+    run::List list{.name = "shares",
+                   .heading =
+                       text("terms in the rate {:.6g} /s of the fastest wave, |q| = {:.4g} /mm{}", fastest.growth.rate,
+                            fastest.q,
+                            at.is_isotropic() ? "" : text(", at {:.4g} degrees", fastest.angle / radians_per_degree)),
+                   .row = "term",
+                   .meaning = "terms of the equations",
+                   .prefix = "share_"};
+    for (std::size_t n = 0; n < fastest.shares.size(); ++n) {
+        const model::TermSummary& term = equations.terms()[n];
+        if (fastest.shares[n] == 0.0) continue;
+        list.rows.push_back(
+            {.entries = {run::words("of", "field", equations.model().fields[term.field].symbol),
+                         run::words("term", "as written", term.text),
+                         run::number("growth", "s-1", "its share in the growth rate", fastest.shares[n].real()),
+                         run::number("frequency", "s-1", "its share in the frequency", -fastest.shares[n].imag())}});
+    }
+    return list;
+}
+
+run::Record slow_mode_record(const theory::SlowMode& mode, double angle, const std::string& direction,
+                             bool is_in_text) {
+    return {.entries = {run::number("angle", "degree", "angle of q from " + direction, angle),
+                        run::number("speed", "mm s-1", "Re u", mode.speed.real()),
+                        run::number("growth", "mm s-1", "Im u", mode.speed.imag()),
+                        run::number("damping", "mm2 s-1", "Re gamma; not defined where u is a defective eigenvalue",
+                                    mode.damping.real())},
+            .shown = {.text = is_in_text}};
+}
+
+/// Four angles; text has one where all directions are equivalent.
+run::List slow_mode_list(const Analysis& of, const AnalysedState& state, std::string& why_none) {
+    run::List list{.name = "slow_modes",
+                   .heading =
+                       text("long waves, s = -i u q - gamma q^2: u = speed + i growth, gamma = damping, angles from "
+                            "{}",
+                            of.problem.direction),
+                   .shown = {.archive = false}};
+    const bool is_isotropic = state.linear.is_isotropic();
+    for (const double angle : {0.0, 30.0, 60.0, 90.0}) {
+        const theory::SlowModes slow = theory::slow_modes(state.linear, angle * radians_per_degree);
+        if (!slow.why_none.empty()) why_none = slow.why_none;
+        for (const theory::SlowMode& mode : slow.modes)
+            list.rows.push_back(slow_mode_record(mode, angle, of.problem.direction, angle == 0.0 || !is_isotropic));
+    }
+    return list;
+}
+
+run::Record state_record(const Analysis& of, const AnalysedState& state) {
+    Threads one(1);
+    Threads& threads = of.threads != nullptr ? *of.threads : one;
+    auto [found, fastest] = theory::growing_waves(state.linear, of.search, threads);
+    if (std::abs(fastest.growth.rate) <= fastest.growth.rounding) {  // neither grows nor decays: no shares of nothing
+        fastest.growth.rate = 0.0;
+        fastest.shares.clear();
+    }
+    std::string no_slow_modes;
+    run::List slow = slow_mode_list(of, state, no_slow_modes);
+    const double diffusion =
+        state.has_free_direction ? theory::direction_diffusion(state.linear, theory::long_waves(state.linear)) : 0.0;
+    run::Record record{.heading = state.heading, .group = state.group};
+    record.entries = {only_data(run::words("name", "name of the state", state.name))};
+    for (const run::Entry& entry : state.entries) record.entries.push_back(only_data(entry));
+    record.entries.insert(
+        record.entries.end(),
+        {only_data({.name = "free_direction",
+                    .unit = "1",
+                    .meaning = "1: turned copies of the state are states too",
+                    .value = state.has_free_direction}),
+         only_data(
+             {.name = "stable", .unit = "1", .meaning = "1: no wave of the search grows", .value = found.empty()}),
+         only_data(run::number("fastest_rate", "s-1", "the largest growth rate", fastest.growth.rate)),
+         only_data(run::number("fastest_wavenumber", "mm-1", "its |q|", fastest.q)),
+         {.name = "slow_modes_undefined", .unit = "", .meaning = "", .value = no_slow_modes},
+         {.name = "direction_diffusion_times_area",
+          .unit = "rad2 mm2 s-1",
+          .meaning = "D times the area of the cell; <theta^2> = 2 D t for the direction of the mean order",
+          .value = diffusion,
+          .shown = {.text = diffusion > 0.0}}});
+    record.lists = {instability_list(of, found), share_list(state.linear, fastest), std::move(slow)};
+    if (fastest.shares.empty()) record.lists[1].shown.text = false;
+    record.footer = instability_notes(found);
+    if (diffusion > 0.0)
+        record.footer.push_back(text("in this cell the direction of the mean order diffuses with D = {:.4g} rad2 s-1",
+                                     diffusion / numerics::area(of.scene.grid)));
+    if (of.threads != nullptr)
+        record.maps =
+            stability_maps(of.scene.stability, of.scene.grid, state, of.problem.direction, of.search, *of.threads);
+    return record;
+}
+}  // namespace
+
+double smallest_wavenumber(const numerics::Grid& grid) { return 2.0 * pi / std::max(grid.lx, grid.ly); }
+
+theory::GrowthSearch growth_search(const io::Scene& scene) {
+    const io::StabilityPlan& plan = scene.stability;
+    theory::GrowthSearch search{.min = plan.min_wavenumber,
+                                .max = plan.max_wavenumber,
+                                .wavenumbers = std::max(3, plan.wavenumbers),
+                                .angles = 2 * plan.angles};
+    if (search.min == 0.0) search.min = 1e-3 * smallest_wavenumber(scene.grid);
+    if (search.max == 0.0) search.max = pi * std::max(scene.grid.nx / scene.grid.lx, scene.grid.ny / scene.grid.ly);
+    const char* given = plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber";
+    require(search.min < search.max, io::location_of(scene, given),
+            "the search covers |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below "
+            "stability.max_wavenumber",
+            search.min, search.max);
+    return search;
+}
+
+run::Result make_stability(const io::Scene& scene, Threads* threads) {
+    const theory::GrowthSearch search = growth_search(scene);
+    StabilityProblem problem = stability_problem(scene);
+    const Analysis analysis{.scene = scene, .problem = problem, .search = search, .threads = threads};
+    run::List states{.name = "states"};
+    for (const AnalysedState& state : problem.states) states.rows.push_back(state_record(analysis, state));
+    run::Record root{.entries = std::move(problem.entries),
+                     .parts = std::move(problem.parts),
+                     .lists = {std::move(states)},
+                     .footer = std::move(problem.footer)};
+    root.entries.push_back(
+        run::number("searched_from", "mm-1", "smallest |q| of the search for instabilities", search.min));
+    root.entries.push_back(
+        run::number("searched_to", "mm-1", "largest |q| of the search for instabilities", search.max));
+    return {.root = std::move(root)};
+}
+
+}  // namespace drover::analysis

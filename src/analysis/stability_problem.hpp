@@ -1,0 +1,51 @@
+// analysis/stability_problem.hpp: what a stability analysis needs of its equations, whatever they are.
+#pragma once
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drover/io/scene.hpp"
+#include "drover/run/result.hpp"
+#include "drover/theory/theory.hpp"
+
+namespace drover::analysis {
+
+/// A structure factor, as a function of the matrix of all components at a wavevector.
+struct StructurePart {
+    std::string name, unit;
+    std::function<double(const model::Symbol&, const numerics::Wavevector&)> value;
+};
+
+/// A uniform state.
+struct AnalysedState {
+    std::string name, group, heading;
+    std::vector<run::Entry> entries;  ///< its values
+    model::LinearisedAt linear;
+    bool has_free_direction = false;  ///< turned copies are states too
+    bool is_mapped_along_x = false;   ///< all directions are equivalent, and one is enough for its maps
+    std::vector<StructurePart> parts = {};
+};
+
+struct StabilityProblem {
+    std::string direction;  ///< from which angles are measured: "p0"
+    std::vector<run::Entry> entries;
+    std::vector<std::pair<std::string, run::Record>> parts = {};
+    std::vector<AnalysedState> states = {};
+    std::vector<std::string> footer = {};
+};
+
+StabilityProblem stability_problem(const io::Scene& scene);
+
+/// The waves that a scene searches: by default from a thousandth of the smallest |q| of its cell to the largest of its
+/// grid.  Throws an input Error for an empty range.
+theory::GrowthSearch growth_search(const io::Scene& scene);
+
+/// 2 pi over the longer side of the cell [1/mm].
+double smallest_wavenumber(const numerics::Grid& grid);
+
+/// Arrays over wavenumber, angle and frequency of one state.  direction: as StabilityProblem.
+files::ResultTable stability_maps(const io::StabilityPlan& plan, const numerics::Grid& grid, const AnalysedState& state,
+                                  const std::string& direction, const theory::GrowthSearch& search, Threads& threads);
+
+}  // namespace drover::analysis

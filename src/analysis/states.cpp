@@ -1,0 +1,159 @@
+// analysis/states.cpp: drover states: guess, solution, curve and profile.
+#include "analysis/states.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "analysis/states_problem.hpp"
+#include "drover/numerics/transform.hpp"
+#include "run/signals.hpp"
+
+namespace drover::analysis {
+
+namespace {
+using numerics::TravellingState;
+
+/// A state with what is reported of it.
+struct Point {
+    const TravellingState& at;
+    numerics::Fields fields;
+    numerics::Fields further;                         ///< as StatesProblem::further
+    std::vector<std::complex<double>> perturbations;  ///< without its translation; empty: too many numbers
+};
+
+Point point_of(const TravellingState& at, const StatesProblem& problem, numerics::TravellingSolver& solver,
+               const numerics::Transform& transform, bool with_perturbations) {
+    Point point{.at = at,
+                .fields = numerics::Fields(problem.grid, at.state.count()),
+                .further = problem.further ? problem.further(at) : numerics::Fields(),
+                .perturbations = {}};
+    transform.backward(at.state, point.fields);
+    if (!with_perturbations) return point;
+    constexpr std::size_t shown = 9;
+    std::vector<std::complex<double>>& rates = point.perturbations = solver.perturbation_rates(at, shown);
+    if (!rates.empty())
+        rates.erase(std::min_element(rates.begin(), rates.end(),
+                                     [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); }));
+    return point;
+}
+
+double growth_of(const Point& point) {
+    return point.perturbations.empty() ? std::numeric_limits<double>::quiet_NaN() : point.perturbations.front().real();
+}
+
+std::vector<run::Entry> state_entries(const Point& point, const StatesProblem& problem) {
+    std::vector<run::Entry> entries{{.name = "speed",
+                                     .unit = "mm s-1",
+                                     .meaning = "velocity of the state along x",
+                                     .value = point.at.speed,
+                                     .digits = 12,
+                                     .rounding = point.at.speed_error}};
+    const std::vector<run::Entry> more = problem.entries(point.at, point.fields);
+    entries.insert(entries.end(), more.begin(), more.end());
+    entries.push_back({.name = "growth_rate",
+                       .unit = "s-1",
+                       .meaning = "of the fastest perturbation that depends on x alone; > 0: the state is unstable",
+                       .value = growth_of(point)});
+    return entries;
+}
+
+run::List perturbation_list(const Point& point) {
+    run::List list{.name = "perturbations",
+                   .heading = "\nslowest perturbations that depend on x alone, without a translation",
+                   .row = "perturbation",
+                   .meaning = "perturbations, fastest growth first",
+                   .prefix = "perturbation_",
+                   .group = "/state",
+                   .empty = "the rates of perturbations were not computed: the grid has too many points"};
+    for (const std::complex<double>& rate : point.perturbations)
+        list.rows.push_back(
+            {.entries = {{.name = "rate", .unit = "s-1", .meaning = "growth rate", .value = rate.real()},
+                         {.name = "frequency",
+                          .unit = "s-1",
+                          .meaning = "angular frequency in the frame of the state",
+                          .value = rate.imag()}}});
+    return list;
+}
+
+run::List curve_list(const std::vector<Point>& points, const StatesProblem& problem) {
+    const FollowedNumber& followed = *problem.followed;
+    run::List list{.name = "curve",
+                   .heading = text("\nstates along the curve, {} [{}]", followed.key, followed.unit),
+                   .row = "point",
+                   .meaning = "states along the curve",
+                   .prefix = "curve_",
+                   .group = "/curve"};
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto at = [&](std::size_t k) { return points[k].at.parameter; };
+        const bool turns = i > 0 && i + 1 < points.size() && (at(i) - at(i - 1)) * (at(i + 1) - at(i)) < 0.0;
+        run::Record row{
+            .entries = {
+                {.name = "parameter", .unit = followed.unit, .meaning = followed.key, .value = at(i), .digits = 10},
+                {.name = "fold", .unit = "1", .meaning = "1: the curve turns here", .value = turns}}};
+        std::vector<run::Entry> entries = state_entries(points[i], problem);
+        for (run::Entry& entry : entries) entry.digits = 7;
+        row.entries.insert(row.entries.end(), entries.begin(), entries.end());
+        list.rows.push_back(std::move(row));
+    }
+    return list;
+}
+
+/// The fields on the points of the scene, the same on every row.
+run::Frames frames_of(const io::Scene& scene, const StatesProblem& problem, const std::vector<Point>& points) {
+    run::Frames frames{.recording = problem.frames, .rows = {}};
+    const auto rows = static_cast<std::size_t>(scene.grid.ny);
+    for (const Point& point : points) {
+        std::vector<std::vector<double>>& frame = frames.rows.emplace_back();
+        for (const numerics::Fields* fields : {&point.fields, &point.further})
+            for (int c = 0; c < fields->count(); ++c) {
+                std::vector<double>& field = frame.emplace_back();
+                for (std::size_t row = 0; row < rows; ++row)
+                    field.insert(field.end(), (*fields)[c].begin(), (*fields)[c].end());
+            }
+    }
+    return frames;
+}
+}  // namespace
+
+run::Result make_states(const io::Scene& scene, const StatesOptions& options, Threads& threads) {
+    StatesProblem problem = states_problem(scene, options.follow, threads);
+    problem.guess.speed = options.speed;
+    problem.guess.time = options.settle;
+    numerics::TravellingSolver solver(problem.family, threads);
+    std::vector<TravellingState> states{run::find_state(problem.guess, solver)};
+    if (problem.followed) states = solver.follow(states.front(), problem.followed->last, options.max_points);
+    run::check_stop_signal();  // the curve ends at an error
+    const numerics::Transform transform(problem.grid, problem.degree, threads);
+    constexpr std::size_t max_of_curve = 800;  // beyond, the eigenvalues of each point take seconds
+    std::vector<Point> points;
+    for (const TravellingState& state : states)
+        points.push_back(
+            point_of(state, problem, solver, transform, points.empty() || solver.unknowns() <= max_of_curve));
+    run::Record root{.heading = "travelling state along x", .group = "/state"};
+    root.entries = state_entries(points.front(), problem);
+    root.entries.push_back({.name = "residual",
+                            .unit = "1",
+                            .meaning = "largest rate of a mode in the moving frame, relative to its linear terms",
+                            .value = states.front().residual,
+                            .digits = 2,
+                            .rounding = 1e-14});
+    root.entries.push_back({.name = "change",
+                            .unit = "1",
+                            .meaning = "of the fields from their guess, in parts of the variation of the guess",
+                            .value = states.front().change,
+                            .digits = 2});
+    root.entries.push_back({.name = "iterations",
+                            .unit = "1",
+                            .meaning = "of Newton's method",
+                            .value = std::int64_t{states.front().iterations}});
+    root.entries.push_back({.name = "right_hand_sides",
+                            .unit = "1",
+                            .meaning = "evaluated for the states, and for their perturbations",
+                            .value = solver.right_hand_sides()});
+    root.lists.push_back(perturbation_list(points.front()));
+    if (problem.followed) root.lists.push_back(curve_list(points, problem));
+    return {.root = std::move(root), .attributes = {}, .frames = frames_of(scene, problem, points)};
+}
+
+}  // namespace drover::analysis

@@ -1,0 +1,213 @@
+// calibrate/assays/diffusion.cpp: self-diffusion of beads and of single rods from mean-square displacements.
+#include "drover/calibrate/diffusion.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "calibrate/assays/plan_support.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+constexpr std::size_t min_lags = 4;  // of the fit: two in each half
+
+/// Lags of the fit in frames: [first, end).
+struct Lags {
+    std::size_t first = 1, end = 1;
+    std::size_t count() const { return end - first; }
+};
+Lags lags_of(const DiffusionPlan& plan) {
+    return {.first = frames_in(plan.min_lag, plan.frame), .end = frames_in(plan.max_lag, plan.frame) + 1};
+}
+
+/// One coordinate of one particle, by frame.
+using Path = std::vector<double>;
+
+/// Mean over start times of the squared displacement at each lag.
+std::vector<double> squared_displacements(const Path& path, const Lags& lags) {
+    std::vector<double> squares;
+    for (std::size_t lag = lags.first; lag < lags.end; ++lag) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i + lag < path.size(); ++i)
+            sum += (path[i + lag] - path[i]) * (path[i + lag] - path[i]);
+        squares.push_back(sum / static_cast<double>(path.size() - lag));
+    }
+    return squares;
+}
+
+std::vector<double> bead_displacements(const DiffusionPlan& plan, const SystemFactory& make, const dem::Setup& given,
+                                       std::uint64_t seed) {
+    const auto system = make(beads_alone(given), seed);
+    const Lags lags = lags_of(plan);
+    const std::size_t frames = frames_in(plan.time, plan.frame);
+    std::vector<Path> x, y;
+    for (std::size_t frame = 0; frame <= frames; ++frame) {
+        system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
+        const std::vector<Position> beads = system->bead_positions();
+        require(beads.size() >= 2, {}, "diffusion: {} beads; expected two or more, since drift of the bed is removed",
+                beads.size());
+        Position mean;
+        for (const Position& bead : beads) {
+            mean.x += bead.x / static_cast<double>(beads.size());
+            mean.y += bead.y / static_cast<double>(beads.size());
+        }
+        x.resize(beads.size()), y.resize(beads.size());
+        for (std::size_t b = 0; b < beads.size(); ++b) {
+            x[b].push_back(beads[b].x - mean.x);
+            y[b].push_back(beads[b].y - mean.y);
+        }
+    }
+    std::vector<double> squares(lags.count(), 0.0);
+    for (std::size_t b = 0; b < x.size(); ++b) {
+        const std::vector<double> along_x = squared_displacements(x[b], lags),
+                                  along_y = squared_displacements(y[b], lags);
+        for (std::size_t i = 0; i < squares.size(); ++i)
+            squares[i] += (along_x[i] + along_y[i]) / static_cast<double>(x.size() - 1);
+    }
+    return squares;
+}
+
+/// The paths of one rod along and across its axis.
+struct BodyPath {
+    Path along{0.0}, across{0.0};
+    void add(const RodPose& before, const RodPose& now) {
+        const double angle = before.angle + 0.5 * std::remainder(now.angle - before.angle, 2.0 * std::numbers::pi);
+        const double dx = now.x - before.x, dy = now.y - before.y;
+        along.push_back(along.back() + dx * std::cos(angle) + dy * std::sin(angle));
+        across.push_back(across.back() - dx * std::sin(angle) + dy * std::cos(angle));
+    }
+};
+
+std::vector<double> rod_displacements(const DiffusionPlan& plan, const SystemFactory& make, const dem::Setup& given,
+                                      std::uint64_t seed) {
+    dem::Setup setup = with_rods(given, "diffusion", false);
+    setup.forces = bed_at_rest(setup);
+    const auto system = make(setup, seed);
+    const Lags lags = lags_of(plan);
+    const std::size_t frames = frames_in(plan.time, plan.frame);
+    system->advance_to(plan.warm_up);
+    std::vector<RodPose> before = system->rods();
+    std::vector<BodyPath> paths(before.size());
+    for (std::size_t frame = 1; frame <= frames; ++frame) {
+        system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
+        const std::vector<RodPose> now = system->rods();
+        for (std::size_t r = 0; r < now.size(); ++r) paths[r].add(before[r], now[r]);
+        before = now;
+    }
+    std::vector<double> squares(lags.count(), 0.0);
+    for (BodyPath& path : paths) {
+        const double step = path.along.back() / static_cast<double>(frames);  // u of this rod times the frame
+        for (std::size_t i = 0; i < path.along.size(); ++i) path.along[i] -= step * static_cast<double>(i);
+        const std::vector<double> along = squared_displacements(path.along, lags),
+                                  across = squared_displacements(path.across, lags);
+        for (std::size_t i = 0; i < squares.size(); ++i) {
+            const double left = 1.0 - static_cast<double>(lags.first + i) / static_cast<double>(frames);
+            squares[i] += (along[i] / left + across[i]) / static_cast<double>(paths.size());
+        }
+    }
+    return squares;
+}
+
+/// The mean-square displacements of beads, then those of rods, at all lags of the fit.
+Trial follow(const DiffusionPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
+    require_beads(given, "diffusion");
+    Trial trial = bead_displacements(plan, make, given, seed);
+    const std::vector<double> rods = rod_displacements(plan, make, given, trial_seed(seed, "rods", 0));
+    trial.insert(trial.end(), rods.begin(), rods.end());
+    return trial;
+}
+
+/// c + 4 D t at the lags numbered [begin, end) of the fit.
+Line line_of(const DiffusionPlan& plan, std::span<const double> squares, std::size_t begin, std::size_t end) {
+    std::vector<double> times, weights;
+    for (std::size_t i = begin; i < end; ++i) {
+        times.push_back(static_cast<double>(lags_of(plan).first + i) * plan.frame);
+        weights.push_back(1.0 / (times.back() * times.back()));
+    }
+    return fit_line(times, squares.subspan(begin, end - begin), weights);
+}
+
+std::vector<double> estimates_of(const DiffusionPlan& plan, std::span<const double> means) {
+    const std::size_t count = means.size() / 2, half = count / 2;
+    std::vector<double> values;
+    for (const std::span<const double> squares : {means.first(count), means.last(count)}) {
+        const Line line = line_of(plan, squares, 0, count);
+        const double shorter = line_of(plan, squares, 0, half).slope,
+                     longer = line_of(plan, squares, half, count).slope;
+        values.insert(values.end(), {0.25 * line.slope, line.at_zero, (longer - shorter) / line.slope});
+    }
+    return {values[0], values[3], values[1], values[4], values[2], values[5]};
+}
+
+std::string conclude(std::vector<measure::Estimate>& estimates) {
+    std::string diagnosis;
+    for (const auto& [name, q] : {std::pair{"beads", 4u}, std::pair{"rods", 5u}}) {
+        const measure::Estimate& change = estimates[q];
+        constexpr double rounding = 1e-12;  // of the fits: no change, however small its error
+        diagnosis += diagnosis.empty() ? "" : "; ";
+        if (!change.error) diagnosis += text("{}: whether the motion is diffusive is not known", name);
+        else if (std::abs(change.mean) <= 2.0 * *change.error + rounding)
+            diagnosis += text("{}: the mean-square displacement is linear in time", name);
+        else
+            diagnosis +=
+                text("{}: not diffusive: D changes by {:.2g} +- {:.2g} of itself over the lags; use longer lags", name,
+                     change.mean, *change.error);
+    }
+    return diagnosis;
+}
+}  // namespace
+
+Assay diffusion(const DiffusionPlan& plan) {
+    require(plan.frame > 0.0 && plan.min_lag >= plan.frame && plan.time >= plan.max_lag + plan.frame, {},
+            "diffusion: frames of {} s, lags of {} to {} s, a trial of {} s; expected a shortest lag of at least one "
+            "frame, and a trial at least one frame longer than the longest lag",
+            plan.frame, plan.min_lag, plan.max_lag, plan.time);
+    require(plan.max_lag >= plan.min_lag + static_cast<double>(min_lags - 1) * plan.frame * (1.0 - 1e-9), {},
+            "diffusion: lags of {} to {} s in frames of {} s; expected at least {} lags: raise max_lag or lower frame",
+            plan.min_lag, plan.max_lag, plan.frame, min_lags);
+    return {.name = "diffusion",
+            .population = Population::single_rods,
+            .quantities = {{"bead_diffusion", "mm^2/s", "D of beads: <|r(t) - r(0)|^2> = c + 4 D t, without rods"},
+                           {"rod_diffusion", "mm^2/s", "D of single rods, without propulsion"},
+                           {"bead_diffusion_offset", "mm^2", "c of beads", false},
+                           {"rod_diffusion_offset", "mm^2", "c of rods", false},
+                           {"bead_diffusion_change", "1", "(D of longer lags - D of shorter lags)/D, beads", false},
+                           {"rod_diffusion_change", "1", "(D of longer lags - D of shorter lags)/D, rods", false}},
+            .trial = std::bind_front(follow, plan),
+            .estimator = always(std::bind_front(estimates_of, plan)),
+            .conclude = conclude};
+}
+
+}  // namespace drover::calibrate
+
+namespace drover {
+
+template <>
+const std::vector<Row<calibrate::DiffusionPlan>>& schema<calibrate::DiffusionPlan>() {
+    using Plan = calibrate::DiffusionPlan;
+    static const std::vector<Row<Plan>> rows{
+        {.name = "warm_up",
+         .member = &Plan::warm_up,
+         .unit = "s",
+         .range = not_negative,
+         .doc = "before positions are recorded"},
+        {.name = "frame",
+         .member = &Plan::frame,
+         .unit = "s",
+         .range = positive,
+         .doc = "between recorded positions; a multiple of the plate period"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded in each trial"},
+        {.name = "min_lag",
+         .member = &Plan::min_lag,
+         .unit = "s",
+         .range = positive,
+         .doc = "shortest lag of the fit; longer than ballistic motion and rattling in a cage"},
+        {.name = "max_lag",
+         .member = &Plan::max_lag,
+         .unit = "s",
+         .range = positive,
+         .doc = "longest lag of the fit; less than time"}};
+    return rows;
+}
+
+}  // namespace drover

@@ -1,0 +1,72 @@
+// calibrate/assays/plan_support.hpp: setups, forces and fits shared by several assays.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "drover/base/error.hpp"
+#include "drover/calibrate/assay.hpp"
+#include "numerics/algebra/line_fit.hpp"
+
+namespace drover::calibrate {
+
+/// The setup without rods.
+inline dem::Setup beads_alone(dem::Setup setup) {
+    setup.rods.count = 0;
+    setup.rods.area_fraction = 0.0;
+    setup.packing = {};
+    setup.forces = {};
+    return setup;
+}
+
+/// The setup with its rods along x or in random directions, and without forces.
+inline dem::Setup with_rods(dem::Setup setup, const char* assay, bool aligned) {
+    require(setup.rods.count > 0 || setup.rods.area_fraction > 0.0, {},
+            "{}: the setup has no rods; expected rods.area_fraction or rods.count > 0", assay);
+    setup.packing = {.kind = aligned ? "aligned" : "random"};
+    setup.forces = {};
+    return setup;
+}
+
+inline void require_beads(const dem::Setup& setup, const char* assay) {
+    require(setup.beads.count > 0 || setup.beads.area_fraction > 0.0, {},
+            "{}: the setup has no beads; expected beads.area_fraction or beads.count > 0", assay);
+}
+
+/// Forces that hold the mean bead velocity, if any, at zero: in a small periodic cell a rod would follow its own wake.
+inline dem::BodyForces bed_at_rest(const dem::Setup& setup) {
+    return {.hold_beads = setup.beads.count > 0 || setup.beads.area_fraction > 0.0};
+}
+
+/// Whether values ascend strictly, as quantities that are named after them require.
+inline bool is_ascending(const std::vector<double>& values) {
+    return std::adjacent_find(values.begin(), values.end(), std::greater_equal<>{}) == values.end();
+}
+
+/// Number of frames in a time, at least 1.
+inline std::size_t frames_in(double time, double frame) {
+    return static_cast<std::size_t>(std::max(1.0, std::round(time / frame)));
+}
+
+/// Mean of each number over all trials.
+inline std::vector<double> means_over(std::span<const Trial> trials) {
+    std::vector<double> means(trials.front().size(), 0.0);
+    for (const Trial& trial : trials)
+        for (std::size_t i = 0; i < means.size(); ++i) means[i] += trial[i] / static_cast<double>(trials.size());
+    return means;
+}
+
+/// The estimator of an assay that takes the same one for any trials.
+inline std::function<Estimator(std::span<const Trial>)> always(Estimator estimator) {
+    return [estimator](std::span<const Trial>) { return estimator; };
+}
+
+using numerics::fit_line;
+using numerics::Line;
+
+/// Coefficients of these columns in the least-squares fit to y; NaN if the columns are linearly dependent.
+std::vector<double> least_squares(const std::vector<std::vector<double>>& columns, const std::vector<double>& y);
+
+}  // namespace drover::calibrate

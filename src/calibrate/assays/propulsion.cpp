@@ -1,0 +1,81 @@
+// calibrate/assays/propulsion.cpp: speed of single rods in the bed.
+#include "drover/calibrate/propulsion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/assays/plan_support.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+/// Means over rods and frames of the speed along n and of n(0).n(frame), and the mean square of the rods' mean speeds.
+Trial follow(const PropulsionPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
+    dem::Setup setup = with_rods(given, "propulsion", false);
+    setup.forces = bed_at_rest(setup);
+    const auto system = make(setup, seed);
+    double time = plan.warm_up;
+    system->advance_to(time);
+    const std::size_t frames = frames_in(plan.time, plan.frame);
+    std::vector<RodPose> before = system->rods();
+    const double rods = static_cast<double>(before.size()), samples = static_cast<double>(frames);
+    std::vector<double> speeds(before.size(), 0.0);
+    double turned = 0.0;
+    for (std::size_t frame = 0; frame < frames; ++frame) {
+        system->advance_to(time += plan.frame);
+        const std::vector<RodPose> now = system->rods();
+        for (std::size_t r = 0; r < now.size(); ++r) {
+            const double along = (now[r].x - before[r].x) * std::cos(before[r].angle) +
+                                 (now[r].y - before[r].y) * std::sin(before[r].angle);
+            speeds[r] += along / (plan.frame * samples);
+            turned += std::cos(now[r].angle - before[r].angle) / (samples * rods);
+        }
+        before = now;
+    }
+    Trial trial{0.0, turned, 0.0};
+    for (const double speed : speeds) trial[0] += speed / rods, trial[2] += speed * speed / rods;
+    return trial;
+}
+
+std::vector<double> estimates_of(std::span<const double> means) {
+    const double x = -std::log(means[1]);
+    const double shortening = x > 0.0 ? -std::expm1(-x) / x : 1.0;
+    return {means[0] / shortening, std::sqrt(std::max(means[2] - means[0] * means[0], 0.0))};
+}
+}  // namespace
+
+Assay propulsion(const PropulsionPlan& plan) {
+    require(plan.frame > 0.0 && plan.time >= plan.frame, {},
+            "propulsion: a trial of {} s in frames of {} s; expected at least one frame", plan.time, plan.frame);
+    return {.name = "propulsion",
+            .population = Population::single_rods,
+            .quantities = {{"propulsion", "mm/s", "u = <d.n>/frame, corrected for the rotation of n"},
+                           {"propulsion_spread", "mm/s", "standard deviation among rods of their mean speeds", false}},
+            .trial = std::bind_front(follow, plan),
+            .estimator = [](std::span<const Trial>) { return estimates_of; },
+            .conclude = {}};
+}
+
+}  // namespace drover::calibrate
+
+namespace drover {
+
+template <>
+const std::vector<Row<calibrate::PropulsionPlan>>& schema<calibrate::PropulsionPlan>() {
+    using Plan = calibrate::PropulsionPlan;
+    static const std::vector<Row<Plan>> rows{
+        {.name = "warm_up",
+         .member = &Plan::warm_up,
+         .unit = "s",
+         .range = not_negative,
+         .doc = "before rods are recorded"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded in each trial"},
+        {.name = "frame",
+         .member = &Plan::frame,
+         .unit = "s",
+         .range = positive,
+         .doc = "over which displacements are taken"}};
+    return rows;
+}
+
+}  // namespace drover

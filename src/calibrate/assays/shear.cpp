@@ -1,0 +1,152 @@
+// calibrate/assays/shear.cpp: shear viscosity of the beads.
+#include "drover/calibrate/shear.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "calibrate/assays/plan_support.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+/// Amplitudes after 0, 1, ... frames of one wave after the other, averaged over releases; then q^2 of each wave.
+Trial release(const ShearPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
+    require_beads(given, "shear");
+    dem::Setup setup = beads_alone(given);
+    setup.forces = {.hold_beads = true};
+    const auto system = make(setup, seed);
+    double time = plan.warm_up;
+    system->advance_to(time);
+    const std::size_t frames = frames_in(plan.time, plan.frame);
+    Trial trial;
+    for (const double number : plan.waves) {
+        const int waves = static_cast<int>(number);
+        std::vector<double> amplitude(frames + 1, 0.0);
+        for (int i = 0; i < plan.releases; ++i) {
+            const double side = i % 2 == 0 ? 1.0 : -1.0;
+            system->impose({.hold_beads = true, .bead_velocity_x = side * plan.speed, .held_waves = waves});
+            system->advance_to(time += plan.hold);
+            system->impose({});
+            for (std::size_t frame = 0; frame <= frames; ++frame) {
+                system->advance_to(time + static_cast<double>(frame) * plan.frame);
+                amplitude[frame] += side * system->shear_wave(waves) / plan.releases;
+            }
+            time += static_cast<double>(frames) * plan.frame;
+        }
+        trial.insert(trial.end(), amplitude.begin(), amplitude.end());
+    }
+    for (const double waves : plan.waves) trial.push_back(std::pow(2.0 * std::numbers::pi * waves / setup.cell.ly, 2));
+    return trial;
+}
+
+double rate_of(std::span<const double> amplitude, double frame) {
+    double trapezoids = 0.0;
+    for (std::size_t i = 1; i < amplitude.size(); ++i) trapezoids += 0.5 * frame * (amplitude[i - 1] + amplitude[i]);
+    return 2.0 / frame * std::atanh(0.5 * frame * (amplitude.front() - amplitude.back()) / trapezoids);
+}
+
+std::vector<double> estimates_of(const ShearPlan& plan, const std::vector<std::size_t>& ends,
+                                 std::span<const double> means) {
+    const std::size_t waves = plan.waves.size(), length = frames_in(plan.time, plan.frame) + 1;
+    std::vector<double> rates, weights;
+    const std::span<const double> squares = means.subspan(waves * length);
+    for (std::size_t k = 0; k < waves; ++k) {
+        rates.push_back(rate_of(means.subspan(k * length, ends[k] + 1), plan.frame));
+        weights.push_back(1.0 / (rates.back() * rates.back()));
+    }
+    const Line line = fit_line(squares, rates, weights);
+    // Two points always lie on a line.
+    double bend = waves > 2 ? 0.0 : std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t k = 0; waves > 2 && k < waves; ++k) {
+        const double residual = (rates[k] - line.at_zero - line.slope * squares[k]) / rates[k];
+        if (std::abs(residual) > std::abs(bend)) bend = residual;
+    }
+    std::vector<double> values{line.slope, line.at_zero, bend};
+    values.insert(values.end(), rates.begin(), rates.end());
+    return values;
+}
+
+/// The last frame of each fit, from all trials.
+std::vector<std::size_t> ends_of(const ShearPlan& plan, std::span<const Trial> trials) {
+    const std::vector<double> means = means_over(trials);
+    const std::size_t length = frames_in(plan.time, plan.frame) + 1;
+    std::vector<std::size_t> ends;
+    for (std::size_t k = 0; k < plan.waves.size(); ++k) {
+        std::size_t end = 1;
+        while (end + 1 < length && means[k * length + end] >= plan.min_fraction * means[k * length]) ++end;
+        ends.push_back(end);
+    }
+    return ends;
+}
+
+std::string conclude(std::vector<measure::Estimate>& estimates) {
+    const measure::Estimate& bend = estimates[2];
+    if (!bend.error) return "linearity of the rates in q^2 is not known";
+    if (std::abs(bend.mean) <= 2.5 * *bend.error) return "the rates are linear in q^2 within their errors";
+    return text("the rates are not linear in q^2: largest relative residual {:.2g}", std::abs(bend.mean));
+}
+}  // namespace
+
+Assay shear(const ShearPlan& plan) {
+    require(plan.waves.size() >= 2 && plan.waves.front() >= 1 && is_ascending(plan.waves) &&
+                std::all_of(plan.waves.begin(), plan.waves.end(), [](double k) { return k == std::floor(k); }),
+            {}, "shear: expected at least two integer numbers of waves, > 0 and ascending");
+    require(plan.releases >= 1 && plan.frame > 0.0 && plan.time >= 4.0 * plan.frame, {},
+            "shear: {} releases of {} s in frames of {} s; expected at least one release of at least four frames",
+            plan.releases, plan.time, plan.frame);
+    std::vector<Quantity> quantities{{"viscosity_kinematic", "mm^2/s", "eta/(m rho): r = (Gamma + eta q^2)/(m rho)"},
+                                     {"damping_intercept", "1/s", "Gamma/(m rho): r at q = 0", false},
+                                     {"shear_bend", "1", "largest (r - line)/r, of three or more waves", false}};
+    for (const double waves : plan.waves)
+        quantities.push_back({text("shear_rate_{}", waves), "1/s", text("r of {} waves", waves), false});
+    return {.name = "shear",
+            .population = Population::beads,
+            .quantities = quantities,
+            .trial = std::bind_front(release, plan),
+            .estimator =
+                [plan](std::span<const Trial> trials) {
+                    return [plan, ends = ends_of(plan, trials)](std::span<const double> means) {
+                        return estimates_of(plan, ends, means);
+                    };
+                },
+            .conclude = conclude};
+}
+
+}  // namespace drover::calibrate
+
+namespace drover {
+
+template <>
+const std::vector<Row<calibrate::ShearPlan>>& schema<calibrate::ShearPlan>() {
+    using Plan = calibrate::ShearPlan;
+    static const std::vector<Row<Plan>> rows{
+        {.name = "waves",
+         .member = &Plan::waves,
+         .range = {.min = 1, .max = 1000},
+         .doc = "across the cell, integers, ascending: q = 2 pi waves/ly"},
+        {.name = "speed",
+         .member = &Plan::speed,
+         .unit = "mm/s",
+         .range = positive,
+         .doc = "initial amplitude at each release"},
+        {.name = "min_fraction",
+         .member = &Plan::min_fraction,
+         .range = {.min = 0.0, .max = 0.99, .min_open = true},
+         .doc = "of the initial amplitude, at which the fit of the decay ends"},
+        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
+        {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .doc = "before each release"},
+        {.name = "releases",
+         .member = &Plan::releases,
+         .range = {.min = 1, .max = 1000},
+         .doc = "of each wave, with alternating sign"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded after each release"},
+        {.name = "frame",
+         .member = &Plan::frame,
+         .unit = "s",
+         .range = positive,
+         .doc = "between samples; a multiple of the plate period"}};
+    return rows;
+}
+
+}  // namespace drover

@@ -1,0 +1,116 @@
+// dem/contact/contact_law.cpp: the choice of the contact law, and the time step that a soft law needs.
+#include "dem/contact/contact_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace drover::dem {
+
+namespace {
+constexpr double min_steps = 20.0;  // of dt within the shortest contact
+
+/// Calls visit with a null pointer to each alternative.
+template <class... Law, class Visit>
+void for_laws(const std::variant<Law...>*, const Visit& visit) {
+    (visit(static_cast<Law*>(nullptr)), ...);
+}
+
+GroupLaw group_law(const std::string& name) {
+    if (name == "approaching-first") return GroupLaw::approaching_first;
+    if (name == "first-to-last") return GroupLaw::first_to_last;
+    if (name == "last-to-first") return GroupLaw::last_to_first;
+    return GroupLaw::simultaneous;
+}
+
+RestitutionKind restitution_kind(const std::string& name) {
+    if (name == "kinetic") return RestitutionKind::kinetic;
+    if (name == "kinematic") return RestitutionKind::kinematic;
+    return RestitutionKind::energetic;
+}
+
+/// Largest change of the normal velocity at a contact of a body per normal impulse [1/mg].
+double max_response(const Shape& shape) {
+    double response = 0.0;
+    for (const double at : shape.at) response = std::max(response, 1.0 / shape.mass + at * at / shape.inertia_across);
+    return response;
+}
+
+/// Smallest reduced mass of a contact of two bodies [mg].
+double min_reduced_mass(const std::vector<Shape>& shapes) {
+    double response = 0.0;
+    for (const Shape& shape : shapes) response = std::max(response, max_response(shape));
+    return 0.5 / response;
+}
+
+void check_restitution(const Setup& setup, const LocationOf& place) {
+    for (const auto& [name, value] : values_of(setup.restitution)) {
+        const std::string key = "restitution." + name;
+        require(std::get<double>(value) > 0.0, place(key),
+                "{} = 0 with contacts.model = \"{}\": such a contact never ends; expected a value above 0, or "
+                "contacts.model = \"impulse\"",
+                key, setup.contacts.model);
+    }
+}
+}  // namespace
+
+bool ImpactLaw::is_chosen(const ContactControl& control) {
+    return control.model == name && !PairwiseLaw::is_chosen(control);
+}
+
+ImpactLaw ImpactLaw::from(const ContactControl& control) {
+    return {.group = group_law(control.law),
+            .restitution = restitution_kind(control.restitution),
+            .track_slip = control.track_slip,
+            .increments = control.increments,
+            .inelastic_threshold = control.inelastic_threshold};
+}
+
+PairwiseLaw PairwiseLaw::from(const ContactControl& control) {
+    PairwiseLaw law{.friction = StopOrSlide{}, .order = ContactOrder::tail_first, .rod_step = control.rod_step};
+    if (control.friction == "decoupled") law.friction = Decoupled{};
+    if (control.order == "random") law.order = ContactOrder::random;
+    if (control.order == "fastest-first") law.order = ContactOrder::fastest_first;
+    return law;
+}
+
+std::vector<std::string> contact_models() {
+    std::vector<std::string> names;
+    for_laws(static_cast<ContactLaw*>(nullptr), [&]<class Law>(Law*) {
+        if (std::find(names.begin(), names.end(), Law::name) == names.end()) names.emplace_back(Law::name);
+    });
+    return names;
+}
+
+ContactLaw contact_law(const ContactControl& control) {
+    ContactLaw law;
+    for_laws(&law, [&]<class Law>(Law*) {
+        if (Law::is_chosen(control)) law = Law::from(control);
+    });
+    return law;
+}
+
+void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const LocationOf& place) {
+    const auto check = [&]<class Law>(const Law& law) {
+        if constexpr (std::is_same_v<Law, PairwiseLaw>) {
+            constexpr double periods = 0.05;
+            require(
+                dt * setup.plates.frequency <= periods, place("time.dt"),
+                "time.dt = {} s with plates.frequency = {} 1/s and contacts.law = \"pairwise\"; expected at most {} "
+                "of a period, or beads go into the plates",
+                dt, setup.plates.frequency, periods);
+        }
+        if constexpr (SoftLaw<Law>) {
+            check_restitution(setup, place);
+            if (shapes.empty()) return;
+            constexpr double below = 0.995;  // the limit, when it is printed with three digits
+            const double shortest = law.contact_time(min_reduced_mass(shapes)), steps = shortest / dt;
+            require(steps >= min_steps * (1.0 - 1e-9), place("time.dt"),
+                    "time.dt = {} s is {:.3g} steps of the shortest contact, {:.3g} s; expected at least {} with "
+                    "contacts.model = \"{}\": choose time.dt <= {:.3g}, or softer contacts",
+                    dt, steps, shortest, min_steps, setup.contacts.model, below * shortest / min_steps);
+        }
+    };
+    std::visit(check, contact_law(setup.contacts));
+}
+
+}  // namespace drover::dem

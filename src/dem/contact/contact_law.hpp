@@ -1,0 +1,155 @@
+// dem/contact/contact_law.hpp: the contact laws. A law is a parameter struct; a soft law is also a pure function from
+// the state of a contact to its force. To add a soft law: its keys in [contacts] (setup.hpp, setup_schema.cpp), and
+// here its struct and one alternative of ContactLaw.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <numbers>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "dem/contact/impact.hpp"
+#include "drover/dem/setup.hpp"
+#include "drover/dem/shape.hpp"
+
+namespace drover::dem {
+
+/// A contact of soft bodies at the end of a step.
+struct SoftContact {
+    double overlap = 0.0;        ///< delta > 0 [mm]
+    double opening_speed = 0.0;  ///< u_n, normal velocity of first past second [mm/s]
+    double mass = 0.0;           ///< reduced mass of a normal impulse at the point of contact [mg]
+    double restitution = 0.0, friction = 0.0;
+    Vector stretch;  ///< of the tangential spring before this step, in the tangent plane [mm]
+    Vector slip;     ///< tangential displacement of first past second in this step [mm]
+    /// Quadrature weight of a force that does not vanish where the contact begins or ends; 1 except in the first and
+    /// last step.
+    double edge_weight = 1.0;
+};
+
+struct SoftForce {
+    double elastic = 0.0;  ///< normal, pushes apart [mg mm/s^2]
+    double damping = 0.0;  ///< normal, the part that dissipates energy
+    Vector tangential;     ///< on first
+    Vector stretch;        ///< of the tangential spring now [mm]
+    double stored = 0.0;   ///< elastic energy now [mg mm^2/s^2]
+    double slipped = 0.0;  ///< energy lost to sliding in this step, >= 0
+};
+
+/// What a soft law provides.
+template <class Law>
+concept SoftLaw = requires(const Law& law, const SoftContact& contact, const ContactControl& control) {
+    { Law::name } -> std::convertible_to<const char*>;
+    { Law::from(control) } -> std::same_as<Law>;
+    { law.contact_time(1.0) } -> std::same_as<double>;  // of an elastic collision of this reduced mass [mg], in s
+    { law(contact) } -> std::same_as<SoftForce>;
+};
+
+/// The linear spring-dashpot of Cundall & Strack, Geotechnique 29, 47 (1979).
+///
+/// Normal force k delta - gamma u_n, with gamma = -2 ln e sqrt(m k/(pi^2 + ln^2 e)): a binary collision has the
+/// restitution e at any speed.  The formula assumes that the dashpot may pull before the contact ends (Schwager &
+/// Poeschel, Granul. Matter 9, 465 (2007)).
+/// Tangential force -k_t s of a spring s that slips where the force would exceed mu k delta.  The limit uses the
+/// elastic part of the normal force, whose impulse over a collision equals that of the total: a collision that slides
+/// throughout has the tangential impulse mu (1 + e) m |u_n| of the impulse law.
+struct SpringDashpot {
+    static constexpr const char* name = "spring-dashpot";
+    static bool is_chosen(const ContactControl& control) { return control.model == name; }
+    double stiffness = 0.0;             ///< k [mg/s^2]
+    double tangential_stiffness = 0.0;  ///< k_t [mg/s^2]
+
+    static SpringDashpot from(const ContactControl& control) {
+        return {.stiffness = control.stiffness,
+                .tangential_stiffness = control.tangential_stiffness_ratio * control.stiffness};
+    }
+    double contact_time(double mass) const { return std::numbers::pi * std::sqrt(mass / stiffness); }
+
+    SoftForce operator()(const SoftContact& contact) const {
+        const double ln_e = std::log(contact.restitution);
+        const double gamma =
+            -2.0 * ln_e * std::sqrt(contact.mass * stiffness / (std::numbers::pi * std::numbers::pi + ln_e * ln_e));
+        const double elastic = stiffness * contact.overlap;
+        const Vector trial = contact.stretch + contact.slip;
+        const double size = length(trial), limit = contact.friction * elastic / tangential_stiffness;
+        const Vector stretch = size > limit ? limit / size * trial : trial;
+        return {.elastic = elastic,
+                .damping = -gamma * contact.opening_speed * contact.edge_weight,
+                .tangential = -tangential_stiffness * stretch,
+                .stretch = stretch,
+                .stored = 0.5 * (elastic * contact.overlap + tangential_stiffness * dot(stretch, stretch)),
+                .slipped = 0.5 * tangential_stiffness * dot(contact.stretch + stretch, trial - stretch)};
+    }
+};
+
+/// Impulses along and across the slip before a contact, in its frame.
+struct PairwiseImpulse {
+    double n = 0.0, x = 0.0, y = 0.0;  ///< [mg mm/s]
+    bool limited = false;              ///< friction is smaller than the law has it, or the impulse would create energy
+};
+
+/// A contact that approaches: its velocity u and its response K to impulses, see dem/impact_frame.hpp.
+struct Response;
+struct Slip;
+
+/// Friction that stops the slip if mu allows, and otherwise opposes the slip before with mu times the normal impulse.
+/// The normal velocity after is -e u_n in both cases.
+///
+/// J solves K J = (-e u_n - u_n, -u_t); if |J_t| > mu J_n or J_n <= 0: J = J_n (n - mu t) with t along the slip before
+/// and J_n = -(1 + e) u_n/(n.K(n - mu t)).
+struct StopOrSlide {
+    PairwiseImpulse operator()(const Response& response, double restitution, double friction, const Slip& slip) const;
+};
+
+/// The textbook's decoupled impulses: J_n = -(1 + e) u_n/K_nn as without friction, and J_t = min(mu J_n, |u_t|/K_tt)
+/// opposite to the slip before.
+struct Decoupled {
+    PairwiseImpulse operator()(const Response& response, double restitution, double friction, const Slip& slip) const;
+};
+
+enum class ContactOrder { tail_first, random, fastest_first };
+
+/// Time steps without groups: after each step, every contact that overlaps and approaches gets one impulse, on its own
+/// and with the velocities that those before it have left.  Positions are never corrected: an overlap lasts until the
+/// bodies have parted; without rebound (e = 0) those of bodies at rest grow.  Overlaps with the plates count as those
+/// of pairs do, and a run fails where one is larger than contacts.max_overlap.
+///
+/// A step changes the velocity by gravity and then the position by the new velocity.  Beads move by a time step and
+/// then have their contacts with base and lid.  Rods move in equal steps of at most rod_step; after each, their
+/// contacts with the plates follow in `order` (tail_first: from tail to head, of each sphere the base before the lid;
+/// fastest_first: each time the fastest approach of those that have not had their impulse). Pairs and side walls follow
+/// in the order of the neighbour list, forwards and backwards in turn.  A sequence has a direction, so a rod whose ends
+/// are alike may drift with any order but random.
+///
+/// Friction along the slip before the impulse can do positive work where the slip turns: for Decoupled, an impulse
+/// changes the energy by its loss along the normal and by friction, less J_n J_t K_nt.  No impulse creates energy:
+/// where it would, friction is reduced to the largest value that does not (Counts::limited).
+struct PairwiseLaw {
+    static constexpr const char* name = "impulse";
+    static PairwiseLaw from(const ContactControl& control);
+    static bool is_chosen(const ContactControl& control) { return control.model == name && control.law == "pairwise"; }
+
+    std::variant<StopOrSlide, Decoupled> friction;
+    ContactOrder order = ContactOrder::tail_first;
+    double rod_step = 2e-6;  ///< [s]
+
+    /// Number of equal steps of rods within a time step, and their length.
+    int rod_steps(double dt) const { return std::max(1, static_cast<int>(std::ceil(dt / rod_step - 1e-9))); }
+    double rod_step_within(double dt) const { return dt / rod_steps(dt); }
+};
+
+using ContactLaw = std::variant<ImpactLaw, PairwiseLaw, SpringDashpot>;
+
+/// The values of contacts.model.
+std::vector<std::string> contact_models();
+
+/// The law that contacts.model and contacts.law name, with its parameters.
+ContactLaw contact_law(const ContactControl& control);
+
+/// Of a soft law, throws an input Error unless all coefficients of restitution are above 0 and dt resolves the shortest
+/// contact of two of these shapes; of the pairwise law, unless dt resolves the vibration.
+void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const LocationOf& place);
+
+}  // namespace drover::dem

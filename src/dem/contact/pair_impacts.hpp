@@ -1,0 +1,45 @@
+// dem/contact/pair_impacts.hpp: impulses of spheres that overlap each other or a side wall at the end of a step.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "dem/contact/closing_time.hpp"
+#include "dem/contact/contact_report.hpp"
+#include "dem/contact/impact.hpp"
+#include "dem/flight/plate_motion.hpp"
+#include "dem/packing/overlaps.hpp"
+#include "drover/base/threads.hpp"
+#include "drover/dem/world.hpp"
+
+namespace drover::dem {
+
+struct PairRules {
+    Restitution restitution;
+    Friction friction;
+    ImpactLaw law;
+    Vector acceleration, bead_force;  ///< only for the energy balance
+    double dt = 0.0;
+    double simultaneity_gap = 0.0;  ///< a body closer than this to a plate rests on it [mm]
+    PlateState base;                ///< at the end of the step
+    double lid = 0.0;               ///< height of the lid then [mm]; never: no lid
+};
+
+/// Reuses its memory from step to step.
+class PairImpacts {
+public:
+    /// Finds all overlaps, resolves each group in which a contact approaches, and corrects positions for the time since
+    /// first contact. Returns the contributions of this step to the energy balance and the counts, and its deepest
+    /// overlap.
+    ContactReport step(const Walls& walls, Spheres& spheres, const Neighbours& neighbours, const PairRules& rules,
+                       Threads& threads);
+
+private:
+    void group(const std::vector<Overlap>& overlaps, std::size_t bodies);
+
+    OverlapSearch search_;
+    std::vector<std::uint32_t> last_;  // of each body: its latest overlap in this step
+    std::vector<std::uint32_t> parent_, size_, order_, start_;
+    std::vector<ContactReport> reports_;
+};
+
+}  // namespace drover::dem

@@ -1,0 +1,78 @@
+// dem/flight/rod_flight.hpp: a rod between base and lid: free flight from impact to impact.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "dem/contact/impact.hpp"
+#include "dem/flight/plate_motion.hpp"
+#include "drover/dem/bodies.hpp"
+#include "drover/dem/world.hpp"
+
+namespace drover::dem {
+
+/// Constants of all rods of one shape.
+struct RodKind {
+    Shape shape;
+    std::vector<std::uint32_t> bearing;  ///< spheres that can touch a plate, from tail to head
+    double restitution = 0.0, friction = 0.0;
+};
+/// The bearing spheres are all, or those on the convex hull (rods.bearing).  In exact contact no other sphere can touch
+/// a plate; in a time-driven law a rod overlaps the plate, and then several of the spheres between those on the hull
+/// do.
+RodKind make_rod_kind(const Shape& shape, double restitution, double friction, bool all_bear);
+
+/// Constants of all rods.
+struct FlightRules {
+    ImpactLaw law;
+    double substep = 0.0;           ///< minimum time between impacts on the plates [s]
+    double simultaneity_gap = 0.0;  ///< contacts with smaller gaps act in one impact [mm]
+    double counted_speed = 0.0;     ///< [mm/s]
+    double kick = 0.0;              ///< [rad/mm]
+    std::uint64_t seed = 0;
+};
+
+/// State of a rod that comes from its impacts on the plates.
+struct PlateMemory {
+    std::int64_t hits = 0;      ///< since the start: the number of the next kick
+    std::uint32_t signs = 0;    ///< of the kicks of this block of 32 hits
+    double since_impact = 1.0;  ///< time since the last impact [s]
+};
+
+/// Gap of a sphere over the base (side +1) or under the lid (-1), with its first and second derivative in time.
+struct PlateGap {
+    std::uint32_t sphere;
+    double side, gap, speed, acceleration;
+};
+
+/// An overlap of a rod with base (side +1) or lid (-1).
+struct RodPlateOverlap {
+    std::uint32_t sphere;  ///< of the rod, from the tail
+    double side, depth;    ///< depth [mm] > 0
+};
+
+/// Scratch memory, reused from rod to rod.
+struct FlightSpace {
+    std::vector<PlateGap> gaps;
+    std::vector<RodPlateOverlap> overlaps;
+    std::vector<Contact> contacts;
+    std::vector<double> approach;
+};
+
+/// Moves a rod by dt under a uniform acceleration, with all its impacts on base and lid.  `plates` are at the start of
+/// the step.
+void fly_rod(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
+             const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, EnergyBalance& balance,
+             Counts& counts);
+
+/// Free motion under a uniform acceleration.
+void drift_rod(Rod& rod, const Shape& shape, const Vector& acceleration, double tau, EnergyBalance& balance);
+
+/// omega_z += size or -size, with equal probability.
+void kick_spin(ImpactBody& rod, double size, PlateMemory& memory, std::uint64_t number, std::uint64_t seed,
+               EnergyBalance& balance);
+
+/// The rod as the impact laws see it, and its angular momentum after an impact.
+ImpactBody impact_body_of(const Rod& rod, const Shape& shape);
+Vector angular_momentum(const ImpactBody& body);
+
+}  // namespace drover::dem

@@ -1,0 +1,79 @@
+// jobs/boundary_shares.cpp: the loops of make_boundary as a campaign.
+#include "jobs/boundary_shares.hpp"
+
+#include <algorithm>
+
+#include "drover/io/scene_text.hpp"
+#include "files/input_file.hpp"
+#include "files/record_folder.hpp"
+#include "jobs/shared_compute.hpp"
+#include "run/provenance.hpp"
+
+namespace drover::jobs {
+
+namespace {
+constexpr const char* plane_manifest = "boundary.toml";
+
+/// The version too, which decides what the loops are.
+std::string plane_manifest_of(io::Scene scene) {
+    scene.run.threads = 0;
+    scene.output.file.clear();
+    return text("# drover {}\n", run::this_program()) + io::resolved_text(scene);
+}
+
+files::RecordIdentity plane_identity(const std::string& manifest) {
+    return {.hash = files::fingerprint("boundary\n" + manifest), .content = manifest};
+}
+}  // namespace
+
+std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const BoundaryShares& shares,
+                                                   Threads& threads) {
+    analysis::check_boundary(scene);
+    const std::string manifest = plane_manifest_of(scene);
+    files::join_folder(shares.folder, plane_manifest, "", manifest);
+    SharedCompute shared({.folder = shares.folder,
+                          .identity = plane_identity(manifest),
+                          .share = shares.share,
+                          .workers = shares.workers > 0 ? shares.workers : threads.count(),
+                          .quiet = shares.quiet});
+    const bool is_share = !shares.share.is_plain();
+    try {
+        run::Result result =
+            analysis::make_boundary(scene, threads, {.compute = shared.compute(), .lines_alone = is_share});
+        if (is_share) return std::nullopt;
+        return result;
+    } catch (const Interrupted&) {
+        return std::nullopt;
+    }
+}
+
+bool has_shares(const io::Scene& scene, const std::filesystem::path& folder) {
+    constexpr std::uint64_t max_bytes = 1 << 24;
+    const std::filesystem::path file = folder / plane_manifest;
+    return std::filesystem::exists(file) &&
+           files::read_text(file, max_bytes, "the plane of shares") == plane_manifest_of(scene);
+}
+
+run::Result collect_boundary(const io::Scene& scene, const std::filesystem::path& folder, Threads& threads) try {
+    analysis::check_boundary(scene);
+    require_folder(folder, "boundary");
+    const std::string manifest = plane_manifest_of(scene);
+    files::join_folder(folder, plane_manifest, "", manifest);
+    SharedCompute known({.folder = folder, .identity = plane_identity(manifest)}, true);
+    return analysis::make_boundary(scene, threads, {.compute = known.compute()});
+} catch (const Interrupted&) {
+    throw Error(Fault::run, {folder.string()},
+                "points of the plane are missing: run the same command without --collect, or more shares");
+}
+
+std::string boundary_status(const io::Scene& scene, const std::filesystem::path& folder) {
+    require_folder(folder, "boundary");
+    const std::vector<UnitRecord> records = campaign_records(folder, plane_identity(plane_manifest_of(scene)));
+    const auto done = std::count_if(records.begin(), records.end(),
+                                    [](const UnitRecord& record) { return record.state == UnitState::done; });
+    const Working now = working_in(folder);
+    return text("{} groups of points done, {} failed, {} running in {} processes; how many follow depends on the lines",
+                done, static_cast<std::ptrdiff_t>(records.size()) - done, now.units, now.processes);
+}
+
+}  // namespace drover::jobs

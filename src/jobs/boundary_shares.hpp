@@ -1,0 +1,34 @@
+// jobs/boundary_shares.hpp: phase boundaries whose points many processes share in a folder.
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "analysis/boundary.hpp"
+#include "jobs/share.hpp"
+
+namespace drover::jobs {
+
+struct BoundaryShares {
+    std::filesystem::path folder;
+    Share share = {};
+    int workers = 0;  ///< processes; 0: the threads
+    bool quiet = false;
+};
+
+/// The result of make_boundary, to the byte; nothing for a share, whose part is done, and after a signal.  Goes on with
+/// what is in the folder.  Throws as make_boundary, and an input Error if the folder holds another plane, or points of
+/// another version.
+std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const BoundaryShares& shares,
+                                                   Threads& threads);
+
+/// Whether the folder has points of this plane, by this version of drover.
+bool has_shares(const io::Scene& scene, const std::filesystem::path& folder);
+
+/// The same from points that have been computed; throws a run Error where some are missing.
+run::Result collect_boundary(const io::Scene& scene, const std::filesystem::path& folder, Threads& threads);
+
+/// One line on what all processes have done.
+std::string boundary_status(const io::Scene& scene, const std::filesystem::path& folder);
+
+}  // namespace drover::jobs

@@ -1,0 +1,337 @@
+// jobs/sweep.cpp: the runs of a sweep as a campaign, and what comes of them.
+#include "jobs/sweep.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "base/log.hpp"
+#include "drover/base/threads.hpp"
+#include "drover/io/scene_text.hpp"
+#include "files/input_file.hpp"
+#include "files/new_file.hpp"
+#include "jobs/campaign.hpp"
+#include "jobs/run_record.hpp"
+#include "jobs/sweep_dataset.hpp"
+#include "jobs/sweep_plan.hpp"
+#include "jobs/sweep_results.hpp"
+#include "run/kind.hpp"
+#include "run/memory_run.hpp"
+#include "run/provenance.hpp"
+#include "run/run_scene.hpp"
+#include "run/same_run.hpp"
+
+namespace drover::jobs {
+
+namespace {
+namespace fs = std::filesystem;
+constexpr const char* sweep_manifest = "sweep.toml";
+
+fs::path archive_of(const fs::path& folder, const SweepRun& run) { return folder / (run.name + ".h5"); }
+
+bool is_finished(const fs::path& path) {
+    return fs::exists(path) && files::ArchiveReader(path).has("/summary/warm_up");
+}
+
+std::string without_workers(io::Scene scene) {
+    scene.sweep.workers = 0;
+    return io::resolved_text(scene);
+}
+
+/// Of a ramp all; else what all points have in common: other values and seeds make more runs in a folder.
+std::string common_text(io::Scene scene) {
+    if (!is_ramp(scene)) scene.sweep = {.vary = {}, .refine = {}, .keep = scene.sweep.keep};
+    return without_workers(std::move(scene));
+}
+
+/// The text that claims a folder, that of its first sweep, and the points that this one numbered.
+struct Manifest {
+    std::string content;
+    NumberedPoints numbered = {};
+};
+
+Manifest manifest_of(const io::Scene& scene, const fs::path& folder) {
+    const Manifest fresh{without_workers(scene), numbered_points(scene)};
+    const fs::path file = folder / sweep_manifest;
+    if (!fs::exists(file)) return fresh;
+    try {
+        constexpr std::uint64_t max_bytes = 1 << 24;
+        const std::string there = files::read_text(file, max_bytes, "the scene of a sweep");
+        const io::Scene first = io::archived_scene(there, file.string());
+        if (common_text(first) == common_text(scene)) return {there, numbered_points(first)};
+        if (is_ramp(scene) || fresh.content.starts_with(there)) return fresh;  // the latter: its writer was killed
+        io::Scene other = scene;  // with what may differ as it is there, for the message that it is another scene
+        other.sweep.vary = first.sweep.vary;
+        other.sweep.seeds = first.sweep.seeds;
+        other.sweep.refine = first.sweep.refine;
+        other.sweep.refine_levels = first.sweep.refine_levels;
+        return {without_workers(other), {}};
+    } catch (const Error& error) {
+        if (error.fault() != Fault::input) throw;
+        return fresh;
+    }
+}
+
+files::RecordIdentity identity_of(const Manifest& manifest) {
+    return {.hash = files::fingerprint("sweep\n" + manifest.content), .content = manifest.content};
+}
+
+/// One sweep in its folder.
+struct Sweep {
+    const io::Scene& scene;
+    const fs::path& folder;
+    Manifest manifest;
+    files::RecordIdentity identity;
+    SweepLayout layout = {};
+    std::map<std::string, std::size_t> runs = {};  ///< by name
+
+    Sweep(const io::Scene& given, const fs::path& in)
+        : scene(given), folder(in), manifest(manifest_of(given, in)), identity(identity_of(manifest)) {
+        plan({});
+    }
+    /// With the points that results ask for.
+    void plan(const Marks& marks) {
+        layout = plan_sweep(scene, marks, manifest.numbered);
+        runs.clear();
+        for (std::size_t r = 0; r < layout.runs.size(); ++r) runs[layout.runs[r].name] = r;
+    }
+    bool is_refined() const { return !scene.sweep.refine.empty(); }
+    /// A ramp passes states on by archives, which are removed at the end where only the table is kept.
+    bool has_archives() const { return keeps_archives() || layout.runs.back().before.has_value(); }
+    bool keeps_archives() const { return scene.sweep.keep == "archives"; }
+};
+
+/// The scene of one run; on a ramp it starts from the last frame of the run before.
+io::Scene scene_of(const Sweep& sweep, const SweepRun& run) {
+    std::vector<std::string> overrides = run.overrides;
+    if (sweep.scene.run.threads == 0) overrides.push_back("run.threads=1");
+    io::Scene base = sweep.scene;
+    if (run.before) {
+        base.initial = io::default_start(base.kind);  // its formulas belong to the first point only
+        const std::string start = run::kind_of(base).start;
+        overrides.push_back(start + ".kind=file");
+        overrides.push_back(start + ".file=set-below");
+        overrides.push_back(start + ".frame=-1");
+    }
+    io::Scene result = io::parse_scene(io::resolved_text(base), base.file, overrides);
+    // No overrides, which are TOML: the name of a file may have any bytes.
+    result.output.file = archive_of(sweep.folder, run).string();
+    std::string& first_state = io::has_grid(base.kind) ? result.initial.file : result.particles.packing.file;
+    if (run.before) first_state = fs::absolute(archive_of(sweep.folder, sweep.layout.runs[*run.before])).string();
+    return result;
+}
+
+/// Throws an input Error for an archive in the folder that is of another run than its name says.  Returns a warning for
+/// each other version of drover that made some of them: on purpose, a sweep may be resumed by another.
+std::vector<std::string> check_archives(const Sweep& sweep) {
+    std::map<std::string, std::vector<std::string>> runs_of;  // by version
+    for (const SweepRun& run : sweep.layout.runs)
+        if (const fs::path path = archive_of(sweep.folder, run); fs::exists(path)) {
+            run::require_archive_of(scene_of(sweep, run), path);
+            runs_of[run::program_of(files::ArchiveReader(path))].push_back(run.name);
+        }
+    runs_of.erase(run::this_program());
+    std::vector<std::string> warnings;
+    for (const auto& [version, runs] : runs_of)
+        warnings.push_back(
+            text("{}{} made by drover {}, and this is drover {}: if a change between them affects "
+                 "results, repeat the sweep in another folder",
+                 runs.front(), runs.size() == 1 ? " was" : text(" and {} more were", runs.size() - 1), version,
+                 run::this_program()));
+    return warnings;
+}
+
+RunResults results_of(run::Report report) {
+    return {.rows = std::move(report.summary.rows), .warnings = std::move(report.warnings)};
+}
+
+std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {
+    const io::Scene scene = scene_of(sweep, run);
+    if (!sweep.has_archives()) {
+        auto report = run::run_in_memory(scene);
+        if (!report) return std::nullopt;
+        return encode(results_of(std::move(*report)));
+    }
+    const fs::path path = archive_of(sweep.folder, run);
+    wait_for_writer(path);
+    if (fs::exists(path)) run::require_archive_of(scene, path);
+    if (is_finished(path))
+        return encode(results_of(run::make_report(files::ArchiveReader(path), run::Theory::omitted)));
+    const run::RunOptions options{.overwrite = true, .quiet = true};
+    run::RunOutcome outcome = fs::exists(path) && run::has_checkpoint(path) ? run::restart_run(path, {}, options)
+                                                                            : run::run_scene(scene, options);
+    if (outcome.loop.signal != 0) return std::nullopt;
+    return encode(results_of(std::move(*outcome.report)));
+}
+
+/// What is known of all runs.
+struct Ended {
+    std::map<std::string, RunResults> results;
+    std::map<std::string, std::string> failures;
+};
+
+/// Plans the points that they ask for.
+Ended ended_runs(Sweep& sweep, const std::vector<UnitRecord>& records) {
+    if (sweep.is_refined()) {
+        Marks marks;
+        for (const UnitRecord& record : records)
+            if (record.state == UnitState::done) marks[record.key] = marks_of(sweep.scene, decode(record.result));
+        sweep.plan(marks);
+    }
+    Ended ended;
+    for (const UnitRecord& record : records) {
+        const auto run = sweep.runs.find(record.key);
+        if (run == sweep.runs.end()) continue;
+        if (record.state != UnitState::done) ended.failures[record.key] = record.reason;
+        else if (!sweep.keeps_archives() || fs::exists(archive_of(sweep.folder, sweep.layout.runs[run->second])))
+            ended.results[record.key] = decode(record.result);
+    }
+    return ended;
+}
+
+void remove_archives(const Sweep& sweep) {
+    std::error_code ignored;
+    for (const SweepRun& run : sweep.layout.runs) {
+        const fs::path path = archive_of(sweep.folder, run);
+        for (const char* beside : {"", ".checkpoint-a", ".checkpoint-b"}) fs::remove(path.string() + beside, ignored);
+    }
+}
+
+/// The part of this process in it.
+class SweepWork {
+public:
+    SweepWork(Sweep& sweep, const SweepOptions& options) : sweep_(sweep), options_(options) {}
+
+    /// Whether a signal stopped it.
+    bool run() {
+        const UnitPlan plan{.wanted = [this](const Offer& offer) { want(offer); },
+                            .run = [this](const std::string& key) { return run_one(sweep_, run_of(key)); },
+                            .take = [this](const UnitRecord& record) { take(record); },
+                            .holds = [this](const UnitRecord& record) { return holds(record); }};
+        const int workers = sweep_.scene.sweep.workers > 0 ? sweep_.scene.sweep.workers : usable_cores();
+        return Campaign(plan, {.folder = sweep_.folder,
+                               .identity = sweep_.identity,
+                               .share = options_.share,
+                               .workers = workers,
+                               .quiet = options_.quiet,
+                               .shares_wait = sweep_.is_refined()})
+            .run()
+            .stopped;
+    }
+
+private:
+    const SweepRun& run_of(const std::string& key) const { return sweep_.layout.runs[sweep_.runs.at(key)]; }
+
+    /// Each share begins elsewhere.
+    bool offer_all(const Offer& offer) const {
+        const std::vector<SweepRun>& runs = sweep_.layout.runs;
+        const std::size_t first = runs.size() * static_cast<std::size_t>(options_.share.number - 1) /
+                                  static_cast<std::size_t>(options_.share.count);
+        for (std::size_t i = 0; i < runs.size(); ++i) {
+            const SweepRun& run = runs[(first + i) % runs.size()];
+            if (done_.contains(run.name) || (run.before && !done_.contains(runs[*run.before].name))) continue;
+            if (!offer(run.name)) return false;
+        }
+        return true;
+    }
+
+    void want(const Offer& offer) {
+        while (offer_all(offer) && marks_.size() > planned_marks_) {
+            planned_marks_ = marks_.size();
+            sweep_.plan(marks_);
+            planned_done_ =
+                static_cast<std::size_t>(std::count_if(done_.begin(), done_.end(), [this](const auto& name) {
+                    return sweep_.runs.contains(name);
+                }));
+        }
+    }
+
+    void take(const UnitRecord& record) {
+        const bool is_done = record.state == UnitState::done;
+        if (is_done && done_.insert(record.key).second && sweep_.runs.contains(record.key)) ++planned_done_;
+        if (is_done && sweep_.is_refined()) marks_[record.key] = marks_of(sweep_.scene, decode(record.result));
+        if (!record.is_new) return;
+        if (!is_done) log_warning("{}: {}", record.key, record.reason);
+        if (options_.quiet) return;
+        log_information("{} of {} jobs finished: {}{}", planned_done_, sweep_.runs.size(), record.key,
+                        is_done ? "" : ", which failed");
+    }
+
+    bool holds(const UnitRecord& record) const {
+        const auto found = sweep_.runs.find(record.key);
+        return !sweep_.keeps_archives() || found == sweep_.runs.end() ||
+               fs::exists(archive_of(sweep_.folder, sweep_.layout.runs[found->second]));
+    }
+
+    Sweep& sweep_;
+    const SweepOptions& options_;
+    std::unordered_set<std::string> done_;
+    Marks marks_;
+    std::size_t planned_marks_ = 0, planned_done_ = 0;  ///< in the layout
+};
+
+/// From the records of all processes.
+void conclude(Sweep& sweep, const SweepOptions& options, const std::vector<std::string>& versions,
+              SweepOutcome& outcome) {
+    const Ended ended = ended_runs(sweep, campaign_records(sweep.folder, sweep.identity));
+    outcome.runs = sweep.layout.runs.size();
+    for (const auto& [name, reason] : ended.failures) outcome.failures.push_back(name + ": " + reason);
+    outcome.failed = outcome.failures.size();
+    outcome.missing = outcome.runs - ended.results.size() - outcome.failed;
+    const bool is_last = outcome.missing == 0 && !outcome.stopped;
+    if (!options.share.is_plain() && !is_last) return;
+    outcome.table = sweep_table(sweep.layout, ended.results);
+    alone(sweep.folder, is_last, [&] {
+        files::replace_file(sweep.folder / "table.csv", table_csv(*outcome.table));
+        write_sweep_dataset(sweep.folder / "table.nc", sweep.scene, sweep.layout, ended.results, *outcome.table);
+        if (is_last && !sweep.keeps_archives()) remove_archives(sweep);
+    });
+    outcome.table->warnings.insert(outcome.table->warnings.begin(), versions.begin(), versions.end());
+}
+
+/// All values are checked before anything runs.
+void check_values(const Sweep& sweep) {
+    for (SweepRun run : sweep.layout.runs) {
+        run.before.reset();
+        scene_of(sweep, run);
+    }
+    if (sweep.is_refined())
+        scene_of(sweep, {.name = "between", .overrides = finest_overrides(sweep.scene), .before = {}});
+}
+}  // namespace
+
+SweepLayout plan_sweep(const io::Scene& scene) { return plan_sweep(scene, {}, numbered_points(scene)); }
+
+SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options) {
+    const fs::path& folder = options.folder;
+    Sweep sweep(scene, folder);
+    if (options.collect) require_folder(folder, "sweep");
+    if (!options.collect && options.share.is_plain()) check_values(sweep);
+    // To resume, the scene must be the same, or different runs would be mixed.
+    files::join_folder(folder, sweep_manifest, "", sweep.manifest.content);
+    if (sweep.has_archives() && !options.collect) files::require_locks(folder / sweep_manifest);
+    SweepOutcome outcome{.table = {}};
+    outcome.already_done = ended_runs(sweep, campaign_records(folder, sweep.identity)).results.size();
+    outcome.runs = sweep.layout.runs.size();
+    std::vector<std::string> versions;
+    if (options.share.is_plain() && sweep.keeps_archives()) versions = check_archives(sweep);
+    if (outcome.already_done < outcome.runs && !options.collect)  // else with the table, at once
+        for (const std::string& warning : versions) log_warning("{}", warning);
+    if (!options.quiet && !options.collect)
+        log_information("{} points, {} runs ({} already finished) in {}", sweep.layout.points.size(), outcome.runs,
+                        outcome.already_done, folder.string());
+    if (!options.collect) outcome.stopped = SweepWork(sweep, options).run();
+    conclude(sweep, options, versions, outcome);
+    return outcome;
+}
+
+std::string sweep_status(const io::Scene& scene, const fs::path& folder) {
+    Sweep sweep(scene, folder);
+    require_folder(folder, "sweep");
+    const std::vector<UnitRecord> records = campaign_records(folder, sweep.identity);
+    ended_runs(sweep, records);  // plans what they ask for
+    std::vector<std::string> keys;
+    for (const SweepRun& run : sweep.layout.runs) keys.push_back(run.name);
+    return campaign_status(folder, records, keys);
+}
+
+}  // namespace drover::jobs

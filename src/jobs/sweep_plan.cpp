@@ -1,0 +1,311 @@
+// jobs/sweep_plan.cpp: from the texts of sweep.vary and sweep.refine to runs.
+#include "jobs/sweep_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+
+#include "files/record_identity.hpp"
+#include "jobs/sweep_refinement.hpp"
+#include "measure/replicates.hpp"
+#include "run/number_lists.hpp"
+#include "run/scene_equations.hpp"
+
+namespace drover::jobs {
+
+namespace {
+struct Varied {
+    std::string key;
+    std::vector<double> values;
+};
+
+constexpr const char* sweep_key = "sweep.vary";
+
+std::string sweep_example(const io::Scene& scene) {
+    const run::SceneNumber one = run::example_number(scene);
+    return text("\"{0} = {1}, {2}, {3}\" or \"{0} = {1}:{3}:11\"", one.key, 0.5 * one.value, one.value,
+                2.0 * one.value);
+}
+
+Varied varied_of(const io::Scene& scene, const std::string& written, const SourceLocation& where) {
+    const std::string example = sweep_example(scene);
+    const auto [key, values] = run::read_assignment(written, sweep_key, example, where);
+    require(key.find('.') != std::string::npos, where, "{} has \"{}\"; expected \"section.key = values\", as in {}",
+            sweep_key, written, example);
+    const auto number_of = [&](const std::string& word) {
+        return run::read_number(word, written, sweep_key, example, where);
+    };
+    Varied varied{.key = key, .values = {}};
+    if (values.find(':') == std::string::npos) {
+        for (const std::string& word : run::split(values, ',')) varied.values.push_back(number_of(word));
+    } else {
+        const std::vector<std::string> parts = run::split(values, ':');
+        require(parts.size() == 3, where, "sweep.vary has \"{}\"; expected first:last:count", written);
+        const double first = number_of(parts[0]), last = number_of(parts[1]);
+        const double count = number_of(parts[2]);
+        require(count >= 2.0 && count <= 1e6 && count == std::floor(count), where,
+                "sweep.vary has \"{}\"; expected an integer number of values, 2 to 1e6, after the second colon",
+                written);
+        for (int i = 0; i < static_cast<int>(count); ++i)  // the same for twice as many steps, to the bit
+            varied.values.push_back(first + (last - first) * i / (count - 1.0));
+    }
+    require(!varied.values.empty(), where, "sweep.vary has \"{}\" without a value; expected at least one", written);
+    return varied;
+}
+
+std::vector<SweepPoint> grid_points(const std::vector<Varied>& varied) {
+    std::vector<SweepPoint> points{SweepPoint{}};
+    for (const Varied& one : varied) {
+        std::vector<SweepPoint> longer;
+        for (const SweepPoint& point : points)
+            for (const double value : one.values) {
+                longer.push_back(point);
+                longer.back().values.push_back(value);
+            }
+        points = std::move(longer);
+    }
+    return points;
+}
+
+std::string numbered_name(std::size_t point, std::int64_t seed) { return text("point-{:04}-seed-{}", point, seed); }
+
+std::string name_of(const std::vector<std::string>& keys, const std::vector<double>& values, std::int64_t seed,
+                    const NumberedPoints& numbered) {
+    const auto found = numbered.points.find(values);
+    if (numbered.keys == keys && found != numbered.points.end()) return numbered_name(found->second, seed);
+    std::string name;
+    for (std::size_t k = 0; k < keys.size(); ++k) name += text("{}={},", keys[k], values[k]);
+    constexpr std::size_t max_length = 200;  // of a file's name, with what stands beside an archive
+    if (name.size() > max_length) name = text("point-{:016x},", files::fingerprint(name));
+    return name + text("seed={}", seed);
+}
+
+/// A ramp of the last key for each combination of the others.
+std::vector<SweepPoint> ramp_points(std::vector<Varied> varied, bool down_again) {
+    const std::vector<double> ramp = varied.back().values;
+    varied.pop_back();
+    std::vector<SweepPoint> points;
+    for (const SweepPoint& others : grid_points(varied)) {
+        const auto add = [&](double value, const char* branch) {
+            points.push_back({.values = others.values, .branch = branch});
+            points.back().values.push_back(value);
+        };
+        for (const double value : ramp) add(value, "up");
+        if (down_again)
+            for (std::size_t i = ramp.size() - 1; i-- > 0;) add(ramp[i], "down");
+    }
+    return points;
+}
+
+/// Each point of a ramp has its own noise: repeated noise would correlate the two branches.
+SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& scene, int seed,
+                const NumberedPoints& numbered) {
+    const bool on_ramp = is_ramp(scene);
+    const std::int64_t step = on_ramp ? static_cast<std::int64_t>(point) * scene.sweep.seeds : 0,
+                       named = scene.run.seed + seed;
+    const std::vector<double>& values = layout.points[point].values;
+    SweepRun run{.name = on_ramp ? numbered_name(point, named) : name_of(layout.keys, values, named, numbered),
+                 .point = point,
+                 .overrides = {}};
+    for (std::size_t k = 0; k < layout.keys.size(); ++k)
+        run.overrides.push_back(text("{}={}", layout.keys[k], values[k]));
+    run.overrides.push_back(text("run.seed={}", named + step));
+    return run;
+}
+
+void require_ramp(const io::Scene& scene, const std::vector<Varied>& varied) {
+    const SourceLocation where = io::location_of(scene, "sweep.vary");
+    require(!varied.empty(), where,
+            "sweep.ramp = \"{}\" without a varied key; expected one, or several of which the "
+            "last is ramped",
+            scene.sweep.ramp);
+    require(scene.sweep.refine.empty(), io::location_of(scene, "sweep.refine"),
+            "sweep.refine on a ramp, whose points follow one another; expected ramp = \"none\"");
+    for (const char* own : {"grid.", "cell.", "beads.", "rods."})
+        require(!varied.back().key.starts_with(own), where,
+                "sweep.ramp = \"{}\" of {}; a ramp passes on the state {}: choose another key, or ramp = \"none\"",
+                scene.sweep.ramp, varied.back().key,
+                io::has_grid(scene.kind) ? "on one grid" : "of the same bodies in one cell");
+    require(io::has_grid(scene.kind) || scene.particles.rods.size_tolerance == 0.0,
+            io::location_of(scene, "rods.size_tolerance"),
+            "rods.size_tolerance = {} on a ramp, whose points have different seeds and so rods of different sizes; "
+            "expected 0, or ramp = \"none\"",
+            scene.particles.rods.size_tolerance);
+}
+
+constexpr double max_runs = 1e6;
+
+std::vector<Varied> read_varied(const io::Scene& scene) {
+    const SourceLocation where = io::location_of(scene, "sweep.vary");
+    std::vector<Varied> varied;
+    double runs = scene.sweep.seeds;
+    for (const std::string& written : scene.sweep.vary) {
+        Varied one = varied_of(scene, written, where);
+        require(std::none_of(varied.begin(), varied.end(), [&](const Varied& other) { return other.key == one.key; }),
+                where, "sweep.vary names {} twice; expected each key once", one.key);
+        for (const char* own : {"run.", "output.", "sweep.", "initial.file", "packing.file"})
+            require(!one.key.starts_with(own), where, "sweep.vary names {}, which the sweep sets itself; {}", one.key,
+                    one.key == "run.seed" ? "give sweep.seeds" : "choose a key of the model, the grid or the time");
+        runs *= static_cast<double>(one.values.size());
+        varied.push_back(std::move(one));
+    }
+    require(!varied.empty() || scene.sweep.seeds > 1, where,
+            "nothing to sweep: give sweep.vary, as in --vary {}, or sweep.seeds > 1", sweep_example(scene));
+    require(runs <= max_runs, where, "a sweep of {:.3g} runs; expected at most {:.0e}: choose fewer values or seeds",
+            runs, max_runs);
+    return varied;
+}
+
+/// An observable, and the change of it between neighbours from which on points are added between them.
+struct Refined {
+    std::string observable;
+    double change = 0.0;
+};
+
+std::vector<Refined> read_refined(const io::Scene& scene) {
+    if (scene.sweep.refine.empty()) return {};
+    const std::string list = "sweep.refine", example = text("\"{} = 0.1\"", run::example_observable(scene));
+    const SourceLocation where = io::location_of(scene, list);
+    std::vector<Refined> refined;
+    for (const std::string& written : scene.sweep.refine) {
+        const run::Assignment given = run::read_assignment(written, list, example, where);
+        refined.push_back({given.key, run::read_number(given.value, written, list, example, where)});
+        require(refined.back().change > 0.0, where,
+                "{} has \"{}\"; expected a change > 0, in units of the observable, as in {}", list, written, example);
+    }
+    return refined;
+}
+
+using Names = std::function<std::string(const std::vector<double>& values, std::int64_t seed)>;
+
+/// The means over all seeds of a point; empty: not known yet, or a run of it failed.
+std::vector<measure::Estimate> marks_at(const std::vector<double>& values, const Names& names, const io::Scene& scene,
+                                        const Marks& marks) {
+    std::vector<std::vector<measure::Estimate>> runs;  // [observable][seed]
+    for (int seed = 0; seed < scene.sweep.seeds; ++seed) {
+        const auto found = marks.find(names(values, scene.run.seed + seed));
+        if (found == marks.end()) return {};
+        runs.resize(found->second.size());
+        for (std::size_t k = 0; k < runs.size(); ++k) runs[k].push_back(found->second[k]);
+    }
+    std::vector<measure::Estimate> means;
+    for (const auto& seeds : runs) means.push_back(measure::combine(seeds).mean);
+    return means;
+}
+
+/// More than asked for, and beyond twice the standard error, so that noise alone adds no points; a single run without
+/// an error counts as exact.
+bool has_changed(const measure::Estimate& a, const measure::Estimate& b, double change) {
+    const double by = std::abs(a.mean - b.mean);
+    return by > change && by > 2.0 * std::hypot(a.error.value_or(0.0), b.error.value_or(0.0));
+}
+
+std::vector<SweepPoint> refined_grid(const io::Scene& scene, const std::vector<Varied>& varied,
+                                     const std::vector<Refined>& refined, const Names& names, const Marks& marks) {
+    const SourceLocation where = io::location_of(scene, "sweep.refine");
+    constexpr std::size_t max_keys = 3;
+    require(!varied.empty() && varied.size() <= max_keys, where, "sweep.refine with {} varied keys; expected one to {}",
+            varied.size(), max_keys);
+    Axes axes;
+    for (const Varied& one : varied) {
+        require(one.values.size() > 1, where, "sweep.refine with one value of {}; expected at least two", one.key);
+        axes.push_back(one.values);
+        std::sort(axes.back().begin(), axes.back().end());
+    }
+    std::map<std::vector<double>, std::vector<measure::Estimate>> known;
+    const auto at = [&](const std::vector<double>& values) -> const std::vector<measure::Estimate>& {
+        const auto [found, is_new] = known.try_emplace(values);
+        if (is_new) found->second = marks_at(values, names, scene, marks);
+        return found->second;
+    };
+    const auto differs = [&](const std::vector<double>& a, const std::vector<double>& b) {
+        const std::vector<measure::Estimate>&here = at(a), &there = at(b);
+        for (std::size_t k = 0; k < refined.size(); ++k)
+            if (!here.empty() && !there.empty() && has_changed(here[k], there[k], refined[k].change)) return true;
+        return false;
+    };
+    std::vector<SweepPoint> points;
+    for (std::vector<double>& values : refined_points(axes, scene.sweep.refine_levels, differs))
+        points.push_back({.values = std::move(values), .branch = {}});
+    return points;
+}
+
+/// A value that is listed twice has one point.
+void remove_repeated(std::vector<Varied>& varied) {
+    for (Varied& one : varied) {
+        std::set<double> known;
+        std::erase_if(one.values, [&](double value) { return !known.insert(value).second; });
+    }
+}
+}  // namespace
+
+bool is_ramp(const io::Scene& scene) { return scene.sweep.ramp != "none"; }
+
+SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered) {
+    std::vector<Varied> varied = read_varied(scene);
+    const std::vector<Refined> refined = read_refined(scene);
+    const bool on_ramp = is_ramp(scene), down_again = scene.sweep.ramp == "up-down";
+    if (on_ramp) require_ramp(scene, varied);
+    else remove_repeated(varied);
+    SweepLayout layout;
+    for (const Varied& one : varied) layout.keys.push_back(one.key);
+    const Names names = [&](const std::vector<double>& values, std::int64_t seed) {
+        return name_of(layout.keys, values, seed, numbered);
+    };
+    layout.points = on_ramp           ? ramp_points(varied, down_again)
+                    : refined.empty() ? grid_points(varied)
+                                      : refined_grid(scene, varied, refined, names, marks);
+    require(static_cast<double>(layout.points.size()) * scene.sweep.seeds <= max_runs,
+            io::location_of(scene, "sweep.refine"),
+            "a sweep of {} runs; expected at most {:.0e}: give a larger change or fewer levels",
+            layout.points.size() * static_cast<std::size_t>(scene.sweep.seeds), max_runs);
+    const std::size_t of_ramp = on_ramp ? (down_again ? 2 : 1) * varied.back().values.size() - (down_again ? 1 : 0) : 1;
+    for (int seed = 0; seed < scene.sweep.seeds; ++seed)
+        for (std::size_t point = 0; point < layout.points.size(); ++point) {
+            layout.runs.push_back(run_at(layout, point, scene, seed, numbered));
+            if (point % of_ramp > 0) layout.runs.back().before = layout.runs.size() - 2;
+        }
+    return layout;
+}
+
+NumberedPoints numbered_points(const io::Scene& scene) {
+    NumberedPoints numbered;
+    if (is_ramp(scene)) return numbered;
+    const std::vector<Varied> varied = read_varied(scene);
+    for (const Varied& one : varied) numbered.keys.push_back(one.key);
+    const std::vector<SweepPoint> points = grid_points(varied);
+    for (std::size_t number = 0; number < points.size(); ++number)
+        numbered.points.try_emplace(points[number].values, number);
+    return numbered;
+}
+
+std::vector<measure::Estimate> marks_of(const io::Scene& scene, const RunResults& results) {
+    std::vector<measure::Estimate> marks;
+    for (const Refined& refined : read_refined(scene)) {
+        std::vector<std::string> single;
+        for (const measure::SummaryRow& row : results.rows)
+            if (row.axes.empty()) {
+                single.push_back(row.name);
+                if (row.name == refined.observable) marks.push_back(row.estimates.front());
+            }
+        require(std::find(single.begin(), single.end(), refined.observable) != single.end(),
+                io::location_of(scene, "sweep.refine"),
+                "sweep.refine names {}, which is no single number of the runs; expected one of {}", refined.observable,
+                joined(single));
+    }
+    return marks;
+}
+
+std::vector<std::string> finest_overrides(const io::Scene& scene) {
+    std::vector<std::string> overrides;
+    if (!scene.sweep.refine.empty())
+        for (const Varied& one : read_varied(scene)) {
+            const double by = (one.values.back() - one.values.front()) / std::exp2(scene.sweep.refine_levels) /
+                              static_cast<double>(one.values.size());
+            overrides.push_back(text("{}={}", one.key, one.values.front() + by));
+        }
+    return overrides;
+}
+
+}  // namespace drover::jobs

@@ -1,0 +1,36 @@
+// jobs/sweep_plan.hpp: the runs of a sweep, those included that results so far ask for.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "drover/io/scene.hpp"
+#include "jobs/run_record.hpp"
+#include "jobs/sweep_table.hpp"
+
+namespace drover::jobs {
+
+/// The observables of sweep.refine in runs that have ended, by the name of the run.
+using Marks = std::map<std::string, std::vector<measure::Estimate>>;
+
+/// The points that the first sweep of a folder numbered, by their values: their runs are "point-0003-seed-7", with any
+/// seed.  Those that later ones add are "relaxation.rate=0.5,seed=7".
+struct NumberedPoints {
+    std::vector<std::string> keys;
+    std::map<std::vector<double>, std::size_t> points;
+};
+/// Empty for a ramp, all points of which have numbers.
+NumberedPoints numbered_points(const io::Scene& first);
+
+bool is_ramp(const io::Scene& scene);
+
+/// With the points between those that differ, as far as marks are known.
+SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered);
+
+/// Throws an input Error for an observable that the runs do not have.
+std::vector<measure::Estimate> marks_of(const io::Scene& scene, const RunResults& results);
+
+/// A value between two for each key, as fine as a refined sweep may have it; empty without refinement.
+std::vector<std::string> finest_overrides(const io::Scene& scene);
+
+}  // namespace drover::jobs

@@ -1,0 +1,51 @@
+// jobs/sweep_table.hpp: the runs of a sweep and the table of their results.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "measure/replicates.hpp"
+
+namespace drover::jobs {
+
+/// One run of a sweep.
+struct SweepRun {
+    std::string name;                        ///< of its archive in the sweep's folder, without .h5
+    std::size_t point = 0;                   ///< row of the table
+    std::vector<std::string> overrides;      ///< of the scene
+    std::optional<std::size_t> before = {};  ///< on a ramp: the run from whose last frame it starts
+};
+
+/// One row of the table.
+struct SweepPoint {
+    std::vector<double> values;  ///< of the varied keys
+    std::string branch;          ///< "up" or "down" on a ramp, else ""
+};
+
+/// All runs of a sweep.
+struct SweepLayout {
+    std::vector<std::string> keys;
+    std::vector<SweepPoint> points;
+    std::vector<SweepRun> runs;
+};
+
+/// Results of one row, over its seeds.
+struct SweepRow {
+    SweepPoint point;
+    int seeds = 0;  ///< finished runs
+    std::vector<measure::Replicates> results;
+};
+
+struct SweepTable {
+    std::vector<std::string> keys;
+    std::vector<std::string> names, units;  ///< of the results
+    std::vector<SweepRow> rows;
+    std::vector<std::string> warnings = {};  ///< other versions of drover; of the runs: "point-0000-seed-7: ..."
+};
+
+/// For people.
+std::string table_text(const SweepTable& table);
+/// With a header line; means, errors and own errors in separate columns, empty where they are not available.
+std::string table_csv(const SweepTable& table);
+
+}  // namespace drover::jobs

@@ -1,0 +1,61 @@
+// jobs/trade_axes.hpp: the ways in which a scene is made cheaper or more accurate.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/io/scene.hpp"
+
+namespace drover::jobs {
+
+/// One change of a scene.
+struct Level {
+    std::string name;  ///< "dt = 0.5 s", "96 by 96", "without advection.strength"
+    std::vector<std::string> overrides;
+    std::string reason = {};    ///< why the scene cannot be changed so; else ""
+    double sample_every = 0.0;  ///< where it must be longer than that of the scene [s]
+};
+
+/// A method of time stepping (or, of particles, the step alone) with ever shorter steps.
+struct StepLadder {
+    std::string method;
+    std::vector<Level>
+        levels;            ///< coarsest first; each has half the step, or a tenth of the tolerance, of the one before
+    double order = 2.0;    ///< of the bias of means, with noise where there is noise
+    double shorter = 2.0;  ///< ratio of the steps of two levels
+};
+
+/// The override that gives a key a number.
+std::string set(const std::string& key, double value);
+std::string set(const std::string& key, int value);
+
+/// The scene with changes.  Throws an input Error where it does not allow them.
+io::Scene changed(const io::Scene& scene, const std::vector<std::string>& overrides);
+
+/// Why a scene does not allow changes; "" when it does.
+std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides);
+
+/// The level without a change.
+bool is_given(const Level& level);
+
+/// Ladders of the methods that a scene allows, the given one first.
+std::vector<StepLadder> step_ladders(const io::Scene& scene);
+
+/// `count` shorter steps at the end of a ladder.
+void add_shorter(const io::Scene& scene, StepLadder& ladder, int count);
+
+/// Whether the start has random numbers, which are others on another grid.
+bool has_random_start(const io::Scene& scene);
+
+/// On a grid: a quarter, half, the given and twice the points along each axis, as far as they hold the start; of
+/// particles: none.  `same_start`: none where the start is random, and so another on each grid; false where the wanted
+/// means do not depend on it.
+std::vector<Level> grid_levels(const io::Scene& scene, bool same_start = true);
+
+/// The full model first; then simpler models, without one coefficient, field or dimension each, those that the scene
+/// does not allow with the reason.
+std::vector<Level> model_levels(const io::Scene& scene);
+
+/// A cell of twice the sides, with the same distance of points; none where the start is not uniform.
+std::vector<Level> cell_levels(const io::Scene& scene);
+
+}  // namespace drover::jobs

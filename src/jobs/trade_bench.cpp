@@ -1,0 +1,339 @@
+// jobs/trade_bench.cpp: trials of one scene within a budget.
+#include "jobs/trade_bench.hpp"
+
+#include <gsl/gsl_cdf.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "drover/base/error.hpp"
+#include "drover/base/threads.hpp"
+#include "drover/files/archive_reader.hpp"
+#include "jobs/trade_axes.hpp"
+#include "measure/replicates.hpp"
+#include "run/cost.hpp"
+#include "run/field_simulation.hpp"
+#include "run/kind.hpp"
+
+namespace drover::jobs {
+
+double size_of(const io::Scene& scene) {
+    return io::has_grid(scene.kind) ? static_cast<double>(numerics::points(scene.grid))
+                                    : scene.particles.cell.lx * scene.particles.cell.ly;
+}
+
+std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
+    for (Bias& bias : biases) bias = {factor * bias.value, std::abs(factor) * bias.error};
+    return biases;
+}
+
+void reject_wrong_steps(std::vector<std::vector<Measured>>& runs) {
+    constexpr double too_wrong = 0.5;
+    double least = INFINITY;
+    for (const std::vector<Measured>& ladder : runs)
+        for (const Measured& run : ladder)
+            if (run.failure.empty()) least = std::min(least, run.step_error);
+    if (least > 0.5 * too_wrong) return;
+    for (std::vector<Measured>& ladder : runs)
+        for (Measured& run : ladder)
+            if (run.failure.empty() && run.step_error > too_wrong)
+                run.failure = text(
+                    "its steps are wrong by {:.2g} of a field's fluctuation: on another path of the noise it may stop",
+                    run.step_error);
+}
+
+namespace {
+/// Root mean square deviation of the samples from `from` on, of a series or of its difference from another.
+double deviation(const std::vector<double>& values, std::size_t from, const std::vector<double>* less = nullptr) {
+    const auto count = static_cast<double>(values.size() - from);
+    const auto value = [&](std::size_t i) { return values[i] - (less == nullptr ? 0.0 : (*less)[i]); };
+    double mean = 0.0, squares = 0.0;
+    for (std::size_t i = from; i < values.size(); ++i) mean += value(i) / count;
+    for (std::size_t i = from; i < values.size(); ++i) squares += std::pow(value(i) - mean, 2) / count;
+    return std::sqrt(squares);
+}
+
+double largest_step_error(const files::ArchiveReader& archive) {
+    const std::string dataset = std::string(run::field_samples_group) + "/step_error";
+    if (!archive.has(dataset)) return 0.0;
+    const std::vector<double> values = archive.read(dataset).values;
+    double largest = 0.0;  // of those that are resolved: only fields that have parted are asked for
+    for (const double value : values) largest = std::fmax(largest, value);
+    return largest;
+}
+
+/// The samples at whole multiples of a longer spacing; none where it is not a multiple.
+std::vector<double> common_samples(const WantedNumber& number, double spacing) {
+    const double times = std::round(spacing / number.spacing);
+    if (std::abs(times * number.spacing / spacing - 1.0) > 1e-9) return {};
+    std::vector<double> result;
+    for (std::size_t i = 0; i < number.series.size(); i += static_cast<std::size_t>(times))
+        result.push_back(number.series[i]);
+    return result;
+}
+}  // namespace
+
+TradeBench::TradeBench(const io::Scene& given, const std::string& of, const TradeoffOptions& options)
+    : scene(given),
+      budget(options.budget),
+      is_collecting(options.collect),
+      wishes_(options.wishes),
+      trials_(options.folder, of,
+              {.share = options.share,
+               .workers = options.workers > 0 ? options.workers : usable_cores(),
+               .collect = options.collect,
+               .quiet = options.quiet}) {}
+
+Trial TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
+    io::Scene timed = scene;
+    timed.time.end = duration;
+    return {changed(timed, overrides), rounds_up};
+}
+
+void TradeBench::set_rate(const Measured& base) {
+    rate_ = (base.step_seconds * duration + base.start_seconds) / (size_of(scene) * duration / scene.time.dt);
+}
+
+double TradeBench::expected_seconds(const Trial& trial) const {
+    if (rate_ == 0.0) return 0.0;
+    return rate_ * size_of(trial.scene) * trial.scene.time.end / trial.scene.time.dt;
+}
+
+bool TradeBench::run(std::vector<Trial> trials) {
+    std::stable_sort(trials.begin(), trials.end(),
+                     [&](const Trial& a, const Trial& b) { return expected_seconds(a) < expected_seconds(b); });
+    std::vector<Trial> affordable;
+    double cost = spent;
+    for (const Trial& trial : trials) {
+        if (trials_.find(trial) == nullptr) cost += expected_seconds(trial);
+        if (cost <= budget) affordable.push_back(trial);
+    }
+    if (affordable.size() < trials.size()) is_short = true;
+    const bool completed = trials_.run(affordable);
+    for (const Trial& trial : affordable) count(trial);
+    return completed;
+}
+
+void TradeBench::count(const Trial& trial) {
+    const TrialResult* result = trials_.find(trial);
+    if (result == nullptr) return;
+    double& counted = counted_[result->archive.string()];
+    if (std::find(hosts.begin(), hosts.end(), result->host) == hosts.end()) hosts.push_back(result->host);
+    spent += result->seconds() - counted;
+    counted = result->seconds();
+}
+
+/// Per second of the scene.  Where a kill has lost most of the times, a few steps are timed, once for all processes.
+double TradeBench::step_seconds_of(const Trial& trial, const TrialResult& result) {
+    constexpr double known = 0.5;  // of the trial
+    const double told = result.step_seconds / std::max(result.timed, 1e-9);
+    if (result.timed >= known * result.end) return told;
+    const auto timed = trials_.agreed("cost-" + result.archive.stem().string(), [&]() -> std::vector<double> {
+        io::Scene alone = trial.scene;
+        alone.run.threads = 1;
+        const auto expected = run::expected_time(alone);
+        return {expected ? expected->total / alone.time.end : told};
+    });
+    return timed ? timed->front() : told;
+}
+
+bool TradeBench::has_run(double for_long) const {
+    Trial trial = trial_of({});
+    trial.scene.time.end = for_long;
+    return trials_.find(trial) != nullptr;
+}
+
+Measured TradeBench::measured(const std::vector<std::string>& overrides, bool rounds_up) {
+    const Trial trial = trial_of(overrides, rounds_up);
+    const TrialResult* result = trials_.find(trial);
+    if (result == nullptr)
+        return {.failure = is_collecting ? "not run yet" : "not run: the budget is spent", .was_run = false};
+    if (!result->failure.empty()) return {.failure = result->failure};
+    const auto key = std::pair(result->archive.string(), result->end);
+    if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
+    trials_.require_archive(trial, *result);
+    const files::ArchiveReader archive(result->archive);
+    const run::Report report = run::make_report(archive);
+    Measured measured{.start_seconds = result->start_seconds,
+                      .step_seconds = step_seconds_of(trial, *result),
+                      .end = result->end,
+                      .step_error = largest_step_error(archive)};
+    for (const Wish& wish : wishes_) {
+        try {
+            measured.numbers.push_back(wanted_number(wish, report, archive));
+        } catch (const Error& error) {
+            if (overrides.empty() || !is_of_scene(error.fault())) throw;  // a simpler model may lack what is wanted
+            return measured_[key] = {.failure = text("it has no {}", wish.text), .numbers = {}};
+        }
+    }
+    if (warm_up == 0.0 && overrides.empty())
+        warm_up = static_cast<double>(report.summary.warm_up) * scene.output.sample_every;
+    return measured_[key] = measured;
+}
+
+std::size_t TradeBench::skip(const WantedNumber& number) const {
+    return std::min(number.series.size(), static_cast<std::size_t>(std::ceil(warm_up / number.spacing - 1e-9)));
+}
+
+Bias TradeBench::mean_of(const WantedNumber& number) const {
+    Bias mean = number.series.empty() ? Bias{number.mean, number.error.value_or(0.0)}
+                                      : measure::rough_mean(number.series, skip(number));
+    if (!statistical) mean.error = 0.0;
+    return mean;
+}
+
+Fluctuation TradeBench::fluctuation_of(const WantedNumber& number, double least_error) const {
+    const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
+    const double tau = measure::autocorrelation_time(used), window = 5.0 * tau;
+    // Its relative standard error, see autocorrelation_time.
+    const double error =
+        std::sqrt(2.0 * (2.0 * window + 1.0) / static_cast<double>(std::max<std::size_t>(used.size(), 1)));
+    // The run finds its own tau, over 80 m of it with a relative error of sqrt(20/(80 m)): below m with 95 % for 1.75.
+    constexpr double own = 1.75, most = 2.5;
+    return {std::max(mean_of(number).error, least_error), tau * number.spacing, std::min(most, own * (1.0 + error))};
+}
+
+std::vector<Fluctuation> TradeBench::fluctuations(const Measured& run) const {
+    std::vector<Fluctuation> result;
+    for (std::size_t w = 0; w < run.numbers.size(); ++w)
+        result.push_back(fluctuation_of(run.numbers[w], least_error_.empty() ? 0.0 : least_error_[w]));
+    return result;
+}
+
+Bias TradeBench::drift_of(const WantedNumber& number) const {
+    const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
+    const std::size_t half = used.size() / 2;
+    if (half < measure::min_blocks) return {};
+    const Bias first = measure::rough_mean(used.first(half), 0), second = measure::rough_mean(used.last(half), 0);
+    return {second.value - first.value, std::hypot(first.error, second.error)};
+}
+
+std::vector<std::string> TradeBench::drift_notes(const Measured& run) const {
+    constexpr double clear = 3.0;  // standard errors
+    std::vector<std::string> notes;
+    for (std::size_t w = 0; statistical && w < wishes_.size(); ++w) {
+        const Bias drift = drift_of(run.numbers[w]);
+        if (std::abs(drift.value) <= std::max(clear * drift.error, allowed[w])) continue;
+        notes.push_back(
+            drift_note(w,
+                       text("over the second half of the trials of {:.6g} s is {:.3g} +- {:.1g} {} than over the first",
+                            duration, std::abs(drift.value), drift.error, drift.value > 0.0 ? "larger" : "smaller")));
+    }
+    return notes;
+}
+
+std::string TradeBench::drift_note(std::size_t wish, const std::string& what) const {
+    return text(
+        "{} drifts: its mean {}, more than the {:.2g} allowed: errors and durations given here hold only once it "
+        "has settled; give a larger --budget or analysis.warm_up",
+        wishes_[wish].text, what, allowed[wish]);
+}
+
+std::vector<std::vector<std::string>> TradeBench::other_seeds(const std::vector<std::string>& overrides) const {
+    std::vector<std::vector<std::string>> all;
+    const int count = statistical ? 3 : 0;
+    for (int k = 1; k <= count; ++k) {
+        all.push_back(overrides);
+        all.back().push_back(text("run.seed={}", scene.run.seed + k));
+    }
+    return all;
+}
+
+std::vector<Trial> TradeBench::reseeded(const std::vector<std::string>& overrides) const {
+    std::vector<Trial> trials;
+    for (const std::vector<std::string>& changes : other_seeds(overrides)) trials.push_back(trial_of(changes));
+    return trials;
+}
+
+std::vector<std::string> TradeBench::widen(const std::vector<std::string>& overrides) {
+    std::vector<Measured> runs{measured(overrides)};
+    for (const std::vector<std::string>& changes : other_seeds(overrides))
+        if (Measured run = measured(changes); run.failure.empty()) runs.push_back(std::move(run));
+    least_error_.assign(wishes_.size(), 0.0);
+    std::vector<std::string> notes;
+    for (std::size_t w = 0; runs.size() > 1 && w < wishes_.size(); ++w) {
+        std::vector<measure::Estimate> means;
+        for (const Measured& run : runs) {
+            const Bias mean = mean_of(run.numbers[w]);
+            means.push_back({.mean = mean.value, .error = mean.error});
+        }
+        const measure::Replicates seeds = measure::combine(means);
+        const bool is_doubted = seeds.own_error == 0.0 || (measure::contradicts(seeds) && seeds.chi_squared > 1.0);
+        if (!is_doubted || seeds.deviation <= 0.5 * allowed[w]) continue;
+        // Twice this holds the truth with the probability of two standard errors, although few runs tell it.
+        constexpr double two_sigma = 0.977249868051821;  // of a normal distribution, below mean + 2 sigma
+        const auto freedom = static_cast<double>(runs.size() - 1);
+        least_error_[w] = seeds.deviation * gsl_cdf_tdist_Pinv(two_sigma, freedom) / 2.0;
+        notes.push_back(text(
+            "{} differs by {:.2g} between trials of {:.6g} s with {} seeds, of which each tells an error of "
+            "{:.2g}: it fluctuates more slowly than they show, or has several states; the statistical error is taken "
+            "from the seeds: "
+            "give a larger --budget",
+            wishes_[w].text, seeds.deviation, duration, runs.size(),
+            seeds.own_error.value_or(0.0) * std::sqrt(static_cast<double>(runs.size()))));
+    }
+    return notes;
+}
+
+double TradeBench::sparse_sampling(const Measured& base) const {
+    constexpr double fewest = 64.0;
+    double times = duration / (fewest * scene.output.sample_every);
+    for (const WantedNumber& number : base.numbers) {
+        const std::span<const double> series(number.series);
+        times = std::min(times, measure::autocorrelation_time(series.subspan(skip(number))) / 2.0);
+    }
+    return scene.output.sample_every * std::exp2(std::floor(std::log2(std::max(times, 1.0))));
+}
+
+void TradeBench::sample_every(double interval) {
+    scene.output.sample_every = interval;
+    duration = interval * std::ceil(duration / interval - 1e-9);
+}
+
+Bias TradeBench::difference(const WantedNumber& a, const WantedNumber& b) const {
+    const Bias mean_a = mean_of(a), mean_b = mean_of(b);
+    const Bias apart{mean_a.value - mean_b.value, std::hypot(mean_a.error, mean_b.error)};
+    if (scene.kind == io::SceneKind::particles || a.series.empty() || b.series.empty()) return apart;
+    if (!statistical && a.spacing != b.spacing) return apart;
+    const double spacing = std::max(a.spacing, b.spacing);
+    const std::vector<double> one = common_samples(a, spacing), other = common_samples(b, spacing);
+    if (one.empty() || other.empty()) return apart;
+    Bias paired = measure::paired_difference(one, other, skip(a.spacing > b.spacing ? a : b));
+    if (!statistical) paired.error = 0.0;
+    return paired.error < apart.error ? paired : apart;
+}
+
+std::vector<Bias> TradeBench::differences(const Measured& a, const Measured& b) const {
+    std::vector<Bias> result;
+    for (std::size_t w = 0; w < wishes_.size(); ++w) result.push_back(difference(a.numbers[w], b.numbers[w]));
+    return result;
+}
+
+double TradeBench::ratio(const std::vector<Bias>& biases) const {
+    double largest = 0.0;
+    for (std::size_t w = 0; w < biases.size(); ++w) largest = std::max(largest, std::abs(biases[w].value) / allowed[w]);
+    return largest;
+}
+
+bool TradeBench::is_resolved(const std::vector<Bias>& biases, double part) const {
+    for (std::size_t w = 0; w < biases.size(); ++w)
+        if (std::abs(biases[w].value) > std::max(part * allowed[w], 2.0 * biases[w].error)) return false;
+    return true;
+}
+
+bool TradeBench::are_independent(const Measured& a, const Measured& b) const {
+    constexpr double much = 0.5;   // of the fluctuations
+    constexpr double alive = 0.1;  // of the whole series: what has all but died away does not fluctuate
+    constexpr std::size_t fewest = 32;
+    if (ratio(differences(a, b)) <= 1.0) return false;
+    for (std::size_t w = 0; w < wishes_.size(); ++w) {
+        const std::vector<double>&one = a.numbers[w].series, &other = b.numbers[w].series;
+        if (one.size() < fewest || one.size() != other.size()) continue;
+        const std::size_t late = other.size() - other.size() / 4;
+        const double fluctuation = deviation(other, late);
+        if (fluctuation > alive * deviation(other, 0) && deviation(one, late, &other) > much * fluctuation) return true;
+    }
+    return false;
+}
+
+}  // namespace drover::jobs

@@ -1,0 +1,136 @@
+// jobs/trade_bench.hpp: trials of changes of one scene within a budget, their costs, and differences of wanted numbers.
+#pragma once
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drover/measure/statistics.hpp"
+#include "jobs/tradeoff_options.hpp"
+#include "jobs/trials.hpp"
+
+namespace drover::jobs {
+
+/// A bias of one wanted number and its standard error, in the unit of the number.
+using Bias = measure::RoughMean;
+
+/// A trial and its wanted numbers.
+struct Measured {
+    std::string failure;  ///< why it has no numbers; else ""
+    bool was_run = true;  ///< false where the budget was too small, and of those that are collected where none ended
+    double start_seconds = 0.0, step_seconds = 0.0;  ///< of a core; step: per second of the scene
+    double end = 0.0;                                ///< of the trial, which may be a longer one of before [s]
+    double step_error = 0.0;                         ///< the largest; 0: not estimated
+    std::vector<WantedNumber> numbers;
+};
+
+/// Of the samples of a wanted number in a trial.
+struct Fluctuation {
+    double error = 0.0;   ///< standard error of the mean over the duration of the trial, in the unit of the number
+    double time = 0.0;    ///< integrated autocorrelation time [s]
+    double margin = 1.0;  ///< times it: an upper bound
+};
+
+/// Points of a grid; of particles the area of the cell.
+double size_of(const io::Scene& scene);
+
+/// Steps that are wrong by half a field may stop a run on another path of the noise: such runs count as failed.  Where
+/// the error of all runs is as large, the fields are chaotic: it says nothing of the step.
+void reject_wrong_steps(std::vector<std::vector<Measured>>& runs);
+
+std::vector<Bias> scaled(std::vector<Bias> biases, double factor);
+
+class TradeBench {
+public:
+    /// `of`: the resolved text of the scene whose trials the folder holds.
+    TradeBench(const io::Scene& scene, const std::string& of, const TradeoffOptions& options);
+
+    io::Scene scene;                 ///< that the trials change
+    double duration = 0.0;           ///< of the trials [s]
+    double warm_up = 0.0;            ///< left out of all means [s]
+    bool statistical = false;        ///< means have statistical errors
+    std::vector<double> allowed;     ///< error of each wanted number, in its unit
+    double budget = 0.0;             ///< core seconds
+    double spent = 0.0;              ///< core seconds of the trials so far
+    bool is_short = false;           ///< some trials were not made, for want of budget
+    bool is_collecting = false;      ///< no trials are made
+    std::vector<std::string> hosts;  ///< on which trials ran
+
+    Trial trial_of(const std::vector<std::string>& overrides, bool rounds_up = false) const;
+
+    /// As Trials::agreed.
+    std::optional<std::vector<double>> agreed(const std::string& name,
+                                              const std::function<std::vector<double>()>& compute) {
+        return trials_.agreed(name, compute);
+    }
+
+    /// Whether the scene itself has run for this long.
+    bool has_run(double duration) const;
+
+    /// Runs the trials that the budget allows, the cheapest first.  False when a signal came.
+    bool run(std::vector<Trial> trials);
+
+    /// Costs of later trials follow from this one: steps times points.
+    void set_rate(const Measured& base);
+
+    /// Of a trial that was run.  Throws an input Error when the scene itself has no such number.
+    Measured measured(const std::vector<std::string>& overrides, bool rounds_up = false);
+
+    /// Mean of a wanted number; its error is 0 where the run is a definite one.
+    Bias mean_of(const WantedNumber& number) const;
+
+    /// Of each wanted number.
+    std::vector<Fluctuation> fluctuations(const Measured& run) const;
+
+    /// Of each wanted number whose halves disagree by more than is allowed: the means of a run that has not settled are
+    /// not those of a longer one.  None where the duration is that of the run.
+    std::vector<std::string> drift_notes(const Measured& run) const;
+
+    /// That the mean of a wanted number is another one than that of the trials.
+    std::string drift_note(std::size_t wish, const std::string& what) const;
+
+    /// Trials of other seeds; none where nothing is statistical.
+    std::vector<Trial> reseeded(const std::vector<std::string>& overrides) const;
+
+    /// Where those scatter by more than their errors allow, a wanted number fluctuates more slowly than a trial shows:
+    /// from here on its statistical error is at least that of the scatter.  Returns what is to be said of it.
+    std::vector<std::string> widen(const std::vector<std::string>& overrides);
+
+    /// An interval between samples from which the means of a run are as exact as from those that it has: half of the
+    /// shortest autocorrelation time, but a multiple of the scene's, with 64 samples of the trial [s].
+    double sparse_sampling(const Measured& base) const;
+
+    /// The trials to come sample at these intervals, and last a whole number of them.
+    void sample_every(double interval);
+
+    /// a - b.  Runs of fields share their noise; those of particles share nothing.
+    Bias difference(const WantedNumber& a, const WantedNumber& b) const;
+    std::vector<Bias> differences(const Measured& a, const Measured& b) const;
+
+    /// The largest ratio of biases to what is allowed.
+    double ratio(const std::vector<Bias>& biases) const;
+
+    /// Whether biases are small, or too uncertain for a shorter step to tell.  part: of what is allowed.
+    bool is_resolved(const std::vector<Bias>& biases, double part) const;
+
+    /// Whether two runs without noise have become independent, although both fluctuate.
+    bool are_independent(const Measured& a, const Measured& b) const;
+
+private:
+    double expected_seconds(const Trial& trial) const;
+    double step_seconds_of(const Trial& trial, const TrialResult& result);
+    Fluctuation fluctuation_of(const WantedNumber& number, double least_error) const;
+    std::vector<std::vector<std::string>> other_seeds(const std::vector<std::string>& overrides) const;
+    void count(const Trial& trial);
+    Bias drift_of(const WantedNumber& number) const;  ///< mean of the second half of the samples less that of the first
+    std::size_t skip(const WantedNumber& number) const;  ///< samples of the warm-up
+
+    std::vector<Wish> wishes_;
+    Trials trials_;
+    double rate_ = 0.0;
+    std::vector<double> least_error_;  ///< statistical, of the mean of each wanted number over a trial, see widen()
+    std::map<std::pair<std::string, double>, Measured> measured_;
+    std::map<std::string, double> counted_;
+};
+
+}  // namespace drover::jobs

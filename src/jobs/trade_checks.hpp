@@ -1,0 +1,31 @@
+// jobs/trade_checks.hpp: whether what trials show holds on finer grids, and for longer than they last.
+#pragma once
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "jobs/trade_bench.hpp"
+#include "jobs/trade_front.hpp"
+
+namespace drover::jobs {
+
+/// Whether the last difference between noisy grids is small, or at most two thirds of the one before.
+bool converges(const TradeBench& bench, const std::vector<LevelFound>& grids);
+
+inline bool changes_grid(const Level& level) {
+    return std::any_of(level.overrides.begin(), level.overrides.end(),
+                       [](const std::string& change) { return change.starts_with("grid."); });
+}
+
+/// What a trial that is longer than the others shows of them.
+struct LaterDrift {
+    std::vector<std::string> notes;  ///< of each wanted number whose mean is another one
+    double affordable = 0.0;         ///< its duration, where all trials may last as long [s]
+    bool stopped = false;            ///< by a signal
+};
+
+/// Runs the recommended setting with other noise for as long as it is recommended, if half of what is left of the
+/// budget allows that, and compares its means.
+LaterDrift later_drift(TradeBench& bench, const Candidate& best, const std::vector<Bias>& references);
+
+}  // namespace drover::jobs

@@ -1,0 +1,99 @@
+// jobs/trade_front.hpp: errors and costs of a scene's settings, measured one axis at a time, and what follows for all
+// their combinations.
+#pragma once
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jobs/trade_axes.hpp"
+#include "jobs/trade_bench.hpp"
+#include "jobs/wish.hpp"
+
+namespace drover::jobs {
+
+/// What one level of an axis does.
+struct LevelFound {
+    Level level;
+    std::string failure;       ///< why there is no bias: the run failed, the scene does not allow it, or the budget
+    bool was_run = true;       ///< false where the budget was too small
+    std::vector<Bias> biases;  ///< by wish
+    bool is_compared = true;   ///< with another level; else its bias is taken as 0, not measured
+    double start_seconds = 0.0, step_seconds = 0.0;  ///< cost relative to that of the given level of its axis
+    std::vector<Fluctuation> fluctuations = {};      ///< of a model, by wish: another one fluctuates otherwise
+    bool is_measured() const { return failure.empty(); }
+};
+
+/// The ladder of one method.
+struct LadderFound {
+    StepLadder ladder;
+    std::vector<LevelFound> levels;  ///< costs in core seconds: of the start, and per second of the scene
+};
+
+/// The parts of the error of one wanted number, each with its standard error, in its unit.
+struct Parts {
+    Bias step, grid, model;
+    double statistics = 0.0;    ///< standard error of the mean over the duration
+    std::optional<Bias> whole;  ///< of all three together, where a trial of the combination gave it
+    Bias biases() const;        ///< the sum of all, or the whole
+    /// Of the number: the sum of the biases and twice the standard error of everything.
+    double bound() const;
+};
+
+/// One combination of levels.
+struct Candidate {
+    const LevelFound *step = nullptr, *grid = nullptr, *model = nullptr;  ///< step: none for linear theory
+    double end = 0.0;                                                     ///< [s]
+    double seconds = 0.0;                                                 ///< of a core, predicted
+    std::vector<Parts> parts;
+    double ratio = std::numeric_limits<double>::infinity();  ///< the largest error of a wish over what it allows
+};
+
+/// A trial of a combination: its biases replace the sums of those of its levels, its fluctuations those of its model.
+struct Checked {
+    std::vector<std::string> overrides;
+    std::string failure;
+    std::vector<Bias> biases;
+    std::vector<Fluctuation> fluctuations;
+};
+
+/// Everything that was found.
+struct Findings {
+    std::vector<Wish> wishes;
+    std::vector<std::string> units;
+    std::vector<Bias> references;      ///< the best value of each wanted number
+    std::vector<double> allowed;       ///< error in its unit
+    std::vector<Bias> rounding, cell;  ///< by wish; empty where not measured
+    std::vector<LadderFound> ladders;
+    std::vector<LevelFound> grids, models;       ///< the finest grid, and the full model, are the references
+    std::size_t pilot_grid = 0;                  ///< of the step, model and rounding trials
+    double pilot_start = 1.0, pilot_step = 1.0;  ///< its relative costs
+    std::optional<std::vector<Bias>> linear_theory;
+    double duration = 0.0, warm_up = 0.0;  ///< of the trials [s]
+    double sample_every = 0.0;             ///< interval of samples that loses nothing of the means [s]; 0: as given
+    bool statistical = false;              ///< noisy, chaotic or particles: the duration is free
+    double pairing = 1.0;                  ///< variance of unpaired differences over that of paired ones
+    double seconds = 0.0;                  ///< of a core, of all trials
+    double given_seconds = INFINITY;       ///< of a core, of the scene as given, predicted
+    std::vector<Checked> checked;
+    std::vector<std::string> notes;
+    bool is_short = false;           ///< of budget: some trials were not made
+    std::vector<std::string> hosts;  ///< on which trials ran
+    bool stopped = false;            ///< by a signal
+};
+
+/// All combinations that follow, cheapest first for their error: none is both cheaper and better than another.
+/// `only`: those of one model.
+std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, const LevelFound* only = nullptr);
+
+/// The changes of a candidate, without its end.
+std::vector<std::string> overrides_of(const Candidate& candidate);
+
+/// The scene of a candidate.
+io::Scene scene_of(const io::Scene& scene, const Findings& found, const Candidate& candidate);
+
+/// The cheapest that meets the wishes within the budget; nullptr when there is none.
+const Candidate* recommended(const std::vector<Candidate>& front, double budget);
+
+}  // namespace drover::jobs

@@ -1,0 +1,500 @@
+// jobs/trade_study.cpp: the trials of a study, axis by axis.
+#include "jobs/trade_study.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "drover/base/error.hpp"
+#include "jobs/trade_checks.hpp"
+#include "jobs/trade_start.hpp"
+
+namespace drover::jobs {
+
+namespace {
+class Study {
+public:
+    Study(const io::Scene& scene, const TradeoffOptions& options)
+        : bench_(trial_scene(scene), io::resolved_text(scene), options), options_(options) {
+        found_.wishes = options.wishes;
+        bench_.statistical = !io::has_grid(scene.kind) || io::has_noise(scene);
+    }
+
+    Findings find() {
+        found_.stopped = !fit_into_budget();
+        while (!found_.stopped) {
+            found_.stopped = !measure_axes();
+            if (found_.stopped) break;
+            double longer = bench_.statistical && wants_longer() ? 2.0 * bench_.duration : 0.0;
+            if (longer == 0.0) {
+                found_.stopped = !check_recommended();
+                if (found_.stopped || !bench_.statistical || (longer = drifts_by()) == 0.0) break;
+                bench_.warm_up = 0.0;  // that of the longer trials
+                found_.checked.clear();
+            }
+            bench_.duration = longer;
+        }
+        return findings();
+    }
+
+private:
+    const Findings& findings() {
+        found_.statistical = bench_.statistical;
+        found_.duration = bench_.duration;
+        found_.warm_up = bench_.warm_up;
+        found_.allowed = bench_.allowed;
+        found_.seconds = bench_.spent;
+        found_.is_short = bench_.is_short;
+        found_.hosts = bench_.hosts;
+        return found_;
+    }
+
+    /// Where the trials are made on a coarser grid, its errors stand for those of the given one.  False when a signal
+    /// came.
+    bool fit_into_budget() {
+        const std::optional<TrialStart> start = trial_start(bench_);
+        if (!start) return false;
+        refinement_ = size_of(bench_.scene) / size_of(start->scene);
+        if (refinement_ > 1.0) given_grid_ = text("{} by {}", bench_.scene.grid.nx, bench_.scene.grid.ny);
+        bench_.scene = start->scene;
+        bench_.duration = start->duration;
+        return true;
+    }
+
+    bool measure_axes() {
+        if (!bench_.run({bench_.trial_of({})})) return false;
+        const Measured base = bench_.measured({});
+        if (!base.was_run && bench_.is_collecting)
+            fail_run("the trial of the scene as given has not ended; run the same command without --collect");
+        if (!base.failure.empty())
+            fail_run(
+                "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or a "
+                "larger --budget",
+                base.failure);
+        bench_.duration = std::max(bench_.duration, base.end);  // at least twice the warm-up, which is that of the base
+        if (found_.sample_every == 0.0 && bench_.statistical && io::has_grid(bench_.scene.kind)) {
+            found_.sample_every = bench_.sparse_sampling(base);
+            if (found_.sample_every > bench_.scene.output.sample_every) {
+                bench_.sample_every(found_.sample_every);
+                return measure_axes();
+            }
+        }
+        bench_.set_rate(base);
+        found_.given_seconds = refinement_ * (base.start_seconds + base.step_seconds * bench_.scene.time.end);
+        set_references(base);
+        return measure_grids(base) && measure_steps() && measure_models() && measure_rounding_and_cell();
+    }
+
+    void set_references(const Measured& base) {
+        found_.units.clear();
+        found_.references.clear();
+        bench_.allowed.clear();
+        for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+            found_.units.push_back(base.numbers[w].unit);
+            found_.references.push_back(bench_.mean_of(base.numbers[w]));
+            const Wish& wish = found_.wishes[w];
+            require(!wish.is_relative || found_.references[w].value != 0.0, {.file = "--want " + wish.text},
+                    "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01",
+                    wish.text);
+            require_unit(wish, base.numbers[w].unit, found_.references[w].value);
+            bench_.allowed.push_back(wish.error * (wish.is_relative ? std::abs(found_.references[w].value) : 1.0));
+        }
+    }
+
+    bool measure_grids(const Measured& base) {
+        std::vector<Level> levels = grid_levels(bench_.scene, !bench_.statistical);
+        if (refinement_ > 1.0 && levels.size() > 1) levels.pop_back();
+        std::vector<Trial> trials;
+        constexpr double small = 0.25;  // of what is allowed: the given grid is fine enough to be the reference
+        for (const Level& level : levels) {
+            const bool finer =
+                !is_given(level) && bench_.trial_of(level.overrides).scene.grid.nx > bench_.scene.grid.nx;
+            if (!finer) trials.push_back(bench_.trial_of(level.overrides));
+        }
+        if (!bench_.run(trials)) return false;
+        if (levels.size() > 1 && io::has_grid(bench_.scene.kind) && trials.size() < levels.size()) {
+            const auto given = static_cast<std::size_t>(
+                std::find_if(levels.begin(), levels.end(), [](const Level& one) { return is_given(one); }) -
+                levels.begin());
+            const Measured coarser =
+                given > 0 ? bench_.measured(levels[given - 1].overrides) : Measured{.failure = "none"};
+            if (coarser.failure.empty() && bench_.ratio(bench_.differences(coarser, base)) < small) levels.pop_back();
+            else if (!bench_.run({bench_.trial_of(levels.back().overrides)})) return false;
+        }
+        const auto on_level = [&](const Level& level) { return bench_.measured(level.overrides); };
+        collect(levels, on_level, found_.grids);
+        found_.notes.clear();
+        if (io::has_grid(bench_.scene.kind) && levels.size() == 1)
+            found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
+        if (!converges(bench_, found_.grids)) {
+            // Noise reaches the shortest waves: the grid is part of the model, as given.
+            collect({levels.begin(), levels.end() - 1}, on_level, found_.grids);
+            grid_is_model_ = true;
+            for (LevelFound& grid : found_.grids) {
+                if (!is_given(grid.level)) grid.failure = grid_is_model;
+                grid.biases.assign(found_.wishes.size(), {});
+                grid.is_compared = false;
+            }
+            found_.notes.push_back(
+                "the wanted numbers are not seen to converge with the grid, on whose shortest waves noise acts: the "
+                "given grid is taken as part of the model, and its bias is not measured");
+        }
+        // The coarsest grid that is right serves for the other axes.
+        std::size_t given = 0;
+        for (std::size_t g = 0; g < found_.grids.size(); ++g)
+            if (is_given(found_.grids[g].level)) given = g;
+        found_.pilot_grid = given;
+        for (std::size_t g = given; g-- > 0;)
+            if (found_.grids[g].is_measured() && bench_.ratio(found_.grids[g].biases) < 1.0) found_.pilot_grid = g;
+        found_.pilot_start = found_.grids[found_.pilot_grid].start_seconds;
+        found_.pilot_step = found_.grids[found_.pilot_grid].step_seconds;
+        if (refinement_ > 1.0) {
+            found_.grids[given].start_seconds *= refinement_;
+            found_.grids[given].step_seconds *= refinement_;
+            found_.notes.push_back(text("the budget is too small for trials on {}: its grid error is that of {}",
+                                        given_grid_, found_.grids[given].level.name));
+            if (has_random_start(bench_.scene))
+                found_.notes.push_back(
+                    text("the random start is another one on {}: the values above are those of the trials, and the "
+                         "run will have others; only their relative errors carry over",
+                         found_.grids[given].level.name));
+            found_.grids[given].level.name = given_grid_;
+        }
+        return true;
+    }
+
+    /// Biases against the last level that was run, whose own error is a third of the last difference; costs relative to
+    /// the given level.
+    template <class MeasureLevel>
+    void collect(const std::vector<Level>& levels, const MeasureLevel& measure_level, std::vector<LevelFound>& into) {
+        into.clear();
+        std::vector<Measured> runs;
+        std::optional<std::size_t> last, before, given;
+        for (std::size_t k = 0; k < levels.size(); ++k) {
+            runs.push_back(measure_level(levels[k]));
+            if (is_given(levels[k])) given = k;
+            if (!runs[k].failure.empty()) continue;
+            before = last;
+            last = k;
+        }
+        if (!last) fail_run("no grid was measured: {}: {}", levels.front().name, runs.front().failure);
+        for (std::size_t k = 0; k < levels.size(); ++k) {
+            LevelFound found{.level = levels[k], .failure = runs[k].failure, .biases = {}};
+            if (found.is_measured()) {
+                if (k != *last) found.biases = bench_.differences(runs[k], runs[*last]);
+                else if (before) found.biases = scaled(bench_.differences(runs[*before], runs[*last]), 1.0 / 3.0);
+                else found.biases.assign(found_.wishes.size(), {});
+                found.is_compared = k != *last || before;
+                found.start_seconds = given ? runs[k].start_seconds / std::max(runs[*given].start_seconds, 1e-3) : 1.0;
+                found.step_seconds = given ? runs[k].step_seconds / std::max(runs[*given].step_seconds, 1e-9) : 1.0;
+            }
+            into.push_back(std::move(found));
+        }
+    }
+
+    std::vector<std::string> on_pilot_grid(const std::vector<std::string>& overrides) const {
+        std::vector<std::string> all = found_.grids[found_.pilot_grid].level.overrides;
+        all.insert(all.end(), overrides.begin(), overrides.end());
+        return all;
+    }
+
+    io::Scene pilot() const { return changed(bench_.scene, on_pilot_grid({})); }
+    bool measure_steps() {
+        if (ladders_.empty()) ladders_ = step_ladders(bench_.scene);
+        constexpr int most_extensions = 4;
+        for (int extension = 0;; ++extension) {
+            std::vector<Trial> trials;
+            for (const StepLadder& ladder : ladders_)
+                for (const Level& level : ladder.levels)
+                    trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+            if (!bench_.run(trials)) return false;
+            collect_steps();
+            if (extension == most_extensions || !extend_ladders()) break;
+        }
+        is_settled_ = true;
+        add_unsettled(bench_.drift_notes(bench_.measured(reference_)));
+        return true;
+    }
+
+    /// Two shorter steps of each method whose finest two still differ; false when there is none.
+    bool extend_ladders() {
+        constexpr double small = 0.05;  // of what is allowed
+        bool any = false;
+        const bool is_known = bench_.is_resolved(reference_bias_, 2.0 * small);
+        for (std::size_t l = 0; l < ladders_.size(); ++l) {
+            const std::vector<LevelFound>& levels = found_.ladders[l].levels;
+            if (!levels.back().was_run) continue;
+            const bool converged = is_known && levels.size() > 1 && levels.back().is_measured() &&
+                                   bench_.is_resolved(levels.back().biases, small);
+            if (converged) continue;
+            const std::size_t before = ladders_[l].levels.size();
+            add_shorter(bench_.scene, ladders_[l], 2);
+            any = any || ladders_[l].levels.size() > before;
+        }
+        return any;
+    }
+
+    /// The finest run of each ladder.
+    struct Finest {
+        std::size_t ladder = 0, level = 0;
+        Measured run;
+    };
+
+    std::vector<Finest> finest_runs(const std::vector<std::vector<Measured>>& runs) const {
+        std::vector<Finest> finest;
+        for (std::size_t l = 0; l < runs.size(); ++l)
+            for (std::size_t k = runs[l].size(); k-- > 0;)
+                if (runs[l][k].failure.empty()) {
+                    finest.push_back({l, k, runs[l][k]});
+                    break;
+                }
+        return finest;
+    }
+
+    /// The reference is the finest run that agrees best with those of the other methods; its own error is the distance
+    /// to the nearest of them.  (A tolerance that is not yet binding makes one method agree with itself alone.)
+    void find_reference(const std::vector<std::vector<Measured>>& runs) {
+        const std::vector<Finest> finest = finest_runs(runs);
+        if (finest.empty())
+            fail_run("no step of any method runs on {}; give a shorter time.dt",
+                     found_.grids[found_.pilot_grid].level.name);
+        if (finest.size() == 1 &&
+            (finest.front().level == 0 || !runs[finest.front().ladder][finest.front().level - 1].failure.empty())) {
+            // Nothing to compare it with: its own bias is not known.
+            const Finest& one = finest.front();
+            reference_ = on_pilot_grid(ladders_[one.ladder].levels[one.level].overrides);
+            reference_bias_.assign(found_.wishes.size(), {INFINITY, 0.0});
+            return;
+        }
+        double least = INFINITY;
+        for (const Finest& one : finest) {
+            double distance = 0.0, nearest = INFINITY;
+            std::vector<Bias> own(found_.wishes.size());
+            for (const Finest& other : finest) {
+                if (other.ladder == one.ladder) continue;
+                const std::vector<Bias> apart = bench_.differences(one.run, other.run);
+                distance += std::min(bench_.ratio(apart), 1e6);
+                if (bench_.ratio(apart) < nearest) own = apart;
+                nearest = std::min(nearest, bench_.ratio(apart));
+            }
+            if (distance >= least) continue;
+            least = distance;
+            const StepLadder& ladder = ladders_[one.ladder];
+            // Two methods may agree by chance: the error is at least that which the ladder itself shows.
+            if (one.level > 0 && runs[one.ladder][one.level - 1].failure.empty()) {
+                const std::vector<Bias> last = scaled(bench_.differences(runs[one.ladder][one.level - 1], one.run),
+                                                      1.0 / (std::pow(ladder.shorter, ladder.order) - 1.0));
+                for (std::size_t w = 0; w < own.size(); ++w)
+                    if (std::abs(last[w].value) > std::abs(own[w].value)) own[w] = last[w];
+            }
+            reference_ = on_pilot_grid(ladder.levels[one.level].overrides);
+            reference_bias_ = own;
+        }
+    }
+
+    void collect_steps() {
+        found_.ladders.clear();
+        std::vector<std::vector<Measured>> runs;
+        for (const StepLadder& ladder : ladders_) {
+            runs.emplace_back();
+            for (const Level& level : ladder.levels)
+                runs.back().push_back(bench_.measured(on_pilot_grid(level.overrides)));
+        }
+        reject_wrong_steps(runs);
+        find_reference(runs);
+        const Measured reference = bench_.measured(reference_);
+        if (!bench_.statistical && is_chaotic(runs, reference)) {
+            bench_.statistical = true;
+            find_reference(runs);
+        }
+        for (std::size_t l = 0; l < ladders_.size(); ++l) {
+            LadderFound found{.ladder = ladders_[l], .levels = {}};
+            for (std::size_t k = 0; k < runs[l].size(); ++k) {
+                const Measured& run = runs[l][k];
+                LevelFound level{.level = ladders_[l].levels[k], .failure = run.failure, .was_run = run.was_run};
+                if (level.is_measured()) {
+                    level.biases = bench_.differences(run, reference);
+                    // The reference has an error too: known in size, added in quadrature.
+                    for (std::size_t w = 0; w < found_.wishes.size(); ++w)
+                        level.biases[w].error = std::hypot(level.biases[w].error, reference_bias_[w].value);
+                    level.start_seconds = run.start_seconds;
+                    level.step_seconds = run.step_seconds;
+                }
+                found.levels.push_back(std::move(level));
+            }
+            found_.ladders.push_back(std::move(found));
+        }
+        for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+            const Bias grid = found_.grids[found_.pilot_grid].biases[w], mean = bench_.mean_of(reference.numbers[w]);
+            found_.references[w] = {mean.value - grid.value, std::hypot(mean.error, grid.error)};
+        }
+        if (std::any_of(reference_bias_.begin(), reference_bias_.end(),
+                        [](const Bias& bias) { return !std::isfinite(bias.value); }))
+            found_.notes.push_back(
+                "the bias of the step was not measured: no other step and no other method ran; give a larger --budget");
+        find_pairing();
+    }
+
+    void add_unsettled(std::vector<std::string> notes) {
+        is_settled_ = is_settled_ && notes.empty();
+        for (std::string& note : notes) found_.notes.push_back(std::move(note));
+    }
+
+    /// Whether fine runs without noise have all become independent of each other, although each fluctuates.  Where two
+    /// of them agree, a third that does not is only less accurate.
+    bool is_chaotic(const std::vector<std::vector<Measured>>& runs, const Measured& reference) const {
+        if (!io::has_grid(bench_.scene.kind)) return false;
+        bool any = false;
+        for (const Finest& one : finest_runs(runs)) {
+            if (bench_.ratio(bench_.differences(one.run, reference)) == 0.0) continue;  // the reference itself
+            if (!bench_.are_independent(one.run, reference)) return false;
+            any = true;
+        }
+        return any;
+    }
+
+    /// What pairing gains: the variance of the difference of two independent runs over that of paired ones, of the
+    /// first wish and the given step.
+    void find_pairing() {
+        if (!bench_.statistical || !io::has_grid(bench_.scene.kind)) return;
+        const Measured base = bench_.measured(on_pilot_grid({}));
+        for (const LadderFound& ladder : found_.ladders)
+            for (const LevelFound& level : ladder.levels) {
+                if (!level.is_measured() || !base.failure.empty()) continue;
+                const Measured other = bench_.measured(on_pilot_grid(level.level.overrides));
+                const Bias paired = bench_.difference(other.numbers[0], base.numbers[0]);
+                if (!(paired.error > 0.0)) continue;
+                const double apart =
+                    std::hypot(bench_.mean_of(other.numbers[0]).error, bench_.mean_of(base.numbers[0]).error);
+                found_.pairing = std::pow(apart / paired.error, 2);
+                return;
+            }
+    }
+
+    bool measure_models() {
+        const io::Scene on_pilot = pilot();
+        const std::vector<Level> levels = model_levels(on_pilot);
+        std::vector<Trial> trials;
+        for (const Level& level : levels)
+            if (level.reason.empty()) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+        for (Trial& trial : bench_.reseeded(on_pilot_grid({}))) trials.push_back(std::move(trial));
+        if (!bench_.run(trials)) return false;
+        const Measured full = bench_.measured(on_pilot_grid({}));
+        if (!full.failure.empty()) fail_run("the full model was not run: {}; give a larger --budget", full.failure);
+        add_unsettled(bench_.widen(on_pilot_grid({})));
+        found_.models.clear();
+        for (const Level& level : levels) {
+            const Measured run = level.reason.empty() ? bench_.measured(on_pilot_grid(level.overrides))
+                                                      : Measured{.failure = "not possible: " + level.reason};
+            LevelFound found{.level = level, .failure = run.failure, .biases = {}};
+            if (found.is_measured()) {
+                found.biases =
+                    is_given(level) ? std::vector<Bias>(found_.wishes.size()) : bench_.differences(run, full);
+                found.start_seconds = run.start_seconds / std::max(full.start_seconds, 1e-3);
+                found.step_seconds = run.step_seconds / std::max(full.step_seconds, 1e-9);
+                found.fluctuations = bench_.fluctuations(run);
+            }
+            if (grid_is_model_ && changes_grid(level)) found.failure = grid_is_model;
+            found_.models.push_back(std::move(found));
+        }
+        found_.linear_theory.reset();
+        std::vector<Bias> linear;
+        for (std::size_t w = 0; w < found_.wishes.size(); ++w)
+            if (const std::optional<double> value = full.numbers[w].linear_theory; value && std::isfinite(*value))
+                linear.push_back({*value - found_.references[w].value, found_.references[w].error});
+        if (linear.size() == found_.wishes.size()) found_.linear_theory = linear;
+        return true;
+    }
+
+    bool measure_rounding_and_cell() {
+        const std::vector<Level> cells = cell_levels(pilot());
+        std::vector<Trial> trials{bench_.trial_of(on_pilot_grid({}), true)};
+        const auto is_tried = [&](const Level& level) {
+            return bench_.statistical && reason_against(bench_.scene, on_pilot_grid(level.overrides)).empty();
+        };
+        for (const Level& level : cells)
+            if (is_tried(level)) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+        if (!bench_.run(trials)) return false;
+        const Measured full = bench_.measured(on_pilot_grid({}));
+        const Measured up = bench_.measured(on_pilot_grid({}), true);
+        found_.rounding = up.failure.empty() ? bench_.differences(up, full) : std::vector<Bias>{};
+        found_.cell.clear();
+        if (!cells.empty() && is_tried(cells.front())) {
+            const Measured large = bench_.measured(on_pilot_grid(cells.front().overrides));
+            if (large.failure.empty())
+                for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+                    const Bias a = bench_.mean_of(full.numbers[w]), b = bench_.mean_of(large.numbers[w]);
+                    found_.cell.push_back({a.value - b.value, std::hypot(a.error, b.error)});
+                }
+        }
+        return true;
+    }
+
+    /// Trials of twice the duration: when they have not settled, no combination meets the wishes yet, or they cost a
+    /// small part of the run.
+    bool wants_longer() {
+        if (bench_.is_short || 3.0 * bench_.spent > bench_.budget) return false;
+        if (bench_.is_collecting && !bench_.has_run(2.0 * bench_.duration)) return false;
+        if (!is_settled_) return true;
+        const std::vector<Candidate> front = front_of(findings(), bench_.scene);
+        const auto good =
+            std::find_if(front.begin(), front.end(), [](const Candidate& one) { return one.ratio <= 1.0; });
+        constexpr double part = 0.1;  // of the recommended run, for the trials
+        return good == front.end() || 2.0 * bench_.spent < part * good->seconds;
+    }
+
+    /// Axes may not be independent: the recommended combination is run for the duration of the trials, and replaced by
+    /// the next when it fails.  False when a signal came.
+    bool check_recommended() {
+        constexpr int most_checks = 6;
+        for (int n = 0; n < most_checks; ++n) {
+            const std::vector<Candidate> front = front_of(findings(), bench_.scene);
+            const Candidate* best = recommended(front, options_.run_budget);
+            if (best == nullptr || best->parts.front().whole) return true;
+            const std::vector<std::string> overrides = overrides_of(*best);
+            if (!bench_.run({bench_.trial_of(overrides)})) return false;
+            const Measured run = bench_.measured(overrides), reference = bench_.measured(reference_);
+            if (!run.was_run) return true;
+            Checked checked{.overrides = overrides, .failure = run.failure, .biases = {}, .fluctuations = {}};
+            if (checked.failure.empty()) {
+                checked.fluctuations = bench_.fluctuations(run);
+                checked.biases = bench_.differences(run, reference);
+                for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+                    const Bias grid = found_.grids[found_.pilot_grid].biases[w];
+                    checked.biases[w] = {checked.biases[w].value + grid.value,
+                                         std::hypot(checked.biases[w].error, grid.error, reference_bias_[w].value)};
+                }
+            }
+            found_.checked.push_back(std::move(checked));
+        }
+        return true;
+    }
+
+    /// The duration at which the recommended run leaves the means of the trials, where these may last as long; else 0.
+    double drifts_by() {
+        const std::vector<Candidate> front = front_of(findings(), bench_.scene);
+        const Candidate* best = recommended(front, options_.run_budget);
+        if (best == nullptr || best->step == nullptr) return 0.0;
+        const LaterDrift drift = later_drift(bench_, *best, found_.references);
+        found_.stopped = drift.stopped;
+        if (drift.affordable == 0.0) add_unsettled(drift.notes);
+        return drift.affordable;
+    }
+
+    static constexpr const char* grid_is_model = "not considered: the given grid is part of the model";
+
+    TradeBench bench_;
+    TradeoffOptions options_;
+    Findings found_;
+    std::vector<StepLadder> ladders_;
+    std::vector<std::string> reference_;  ///< changes of the reference of the steps
+    std::vector<Bias> reference_bias_;    ///< of that reference, estimated
+    double refinement_ = 1.0;             ///< points of the scene's grid over those of the trials'
+    bool is_settled_ = true;              ///< the trials are longer than the slowest fluctuation of a wanted number
+    bool grid_is_model_ = false;          ///< wanted numbers do not converge with the grid
+    std::string given_grid_;              ///< name of the scene's grid, where it is finer
+};
+}  // namespace
+
+Findings find_tradeoff(const io::Scene& scene, const TradeoffOptions& options) { return Study(scene, options).find(); }
+
+}  // namespace drover::jobs

@@ -1,0 +1,422 @@
+// jobs/tradeoff.cpp: what was found of a trade of speed for accuracy, for people and for programs.
+#include "jobs/tradeoff.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/log.hpp"
+#include "drover/base/error.hpp"
+#include "drover/io/scene_text.hpp"
+#include "files/new_file.hpp"
+#include "files/record_folder.hpp"
+#include "jobs/trade_study.hpp"
+#include "run/cost.hpp"
+#include "run/grid_run.hpp"
+#include "run/memory_run.hpp"
+#include "run/result_json.hpp"
+#include "run/run_scene.hpp"
+#include "run/scene_equations.hpp"
+#include "run/step_choice.hpp"
+
+namespace drover::jobs {
+
+namespace {
+namespace fs = std::filesystem;
+
+constexpr double much_better = 0.1;     // of the error allowed
+constexpr double little_to_save = 1.0;  // core seconds of the run as given
+
+/// The parts of an error that have a name of their own.
+struct NamedPart {
+    const char* name;
+    double size;
+};
+
+std::vector<NamedPart> named_parts(const Parts& parts) {
+    return {{"statistics", 2.0 * parts.statistics},
+            {"step", std::abs(parts.step.value) + 2.0 * parts.step.error},
+            {"grid", std::abs(parts.grid.value) + 2.0 * parts.grid.error},
+            {"model", std::abs(parts.model.value) + 2.0 * parts.model.error}};
+}
+
+/// The wish of a candidate with the largest error for what it allows.
+std::size_t hardest_wish(const Findings& found, const Candidate& one) {
+    std::size_t hardest = 0;
+    for (std::size_t w = 1; w < one.parts.size(); ++w)
+        if (one.parts[w].bound() / found.allowed[w] > one.parts[hardest].bound() / found.allowed[hardest]) hardest = w;
+    return hardest;
+}
+
+std::string largest_part(const Findings& found, const Candidate& one) {
+    const std::vector<NamedPart> parts = named_parts(one.parts[hardest_wish(found, one)]);
+    return std::max_element(parts.begin(), parts.end(),
+                            [](const NamedPart& a, const NamedPart& b) { return a.size < b.size; })
+        ->name;
+}
+
+std::string unit_text(const Findings& found, std::size_t wish) {
+    return found.units[wish] == "1" ? "" : " " + found.units[wish];
+}
+
+/// A fraction of the number, or where the wish is absolute the number of its unit.
+std::string error_text(const Findings& found, std::size_t wish, double error) {
+    if (found.wishes[wish].is_relative) return text("{:.2g} %", 100.0 * error / std::abs(found.references[wish].value));
+    return text("{:.2g}{}", error, unit_text(found, wish));
+}
+
+std::string advice_on(const Findings& found, const Candidate& one) {
+    const std::string part = largest_part(found, one);
+    if (part == "statistics")
+        return "statistics limit it: a shorter step or a finer grid is wasted; four times the duration halves the "
+               "error";
+    if (part == "step")
+        return "the step limits it: a longer run is wasted; a shorter step or a method of higher order helps";
+    if (part == "grid") return "the grid limits it: a longer run or a shorter step is wasted";
+    return "the simpler model limits it: only a fuller model is more accurate";
+}
+
+/// A one-dimensional model has one row on every grid.
+std::string grid_name(const Candidate& one) {
+    const std::vector<std::string>& changes = one.model->level.overrides;
+    const std::string& name = one.grid->level.name;
+    if (std::find(changes.begin(), changes.end(), "grid.ny=1") == changes.end()) return name;
+    return name.substr(0, name.find(" by ")) + " by 1";
+}
+
+std::string duration_of(const Findings& found, const Candidate& one) {
+    return found.statistical ? text("{:.6g} s", one.end) : "as given";
+}
+
+run::Record candidate_record(const Findings& found, const Candidate& one) {
+    const std::size_t wish = hardest_wish(found, one);
+    const Parts& parts = one.parts[wish];
+    const bool theory = one.step == nullptr;
+    run::Record row{
+        .entries = {
+            {.name = "cost", .unit = "s", .meaning = "core time, predicted", .value = one.seconds, .digits = 3},
+            {.name = "error_of_allowed",
+             .unit = "1",
+             .meaning = "the largest error of a wish, with a probability of 95 %, over what it allows",
+             .value = one.ratio,
+             .digits = 2},
+            {.name = "model", .unit = "", .meaning = "", .value = theory ? "linear theory" : one.model->level.name},
+            {.name = "grid", .unit = "", .meaning = "", .value = theory ? "-" : grid_name(one)},
+            {.name = "step", .unit = "", .meaning = "", .value = theory ? "-" : one.step->level.name},
+            {.name = "duration", .unit = "", .meaning = "", .value = theory ? "-" : duration_of(found, one)}}};
+    for (const auto& [name, size] : named_parts(parts))
+        row.entries.push_back({.name = std::string(name) + "_error",
+                               .unit = found.units[wish],
+                               .meaning = "part of the error, with twice its standard error",
+                               .value = size,
+                               .digits = 2});
+    row.entries.push_back({.name = "checked",
+                           .unit = "1",
+                           .meaning = "1: the biases are those of a trial of this combination",
+                           .value = parts.whole.has_value()});
+    return row;
+}
+
+/// The front of each model that saves time.
+run::List model_fronts(const Findings& found, const io::Scene& scene) {
+    run::List list{.name = "by_model",
+                   .heading = "the front of each model",
+                   .row = "model_setting",
+                   .meaning = "settings of each model, cheapest first",
+                   .shown = {.text = false}};
+    for (const LevelFound& model : found.models)
+        for (const Candidate& one : front_of(found, scene, &model)) list.rows.push_back(candidate_record(found, one));
+    return list;
+}
+
+run::List front_list(const Findings& found, const std::vector<Candidate>& front) {
+    run::List list{.name = "front",
+                   .heading = "the cheapest settings for their error (parts: of the wish that is hardest for them)",
+                   .row = "setting",
+                   .meaning = "settings, cheapest first"};
+    for (const Candidate& one : front) {
+        list.rows.push_back(candidate_record(found, one));
+        if (one.ratio < much_better) break;  // the rest is among those of the models
+    }
+    return list;
+}
+
+/// The first clause of a sentence.
+std::string short_text(const std::string& sentence) {
+    constexpr std::size_t most = 60;
+    const std::size_t end = std::min({sentence.find(';'), sentence.find(", and"), most});
+    return end < sentence.size() ? sentence.substr(0, end) + " ..." : sentence;
+}
+
+void add_levels(const Findings& found, const std::string& axis, const std::vector<LevelFound>& levels,
+                run::List& list) {
+    for (const LevelFound& level : levels) {
+        run::Record row{.entries = {{.name = "axis", .unit = "", .meaning = "", .value = axis},
+                                    {.name = "level", .unit = "", .meaning = "", .value = level.level.name}}};
+        for (std::size_t w = 0; w < found.wishes.size(); ++w) {
+            const std::string name = found.wishes.size() == 1 ? "" : text("_{}", w + 1);
+            const Bias bias = level.is_measured() && level.is_compared ? level.biases[w] : Bias{NAN, NAN};
+            row.entries.push_back({.name = "bias" + name,
+                                   .unit = found.units[w],
+                                   .meaning = "of " + found.wishes[w].text,
+                                   .value = bias.value,
+                                   .digits = 3});
+            row.entries.push_back({.name = "error" + name,
+                                   .unit = found.units[w],
+                                   .meaning = "standard error of the bias",
+                                   .value = bias.error,
+                                   .digits = 2});
+        }
+        row.entries.push_back({.name = "per_second",
+                               .unit = "1",
+                               .meaning = "core seconds per second of the scene; of grids and models relative to the "
+                                          "given one",
+                               .value = level.is_measured() ? level.step_seconds : NAN,
+                               .digits = 3});
+        row.entries.push_back(
+            {.name = "remark",
+             .unit = "",
+             .meaning = "",
+             .value = level.is_measured() && !level.is_compared ? "bias not measured" : short_text(level.failure)});
+        list.rows.push_back(std::move(row));
+    }
+}
+
+run::List level_list(const Findings& found) {
+    run::List list{.name = "levels",
+                   .heading = text("what each level does alone, on {}", found.grids[found.pilot_grid].level.name),
+                   .row = "level",
+                   .meaning = "levels of each axis"};
+    for (const LadderFound& ladder : found.ladders) add_levels(found, "step", ladder.levels, list);
+    add_levels(found, "grid", found.grids, list);
+    add_levels(found, "model", found.models, list);
+    if (found.linear_theory)
+        add_levels(
+            found, "model",
+            {{.level = {.name = "linear theory", .overrides = {}}, .failure = "", .biases = *found.linear_theory}},
+            list);
+    return list;
+}
+
+run::List wish_list(const Findings& found, const Candidate* best) {
+    run::List list{.name = "wishes", .heading = "wanted", .row = "wish", .meaning = "wanted numbers"};
+    for (std::size_t w = 0; w < found.wishes.size(); ++w) {
+        const auto bias_or_nan = [&](const std::vector<Bias>& biases) {
+            return biases.empty() ? NAN : biases[w].value;
+        };
+        list.rows.push_back(
+            {.entries = {{.name = "observable", .unit = "", .meaning = "", .value = found.wishes[w].text},
+                         {.name = "value",
+                          .unit = found.units[w],
+                          .meaning = "best value of the trials",
+                          .value = measured_text(found.references[w].value, found.references[w].error)},
+                         {.name = "allowed",
+                          .unit = found.units[w],
+                          .meaning = "error",
+                          .value = found.allowed[w],
+                          .digits = 2},
+                         {.name = "expected",
+                          .unit = found.units[w],
+                          .meaning = "error of the recommended run, with a probability of 95 %",
+                          .value = best == nullptr ? NAN : best->parts[w].bound(),
+                          .digits = 2},
+                         {.name = "rounding",
+                          .unit = found.units[w],
+                          .meaning = "change of the value when all operations round up",
+                          .value = bias_or_nan(found.rounding),
+                          .digits = 2},
+                         {.name = "cell",
+                          .unit = found.units[w],
+                          .meaning = "value less that in a cell of twice the sides: not an error of the run",
+                          .value = bias_or_nan(found.cell),
+                          .digits = 2},
+                         {.name = "cell_error",
+                          .unit = found.units[w],
+                          .meaning = "its standard error",
+                          .value = found.cell.empty() ? NAN : found.cell[w].error,
+                          .digits = 2}}});
+    }
+    return list;
+}
+
+std::string refusal(const Findings& found, const std::vector<Candidate>& front, double budget) {
+    const Candidate *enough = nullptr, *affordable = nullptr;
+    for (const Candidate& one : front) {
+        if (one.step == nullptr) continue;
+        if (enough == nullptr && one.ratio <= 1.0) enough = &one;
+        if (one.seconds <= budget) affordable = &one;
+    }
+    const bool is_limited = std::isfinite(budget);
+    std::string words = is_limited ? text("no setting meets the wishes within {}", duration_text(budget))
+                                   : "no setting that the trials could judge meets the wishes";
+    if (enough != nullptr) words += text(": it takes {} of a core", duration_text(enough->seconds));
+    if (affordable != nullptr)
+        words += text("; the best {}has {:.2g} times the error allowed ({}, {}, {}, {} s)",
+                      is_limited ? "within it " : "", affordable->ratio, affordable->model->level.name,
+                      grid_name(*affordable), affordable->step->level.name, affordable->end);
+    if (affordable != nullptr) words += "; " + advice_on(found, *affordable);
+    if (found.is_short) words += "; some trials were not made for want of budget: they go on from those that are kept";
+    return words + (is_limited
+                        ? "; give a larger --budget or a larger error"
+                        : "; give a larger error, or look for settings by drover tradeoff with a larger --budget");
+}
+
+/// What is said of the recommended run.
+std::vector<std::string> reasons(const Findings& found, const std::vector<Candidate>& front, const Candidate& best) {
+    std::vector<std::string> words;
+    for (std::size_t w = 0; w < found.wishes.size(); ++w)
+        words.push_back(text("{}: {}{}; error {} of {} allowed, with a probability of 95 %", found.wishes[w].text,
+                             measured_text(found.references[w].value, found.references[w].error), unit_text(found, w),
+                             error_text(found, w, best.parts[w].bound()), error_text(found, w, found.allowed[w])));
+    words.insert(words.end(), found.notes.begin(), found.notes.end());
+    const std::size_t w = hardest_wish(found, best);
+    const Parts& parts = best.parts[w];
+    const auto part = [&](const Bias& bias) {
+        return text("{} +- {}", error_text(found, w, std::abs(bias.value)), error_text(found, w, bias.error));
+    };
+    words.push_back(is_given(best.model->level) ? text("model {}: as given", best.model->level.name)
+                                                : text("model {}: bias {}", best.model->level.name, part(parts.model)));
+    words.push_back(
+        text("grid {}: bias {}", grid_name(best), best.grid->is_compared ? part(parts.grid) : "not measured"));
+    words.push_back(text("{}: bias {}", best.step->level.name, part(parts.step)));
+    if (parts.whole)
+        words.push_back(text("all three together: bias {}, from a trial of this combination", part(*parts.whole)));
+    if (found.statistical)
+        words.push_back(text("{:.6g} s: standard error {}", best.end, error_text(found, w, parts.statistics)));
+    if (found.sample_every > 0.0)
+        words.push_back(text("samples every {:.6g} s: more tell no more of the means",
+                             std::max(found.sample_every, best.step->level.sample_every)));
+    words.push_back(advice_on(found, best));
+    if (const Candidate& theory = front.front(); theory.step == nullptr && theory.ratio <= 1.0) {
+        const std::size_t hardest = hardest_wish(found, theory);
+        words.push_back(text("linear theory, which needs no run, has an error of {}",
+                             error_text(found, hardest, theory.parts[hardest].bound())));
+    }
+    if (found.given_seconds < little_to_save)
+        words.push_back(text("the run as given takes {} of a core: there is no time worth saving",
+                             duration_text(found.given_seconds)));
+    words.push_back(
+        text("cost {} of a core; the trials took {}", duration_text(best.seconds), duration_text(found.seconds)));
+    const auto ten = std::find_if(front.begin(), front.end(), [&](const Candidate& one) {
+        return one.step != nullptr && one.ratio <= much_better;
+    });
+    words.push_back(ten == front.end()
+                        ? "a tenth of the error is beyond what the trials can tell: give a larger --budget"
+                        : text("a tenth of the error costs {} of a core ({}, {}, {}{})", duration_text(ten->seconds),
+                               ten->model->level.name, grid_name(*ten), ten->step->level.name,
+                               found.statistical ? text(", {:.6g} s", ten->end) : ""));
+    return words;
+}
+Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const TradeoffOptions& options) {
+    const std::vector<Candidate> front = front_of(found, scene);
+    const Candidate* best = recommended(front, options.run_budget);
+    Tradeoff outcome{.result = {}, .recommended = std::nullopt, .recommended_text = "", .seconds = found.seconds};
+    run::Record& root = outcome.result.root;
+    root.heading = text("trade of speed for accuracy of {}", scene.file);
+    root.lists = {level_list(found), front_list(found, front), model_fronts(found, scene), wish_list(found, best)};
+    root.footer.push_back("");
+    if (found.pairing > 1.0)
+        root.footer.push_back(
+            text("runs on one noise path: variances of differences are {:.3g} times smaller than those "
+                 "of independent runs",
+                 found.pairing));
+    if (found.is_short) root.footer.push_back("the budget was too small for some trials: see the remarks");
+    for (std::size_t w = 0; w < found.cell.size(); ++w)
+        if (std::abs(found.cell[w].value) > found.allowed[w] + 2.0 * found.cell[w].error)
+            root.footer.push_back(
+                text("{} in this cell is not that of a large one: it differs by {:.2g} +- {:.1g} from that in a larger "
+                     "cell, more than the {:.2g} allowed; what is said here holds for this cell",
+                     found.wishes[w].text, found.cell[w].value, found.cell[w].error, found.allowed[w]));
+    if (found.hosts.size() > 1)
+        root.footer.push_back(text("the trials ran on {} machines ({}): their core times are compared as they are",
+                                   found.hosts.size(), joined(found.hosts)));
+    if (best == nullptr) {
+        for (const std::string& note : found.notes) root.footer.push_back(note);
+        root.footer.push_back(outcome.refusal = refusal(found, front, options.run_budget));
+        return outcome;
+    }
+    root.footer.push_back("recommended:");
+    std::string comments = "# Recommended by drover tradeoff:\n";
+    outcome.reasons = reasons(found, front, *best);
+    for (const std::string& words : outcome.reasons) {
+        root.footer.push_back("  " + words);
+        comments += "# - " + words + "\n";
+    }
+    io::Scene chosen = scene_of(scene, found, *best);
+    chosen.output.file.clear();
+    outcome.recommended_text = comments + "\n" + io::resolved_text(chosen);
+    outcome.recommended = std::move(chosen);
+    outcome.expected_seconds = best->seconds;
+    return outcome;
+}
+
+/// Rejects wishes that no run of the scene answers, before there is a folder.  The first samples of fields have all
+/// observables of a run.
+void check_wishes(const io::Scene& scene, const std::vector<Wish>& wishes) {
+    if (!io::has_grid(scene.kind)) return;
+    io::Scene first = run::start_alone(scene);
+    first.time.end = std::min(first.time.end, 2.0 * first.output.sample_every);
+    first.output.powers = scene.output.powers;
+    first.output.frame_every = 0.0;
+    first.analysis.warm_up = -1.0;
+    std::optional<run::Report> report;
+    try {
+        report = run::run_in_memory(first);
+    } catch (const Error& error) {
+        if (error.fault() != Fault::run) throw;  // its step is any: that of the trials may do
+    }
+    if (!report) return;
+    for (const Wish& wish : wishes)
+        require_plausible(wish, unit_of_wanted(wish, report->summary), is_size_of_order(wish, report->summary));
+}
+}  // namespace
+
+Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
+    require(!options.wishes.empty(), {.file = "--want"}, "no number is wanted; give at least one, such as {}=1%",
+            run::example_observable(scene));
+    if (options.collect) require_folder(options.folder, "tradeoff");
+    else check_wishes(scene, options.wishes);
+    files::join_folder(options.folder, "scene.toml", "", io::resolved_text(scene));
+    if (!options.collect) files::require_locks(options.folder / "scene.toml");
+    const Findings found = find_tradeoff(scene, options);
+    if (found.stopped) return {.result = {}, .seconds = found.seconds, .stopped = true};
+    const Tradeoff outcome = outcome_of(found, scene, options);
+    alone(options.folder, true, [&] {
+        files::replace_file(options.folder / "tradeoff.json", run::result_json(outcome.result).dump(1) + "\n");
+        const fs::path recommended = options.folder / "recommended.toml";
+        if (outcome.recommended) files::replace_file(recommended, outcome.recommended_text);
+        else fs::remove(recommended);  // of other wishes
+    });
+    return outcome;
+}
+
+std::string tradeoff_status(const io::Scene& scene, const fs::path& folder) {
+    require_folder(folder, "tradeoff");
+    return trials_status(folder, io::resolved_text(scene));
+}
+
+io::Scene with_accuracy(const io::Scene& scene, const std::vector<Wish>& wishes, bool quiet) {
+    const std::optional<run::ExpectedTime> expected = run::expected_time(run::with_chosen_step(scene, true));
+    constexpr double part = 0.1, least = 5.0;  // of the run; seconds
+    const double seconds = expected ? expected->total : 0.0;
+    const fs::path folder = run::archive_path(scene).replace_extension(".tradeoff");
+    if (!quiet)
+        log_information("finding the cheapest run that is accurate enough, by trials of at most {} in {}",
+                        duration_text(std::max(least, part * seconds)), folder.string());
+    io::Scene given = scene;
+    given.output.file.clear();
+    const Tradeoff found = study_tradeoff(given, {.wishes = wishes,
+                                                  .budget = std::max(least, part * seconds),
+                                                  .run_budget = INFINITY,
+                                                  .folder = folder,
+                                                  .quiet = quiet});
+    if (found.stopped)
+        fail_environment("stopped by a signal during the trials, which are kept: run the same command to resume");
+    if (!found.recommended) fail_run("{}", found.refusal);
+    if (!quiet)
+        for (const std::string& words : found.reasons) log_information("{}", words);
+    io::Scene chosen = *found.recommended;
+    chosen.output.file = scene.output.file;
+    return chosen;
+}
+
+}  // namespace drover::jobs

@@ -1,0 +1,271 @@
+// jobs/trials.cpp: trials as a campaign, and their records.
+#include "jobs/trials.hpp"
+
+#include <algorithm>
+
+#include "base/log.hpp"
+#include "drover/base/error.hpp"
+#include "drover/io/scene_text.hpp"
+#include "files/bytes.hpp"
+#include "files/checkpoint.hpp"
+#include "files/run_id.hpp"
+#include "run/run_scene.hpp"
+#include "run/same_run.hpp"
+#include "run/signals.hpp"
+
+namespace drover::jobs {
+
+namespace {
+namespace fs = std::filesystem;
+constexpr const char* agreed_prefix = "agreed-";
+
+/// What a worker tells of a trial.
+struct Ran {
+    std::string name;
+    TrialResult result;
+    bool is_of_machine = false;  ///< a failure of a machine that is too small: the next command tries again
+};
+
+std::string bytes_of(const Ran& ran) {
+    std::vector<std::byte> bytes;
+    files::put_text(bytes, ran.name);
+    for (const double number : {ran.result.end, ran.result.start_seconds, ran.result.step_seconds, ran.result.timed})
+        files::put(bytes, number);
+    files::put_text(bytes, ran.result.host);
+    files::put_text(bytes, ran.result.run_id);
+    files::put_text(bytes, ran.result.failure);
+    files::put(bytes, static_cast<std::uint8_t>(ran.is_of_machine));
+    return files::text_of(bytes);
+}
+
+Ran ran_of(const UnitRecord& record) {
+    files::ByteReader reader{std::as_bytes(std::span(record.result.content))};
+    Ran ran{.name = reader.take_list<std::string>(), .result = {}};
+    for (double* number : {&ran.result.end, &ran.result.start_seconds, &ran.result.step_seconds, &ran.result.timed})
+        *number = reader.take<double>();
+    ran.result.host = reader.take_list<std::string>();
+    ran.result.run_id = reader.take_list<std::string>();
+    ran.result.failure = reader.take_list<std::string>();
+    ran.is_of_machine = reader.take<std::uint8_t>() != 0;
+    require(reader.is_complete && reader.rest.empty(), {record.key},
+            "is not a trial; expected a record of this version of drover");
+    return ran;
+}
+
+/// The state of a run that another process has continued beyond the end of this trial.
+std::optional<files::Checkpoint> longer_run(const Trial& trial, const fs::path& path) {
+    files::Checkpoint checkpoint = files::read_newest_checkpoint(path);
+    if (checkpoint.time < trial.scene.time.end * (1.0 - 1e-9)) return std::nullopt;
+    return checkpoint;
+}
+
+/// Nothing when a signal came.
+std::optional<TrialResult> run_or_continue(const Trial& trial) {
+    const fs::path path = run::archive_path(trial.scene);
+    const run::RunOptions options{.overwrite = true, .quiet = true, .rounds_up = trial.rounds_up};
+    TrialResult result{.end = trial.scene.time.end};
+    run::RunOutcome outcome;
+    wait_for_writer(path);
+    if (run::stop_signal() != 0) return std::nullopt;
+    try {
+        if (!fs::exists(path) || !run::has_checkpoint(path)) {
+            outcome = run::run_scene(trial.scene, options);
+        } else if (const auto longer = longer_run(trial, path)) {
+            result.end = longer->time;
+            result.run_id = longer->run_id;
+            return result;
+        } else {
+            outcome = run::restart_run(path, std::vector{text("time.end={:.17g}", trial.scene.time.end)}, options);
+        }
+    } catch (const Error& error) {
+        if (error.fault() != Fault::input || files::is_being_written(path)) throw;
+        if (run::stop_signal() != 0) return std::nullopt;
+        outcome = run::run_scene(trial.scene, options);  // its files are damaged: from the start
+    }
+    if (outcome.loop.signal != 0) return std::nullopt;
+    const auto steps = static_cast<double>(std::max<std::int64_t>(outcome.loop.step, 1));
+    result.run_id = files::run_id_of(files::ArchiveReader(outcome.archive));
+    result.step_seconds = outcome.loop.core_seconds;
+    result.timed = result.end * (1.0 - static_cast<double>(outcome.loop.first) / steps);
+    return result;
+}
+
+/// Runs that differ in their end alone are one trial.
+std::string name_of(const Trial& trial) {
+    io::Scene scene = trial.scene;
+    scene.time.end = 0.0;
+    scene.run.threads = 1;
+    scene.output.file.clear();
+    return text("trial-{:016x}{}", files::fingerprint(io::resolved_text(scene)), trial.rounds_up ? "-up" : "");
+}
+
+std::string key_of(const Trial& trial) { return text("{}-{:.17g}", name_of(trial), trial.scene.time.end); }
+
+files::RecordIdentity identity_of(const std::string& scene) {
+    return {.hash = files::fingerprint("trials\n" + scene), .content = scene};
+}
+
+CampaignOptions campaign_options(const fs::path& folder, const std::string& scene, const TrialOptions& options) {
+    return {.folder = folder,
+            .identity = identity_of(scene),
+            .share = options.share,
+            .workers = options.workers,
+            .quiet = options.quiet,
+            .shares_wait = true,
+            .max_group = 1};
+}
+}  // namespace
+
+Trials::Trials(const fs::path& folder, const std::string& scene, const TrialOptions& options)
+    : folder_(folder), options_(options), campaign_(plan(), campaign_options(folder, scene, options)) {}
+
+UnitPlan Trials::plan() {
+    return {.wanted =
+                [this](const Offer& offer) {
+                    for (const Wanted& one : wanted_) {
+                        const bool is_done = one.compute ? agreed_.contains(one.key) : find(one.trial) != nullptr;
+                        if (!is_done && !offer(one.key)) return;
+                    }
+                },
+            .run = [this](const std::string& key) { return run_one(wanted(key)); },
+            .take = [this](const UnitRecord& record) { take(record); },
+            .holds =
+                [](const UnitRecord& record) {
+                    return record.key.starts_with(agreed_prefix) || !ran_of(record).is_of_machine;
+                },
+            .claim = [this](const std::string& key) { return wanted(key).name; }};
+}
+
+const Trials::Wanted& Trials::wanted(const std::string& key) const {
+    return *std::find_if(wanted_.begin(), wanted_.end(), [&](const Wanted& one) { return one.key == key; });
+}
+
+/// In a worker.
+std::optional<UnitResult> Trials::run_one(const Wanted& one) const {
+    if (one.compute) {
+        std::vector<std::byte> bytes;
+        files::put_list(bytes, std::span<const double>(one.compute()));
+        return UnitResult{.content = files::text_of(bytes)};
+    }
+    Ran ran{.name = one.name, .result = {}};
+    const double start = run::core_seconds();
+    try {
+        const std::optional<TrialResult> result = run_or_continue(one.trial);
+        if (!result) return std::nullopt;
+        ran.result = *result;
+    } catch (const Error& error) {
+        if (files::is_being_written(one.trial.scene.output.file))
+            fail_environment("{}; run the command again", std::string(error.what()));
+        if (!is_of_scene(error.fault()) && error.fault() != Fault::unavailable) throw;
+        ran.result.end = one.trial.scene.time.end;
+        ran.result.failure = error.what();
+        ran.is_of_machine = !is_of_scene(error.fault());
+    }
+    ran.result.host = files::this_process(1, 1, 1).host;
+    ran.result.start_seconds = run::core_seconds() - start - ran.result.step_seconds;
+    return UnitResult{.content = bytes_of(ran)};
+}
+
+void Trials::take(const UnitRecord& record) {
+    if (record.state != UnitState::done) {
+        lost_[record.key] = record.reason;
+        return;
+    }
+    lost_.erase(record.key);
+    if (!taken_.insert(record.key).second) return;
+    if (record.key.starts_with(agreed_prefix)) {
+        files::ByteReader reader{std::as_bytes(std::span(record.result.content))};
+        agreed_[record.key] = reader.take_list<std::vector<double>>();
+        return;
+    }
+    const Ran ran = ran_of(record);
+    TrialResult& result = (ran.result.failure.empty() ? results_ : failed_)[ran.name];
+    // The longest that ended, and the shortest that failed.
+    const bool is_better = result.archive.empty() ||
+                           (ran.result.failure.empty() ? ran.result.end >= result.end : ran.result.end < result.end);
+    result.archive = folder_ / (ran.name + ".h5");
+    // One that is continued starts more than once.
+    result.start_seconds = std::max(result.start_seconds, ran.result.start_seconds);
+    result.step_seconds += ran.result.step_seconds;
+    result.timed += ran.result.timed;
+    if (!is_better) return;
+    result.end = ran.result.end;
+    result.host = ran.result.host;
+    result.run_id = ran.result.run_id;
+    result.failure = ran.result.failure;
+}
+
+const TrialResult* Trials::find(const Trial& trial) const {
+    const std::string name = name_of(trial);
+    const double end = trial.scene.time.end * (1.0 - 1e-9);
+    if (const auto found = results_.find(name); found != results_.end() && found->second.end >= end)
+        return &found->second;
+    const auto failed = failed_.find(name);
+    return failed != failed_.end() && trial.scene.time.end >= failed->second.end * (1.0 - 1e-9) ? &failed->second
+                                                                                                : nullptr;
+}
+
+void Trials::require_archive(const Trial& trial, const TrialResult& result) const {
+    run::require_archive_of(trial.scene, result.archive);
+    const std::string found = files::run_id_of(files::ArchiveReader(result.archive));
+    require(found == result.run_id, {.file = result.archive.string()},
+            "the archive is of another run of this trial: run_id = {} there, {} in {}; expected the one that was "
+            "written here: put it back, or choose another folder with --output",
+            found.empty() ? "none" : found, result.run_id, (folder_ / "records").string());
+}
+
+bool Trials::run(const std::vector<Trial>& trials) {
+    if (options_.collect) return true;
+    wanted_.clear();
+    for (const Trial& trial : trials) {
+        Wanted wanted{.key = key_of(trial), .name = name_of(trial), .trial = trial};
+        const bool is_twice =
+            std::any_of(wanted_.begin(), wanted_.end(), [&](const Wanted& one) { return one.name == wanted.name; });
+        if (is_twice || find(trial) != nullptr) continue;
+        const fs::path archive = folder_ / (wanted.name + ".h5");
+        wanted.trial.scene.output.file = archive.string();
+        wanted.trial.scene.run.threads = 1;
+        if (fs::exists(archive)) {
+            const auto shorter = results_.find(wanted.name);
+            if (shorter != results_.end()) require_archive(wanted.trial, shorter->second);
+            else run::require_archive_of(wanted.trial.scene, archive);
+        }
+        wanted_.push_back(std::move(wanted));
+    }
+    return run_wanted();
+}
+
+bool Trials::run_wanted() {
+    if (!options_.quiet && !wanted_.empty() && !wanted_.front().compute)
+        log_information("{} trials, {} at a time, in {}", wanted_.size(), options_.workers, folder_.string());
+    if (campaign_.run().stopped) return false;
+    for (const Wanted& one : wanted_)
+        if (const auto why = lost_.find(one.key); why != lost_.end())
+            fail_environment("{}: {}; run the command again to repeat it", one.key, why->second);
+    return true;
+}
+
+std::optional<std::vector<double>> Trials::agreed(const std::string& name,
+                                                  const std::function<std::vector<double>()>& compute) {
+    const std::string key = agreed_prefix + name;
+    if (options_.collect && !agreed_.contains(key)) return compute();
+    wanted_.assign(1, {.key = key, .name = key, .compute = compute});
+    if (!run_wanted()) return std::nullopt;
+    return agreed_.at(key);
+}
+
+std::string trials_status(const fs::path& folder, const std::string& scene) {
+    std::size_t ended = 0, failed = 0;
+    double seconds = 0.0;
+    for (const UnitRecord& record : campaign_records(folder, identity_of(scene))) {
+        if (record.state != UnitState::done || record.key.starts_with(agreed_prefix)) continue;
+        const Ran ran = ran_of(record);
+        ++(ran.result.failure.empty() ? ended : failed);
+        seconds += ran.result.seconds();
+    }
+    const Working working = working_in(folder);
+    return text("{} trials done, {} failed, in {} of core time; {} running in {} processes", ended, failed,
+                duration_text(seconds), working.units, working.processes);
+}
+
+}  // namespace drover::jobs

@@ -1,0 +1,74 @@
+// numerics/algebra/dense.cpp: by Eigen's decompositions.
+#include "numerics/algebra/dense.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "numerics/algebra/small_square.hpp"
+
+namespace drover::numerics {
+
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+
+MatrixXcd solution(const MatrixXcd& a, const MatrixXcd& b) { return a.partialPivLu().solve(b); }
+MatrixXd inverse(const MatrixXd& a) { return a.partialPivLu().inverse(); }
+MatrixXcd inverse(const MatrixXcd& a) { return a.partialPivLu().inverse(); }
+
+MatrixXcd pivoted_inverse(const MatrixXcd& a) { return a.fullPivLu().inverse(); }
+bool is_invertible(const MatrixXcd& a) { return a.fullPivLu().isInvertible(); }
+
+MatrixXd shortest_solution(const MatrixXd& a, const MatrixXd& b, double threshold) {
+    Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
+    if (threshold > 0.0) solver.setThreshold(threshold);
+    return solver.compute(a).solve(b);
+}
+
+MatrixXcd shortest_solution(const MatrixXcd& a, const MatrixXcd& b) {
+    return a.completeOrthogonalDecomposition().solve(b);
+}
+
+MatrixXd orthogonal_factor(const MatrixXd& a) { return Eigen::HouseholderQR<MatrixXd>(a).householderQ(); }
+
+namespace {
+template <class Matrix>
+DenseEigen eigen_of(const Matrix& a) {
+    const Eigen::ComplexEigenSolver<Matrix> solver(a);
+    if (solver.info() != Eigen::Success) return {.values = {}, .vectors = {}, .has_converged = false};
+    return {.values = solver.eigenvalues(), .vectors = solver.eigenvectors()};
+}
+
+template <class Solver>
+VectorXcd eigenvalues_of(const typename Solver::MatrixType& a) {
+    return Solver(a, false).eigenvalues();
+}
+}  // namespace
+
+DenseEigen dense_eigen(const MatrixXcd& a) {
+    return a.rows() <= max_small_rows ? eigen_of<SmallSquare<std::complex<double>>>(a) : eigen_of(a);
+}
+
+VectorXcd dense_eigenvalues(const MatrixXcd& a) {
+    return a.rows() <= max_small_rows ? eigenvalues_of<Eigen::ComplexEigenSolver<SmallSquare<std::complex<double>>>>(a)
+                                      : eigenvalues_of<Eigen::ComplexEigenSolver<MatrixXcd>>(a);
+}
+VectorXcd dense_eigenvalues(const MatrixXd& a) {
+    return a.rows() <= max_small_rows ? eigenvalues_of<Eigen::EigenSolver<SmallSquare<double>>>(a)
+                                      : eigenvalues_of<Eigen::EigenSolver<MatrixXd>>(a);
+}
+
+namespace {
+template <class Matrix>
+DenseSvd<Matrix> svd_of(const Matrix& a) {
+    const Eigen::JacobiSVD<Matrix> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    return {.left = svd.matrixU(), .values = svd.singularValues(), .right = svd.matrixV()};
+}
+}  // namespace
+
+DenseSvd<MatrixXd> dense_svd(const MatrixXd& a) { return svd_of(a); }
+DenseSvd<MatrixXcd> dense_svd(const MatrixXcd& a) { return svd_of(a); }
+
+}  // namespace drover::numerics

@@ -1,0 +1,44 @@
+// numerics/algebra/extremum.cpp: the simplex of the library.
+#include "numerics/algebra/extremum.hpp"
+
+#include <gsl/gsl_multimin.h>
+
+#include <memory>
+
+namespace drover::numerics {
+
+std::vector<double> even_logarithms(double min, double max, int count) {
+    std::vector<double> result;
+    const double first = std::log(min), last = std::log(max);
+    for (int k = 0; k < count; ++k) result.push_back(first + (last - first) * k / (count - 1));
+    return result;
+}
+
+std::pair<double, double> climbed(const std::function<double(double, double)>& function, std::pair<double, double> from,
+                                  std::pair<double, double> steps) {
+    using Function = std::function<double(double, double)>;
+    gsl_multimin_function downhill{.f =
+                                       [](const gsl_vector* v, void* f) {
+                                           return -(*static_cast<const Function*>(f))(gsl_vector_get(v, 0),
+                                                                                      gsl_vector_get(v, 1));
+                                       },
+                                   .n = 2,
+                                   .params = const_cast<Function*>(&function)};
+    using Vector = std::unique_ptr<gsl_vector, void (*)(gsl_vector*)>;
+    const auto vector = [](std::pair<double, double> values) {
+        Vector made(gsl_vector_alloc(2), gsl_vector_free);
+        gsl_vector_set(made.get(), 0, values.first);
+        gsl_vector_set(made.get(), 1, values.second);
+        return made;
+    };
+    const Vector start = vector(from), first_steps = vector(steps);
+    const std::unique_ptr<gsl_multimin_fminimizer, void (*)(gsl_multimin_fminimizer*)> simplex(
+        gsl_multimin_fminimizer_alloc(gsl_multimin_fminimizer_nmsimplex2, 2), gsl_multimin_fminimizer_free);
+    gsl_multimin_fminimizer_set(simplex.get(), &downhill, start.get(), first_steps.get());
+    for (int i = 0; i < 400; ++i)
+        if (gsl_multimin_fminimizer_iterate(simplex.get()) != 0 || gsl_multimin_fminimizer_size(simplex.get()) < 1e-8)
+            break;
+    return {gsl_vector_get(simplex->x, 0), gsl_vector_get(simplex->x, 1)};
+}
+
+}  // namespace drover::numerics

@@ -1,0 +1,70 @@
+// numerics/algebra/extremum.hpp: searches for maxima of functions, and for edges of sets.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace drover::numerics {
+
+/// The logarithms of `count` values from `min` to `max`, evenly spaced.
+std::vector<double> even_logarithms(double min, double max, int count);
+
+/// The largest value of a function between two places, by golden sections.
+template <class Function>
+double golden_maximum(double low, double high, Function function) {
+    constexpr double part = 0.38196601125010515;
+    double left = low + part * (high - low), right = high - part * (high - low);
+    double at_left = function(left), at_right = function(right);
+    while (high - low > 1e-9 * (1.0 + std::abs(low))) {
+        if (at_left > at_right) {
+            high = right, right = left, at_right = at_left;
+            at_left = function(left = low + part * (high - low));
+        } else {
+            low = left, left = right, at_left = at_right;
+            at_right = function(right = high - part * (high - low));
+        }
+    }
+    return 0.5 * (low + high);
+}
+
+/// The largest of the values of a function at some places.
+struct Largest {
+    double value = -std::numeric_limits<double>::infinity(), place = 0.0;
+};
+template <class Function>
+Largest largest_of(const std::vector<double>& places, Function function) {
+    Largest largest{.place = places.front()};
+    for (const double place : places)
+        if (const double value = function(place); value > largest.value) largest = {value, place};
+    return largest;
+}
+
+/// The maximum about a place, no further away than the next of these evenly spaced places.
+template <class Function>
+double refined_maximum(const std::vector<double>& places, double from, Function function) {
+    const double step = places[1] - places[0];
+    const double fine =
+        golden_maximum(std::max(from - step, places.front()), std::min(from + step, places.back()), function);
+    return function(fine) > function(from) ? fine : from;
+}
+
+/// Where a sign changes between two places, by bisection to a part `precision` of them.
+template <class Holds>
+double boundary_between(double low, double high, double precision, Holds holds) {
+    const bool at_low = holds(low);
+    for (int i = 0; i < 60 && high - low > precision * (1.0 + std::abs(low)); ++i) {
+        const double middle = 0.5 * (low + high);
+        (holds(middle) == at_low ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+/// Climbs from a place to the nearest maximum of a function of two variables, by the simplex of Nelder and Mead with
+/// these first steps.
+std::pair<double, double> climbed(const std::function<double(double, double)>& function, std::pair<double, double> from,
+                                  std::pair<double, double> steps);
+
+}  // namespace drover::numerics

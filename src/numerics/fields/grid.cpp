@@ -1,0 +1,56 @@
+// numerics/fields/grid.cpp: wavevectors of the periodic grid and which modes are kept.
+#include "drover/numerics/grid.hpp"
+
+#include <cmath>
+#include <cstdlib>
+
+#include "drover/base/error.hpp"
+
+namespace drover::numerics {
+
+bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row) {
+    return static_cast<int>(column) * (degree + 1) < grid.nx &&
+           std::abs(mode_number_y(grid, row)) * (degree + 1) < grid.ny;
+}
+
+void check(const Grid& grid, const LocationOf& place) {
+    require(grid.nx >= 4 && grid.nx % 2 == 0, place("grid.nx"), "grid.nx = {}; expected an even number >= 4", grid.nx);
+    require(grid.ny == 1 || (grid.ny >= 4 && grid.ny % 2 == 0), place("grid.ny"),
+            "grid.ny = {}; expected an even number >= 4, or 1 for fields that do not depend on y", grid.ny);
+    for (const auto& [name, side] : {std::pair{"lx", grid.lx}, std::pair{"ly", grid.ly}})
+        require(std::isfinite(side) && side > 0.0, place(text("grid.{}", name)),
+                "grid.{} = {}; expected a positive length", name, side);
+}
+
+}  // namespace drover::numerics
+
+namespace drover {
+
+template <>
+const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>() {
+    using numerics::Grid;
+    constexpr Range size{.min = 4, .max = 65536}, size_or_one{.min = 1, .max = 65536};
+    static const std::vector<Row<Grid>> rows{
+        {.name = "nx",
+         .member = &Grid::nx,
+         .range = size,
+         .doc = "points along x, an even number; a one-dimensional grid lies along x, with ny = 1"},
+        {.name = "ny",
+         .member = &Grid::ny,
+         .range = size_or_one,
+         .doc = "points along y, an even number; 1: one-dimensional, nothing depends on y"},
+        {.name = "lx",
+         .member = &Grid::lx,
+         .unit = "mm",
+         .range = positive,
+         .doc = "side of the periodic cell along x"},
+        {.name = "ly",
+         .member = &Grid::ly,
+         .unit = "mm",
+         .range = positive,
+         .doc = "side of the periodic cell along y; with ny = 1 the width over which densities and shot noise are "
+                "averaged"}};
+    return rows;
+}
+
+}  // namespace drover

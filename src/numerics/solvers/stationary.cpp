@@ -1,0 +1,43 @@
+// numerics/solvers/stationary.cpp: samples of the stationary distribution of a linear system.
+#include <algorithm>
+
+#include "drover/base/error.hpp"
+#include "drover/numerics/stepper.hpp"
+#include "numerics/steppers/mode_noise.hpp"
+
+namespace drover::numerics {
+
+namespace {
+/// The factor of the stationary covariance; zero for variables that do not change (a conserved mean).
+Block stationary_factor(const Block& m, const Block& q) {
+    std::vector<int> moving;
+    for (int i = 0; i < m.size; ++i) {
+        bool moves = false;
+        for (int k = 0; k < m.size; ++k) moves = moves || m(i, k) != 0.0 || q(i, k) != 0.0;
+        if (moves) moving.push_back(i);
+    }
+    Block result(m.size);
+    if (moving.empty()) return result;
+    const Block inner = factor(stationary_covariance(of_rows(m, moving), of_rows(q, moving)));
+    for (int i = 0; i < inner.size; ++i)
+        for (int k = 0; k < inner.size; ++k)
+            result(moving[static_cast<std::size_t>(i)], moving[static_cast<std::size_t>(k)]) = inner(i, k);
+    return result;
+}
+}  // namespace
+
+void draw_stationary(const System& system, const RandomKey& key, Spectra& state) {
+    require(static_cast<bool>(system.noise), {}, "a stationary initial state needs noise; this system has none");
+    const DistinctWavenumbers wavenumbers = distinct_wavenumbers(system.grid, system.degree);
+    std::vector<double> factors;
+    for (const double q : wavenumbers.q) {
+        const IsotropicBlocks m = linear_blocks(system, q), covariance = noise_blocks(system, q);
+        append_entries({stationary_factor(m.even, covariance.even), stationary_factor(m.odd, covariance.odd)}, factors);
+    }
+    std::fill(state.values.begin(), state.values.end(), Complex(0.0));
+    Threads one(1);
+    add_mode_noise({.grid = system.grid, .wavenumbers = wavenumbers, .factors = factors, .key = key}, system.layout,
+                   one, state);
+}
+
+}  // namespace drover::numerics

@@ -1,0 +1,94 @@
+// numerics/steppers/coarse_error.hpp: the coarse grid on which the error of the time steps evolves, and the sizes of
+// fields.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "drover/numerics/grid.hpp"
+#include "drover/numerics/system.hpp"
+#include "numerics/steppers/kept_modes.hpp"
+
+namespace drover::numerics {
+
+/// The grid on which the error evolves: with modes up to the wavenumber `shortest` [1/mm] on both axes where the fine
+/// grid has them.  With noise all modes are kept: see sampled_modes().  A grid that is larger for its shortest waves
+/// keeps two thirds at least: of products of more than two only those of the shortest waves are wrong there.
+KeptGrid coarse_grid(const Grid& fine, int degree, bool noisy, double shortest);
+
+struct ModePair {
+    std::size_t coarse, fine;
+    bool conjugate = false;
+};
+
+/// The modes of the coarse grid, but those that the fine grid does not keep.
+std::vector<ModePair> shared_modes(const KeptGrid& coarse, const KeptGrid& fine);
+
+/// The sum of all modes of the fine grid that look like one of the coarse grid at its points: the values of the fields
+/// there.  Without the fluctuations that noise gives to short waves the error would relax otherwise: b |p|^2 would be
+/// too small.
+std::vector<ModePair> sampled_modes(const Grid& coarse, const KeptGrid& fine);
+
+/// A mode of the coarse grid whose phase turns within a step: errors of a constant drive would cancel, while those of
+/// its own steps turn with it and add up.
+struct FastWave {
+    std::size_t mode;
+    double kept;         ///< of its amplitude after a step, at most 1
+    bool is_unresolved;  ///< its phase turns by more than a radian even in half a step
+};
+
+/// The fast waves of a linear system on a grid.
+std::vector<FastWave> fast_waves(const System& system, double dt);
+
+/// Fields on the coarse grid along which the error evolves.
+struct Reference {
+    Spectra fields, rate;  // and their explicit terms, N(a)
+    double t = 0.0;
+    double step = 0.0;  // of the error, for which `rate` is; 0 for none: N may depend on it
+};
+
+/// The sum of a function of the kept modes over all modes of real fields.
+template <class OfMode>
+double sum_over_modes(const KeptGrid& on, OfMode of_mode) {
+    double once = 0.0, twice = 0.0;
+    for_kept_rows(on, [&](std::size_t first, std::size_t count) {
+        once += of_mode(first);  // of their own conjugates; a kept mode is never the shortest
+        for (std::size_t mode = first + 1; mode < first + count; ++mode) twice += of_mode(mode);
+    });
+    return once + 2.0 * twice;
+}
+
+/// One field: a scalar, or both components of a vector.
+struct FieldSize {
+    int first, count;
+    std::string name;
+    double size = 0.0;     ///< root mean square now
+    double largest = 0.0;  ///< the largest so far: a field that has all but vanished has no size of its own
+    double local = 0.0, local_low = 0.0;
+    double memory = INFINITY;  ///< steps for which an error beyond the coarse grid persists
+    // Of the moments so far: the steps they stand for, the sums of the mean squares and of the means over the cell.
+    double moments = 0.0, squares = 0.0;
+    std::array<double, 2> means{};
+    double variance = 0.0;  ///< over the cell, now
+
+    /// The root mean square of the field, or of its error.
+    double size_of(const Spectra& spectra, const KeptGrid& on) const;
+    /// Takes the fields as they are now, for `weight` steps.
+    void add_moment(const Spectra& fields, const KeptGrid& on, bool noisy, double weight);
+
+    /// Deviation from the mean over the cell and over time.  An error of the mean is compared with it, too.
+    double fluctuation() const {
+        const double mean = std::hypot(means[0], means[1]) / moments;
+        const double square = moments > 0.0 ? squares / moments - mean * mean : 0.0;
+        constexpr double negligible = 1e-5;  // of the largest: the rest of what has relaxed
+        return std::max(std::sqrt(std::max(square, variance)), negligible * largest);
+    }
+    /// With its fluctuation: an oscillation that passes through 0 has errors as large as before.
+    double scale() const { return std::max({size, moments > 0.0 ? fluctuation() : 0.0, 1e-3 * largest}); }
+    double local_high() const { return std::sqrt(std::max(0.0, local * local - local_low * local_low)); }
+};
+inline double ratio(double error, double scale) { return error == 0.0 ? 0.0 : scale > 0.0 ? error / scale : INFINITY; }
+
+}  // namespace drover::numerics

@@ -1,0 +1,33 @@
+// numerics/steppers/kept_modes.cpp: the first modes of the rows that have any.
+#include "numerics/steppers/kept_modes.hpp"
+
+#include <algorithm>
+
+namespace drover::numerics {
+
+int kept_degree(int degree, const std::string& rule) {
+    if (degree == 1 || rule == "exact") return degree;
+    return rule == "two-thirds" ? 2 : 1;
+}
+
+void store_kept(const System& system, const Spectra& state, KeptModes& to) {
+    to.clear();
+    for (int c = 0; c < state.count(); ++c)
+        for_kept_rows({system.grid, system.degree}, [&](std::size_t first, std::size_t count) {
+            const auto from = state[c].subspan(first, count);
+            to.insert(to.end(), from.begin(), from.end());
+        });
+}
+
+Spectra with_kept(const System& system, const KeptModes& modes) {
+    Spectra state(system.grid, components(system.layout));
+    auto from = modes.begin();
+    for (int c = 0; c < state.count(); ++c)
+        for_kept_rows({system.grid, system.degree}, [&](std::size_t first, std::size_t count) {
+            std::copy_n(from, count, state[c].begin() + static_cast<std::ptrdiff_t>(first));
+            from += static_cast<std::ptrdiff_t>(count);
+        });
+    return state;
+}
+
+}  // namespace drover::numerics

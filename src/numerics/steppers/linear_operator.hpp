@@ -1,0 +1,28 @@
+// numerics/steppers/linear_operator.hpp: the linear part of a System applied to a state.
+#pragma once
+#include <vector>
+
+#include "drover/numerics/system.hpp"
+#include "numerics/fields/wavenumbers.hpp"
+
+namespace drover::numerics {
+
+/// L of a system; its blocks are computed once, at construction.
+class LinearOperator {
+public:
+    explicit LinearOperator(const System& system);
+
+    /// rate += L state, on the kept modes.
+    void add(const Spectra& state, Spectra& rate) const;
+
+    /// (1 - gamma L)^-1; not finite where a mode grows at the rate 1/gamma.
+    LinearOperator shifted_inverse(double gamma) const;
+
+private:
+    Grid grid_;
+    Layout layout_;
+    DistinctWavenumbers wavenumbers_;
+    std::vector<double> matrices_;  // for each |q|: the entries of the even block, then of the odd one
+};
+
+}  // namespace drover::numerics

@@ -1,0 +1,249 @@
+// numerics/steppers/noise_path.cpp: a binary tree of noise increments over time.
+#include "numerics/steppers/noise_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <memory>
+
+#include "drover/base/error.hpp"
+
+namespace drover::numerics {
+
+namespace {
+/// Roots are shorter than this [s], where dt is: the longest interval over which steps of dt and dt/2^k share noise.
+constexpr double max_root = 16.0;
+/// A mode grows by at most e^8 within a root: the halves are differences of its increments.
+constexpr double max_growth = 8.0;
+constexpr int max_levels = 30;
+
+double fastest_growth(const System& system, const std::vector<double>& wavenumbers) {
+    double largest = 0.0;
+    for (const double q : wavenumbers) {
+        const IsotropicBlocks rates = linear_blocks(system, q);
+        for (const Block* block : {&rates.even, &rates.odd})
+            for (const std::complex<double>& rate : eigenvalues(*block)) largest = std::max(largest, rate.real());
+    }
+    return largest;
+}
+
+/// Doublings of dt up to the length of a root.
+int doublings_to_root(const System& system, const std::vector<double>& wavenumbers, double dt) {
+    const auto doublings = [dt](double longest) {
+        int level = 0;
+        while (level < max_levels && std::ldexp(dt, level + 1) < longest) ++level;
+        return level;
+    };
+    const int most = doublings(max_root);
+    if (most == 0) return 0;
+    const double growth = fastest_growth(system, wavenumbers);
+    return growth > 0.0 ? std::min(most, doublings(max_growth / growth)) : most;
+}
+
+std::size_t numbers_of(const Layout& layout) { return 2 * static_cast<std::size_t>(components(layout)); }
+}  // namespace
+
+namespace {
+/// The noises of products as fields.
+System noises_of_products(const System& system) {
+    const ProductNoise& noise = *system.product_noise;
+    System result{.grid = system.grid, .layout = noise.layout, .linear = noise.linear};
+    result.noise = noise.noise;
+    result.degree = system.degree;
+    return result;
+}
+}  // namespace
+
+NoisePath::NoisePath(const System& system, double dt, std::uint64_t seed, Threads& threads, Stream stream)
+    : system_(system),
+      wavenumbers_(distinct_wavenumbers(system.grid, system.degree)),
+      seed_(seed),
+      stream_(stream),
+      threads_(threads),
+      level_(doublings_to_root(system, wavenumbers_.q, dt)),
+      root_(std::ldexp(dt, level_)),
+      numbers_(numbers_of(system.layout)),
+      row_begin_{0} {
+    for (std::size_t row = 0; row < static_cast<std::size_t>(system.grid.ny); ++row)
+        row_begin_.push_back(row_begin_.back() + kept_in_row(system.grid, wavenumbers_, row));
+    if (system.product_noise)
+        of_products_ =
+            std::make_unique<NoisePath>(noises_of_products(system), dt, seed, threads, Stream::product_noise);
+}
+
+const double* NoisePath::row(int level, std::size_t row) const {
+    return levels_[static_cast<std::size_t>(level)].values.data() + row_begin_[row] * numbers_;
+}
+
+/// The matrices of a level and of those above it, of all |q|.
+void NoisePath::prepare(int level) {
+    const auto first = static_cast<int>(levels_.size());
+    if (first > level) return;
+    const std::size_t entries = block_entries(system_.layout);
+    std::vector<Level> made(static_cast<std::size_t>(level - first + 1));
+    for (int k = first; k <= level; ++k) {
+        Level& now = made[static_cast<std::size_t>(k - first)];
+        now.values.resize(row_begin_.back() * numbers_);
+        now.draw.resize(wavenumbers_.q.size() * entries * (k == 0 ? 1 : 2));
+        now.propagator.resize(k == 0 ? 0 : wavenumbers_.q.size() * entries);
+    }
+    const int first_halves = std::max(first, 1), halves = level - first_halves + 1;
+    const auto of_wavenumber = [&](std::size_t n) {
+        const double q = wavenumbers_.q[n];
+        const IsotropicBlocks m = linear_blocks(system_, q), covariance = noise_blocks(system_, q);
+        std::vector<double> entries_of_n;
+        const auto store = [&](std::vector<double>& to) {
+            std::copy(entries_of_n.begin(), entries_of_n.end(), to.data() + n * entries_of_n.size());
+            entries_of_n.clear();
+        };
+        std::vector<NoiseHalves> even, odd;
+        if (first == 0) {
+            NoiseTree tree_even = noise_tree(m.even, covariance.even, root_, halves),
+                      tree_odd = noise_tree(m.odd, covariance.odd, root_, halves);
+            append_entries({factor(tree_even.covariance), factor(tree_odd.covariance)}, entries_of_n);
+            store(made.front().draw);
+            even = std::move(tree_even.halves), odd = std::move(tree_odd.halves);
+        } else {
+            const double longest = std::ldexp(root_, -first_halves);
+            even = noise_halves(m.even, covariance.even, longest, halves);
+            odd = noise_halves(m.odd, covariance.odd, longest, halves);
+        }
+        for (std::size_t k = 0; k < even.size(); ++k) {
+            Level& now = made[static_cast<std::size_t>(first_halves - first) + k];
+            append_entries({even[k].regression, odd[k].regression}, entries_of_n);
+            append_entries({even[k].spread, odd[k].spread}, entries_of_n);
+            store(now.draw);
+            append_entries({even[k].propagator, odd[k].propagator}, entries_of_n);
+            store(now.propagator);
+        }
+    };
+    constexpr std::size_t wavenumbers_per_chunk = 64;
+    threads_.for_chunks(wavenumbers_.q.size(), wavenumbers_per_chunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) of_wavenumber(n);
+    });
+    std::move(made.begin(), made.end(), std::back_inserter(levels_));
+}
+
+/// body(kernel, row, number of its kept modes, scratch) for every row that keeps modes.
+template <class Body>
+void NoisePath::for_rows(Body body) {
+    for_layout(system_.layout, [&](const auto& kernel) {
+        threads_.for_chunks(static_cast<std::size_t>(system_.grid.ny), rows_per_chunk(system_.grid),
+                            [&](std::size_t begin, std::size_t end) {
+                                std::vector<double> normal;
+                                for (std::size_t row = begin; row < end; ++row)
+                                    if (const std::size_t kept = row_begin_[row + 1] - row_begin_[row]; kept > 0)
+                                        body(kernel, row, kept, normal);
+                            });
+    });
+}
+
+void NoisePath::draw_root(std::uint64_t index) {
+    Level& root = levels_.front();
+    const RandomKey key{.seed = seed_, .stream = stream_, .step = index, .substep = 0};
+    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>& normal) {
+        fill_row_normals(system_.grid, key, row, kept, numbers_ / 2, normal);
+        double* to = root.values.data() + row_begin_[row] * numbers_;
+        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
+        for (std::size_t i = 0; i < kept; ++i) {
+            auto sum = zero_parts(kernel);
+            add_blocks(kernel, root.draw.data() + static_cast<std::size_t>(of_mode[i]) * kernel.entries,
+                       load_parts(kernel, normal.data() + i * numbers_), sum);
+            store_parts(kernel, sum, to + i * numbers_);
+        }
+    });
+}
+
+/// The first half of the interval that the level above holds.
+void NoisePath::draw_first_half(int level, std::uint64_t index) {
+    Level& now = levels_[static_cast<std::size_t>(level)];
+    const Level& above = levels_[static_cast<std::size_t>(level - 1)];
+    // The intervals of a root, row by row from the top: 1, then 2 and 3, ...; each has the numbers of its first half.
+    const std::uint64_t in_root = index & ((std::uint64_t{1} << level) - 1);
+    const RandomKey key{.seed = seed_,
+                        .stream = stream_,
+                        .step = index >> level,
+                        .substep = ((std::uint64_t{1} << level) + in_root) >> 1};
+    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>& normal) {
+        fill_row_normals(system_.grid, key, row, kept, numbers_ / 2, normal);
+        const double* whole = above.values.data() + row_begin_[row] * numbers_;
+        double* to = now.values.data() + row_begin_[row] * numbers_;
+        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
+        for (std::size_t i = 0; i < kept; ++i) {
+            auto sum = zero_parts(kernel);
+            const double* matrix = now.draw.data() + static_cast<std::size_t>(of_mode[i]) * 2 * kernel.entries;
+            matrix = add_blocks(kernel, matrix, load_parts(kernel, whole + i * numbers_), sum);
+            add_blocks(kernel, matrix, load_parts(kernel, normal.data() + i * numbers_), sum);
+            store_parts(kernel, sum, to + i * numbers_);
+        }
+    });
+}
+
+/// From the first half, which the level holds, and the interval that the level above holds.
+void NoisePath::compute_second_half(int level) {
+    Level& now = levels_[static_cast<std::size_t>(level)];
+    const Level& above = levels_[static_cast<std::size_t>(level - 1)];
+    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>&) {
+        const double* whole = above.values.data() + row_begin_[row] * numbers_;
+        double* half = now.values.data() + row_begin_[row] * numbers_;
+        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
+        for (std::size_t i = 0; i < kept; ++i) {
+            auto sum = zero_parts(kernel);
+            add_blocks(kernel, now.propagator.data() + static_cast<std::size_t>(of_mode[i]) * kernel.entries,
+                       load_parts(kernel, half + i * numbers_), sum);
+            auto second = load_parts(kernel, whole + i * numbers_);
+            for (std::size_t k = 0; k < kernel.parts; ++k) second.values[k] -= sum.values[k];
+            store_parts(kernel, second, half + i * numbers_);
+        }
+    });
+}
+
+void NoisePath::compute(const NoiseInterval& interval) {
+    prepare(interval.level);
+    for (int level = 0; level <= interval.level; ++level) {
+        Level& now = levels_[static_cast<std::size_t>(level)];
+        const std::uint64_t index = interval.index >> (interval.level - level);
+        if (now.is_known && now.index == index) continue;
+        // What follows from an interval that changes is not known any more.
+        for (std::size_t below = static_cast<std::size_t>(level) + 1; below < levels_.size(); ++below)
+            levels_[below].is_known = false;
+        const bool has_first = now.is_known && now.index + 1 == index && index % 2 == 1;
+        if (level == 0) draw_root(index);
+        else if (!has_first) draw_first_half(level, index & ~std::uint64_t{1});
+        if (level > 0 && index % 2 == 1) compute_second_half(level);
+        now.index = index;
+        now.is_known = true;
+    }
+}
+
+void NoisePath::write(int level, Spectra& to) {
+    const std::size_t width = columns(system_.grid);
+    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>&) {
+        const double* from = this->row(level, row);
+        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * width;
+        for (std::size_t i = 0; i < kept; ++i) {
+            const auto parts = load_parts(kernel, from + i * numbers_);
+            Complex* mode = to.values.data() + row * width + i;
+            write_parts(kernel, parts, nullptr, {mode, to.stride},
+                        kernel.frame(direction(wavevector(system_.grid, i, row),
+                                               wavenumbers_.inverse[static_cast<std::size_t>(of_mode[i])])));
+        }
+    });
+}
+
+std::shared_ptr<NoisePath> make_noise_path(const System& system, double dt, std::uint64_t seed, Threads& threads) {
+    return system.noise || system.product_noise ? std::make_shared<NoisePath>(system, dt, seed, threads) : nullptr;
+}
+
+double noise_path_bytes(const System& system, double dt, int halvings) {
+    const double of_products = system.product_noise ? noise_path_bytes(noises_of_products(system), dt, halvings) : 0.0;
+    if (!system.noise) return of_products;
+    const double levels = 2.0 + std::max(0.0, std::ceil(std::log2(max_root / dt))) + halvings;
+    const double kept =
+                     std::min(1.0, std::pow(2.0 / (system.degree + 1), 2.0)) * static_cast<double>(modes(system.grid)),
+                 matrices = 3.0 * static_cast<double>(block_entries(system.layout)) /
+                            (system.grid.lx == system.grid.ly ? 8.0 : 4.0);
+    return of_products + levels * kept * (static_cast<double>(numbers_of(system.layout)) + matrices) * sizeof(double);
+}
+
+}  // namespace drover::numerics

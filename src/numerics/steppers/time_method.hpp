@@ -1,0 +1,26 @@
+// numerics/steppers/time_method.hpp: every method of time integration: those of drover and those of SUNDIALS.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace drover::numerics {
+
+struct TimeMethod {
+    std::string name;
+    int order = 1;  ///< without noise; the highest, where it varies
+    std::string citation;
+    bool is_exponential = false;   ///< linear terms are exact
+    bool allows_noise = false;     ///< exact, too
+    bool estimates_error = false;  ///< a tolerance is allowed
+    bool needs_tolerance = false;  ///< it has no steps of fixed length
+    /// Right-hand sides per step of dt, or per part of dt with a tolerance; 0: they vary.
+    int stages = 0, stages_with_tolerance = 0;
+    std::string start = {};  ///< of a multistep method: the method of its first steps
+};
+
+const std::vector<TimeMethod>& time_methods();
+
+/// Throws an input Error that lists the names.
+const TimeMethod& time_method(const std::string& name);
+
+}  // namespace drover::numerics

@@ -1,0 +1,132 @@
+// numerics/steppers/watched_stepper.cpp: which steps are repeated to measure their error.
+#include "numerics/steppers/watched_stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drover/base/error.hpp"
+#include "numerics/steppers/time_method.hpp"
+
+namespace drover::numerics {
+
+WatchedStepper::WatchedStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads,
+                               const std::optional<ErrorEquations>& watched)
+    : stepper_(control, std::move(system), seed, threads), observing_(control.work.observing) {
+    if (watched && stepper_.system().nonlinear) error_.emplace(*watched, stepper_.system().grid, control);
+}
+
+void WatchedStepper::set_system(System system, const ErrorEquations::OnGrid& on_grid) {
+    stepper_.set_system(std::move(system));
+    if (error_) error_->set_equations(on_grid);
+}
+
+namespace {
+/// Steps until the next is repeated in halves, if that may be spent.  Local errors change most at the start.
+std::int64_t steps_to_dear_check(std::int64_t step) { return std::clamp<std::int64_t>(2 * step / 3, 1, 500); }
+/// Where the error of a step costs no right-hand side.
+std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::int64_t>(step / 16, 1, 100); }
+}  // namespace
+
+/// Between two checks the local errors follow the motion of the fields.  Where that is not what is found, checks follow
+/// sooner, since the sum of errors that turn is much larger than it would seem.
+std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t since_last) {
+    const std::int64_t cheap = stepper_.steps_to_cheap_error();
+    const std::int64_t longest = cheap > 0 ? std::max(cheap, steps_to_cheap_check(step)) : steps_to_dear_check(step);
+    const std::int64_t afforded =
+        error_->steps_to_afford(stepper_.steps_to_cheap_error() > 0 ? 0.0 : stepper_.work_of_error(),
+                                std::max<std::int64_t>(64, step));
+    const std::int64_t shortest = std::clamp<std::int64_t>(step / 16, 10, 20);
+    known_until_ = INT64_MAX;
+    if (!error_->follows_phases(std::max({longest, shortest, afforded}))) return std::max(longest, afforded);
+    // Radians: with 0.5 the error of an oscillation was told too small; beyond the largest it is not known.
+    constexpr double turn = 0.1, largest_turn = 1.0, negligible = 1e-6;
+    const double steps_a_radian =
+        static_cast<double>(since_last) / error_->turn();  // infinite where nothing has turned
+    std::int64_t wanted = longest;
+    if (longest > shortest) {
+        const double factor = std::clamp(turn / error_->turn(), 0.25, 2.0);
+        wanted = std::clamp(static_cast<std::int64_t>(static_cast<double>(since_last) * factor), shortest, longest);
+    }
+    constexpr double forever = 1e9;
+    if (steps_a_radian < forever && error_->largest_local().error * static_cast<double>(afforded) > negligible)
+        known_until_ = step + std::max(wanted, static_cast<std::int64_t>(largest_turn * steps_a_radian));
+    return std::max(wanted, afforded);
+}
+
+void WatchedStepper::advance(std::int64_t step, Spectra& state) {
+    is_checked_ = error_ && step >= next_check_;
+    if (is_checked_) before_ = state;
+    stepper_.advance(step, state);
+    const double work = stepper_.work_of_step() + observing_;
+    work_done_ += work;
+    if (error_) error_->count_work(work_done_, work);
+}
+
+void WatchedStepper::watch(std::int64_t step, const Spectra& state) {
+    if (!error_) return;
+    if (is_checked_) measure_error(step, state);
+    if (step > known_until_) error_->wait();
+    error_->advance(step + 1, state);
+}
+
+void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
+    error_->start_local(before_);
+    const std::int64_t since_last = std::max<std::int64_t>(1, step - last_check_);
+    const bool is_repeated = stepper_.find_error(step, state, before_);
+    error_->add_local(before_, state, is_repeated ? stepper_.work_of_error() : 0.0, since_last);
+    const std::int64_t next = steps_to_next_check(step, since_last);
+    error_->continue_local(static_cast<double>(next) / static_cast<double>(since_last));
+    next_check_ = step + next;
+    last_check_ = step;
+    const StepError::Relative local = error_->largest_local();
+    // Fields that overflow have no error; the check of the fields says which of them failed first.
+    double square = 0.0;
+    for (const Complex value : state.values) square += std::norm(value);
+    if (std::isfinite(square) && !(local.error < 0.5))
+        fail_run(
+            "the time step is too long: at t = {:.6g} s one step of {:.4g} s {}; choose time.dt <= {:.3g}, or a "
+            "time.tolerance",
+            (static_cast<double>(step) + 1.0) * stepper_.dt(), stepper_.dt(),
+            std::isfinite(local.error) ? text("is wrong by {:.3g} times the {}", local.error, local.field)
+                                       : text("leaves the {} without a finite error", local.field),
+            stepper_.dt() / 4.0);
+}
+
+void WatchedStepper::begin_anew() {
+    stepper_.set_division(1);
+    stepper_.restore_history({});
+}
+
+std::vector<double> WatchedStepper::save() const {
+    std::vector<double> values{static_cast<double>(stepper_.division()), static_cast<double>(next_check_),
+                               static_cast<double>(last_check_), static_cast<double>(known_until_), work_done_};
+    const std::vector<double> history = stepper_.save_history();
+    values.insert(values.end(), history.begin(), history.end());
+    if (!error_) return values;
+    const std::vector<double> error = error_->save();
+    values.insert(values.end(), error.begin(), error.end());
+    return values;
+}
+
+void WatchedStepper::restore(std::span<const double> values) {
+    const std::size_t error_numbers = error_ ? error_->saved_numbers() : 0;
+    constexpr std::size_t numbers = 5;
+    require(values.size() >= numbers + error_numbers, {},
+            "the checkpoint contains {} stepper values; expected {} or more", values.size(), numbers + error_numbers);
+    const double division = values[0], next = values[1], last = values[2];
+    require(division >= 1.0 && division <= AdaptiveStepper::max_division && division == std::round(division), {},
+            "the checkpoint contains {} parts of a step; expected an integer from 1 to {}; use the other checkpoint",
+            division, AdaptiveStepper::max_division);
+    for (const double check : {next, last})
+        require(std::isfinite(check) && check >= 0.0 && check < 0x1p53, {},
+                "the checkpoint contains the step {}; expected 0 or more; use the other checkpoint", check);
+    stepper_.set_division(static_cast<int>(division));
+    next_check_ = static_cast<std::int64_t>(next);
+    last_check_ = static_cast<std::int64_t>(last);
+    known_until_ = values[3] < 0x1p53 ? static_cast<std::int64_t>(values[3]) : INT64_MAX;
+    work_done_ = values[4];
+    stepper_.restore_history(values.subspan(numbers, values.size() - numbers - error_numbers));
+    if (error_) error_->restore(values.last(error_numbers));
+}
+
+}  // namespace drover::numerics

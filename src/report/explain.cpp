@@ -1,0 +1,274 @@
+// report/explain.cpp: what a scene of fields holds, and what any scene costs.
+#include "report/explain.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "numerics/solvers/fastest_growth.hpp"
+#include "numerics/steppers/time_method.hpp"
+#include "report/explain_particles.hpp"
+#include "run/cost.hpp"
+#include "run/kind.hpp"
+#include "run/run_scene.hpp"
+#include "run/scene_equations.hpp"
+
+namespace drover::report {
+
+namespace {
+run::Entry count(const char* name, const char* meaning, std::int64_t value) {
+    return {.name = name, .unit = "1", .meaning = meaning, .value = value};
+}
+
+/// The terms of the equations and what they are called.
+struct ListedTerms {
+    model::Equations equations;  ///< of rods and beads without the mass, by which all forces are divided
+    std::vector<std::string> written;
+    std::vector<std::string> names = {};  ///< empty in a model that gives them none
+    const std::string& name(std::size_t term) const { return names.empty() ? written[term] : names[term]; }
+};
+
+ListedTerms listed_terms(const io::Scene& scene, const model::Equations& equations) {
+    if (scene.kind != io::SceneKind::model) {
+        const physics::Equations rod_bead(scene.model);
+        return {.equations = rod_bead.right_sides(),
+                .written = physics::written_terms(rod_bead),
+                .names = rod_bead.terms()};
+    }
+    ListedTerms listed{.equations = equations, .written = {}};
+    for (const auto* terms : {&equations.terms(), &equations.noise_terms()})
+        for (const model::TermSummary& term : *terms) listed.written.push_back(term.text);
+    return listed;
+}
+
+run::List fields_of(const io::Scene& scene, const model::Equations& equations) {
+    constexpr const char* ranks[] = {"scalar", "vector", "nematic"};
+    run::List list{.name = "fields", .heading = "fields", .row = "field"};
+    for (std::size_t n = 0; n < equations.model().fields.size(); ++n) {
+        const model::Field& field = equations.model().fields[n];
+        if (field.left == model::LeftSide::given) continue;
+        const std::string rank = field.spin > 2 ? text("spin {}", field.spin) : ranks[field.spin];
+        list.rows.push_back({.entries = {run::words("name", "in figures and archives", field.name),
+                                         run::words("symbol", "in equations", field.symbol),
+                                         run::words("rank", "how it turns", (field.odd ? "odd " : "") + rank),
+                                         run::words("unit", "its unit", io::renamed(field.unit, scene.units)),
+                                         run::words("meaning", "what it is", field.meaning),
+                                         run::words("latex", "its equation as LaTeX", equations.latex(n))}});
+        list.rows.back().entries.back().shown.text = false;
+    }
+    return list;
+}
+
+/// Why a term is evaluated as a whole, without an exact linear part; "": it is not.
+const char* why_explicit(const model::Equations& equations, std::size_t term) {
+    if (term >= equations.terms().size()) return "";  // noise
+    const model::TermSummary& summary = equations.terms()[term];
+    if (summary.is_explicit) return "as written";
+    if (summary.is_placed) return "depends on position or time";
+    return equations.has_derivative(term, equations.reference()) ? "" : "no derivative at the references";
+}
+
+run::List terms_of(const model::Model& model, const ListedTerms& of) {
+    run::List list{.name = "terms", .heading = "terms of the equations", .row = "term"};
+    std::vector<model::TermSummary> terms = of.equations.terms();
+    terms.insert(terms.end(), of.equations.noise_terms().begin(), of.equations.noise_terms().end());
+    for (std::size_t n = 0; n < terms.size(); ++n) {
+        const model::Field& field = model.fields[terms[n].field];
+        const std::string left = field.left == model::LeftSide::balance ? "0"
+                                 : field.mass.text.empty()              ? "d_t " + field.symbol
+                                                                        : field.mass.text + " d_t " + field.symbol;
+        run::Record row;
+        if (!of.names.empty()) row.entries.push_back(run::words("name", "the key of its coefficient", of.names[n]));
+        row.entries.insert(row.entries.end(),
+                           {run::words("of", "left side of its equation", left),
+                            run::words("term", "as written", of.written[n]),
+                            run::words("explicit", "why nothing of it is in the exact linear part, if so",
+                                       why_explicit(of.equations, n))});
+        list.rows.push_back(std::move(row));
+    }
+    return list;
+}
+
+run::Record number_row(const std::string& name, const run::EntryValue& value) {
+    return {.entries = {run::words("name", "in equations", name),
+                        {.name = "value", .unit = "", .meaning = "its value", .value = value}}};
+}
+
+run::List coefficients_of(const io::Scene& scene, const model::Model& model) {
+    run::List list{.name = "coefficients", .heading = "coefficients", .row = "coefficient", .empty = "no coefficients"};
+    if (scene.kind != io::SceneKind::model) {
+        for (const physics::CoefficientValue& one : physics::coefficient_values(scene.model)) {
+            run::Record row =
+                number_row(one.key, std::visit([](const auto& v) { return run::EntryValue(v); }, one.value));
+            row.entries.insert(row.entries.begin() + 1, run::words("symbol", "in equations", one.symbol));
+            row.entries.push_back(run::words("unit", "its unit", io::renamed(one.unit, scene.units)));
+            list.rows.push_back(std::move(row));
+        }
+        return list;
+    }
+    for (const auto& [name, value] : model.coefficients) list.rows.push_back(number_row(name, value));
+    for (const io::DeclaredTable& table : scene.declared.tables)
+        list.rows.push_back(number_row(table.symbol, text("a table of {}", joined(table.of))));
+    for (const model::WhiteNoise& noise : model.noises)
+        list.rows.push_back(number_row(noise.symbol + ", white noise", 1.0));
+    for (const model::Field& field : model.fields)
+        if (field.noise != 0.0)
+            list.rows.push_back(
+                number_row(text("{} noise of {}", field.noise_conserves ? "conserved" : "white", field.symbol),
+                           field.noise));
+    return list;
+}
+
+/// Whether a term reads a source at a point.
+bool has_source(const model::Model& model, const model::TermSummary& term) {
+    int first = 0;
+    for (const model::Field& field : model.fields) {
+        const int next = first + model::components(field);
+        if (field.left == model::LeftSide::given &&
+            std::any_of(term.reads.begin(), term.reads.end(), [&](int c) { return c >= first && c < next; }))
+            return true;
+        first = next;
+    }
+    return false;
+}
+
+/// The method, its steps and their transforms.
+void add_steps(const io::Scene& scene, const model::Integrated& what, run::Record& root) {
+    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+    const bool is_nonlinear = what.equations.has_nonlinear_part(), has_tolerance = scene.time.tolerance > 0.0;
+    const int stages = has_tolerance ? method.stages_with_tolerance : method.stages;
+    const model::TransformCount transforms = model::transforms_of(what);
+    const auto per_step = [&](const char* name, const char* meaning, int each) {
+        return is_nonlinear && stages == 0 ? run::number(name, "1", meaning, NAN)
+                                           : count(name, meaning, is_nonlinear ? stages * each : 0);
+    };
+    const bool is_divided = has_tolerance && (is_nonlinear || !method.is_exponential);
+    root.entries.insert(
+        root.entries.end(),
+        {run::words("stepper", "method and its source",
+                    text("{}, order {}{}: {}", method.name, method.needs_tolerance ? "1 to " : "", method.order,
+                         method.citation)),
+         run::number("time_step", "s",
+                     !is_divided              ? "time.dt"
+                     : method.needs_tolerance ? "time.dt, which does not limit the steps of the method"
+                                              : "time.dt, each divided as time.tolerance requires",
+                     scene.time.dt),
+         per_step("right_hand_sides_per_step",
+                  is_nonlinear ? "of the method" : "every term is linear and acts exactly on the Fourier modes", 1),
+         per_step("transforms_per_step", "real transforms", transforms.inverse + transforms.forward)});
+    root.parts.push_back({"transforms_per_right_hand_side",
+                          {.heading = "real transforms per right-hand side",
+                           .entries = {count("inverse", "to the grid", transforms.inverse),
+                                       count("forward", "from the grid", transforms.forward)}}});
+}
+
+/// Which modes the grid keeps, and their rates by the linear part about the references.
+void add_modes(const io::Scene& scene, const model::Integrated& what, const ListedTerms& of, run::Record& root) {
+    const numerics::System system = what.equations.linear_system(scene.grid, what.kept_degree);
+    const bool is_exact = numerics::time_method(scene.time.stepper).is_exponential;
+    std::vector<std::string> without_degree, beyond_linear;
+    for (std::size_t n = 0; n < of.equations.terms().size(); ++n) {
+        const model::TermSummary& term = of.equations.terms()[n];
+        if (!term.has_finite_degree) without_degree.push_back(of.name(n));
+        if (term.is_explicit || has_source(of.equations.model(), term) || !of.equations.is_isotropic(n))
+            beyond_linear.push_back(of.name(n));
+    }
+    const numerics::FastestGrowth growth = numerics::fastest_growth(system);
+    const double fastest = numerics::fastest_rate(system);
+    const std::string factor = text("unstable: a mode grows about the references, by a factor e^{:.3g} in this run{}",
+                                    growth.rate * scene.time.end,
+                                    what.equations.has_nonlinear_part() ? " unless a nonlinear term limits it"
+                                                                        : "; no nonlinear term limits it");
+    const auto largest_kept = [&](int points) { return (points - 1) / (system.degree + 1); };
+    root.entries.insert(
+        root.entries.end(),
+        {count("degree", "of the products: modes with |k| < N/(degree + 1) on an axis are kept", system.degree),
+         run::number("fastest_rate", "s-1", "|s|max of the linear terms", fastest),
+         run::number("dt_times_fastest_rate", "1", is_exact ? "dt |s|max, exact for any dt" : "dt |s|max, implicit",
+                     scene.time.dt * fastest),
+         run::number("growth_rate", "s-1",
+                     growth.rate > 0.0   ? factor
+                     : growth.rate < 0.0 ? "stable: the slowest mode decays about the references"
+                                         : "neutral: a mode neither grows nor decays about the references",
+                     growth.rate),
+         run::number("growth_wavenumber", "mm-1", "|q| of that mode", growth.q),
+         {.name = "terms_without_degree", .unit = "", .meaning = "", .value = without_degree, .shown = {.text = false}},
+         {.name = "growth_leaves_out", .unit = "", .meaning = "", .value = beyond_linear, .shown = {.text = false}}});
+    if (what.equations.has_product_noise())
+        root.entries.push_back(
+            run::number("noise_modes_per_area", "mm-2",
+                        "white noise at a point, <xi^2>; drifts of Stratonovich are proportional to it",
+                        model::noise_moment(scene.grid, system.degree, 0, 0)));
+    root.parts.push_back({"largest_mode_kept",
+                          {.heading = "largest mode number that is kept",
+                           .entries = {count("x", "on this axis", largest_kept(scene.grid.nx)),
+                                       count("y", "on this axis", largest_kept(scene.grid.ny))}}});
+    if (!without_degree.empty())
+        root.footer.push_back(
+            text("no finite degree: {}; aliases are not removed exactly, see spectral_tail in the output",
+                 joined(without_degree)));
+    if (!beyond_linear.empty())
+        root.footer.push_back(
+            text("the growth rate leaves out {}, which depend on direction, position or time, have no derivative, or "
+                 "are explicit: see drover stability",
+                 joined(beyond_linear)));
+}
+
+run::Record explain_fields(const io::Scene& scene) {
+    const model::Integrated what = run::integrated_of(scene);
+    const ListedTerms of = listed_terms(scene, what.equations);
+    const numerics::Grid& grid = scene.grid;
+    run::Record root{.heading = text("fields on {} by {} points, {} by {} {}", grid.nx, grid.ny, grid.lx, grid.ly,
+                                     scene.units.length == "none" ? "" : scene.units.length)};
+    root.heading.erase(root.heading.find_last_not_of(' ') + 1);
+    if (scene.kind != io::SceneKind::model)
+        root.entries.push_back(run::words("form", "fields of the model", physics::form_name(scene.model)));
+    else if (!scene.declared.name.empty())
+        root.entries.push_back(run::words("name", "of the model", scene.declared.name));
+    add_steps(scene, what, root);
+    add_modes(scene, what, of, root);
+    root.lists = {fields_of(scene, what.equations), terms_of(what.equations.model(), of),
+                  coefficients_of(scene, what.equations.model())};
+    if (what.long_waves < INFINITY)
+        root.footer.push_back(
+            text("quasi-linear: waves with |q| > {} {} act on the others and these on them, not on each other",
+                 what.long_waves, io::renamed("1/mm", scene.units)));
+    return root;
+}
+
+void add_cost(const io::Scene& scene, run::Record& root) {
+    const run::Needs needs = run::needs_of(scene);
+    const int threads = run::kind_of(scene).threads(scene);
+    const auto hidden = [&](run::Entry entry) {
+        entry.shown.text = false;
+        root.entries.push_back(std::move(entry));
+    };
+    const std::optional<run::ExpectedTime> time =
+        needs.memory_bytes < needs.memory_free ? run::expected_time(scene) : std::nullopt;
+    root.entries.push_back(count("steps", "of time.dt", io::whole_steps(scene, "time.end", scene.time.end)));
+    root.entries.push_back(count("threads", "of the run", threads));
+    hidden(run::number("memory_bytes", "1", "of the run", needs.memory_bytes));
+    hidden(run::number("disk_bytes", "1", "at most", needs.disk_bytes));
+    hidden(run::number("seconds_per_step_estimate", "1", "wall time of a step", time ? time->step : NAN));
+    hidden(run::number("seconds_estimate", "1", "wall time of the run", time ? time->total : NAN));
+    hidden(run::words("archive", "of the run", run::archive_path(scene).string()));
+    root.footer.push_back(text("memory {} ({} free), disk at most {} ({} free)", bytes_text(needs.memory_bytes),
+                               bytes_text(needs.memory_free), bytes_text(needs.disk_bytes),
+                               bytes_text(needs.disk_free)));
+    if (time)
+        root.footer.push_back(
+            text("wall time about {} (estimate): {:.3g} ms per step, {}", duration_text(time->total), 1e3 * time->step,
+                 !time->scaled                            ? "measured on a few steps"
+                 : scene.kind == io::SceneKind::particles ? "scaled from a few steps in a smaller cell"
+                                                          : "scaled from a few steps on a smaller grid"));
+    root.footer.push_back("archive " + run::archive_path(scene).string());
+}
+}  // namespace
+
+run::Result explain(const io::Scene& scene) {
+    run::Record root = scene.kind == io::SceneKind::particles ? explain_particles(scene) : explain_fields(scene);
+    root.entries.insert(root.entries.begin(), run::words("kind", "of the scene", io::kind_name(scene.kind)));
+    add_cost(scene, root);
+    return {.root = std::move(root)};
+}
+
+}  // namespace drover::report

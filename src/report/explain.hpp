@@ -1,0 +1,12 @@
+// report/explain.hpp: what a scene holds and what it costs.
+#pragma once
+#include "drover/io/scene.hpp"
+#include "drover/run/result.hpp"
+
+namespace drover::report {
+
+/// Fields, the terms of their equations, coefficients, kept modes and the growth about the references, or bodies;
+/// memory, disk and wall time, for which a few steps are timed.  Of a scene with a time step.
+run::Result explain(const io::Scene& scene);
+
+}  // namespace drover::report

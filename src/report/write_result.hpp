@@ -1,0 +1,38 @@
+// report/write_result.hpp: a result as an archive, and such an archive as text.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "drover/io/scene.hpp"
+#include "drover/run/result.hpp"
+
+namespace drover::report {
+
+/// Throws as check_output: for the start of a command, before it computes the result.  `inputs`: beside those of the
+/// scene.
+void check_result_file(const std::filesystem::path& file, std::vector<std::filesystem::path> inputs,
+                       const io::Scene& scene, bool overwrite);
+
+/// Writes the archive of a result with its provenance; `what`: "stability", "boundary".  The file appears when it is
+/// complete.  Throws as check_result_file and files::write_archive.
+void write_result(const run::Result& result, const std::filesystem::path& file, const std::string& what,
+                  const io::Scene& scene, int threads, bool overwrite);
+
+/// One array of such an archive.
+struct StoredArray {
+    std::string name;  ///< "/isotropic/growth_rate"
+    std::string unit, meaning;
+    std::vector<std::size_t> shape;
+    std::vector<double> values;
+};
+
+/// Whether an archive is that of a result, by its title, and not that of a run or a table.
+bool is_result(const files::ArchiveReader& archive);
+
+StoredArray stored_array(const files::ArchiveReader& archive, const std::string& name);
+
+/// All arrays of an archive for people: a single number with its value, others with their shape and range.
+std::string stored_text(const files::ArchiveReader& archive);
+
+}  // namespace drover::report

@@ -1,0 +1,100 @@
+// theory/binodal.cpp: states of two phases, followed with their mean density.
+#include "theory/binodal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "drover/base/error.hpp"
+#include "drover/model/start.hpp"
+#include "drover/numerics/transform.hpp"
+#include "theory/density_profile.hpp"
+
+namespace drover::theory {
+
+namespace {
+using numerics::TravellingState;
+
+/// The references of conserved scalars but one, by component of a state.
+std::vector<std::pair<int, double>> other_means(const model::Equations& equations, int component) {
+    std::vector<std::pair<int, double>> means;
+    int at = 0;
+    for (const model::StateComponent& one : model::components_of_state(equations)) {
+        const model::Field& field = equations.model().fields[one.field];
+        if (field.spin == 0 && field.conserved && at != component) means.emplace_back(at, field.reference);
+        ++at;
+    }
+    return means;
+}
+
+/// The state of the next parameter, from that of two phases: both keep their part of the cell.
+TravellingState next_state(const TravellingProblem& problem, const TravellingState& at, const Coexistence& here,
+                           int component, double part, Threads& threads) {
+    numerics::Spectra guess = at.state;
+    guess[component][0] = here.low + part * (here.high - here.low);
+    const auto before = other_means(problem.at(at.parameter).equations, component),
+               now = other_means(problem.at(problem.parameter).equations, component);
+    for (std::size_t k = 0; k < now.size(); ++k) guess[now[k].first][0] += now[k].second - before[k].second;
+    return numerics::TravellingSolver(travelling_family(problem.at, problem.parameter, problem.grid, threads), threads)
+        .find(guess, at.speed);
+}
+}  // namespace
+
+std::optional<Coexistence> phases_of(const TravellingProblem& problem, const TravellingState& state, int component,
+                                     Threads& threads) {
+    const model::Integrated what = problem.at(state.parameter);
+    numerics::Fields fields(problem.grid, state.state.count());
+    numerics::Transform(problem.grid, what.equations.linear_system(problem.grid, what.kept_degree).degree, threads)
+        .backward(state.state, fields);
+    const DensityProfile profile = density_profile(fields[component], problem.grid.lx);
+    if (!profile.low_is_flat || !profile.high_is_flat) return std::nullopt;
+    Coexistence found{.parameter = state.parameter,
+                      .low = profile.low,
+                      .high = profile.high,
+                      .in_low = {},
+                      .in_high = {},
+                      .speed = state.speed};
+    for (int c = 0; c < fields.count(); ++c) {
+        found.in_low.push_back(fields[c][profile.low_at]);
+        found.in_high.push_back(fields[c][profile.high_at]);
+    }
+    return found;
+}
+
+Binodal trace_binodal(const TravellingProblem& problem, const TravellingState& first, int component, double last,
+                      int steps, Threads& threads) {
+    constexpr int most_halvings = 6;
+    const std::optional<Coexistence> start = phases_of(problem, first, component, threads);
+    if (!start)
+        fail_run(
+            "the state does not consist of two phases: its density has no two plateaus; expected a cell that is much "
+            "longer than both of its fronts, and a mean density between those of the phases");
+    Binodal binodal{.points = {*start}, .ends = {}};
+    TravellingState at = first;
+    const double whole = (last - first.parameter) / steps;
+    const double part = (first.state[component][0].real() - start->low) / (start->high - start->low);
+    double step = whole;
+    while (at.parameter != last) {
+        const bool is_last = std::abs(last - at.parameter) <= 1.000001 * std::abs(step);
+        try {
+            TravellingProblem moved = problem;
+            moved.parameter = is_last ? last : at.parameter + step;
+            TravellingState found = next_state(moved, at, binodal.points.back(), component, part, threads);
+            const std::optional<Coexistence> phases = phases_of(moved, found, component, threads);
+            if (!phases)
+                fail_run("one of the two phases has no plateau any more: the fronts are too wide for the cell");
+            binodal.points.push_back(*phases);
+            at = std::move(found);
+            step = std::copysign(std::min(std::abs(2.0 * step), std::abs(whole)), whole);
+        } catch (const Error& error) {
+            if (error.fault() != Fault::run) throw;
+            step *= 0.5;
+            if (std::abs(step) > std::abs(whole) * std::exp2(-most_halvings)) continue;
+            binodal.ends = error.what();
+            break;
+        }
+    }
+    return binodal;
+}
+
+}  // namespace drover::theory

@@ -1,0 +1,42 @@
+// theory/binodal.hpp: densities of two phases that coexist in a travelling or standing state.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "numerics/solvers/travelling_state.hpp"
+#include "theory/travelling_family.hpp"
+
+namespace drover::theory {
+
+/// A family of models on one line of points (grid.ny = 1); their noise is left out.
+struct TravellingProblem {
+    std::function<model::Integrated(double parameter)> at;
+    double parameter = 0.0;  ///< of the state that is looked for
+    numerics::Grid grid;
+};
+
+/// Two phases side by side, at the densities that they choose.
+struct Coexistence {
+    double parameter = 0.0;
+    double low = 0.0, high = 0.0;         ///< of the density in question
+    std::vector<double> in_low, in_high;  ///< of each component of the state, in the same phases
+    double speed = 0.0;
+};
+
+struct Binodal {
+    std::vector<Coexistence> points;  ///< in the order of the parameter; the first is that of the first state
+    std::string ends;                 ///< why it ends before the last parameter; "": it does not
+};
+
+/// The phases of a state; nothing where a density has no plateaus.  `component`: of the density in question.
+std::optional<Coexistence> phases_of(const TravellingProblem& problem, const numerics::TravellingState& state,
+                                     int component, Threads& threads);
+
+/// The phases that coexist as the parameter goes from that of `first` to `last` in `steps` or shorter steps.  The mean
+/// density moves with them, so that both phases keep their part of the cell; the means of other conserved scalars
+/// follow their references.  Throws a run Error where the first state has no two phases, and what problem.at throws.
+Binodal trace_binodal(const TravellingProblem& problem, const numerics::TravellingState& first, int component,
+                      double last, int steps, Threads& threads);
+
+}  // namespace drover::theory

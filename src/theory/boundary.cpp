@@ -1,0 +1,96 @@
+// theory/boundary.cpp: lines on which a margin vanishes.
+#include "theory/boundary.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace drover::theory {
+
+namespace {
+using Points = std::vector<numerics::PlanePoint>;
+
+/// Vertices of a line so that the others lie within `chord` of the polyline through them, which has no longer edge than
+/// 1/64 of the plane: near a corner the contour has thousands.
+Points thinned(const Points& line, const numerics::Rectangle& plane, double chord) {
+    constexpr double longest = 1.0 / 64.0;
+    constexpr std::size_t ahead = 256;
+    const double width = plane.x1 - plane.x0, height = plane.y1 - plane.y0;
+    const auto lies_on = [&](std::size_t first, std::size_t last) {
+        const double along_x = (line[last].x - line[first].x) / width,
+                     along_y = (line[last].y - line[first].y) / height, length = std::hypot(along_x, along_y);
+        if (length > longest) return false;
+        for (std::size_t i = first + 1; i < last; ++i) {
+            const double x = (line[i].x - line[first].x) / width, y = (line[i].y - line[first].y) / height;
+            const double part =
+                length > 0.0 ? std::clamp((x * along_x + y * along_y) / (length * length), 0.0, 1.0) : 0.0;
+            if (std::hypot(x - part * along_x, y - part * along_y) > chord) return false;
+        }
+        return true;
+    };
+    Points kept{line.front()};
+    for (std::size_t first = 0; first + 1 < line.size();) {
+        std::size_t last = first + 1;
+        while (last + 1 < line.size() && last - first < ahead && lies_on(first, last + 1)) ++last;
+        kept.push_back(line[last]);
+        first = last;
+    }
+    return kept;
+}
+
+/// Fills in the least stable waves.
+void add_margins(const MarginOf& margin, const ComputeAll& compute, BoundaryLine& line) {
+    constexpr std::size_t width = 5;
+    const std::vector<double> found = compute(line.points.size(), width, [&](std::size_t i, std::span<double> numbers) {
+        const Margin at = margin({line.points[i].x, line.points[i].y});
+        const std::array all{at.value, at.angle, at.q, at.frequency, at.is_uniform ? 1.0 : 0.0};
+        std::copy(all.begin(), all.end(), numbers.begin());
+    });
+    for (std::size_t i = 0; i < line.points.size(); ++i) {
+        const double* at = &found[i * width];
+        line.points[i].at = {
+            .value = at[0], .angle = at[1], .q = at[2], .frequency = at[3], .is_uniform = at[4] != 0.0};
+    }
+}
+}  // namespace
+
+MarginOf where_valid(MarginOf margin) {
+    return [of = std::move(margin)](const numerics::PlanePoint& point) -> Margin {
+        try {
+            return of(point);
+        } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;  // such as a signal
+            return {.value = std::numeric_limits<double>::quiet_NaN()};
+        }
+    };
+}
+
+Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin, const std::vector<MarginOf>& draws,
+                        const numerics::ContourOptions& options, const ComputeAll& compute) {
+    numerics::ContourOptions fine = options;
+    fine.chord = 0.5 * options.chord;
+    const numerics::Contour contour =
+        numerics::trace_zero([&](const numerics::PlanePoint& point) { return margin(point).value; }, plane, fine,
+                             compute);
+    Boundary result{.lines = {},
+                    .singular_points = contour.singular_points,
+                    .evaluations = contour.evaluations,
+                    .complete = contour.complete};
+    if (!draws.empty()) result.field = draw_field(plane, margin, draws, options.cells, compute);
+    for (const numerics::ContourLine& traced : contour.lines) {
+        BoundaryLine line{.closed = traced.closed, .points = {}};
+        const Points places = thinned(traced.points, plane, fine.chord);
+        for (const numerics::PlanePoint& point : places) line.points.push_back({.x = point.x, .y = point.y});
+        add_margins(margin, compute, line);
+        if (result.field) {
+            const std::vector<BandEnds> ends = band_ends(plane, *result.field, draws, places, compute);
+            for (std::size_t i = 0; i < ends.size(); ++i) line.points[i].band = ends[i];
+        }
+        result.lines.push_back(std::move(line));
+    }
+    return result;
+}
+
+}  // namespace drover::theory

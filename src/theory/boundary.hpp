@@ -1,0 +1,58 @@
+// theory/boundary.hpp: margins of stability, the lines of a plane on which they vanish, and their error bands.
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "drover/theory/theory.hpp"
+#include "numerics/algebra/contour.hpp"
+#include "theory/draw_field.hpp"
+
+namespace drover::theory {
+
+struct BoundaryPoint {
+    double x = 0.0, y = 0.0;
+    Margin at = {};      ///< the least stable wave
+    BandEnds band = {};  ///< with draws
+};
+
+struct BoundaryLine {
+    bool closed = false;  ///< otherwise it ends at the edge of the plane or where its state ceases to exist
+    std::vector<BoundaryPoint> points;
+};
+
+struct Boundary {
+    std::vector<BoundaryLine> lines;
+    std::vector<numerics::PlanePoint> singular_points;  ///< unresolved cusps and double points
+    std::size_t evaluations = 0;                        ///< of the margin without errors
+    bool complete = true;
+    std::optional<DrawField> field = std::nullopt;  ///< with draws
+};
+
+/// Finds every closed curve wider than a sampling cell, see numerics/contour.hpp; vertices that a polyline within
+/// options.chord does not need are left out.  `draws`: the margins with other values of uncertain numbers, for the
+/// error band; without any there is none.  Several threads or processes
+/// call the margins at once.
+Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin, const std::vector<MarginOf>& draws,
+                        const numerics::ContourOptions& options, const ComputeAll& compute);
+
+/// A margin over a plane, and the same with other values of uncertain numbers.
+struct PlaneMargins {
+    MarginOf at;
+    std::vector<MarginOf> draws = {};
+};
+/// NaN, as where a state does not exist, where a margin throws an Error of the scene.
+MarginOf where_valid(MarginOf margin);
+
+/// The state of a margin: the isotropic one nearest to the references, or the one of the largest order.
+enum class MarginState { isotropic, ordered };
+
+/// Of all waves of a search, of uniform changes and of the limit of long waves, where a conserved density or a turn of
+/// the order changes slowly: at most 0 as soon as one of them grows.  Modes that neither grow nor decay at q = 0 count
+/// through that limit.  An isotropic state is searched from `guesses`, which are states of like models: see
+/// stationary_states_near; an ordered one by the whole search, which takes tens of milliseconds.  Throws as
+/// stationary_states and as LinearisedAt.
+Margin margin(const model::Equations& equations, MarginState which, const std::vector<model::UniformState>& guesses,
+              const GrowthSearch& search);
+
+}  // namespace drover::theory

@@ -1,0 +1,41 @@
+// theory/density_profile.cpp: the plateaus of a density.
+#include "theory/density_profile.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace drover::theory {
+
+DensityProfile density_profile(std::span<const double> density, double lx) {
+    const auto [least, most] = std::minmax_element(density.begin(), density.end());
+    const double middle = 0.5 * (*least + *most), range = *most - *least;
+    constexpr double rounding = 1e-12;
+    if (range <= rounding * std::abs(middle)) return {.low = middle, .high = middle};  // uniform
+    const std::size_t n = density.size();
+    const auto above =
+        static_cast<std::size_t>(std::count_if(density.begin(), density.end(), [&](double d) { return d > middle; }));
+    DensityProfile profile{.width = lx * static_cast<double>(above) / static_cast<double>(n)};
+    constexpr double flat = 1e-3;  // of the range, over a quarter of the part
+    const auto flattest = [&](bool is_high, std::size_t& place, bool& is_flat) {
+        const std::size_t reach = (is_high ? above : n - above) / 8;
+        double smallest = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < n; ++i) {
+            if ((density[i] > middle) != is_high) continue;
+            double deviation = 0.0;
+            for (std::size_t k = n - reach; k <= n + reach; ++k)
+                deviation = std::max(deviation, std::abs(density[(i + k) % n] - density[i]));
+            if (deviation >= smallest) continue;
+            smallest = deviation;
+            place = i;
+        }
+        is_flat = reach > 1 && smallest < flat * range;
+    };
+    flattest(false, profile.low_at, profile.low_is_flat);
+    flattest(true, profile.high_at, profile.high_is_flat);
+    profile.low = density[profile.low_at];
+    profile.high = density[profile.high_at];
+    return profile;
+}
+
+}  // namespace drover::theory

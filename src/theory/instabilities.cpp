@@ -1,0 +1,257 @@
+// theory/instabilities.cpp: maxima of growth over all waves, what kind each is, and where it ends.
+#include "theory/instabilities.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "base/constants.hpp"
+#include "numerics/algebra/extremum.hpp"
+#include "theory/refined_wave.hpp"
+
+namespace drover::theory {
+
+namespace {
+constexpr int angle_steps = 45;  // of a quarter turn
+
+/// Growth as a function of ln q and angle.
+struct Landscape {
+    const model::LinearisedAt& state;
+    std::vector<double> log_q;
+    bool has_direction;
+    double uniform;             ///< growth rate of the uniform state; 0: it does not grow
+    Eigen::MatrixXd conserved;  ///< conserved_means()
+
+    double at(double x, double angle) const { return growth_rate(state, std::exp(x), angle); }
+    auto along(double angle) const {
+        return [this, angle](double x) { return at(x, angle); };
+    }
+    bool grows(double x, double angle) const { return modes(state, state.wavevector(std::exp(x), angle)).grows(); }
+    /// Whether a wave grows faster than the uniform state.
+    bool is_wave(double x, double angle) const { return at(x, angle) > uniform * (1.0 + 1e-6); }
+};
+
+bool has_direction(const model::LinearisedAt& at) {
+    std::size_t component = 0;
+    for (const model::Field& field : at.equations().model().fields)
+        for (int k = 0; k < model::components(field); ++k)
+            if (const double value = at.about()[component++]; field.spin > 0 && value != 0.0) return true;
+    return false;
+}
+
+/// What the fastest mode of a wave moves on a state without a direction.
+InstabilityKind kind_without_direction(const Landscape& land, const numerics::Wavevector& q) {
+    const model::Equations& equations = land.state.equations();
+    const Eigen::VectorXcd shape = land.state.all_components(q) * modes(land.state, q).shapes.col(0);
+    if ((land.conserved * shape(equations.state_components())).norm() > 1e-9) return InstabilityKind::phase_separation;
+    int first = 0;
+    for (const model::Field& field : equations.model().fields) {
+        if (field.spin == 0 && field.left == model::LeftSide::rate && std::abs(shape(first)) > 1e-9)
+            return InstabilityKind::pattern;
+        first += model::components(field);
+    }
+    return InstabilityKind::order;
+}
+
+InstabilityKind kind_of_wave(const Landscape& land, const Growth& found, double q, double angle) {
+    if (!land.has_direction) return kind_without_direction(land, land.state.wavevector(q, angle));
+    const double along = std::abs(std::sin(angle)), across = std::abs(std::cos(angle));
+    if (along < 1e-6) return InstabilityKind::banding;
+    if (across > 1e-6 || std::abs(found.frequency) > 1e-9 * std::abs(found.rate)) return InstabilityKind::oblique;
+    // Sound of a negative stiffness grows in proportion to q, and faster at other angles.
+    const std::vector<SlowMode> slow = slow_modes(land.state, angle).modes;
+    const bool is_sound =
+        std::any_of(slow.begin(), slow.end(), [](const SlowMode& mode) { return mode.speed.imag() > 0.0; });
+    return is_sound ? InstabilityKind::oblique : InstabilityKind::phase_separation;
+}
+
+/// Of the uniform state.
+InstabilityKind kind_of_change(const Landscape& land) {
+    if (land.has_direction) return InstabilityKind::uniform;
+    if (modes(land.state, {}).rates.size() == 0) return InstabilityKind::uniform;
+    return kind_without_direction(land, {}) == InstabilityKind::order ? InstabilityKind::order
+                                                                      : InstabilityKind::uniform;
+}
+
+/// Where the waves of one angle stop growing, on both sides of one that grows.
+void set_range(const Landscape& land, Instability& found) {
+    const std::vector<double>& log_q = land.log_q;
+    const auto grows = [&](double x) { return land.grows(x, found.angle); };
+    found.min = 0.0;
+    found.max = std::numeric_limits<double>::infinity();
+    const double inside = std::log(found.q);
+    for (auto x = log_q.rbegin(); x != log_q.rend(); ++x)
+        if (*x < inside && !grows(*x)) {
+            found.min = std::exp(numerics::boundary_between(*x, *(x - 1) < inside ? *(x - 1) : inside, 1e-14, grows));
+            break;
+        }
+    for (const double& x : log_q)
+        if (x > inside && !grows(x)) {
+            const double before = &x == log_q.data() ? inside : std::max(inside, *(&x - 1));
+            found.max = std::exp(numerics::boundary_between(before, x, 1e-14, grows));
+            break;
+        }
+}
+
+Instability found_at(const Landscape& land, double x, double angle) {
+    const double q = std::exp(x), step = land.log_q[1] - land.log_q[0];
+    const Growth here = growth(land.state, q, angle);
+    Instability one{.kind = kind_of_wave(land, here, q, angle),
+                    .rate = here.rate,
+                    .frequency = here.frequency,
+                    .q = q,
+                    .angle = angle,
+                    .at_longest = (x < land.log_q.front() + 1e-6 * step),
+                    .at_shortest = (x > land.log_q.back() - 1e-6 * step)};
+    set_range(land, one);
+    return one;
+}
+
+bool faster(const Instability& a, const Instability& b) { return a.rate > b.rate; }
+
+/// best: the place of the largest rate of the search.
+std::vector<Instability> isotropic_instabilities(const Landscape& land, const GrowthSearch& search, double best) {
+    std::vector<Instability> found;
+    const double x = numerics::refined_maximum(land.log_q, best, land.along(0.0));
+    const InstabilityKind change = kind_of_change(land);
+    const auto add_change = [&](double at) {
+        found.push_back(found_at(land, at, 0.0));
+        found.back().kind = change;
+        if (change == InstabilityKind::order) return;
+        const Growth uniform = growth(land.state, 0.0);
+        found.back().rate = uniform.rate;
+        found.back().frequency = uniform.frequency;
+        found.back().q = 0.0;
+    };
+    if (!land.grows(x, 0.0)) {
+        if (land.uniform > 0.0) add_change(land.log_q.front());
+        return found;
+    }
+    // Order grows without a wave, or in waves that move no scalar; scalars make waves of their own.
+    if (land.is_wave(x, 0.0)) {
+        found.push_back(found_at(land, x, 0.0));
+        if (found.back().kind != InstabilityKind::order && land.uniform > 0.0) add_change(land.log_q.front());
+    } else {
+        add_change(x);
+    }
+    for (const Band& band : growth_bands(land.state, 0.0, search)) {
+        const bool is_known = std::any_of(found.begin(), found.end(), [&](const Instability& one) {
+            constexpr double rounding = 1e-9;  // of exp and log
+            return one.q <= band.max * (1.0 + rounding) && (one.q >= band.min * (1.0 - rounding) || band.reaches_min);
+        });
+        if (!is_known) found.push_back(found_at(land, std::log(band.q), 0.0));
+    }
+    std::stable_sort(found.begin(), found.end(), faster);
+    return found;
+}
+
+double uniform_growth(const model::LinearisedAt& at) {
+    const Eigen::VectorXcd rates = mode_rates(at, {});
+    const double most = rates.real().maxCoeff();
+    return most > 1e-13 * rates.cwiseAbs().maxCoeff() ? most : 0.0;
+}
+/// Rates at q and -q are conjugate: half a turn holds all, a quarter where the state is its own mirror image.
+struct Looks {
+    bool quarter;
+    int steps;
+    std::vector<numerics::Largest> best;  ///< at each angle
+};
+constexpr double step_angle = right_angle / angle_steps;
+
+Looks look_around(const Landscape& land, Threads& threads) {
+    const bool quarter = land.state.is_mirrored();
+    Looks looks{.quarter = quarter, .steps = quarter ? angle_steps : 2 * angle_steps, .best = {}};
+    looks.best.resize(static_cast<std::size_t>(looks.steps) + 1);
+    threads.for_chunks(looks.best.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t a = begin; a < end; ++a)
+            looks.best[a] = numerics::largest_of(land.log_q, land.along(static_cast<double>(a) * step_angle));
+    });
+    return looks;
+}
+
+std::vector<Instability> anisotropic_instabilities(const Landscape& land, const Looks& looks) {
+    const std::vector<double>& log_q = land.log_q;
+    const auto& [quarter, steps, best] = looks;
+    std::vector<Instability> found;
+    if (land.uniform > 0.0) {
+        const Growth uniform = growth(land.state, 0.0);
+        found.push_back({.kind = kind_of_change(land), .rate = land.uniform, .frequency = uniform.frequency});
+    }
+    const auto add = [&](double x, double angle) {
+        if (land.grows(x, angle) && land.is_wave(x, angle)) found.push_back(found_at(land, x, angle));
+    };
+    for (int a = 0; a <= (quarter ? steps : steps - 1); ++a) {
+        const auto rate = [&](int n) { return best[static_cast<std::size_t>((n + steps) % steps)].value; };
+        const double angle = a * step_angle, x = best[static_cast<std::size_t>(a)].place;
+        if (quarter && (a == 0 || a == steps)) {
+            add(numerics::refined_maximum(log_q, x, land.along(angle)), angle);  // symmetry keeps a wave at its angle
+        } else if (rate(a) > rate(a - 1) && rate(a) >= (quarter && a + 1 == steps ? best.back().value : rate(a + 1))) {
+            auto [fine, turned] = numerics::climbed([&](double one, double other) { return land.at(one, other); },
+                                                    {x, angle}, {0.3 * (log_q[1] - log_q[0]), 0.3 * step_angle});
+            fine = std::clamp(fine, log_q.front(), log_q.back());
+            if (land.at(fine, turned) <= best[static_cast<std::size_t>(a)].value) fine = x, turned = angle;
+            // A maximum that moves to an end is already listed as that of the end.
+            if (!quarter || (turned > 1e-6 && turned < right_angle - 1e-6)) add(fine, turned);
+        }
+    }
+    std::stable_sort(found.begin(), found.end(), faster);
+    return found;
+}
+}  // namespace
+
+GrowingWaves growing_waves(const model::LinearisedAt& at, const GrowthSearch& search, Threads& threads) {
+    check(search);
+    const Landscape land{.state = at,
+                         .log_q = numerics::even_logarithms(search.min, search.max, search.wavenumbers),
+                         .has_direction = has_direction(at),
+                         .uniform = uniform_growth(at),
+                         .conserved = conserved_means(at.equations())};
+    if (at.is_isotropic()) {
+        const double best = numerics::largest_of(land.log_q, land.along(0.0)).place;
+        return {.kinds = isotropic_instabilities(land, search, best),
+                .fastest = refined_wave(at, search, land.log_q, {best, 0.0}, 0.0)};
+    }
+    const Looks looks = look_around(land, threads);
+    const auto top = std::max_element(looks.best.begin(), looks.best.end(),
+                                      [](const auto& a, const auto& b) { return a.value < b.value; });
+    const double angle = static_cast<double>(top - looks.best.begin()) * step_angle;
+    GrowingWaves result{.kinds = anisotropic_instabilities(land, looks),
+                        .fastest = refined_wave(at, search, land.log_q, {top->place, angle}, step_angle)};
+    if (looks.quarter && result.fastest.angle > right_angle) {
+        // Its mirror image, and the conjugate wave of the opposite wavevector.
+        result.fastest.angle = std::numbers::pi - result.fastest.angle;
+        result.fastest.growth.frequency *= -1.0;
+        for (std::complex<double>& share : result.fastest.shares) share = std::conj(share);
+    }
+    return result;
+}
+
+double direction_diffusion(const model::LinearisedAt& at, const LongWaves& waves) {
+    if (!waves.why_none.empty()) return std::numeric_limits<double>::quiet_NaN();
+    const std::vector<int>&members = at.members(), &state = at.state_components();
+    Eigen::VectorXd turn = Eigen::VectorXd::Zero(at.moved().size());  // of the state, by an angle
+    Eigen::Index first = 0;
+    for (const model::Field& field : at.equations().model().fields) {
+        if (field.spin > 0) {
+            const auto place = static_cast<std::size_t>(first);
+            turn(first) = -field.spin * at.about()[place + 1];
+            turn(first + 1) = field.spin * at.about()[place];
+        }
+        first += model::components(field);
+    }
+    const Eigen::VectorXd moved = at.moved()(members);
+    const Eigen::VectorXd amplitudes = waves.left * moved.cwiseProduct(turn(members));  // a turn is a slow mode
+    Eigen::MatrixXd by_rates = Eigen::MatrixXd::Zero(waves.left.rows(), at.moved().size());
+    by_rates(Eigen::all, members) = waves.left * moved.asDiagonal();
+    const Eigen::MatrixXd driven =
+        by_rates(Eigen::all, state) * at.noise({}).real() * by_rates(Eigen::all, state).transpose();
+    const Eigen::VectorXd angle = amplitudes / amplitudes.squaredNorm();
+    const double diffusion = angle.dot(driven * angle);
+    // The noise may drive another slow mode as well, such as the turn of an order of its own.
+    const Eigen::MatrixXd of_turn = diffusion * amplitudes * amplitudes.transpose();
+    if ((driven - of_turn).norm() > 1e-6 * driven.norm()) return std::numeric_limits<double>::quiet_NaN();
+    return 0.5 * diffusion;
+}
+
+}  // namespace drover::theory

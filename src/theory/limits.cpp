@@ -1,0 +1,150 @@
+// theory/limits.cpp: margins of the limits of stability, and regimes from them.
+#include "theory/limits.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace drover::theory {
+
+namespace {
+constexpr double no_margin = std::numeric_limits<double>::quiet_NaN();
+
+constexpr std::array limits{std::pair{Limit::onset, "onset"}, std::pair{Limit::phase_separation, "phase-separation"},
+                            std::pair{Limit::banding, "banding"}, std::pair{Limit::oblique, "oblique"}};
+
+constexpr std::array legend{std::pair{Regime::undefined, "not defined"},
+                            std::pair{Regime::isotropic, "isotropic"},
+                            std::pair{Regime::separating, "isotropic, phase-separating"},
+                            std::pair{Regime::flock, "flock"},
+                            std::pair{Regime::banding, "flock unstable to banding"},
+                            std::pair{Regime::oblique, "flock unstable to oblique waves"}};
+
+/// The slow modes of a state at every angle.
+class SlowMargin {
+public:
+    explicit SlowMargin(const model::LinearisedAt& at) : at_(at) {
+        if (!at.has_solenoidal()) waves_ = long_waves(at);
+    }
+    bool has_modes() const {
+        return at_.has_solenoidal() ? !slow_modes(at_, 0.0).modes.empty()
+                                    : waves_.why_none.empty() && waves_.right.cols() > 0;
+    }
+    /// angle: from the direction of the state.
+    double at(double angle) const {
+        if (!at_.has_solenoidal()) return slow_growth(waves_, at_.direction() + angle).margin();
+        SlowGrowth growth{.first = 0.0, .second = -std::numeric_limits<double>::infinity()};
+        for (const SlowMode& mode : slow_modes(at_, angle).modes) {
+            growth.first = std::max(growth.first, mode.speed.imag());
+            growth.second =
+                std::max(growth.second, std::isnan(mode.damping.real()) ? std::numeric_limits<double>::infinity()
+                                                                        : -mode.damping.real());
+        }
+        return growth.margin();
+    }
+
+private:
+    const model::LinearisedAt& at_;
+    LongWaves waves_;
+};
+
+/// The minimum margin over angles from the order: sampled, then refined about the smallest sample.
+Margin least_over_angles(const SlowMargin& slow, bool quarter) {
+    const int samples = quarter ? 18 : 36;  // every 5 degrees of a quarter or of half a turn
+    constexpr double quarter_turn = std::numbers::pi / 2.0, step = quarter_turn / 18.0;
+    Margin least{.value = std::numeric_limits<double>::infinity(), .angle = step};
+    for (int n = 1; n <= samples; ++n)
+        if (const double value = slow.at(n * step); value < least.value) least = {.value = value, .angle = n * step};
+    double width = 0.5 * step;
+    // Closing in by halves; a kink between two modes does no harm.
+    for (int i = 0; i < 16 && width > 1e-6; ++i, width *= 0.5)
+        for (const double angle : {least.angle - width, least.angle + width}) {
+            if (quarter && (angle <= 0.0 || angle > quarter_turn)) continue;
+            if (const double value = slow.at(angle); value < least.value) least = {.value = value, .angle = angle};
+        }
+    return least;
+}
+
+/// Whether a reflection in the line of the direction of a state maps waves to waves.
+bool is_mirrored(const model::LinearisedAt& at, const OrderSearch& search) {
+    const model::Model& model = at.equations().model();
+    if (!search.turns_freely || model.chiral) return at.is_mirrored();
+    // No direction but that of the state, and of its source: what changes sign has to vanish.
+    std::size_t first = 0;
+    for (const model::Field& field : model.fields) {
+        const model::UniformState& values = at.about();
+        double odd = field.spin == 0 ? (field.odd ? values[first] : 0.0) : 0.0, size = std::abs(odd);
+        if (field.spin > 0) {
+            const double angle = field.spin * at.direction(), c = std::cos(angle), s = std::sin(angle);
+            const double along = c * values[first] + s * values[first + 1];
+            const double across = c * values[first + 1] - s * values[first];
+            odd = field.odd ? along : across;
+            size = std::hypot(along, across);
+        }
+        if (std::abs(odd) > 1e-12 * size) return false;
+        first += static_cast<std::size_t>(model::components(field));
+    }
+    return true;
+}
+
+Margin isotropic_margin(const PointTheory& theory, const model::UniformState& means, Limit limit) {
+    const std::optional<PointState> rest = isotropic_state(theory, means);
+    if (!rest) return {.value = no_margin};
+    const bool has_order = !model::turning_components(theory.equations().model()).empty();
+    const double relaxation = has_order ? relaxation_of_order(theory, *rest) : no_margin;
+    if (limit == Limit::onset) return {.value = relaxation};
+    if (has_order && !(relaxation > 0.0)) return {.value = no_margin};
+    const SlowMargin slow(rest->linear);
+    return {.value = slow.has_modes() ? slow.at(0.0) : no_margin};
+}
+}  // namespace
+
+std::string limit_name(Limit limit) {
+    for (const auto& [which, name] : limits)
+        if (which == limit) return name;
+    return "";
+}
+
+const std::vector<std::string>& limit_names() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> all;
+        for (const auto& [which, name] : limits) all.emplace_back(name);
+        return all;
+    }();
+    return names;
+}
+
+Limit limit_of(const std::string& name) {
+    for (const auto& [which, known] : limits)
+        if (name == known) return which;
+    fail_input({}, "unknown stability boundary \"{}\"; expected one of {}", name, joined(limit_names()));
+}
+
+Margin margin(const PointTheory& theory, const model::UniformState& means, Limit limit, const OrderSearch& search) {
+    if (limit == Limit::onset || limit == Limit::phase_separation) return isotropic_margin(theory, means, limit);
+    const std::optional<PointState> flock = ordered_state(theory, means, search);
+    if (!flock) return {.value = no_margin};
+    const SlowMargin slow(flock->linear);
+    if (!slow.has_modes()) return {.value = no_margin};
+    if (limit == Limit::oblique) return least_over_angles(slow, is_mirrored(flock->linear, search));
+    return {.value = slow.at(0.0)};
+}
+
+std::string regime_legend() {
+    std::string result;
+    for (const auto& [regime, meaning] : legend)
+        result += text("{}{} {}", result.empty() ? "" : ", ", static_cast<int>(regime), meaning);
+    return result;
+}
+
+Regime regime_of(double onset, double phase_separation, double banding, double oblique) {
+    if (std::isnan(onset)) return Regime::undefined;
+    if (onset >= 0.0) return phase_separation < 0.0 ? Regime::separating : Regime::isotropic;
+    if (std::isnan(banding)) return Regime::undefined;
+    if (banding < 0.0) return Regime::banding;
+    return oblique < 0.0 ? Regime::oblique : Regime::flock;
+}
+
+}  // namespace drover::theory

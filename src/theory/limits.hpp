@@ -1,0 +1,38 @@
+// theory/limits.hpp: limits of stability in the limit of long waves, and the regimes between them.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/theory/point_theory.hpp"
+#include "theory/boundary.hpp"
+
+namespace drover::theory {
+
+/// The kind of stability boundary.  The order is the first field that turns.
+enum class Limit {
+    onset,             ///< order neither grows nor decays in the isotropic state
+    phase_separation,  ///< isotropic state where order decays: a conserved density begins to grow
+    banding,           ///< ordered state: long waves along its direction grow
+    oblique  ///< ordered state: long waves at any angle grow, however small the angle; includes the banding region
+};
+/// "onset", "phase-separation", "banding", "oblique".
+std::string limit_name(Limit limit);
+Limit limit_of(const std::string& name);  ///< throws an input Error that lists the valid names
+const std::vector<std::string>& limit_names();
+
+/// Stability margin, exact in the limit q -> 0, by second-order perturbation theory; waves of finite length may become
+/// unstable earlier, see model/instabilities.hpp.  At onset the rate at which order decays.  NaN: the state of this
+/// limit does not exist, or rates are not finite.  Its angle is that from the direction of the state.  means: a state
+/// of all components, whose conserved means count.  Throws as LinearisedAt.
+Margin margin(const PointTheory& theory, const model::UniformState& means, Limit limit, const OrderSearch& search = {});
+
+/// The uniform state at a point, and whether long waves grow on it.
+enum class Regime { undefined = -1, isotropic = 0, separating = 1, flock = 2, banding = 3, oblique = 4 };
+
+/// "-1 not defined, 0 isotropic, ...": the codes and their meanings.
+std::string regime_legend();
+
+/// From the margins of the four limits; NaN: the state that the limit concerns does not exist.
+Regime regime_of(double onset, double phase_separation, double banding, double oblique);
+
+}  // namespace drover::theory

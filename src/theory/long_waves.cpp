@@ -1,0 +1,300 @@
+// theory/long_waves.cpp: elimination of the fast modes about q = 0.
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "drover/theory/theory.hpp"
+#include "numerics/algebra/dense.hpp"
+
+namespace drover::theory {
+
+namespace {
+using Complex = std::complex<double>;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+/// The powers of q in the equations: the factors of (i q_x)^x (i q_y)^y, and what multiplies d/dt.
+struct Expansion {
+    std::function<MatrixXd(int x, int y)> factors;
+    Eigen::VectorXd moved;
+};
+
+/// The size of an entry of the rates at q = 0 before its terms cancel.
+double size_of_terms(const model::LinearisedAt& at, int row, int column) {
+    double size = 0.0;
+    for (std::size_t n = 0; n < at.equations().terms().size(); ++n)
+        size += std::abs(at.term_symbol(n, {})(row, column));
+    return size;
+}
+
+/// Without the rounding errors of a turn: of the rates between the components of one field, those that vanish but for
+/// the last digits of the largest or, near the onset of order, of the terms that cancel.
+MatrixXd factors_of(const model::LinearisedAt& at, int x, int y) {
+    MatrixXd result = at.factors(x, y);
+    if (x > 0 || y > 0) return result;
+    constexpr double rounding = 1e-13, suspicious = 1e-6;
+    const std::vector<int>& members = at.members();
+    int first = 0;
+    for (const model::Field& field : at.equations().model().fields) {
+        const int component = first;
+        const auto begin = std::find(members.begin(), members.end(), first);
+        first += model::components(field);
+        if (field.spin == 0 || begin == members.end()) continue;
+        auto block = result.block<2, 2>(begin - members.begin(), begin - members.begin());
+        const double largest = block.cwiseAbs().maxCoeff();
+        for (int i = 0; i < 2; ++i)
+            for (int k = 0; k < 2; ++k) {
+                const double size = std::abs(block(i, k));
+                if (size < rounding * largest || (size > 0.0 && size < suspicious * largest &&
+                                                  size < rounding * size_of_terms(at, component + i, component + k)))
+                    block(i, k) = 0.0;
+            }
+    }
+    return result;
+}
+
+Expansion expansion_of(const model::LinearisedAt& at) {
+    return {.factors = [&at](int x, int y) { return factors_of(at, x, y); }, .moved = at.moved()(at.members())};
+}
+
+/// By the singular values of the equations at q = 0.
+SlowSpace slow_space(const Expansion& at) {
+    const MatrixXd m = at.factors(0, 0);
+    const Eigen::VectorXd& moved = at.moved;
+    const Eigen::Index n = m.rows();
+    // Rows and columns of size 1, so that units do not decide what is singular.
+    Eigen::VectorXd rows = Eigen::VectorXd::Ones(n), columns = rows;
+    for (Eigen::Index k = 0; k < n; ++k)
+        if (const double size = m.row(k).cwiseAbs().maxCoeff(); size > 0.0) rows(k) = 1.0 / size;
+    for (Eigen::Index k = 0; k < n; ++k)
+        if (const double size = (rows.asDiagonal() * m.col(k)).cwiseAbs().maxCoeff(); size > 0.0)
+            columns(k) = 1.0 / size;
+    const numerics::DenseSvd<MatrixXd> svd =
+        numerics::dense_svd(MatrixXd(rows.asDiagonal() * m * columns.asDiagonal()));
+    Eigen::Index rank = 0;
+    while (rank < n && svd.values(rank) > 1e-10 * svd.values(0)) ++rank;
+    const Eigen::Index slow = n - rank;
+    SlowSpace result{.right = columns.asDiagonal() * svd.right.rightCols(slow),
+                     .left = svd.left.rightCols(slow).transpose() * rows.asDiagonal()};
+    for (Eigen::Index k = 0; k < slow; ++k) result.right.col(k).normalize(), result.left.row(k).normalize();
+    const MatrixXd overlap = result.left * moved.asDiagonal() * result.right;
+    if (slow > 0 && numerics::dense_svd(overlap).values.minCoeff() < 1e-9)
+        return {.why_none = "at q = 0 a slow mode drives another one without limit, and s is no power series in q"};
+    if (slow > 0) result.left = numerics::inverse(overlap) * result.left;
+    // In the same units: rates near a threshold are small beside slopes in a density.
+    MatrixXd bordered = MatrixXd::Zero(n + slow, n + slow);
+    bordered.topLeftCorner(n, n) = rows.asDiagonal() * m * columns.asDiagonal();
+    bordered.topRightCorner(n, slow) = rows.asDiagonal() * (moved.asDiagonal() * result.right);
+    bordered.bottomLeftCorner(slow, n) = result.left * moved.asDiagonal() * columns.asDiagonal();
+    for (Eigen::Index k = n; k < n + slow; ++k) bordered.col(k).normalize(), bordered.row(k).normalize();
+    const MatrixXd inverse = numerics::pivoted_inverse(bordered).real();
+    result.fast = columns.asDiagonal() * inverse.topLeftCorner(n, n) * rows.asDiagonal();
+    return result;
+}
+}  // namespace
+
+namespace {
+LongWaves reduced(const Expansion& at, const SlowSpace& space) {
+    LongWaves result{.left = space.left, .right = space.right, .why_none = space.why_none};
+    if (!space.why_none.empty() || space.right.cols() == 0) return result;
+    const MatrixXd first_x = at.factors(1, 0), first_y = at.factors(0, 1);
+    const MatrixXd by_x = space.fast * (first_x * space.right), by_y = space.fast * (first_y * space.right);
+    const auto second = [&](int x, int y) -> MatrixXd { return space.left * at.factors(x, y) * space.right; };
+    result.speed_x = -(space.left * first_x * space.right);
+    result.speed_y = -(space.left * first_y * space.right);
+    result.damping_xx = second(2, 0) - space.left * first_x * by_x;
+    result.damping_yy = second(0, 2) - space.left * first_y * by_y;
+    result.damping_xy = second(1, 1) - space.left * first_x * by_y - space.left * first_y * by_x;
+    return result;
+}
+
+LongWaves waves_of(const Expansion& at) {
+    const SlowSpace space = slow_space(at);
+    LongWaves waves = reduced(at, space);
+    for (auto [speed, order_x] : {std::pair{&waves.speed_x, 1}, std::pair{&waves.speed_y, 0}})
+        if (speed->norm() <= 1e-13 * space.left.norm() * at.factors(order_x, 1 - order_x).norm() * space.right.norm())
+            speed->setZero();  // rounding of the singular vectors
+    return waves;
+}
+}  // namespace
+
+LongWaves long_waves(const model::LinearisedAt& at) { return waves_of(expansion_of(at)); }
+
+LongWaves long_waves(const model::LinearisedAt& at, const SlowSpace& space) { return reduced(expansion_of(at), space); }
+
+namespace {
+/// Speeds that differ by less than this part of the largest are one: rounding splits a double root by its square root.
+constexpr double same = 3e-7;
+
+struct AtAngle {
+    MatrixXd speed, damping;
+};
+AtAngle at_angle(const LongWaves& w, double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {.speed = w.speed_x * c + w.speed_y * s,
+            .damping = w.damping_xx * (c * c) + w.damping_yy * (s * s) + w.damping_xy * (c * s)};
+}
+
+VectorXcd speeds_of(const MatrixXd& u) {
+    VectorXcd speeds;
+    if (u.rows() == 1) speeds = VectorXcd::Constant(1, u(0, 0));
+    else speeds = numerics::dense_eigenvalues(u);
+    // A size that no choice of units changes: of the speeds, and of the loops that could make one.
+    double size = speeds.cwiseAbs().maxCoeff();
+    for (int i = 0; i < u.rows(); ++i)
+        for (int k = 0; k < u.rows(); ++k) size = std::max(size, std::sqrt(std::abs(u(i, k) * u(k, i))));
+    for (Complex& speed : speeds) {
+        if (std::abs(speed.imag()) < same * size) speed = speed.real();
+        if (std::abs(speed) < 1e-13 * size) speed = 0.0;  // rounding
+    }
+    std::sort(speeds.begin(), speeds.end(),
+              [](Complex a, Complex b) { return a.real() != b.real() ? a.real() < b.real() : a.imag() < b.imag(); });
+    for (int i = 1; i < speeds.size(); ++i)  // one cluster, one speed
+        if (std::abs(speeds(i) - speeds(i - 1)) < same * size) speeds(i) = speeds(i - 1);
+    return speeds;
+}
+
+/// The matrix of cofactors, transposed, of at most 3 rows: right times left eigenvector where it is singular once.
+MatrixXcd adjugate(const MatrixXcd& m) {
+    MatrixXcd r(m.rows(), m.rows());
+    if (m.rows() == 1) r << 1.0;
+    else if (m.rows() == 2) r << m(1, 1), -m(0, 1), -m(1, 0), m(0, 0);
+    else
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) {
+                const int a = (k + 1) % 3, b = (k + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
+                r(i, k) = m(a, c) * m(b, d) - m(a, d) * m(b, c);
+            }
+    return r;
+}
+
+struct Group {
+    VectorXcd damping;
+    MatrixXcd shape;  ///< a column each
+};
+
+/// The `count` modes of one speed; their dampings are NaN if it has fewer eigenvectors.
+Group group_of(const AtAngle& at, Complex speed, int count) {
+    const auto k = at.speed.rows();
+    MatrixXcd rest = at.speed.cast<Complex>();
+    rest.diagonal().array() -= speed;
+    if (count == 1 && k <= 3) {
+        const MatrixXcd both = adjugate(rest);
+        Eigen::Index column = 0;
+        both.colwise().squaredNorm().maxCoeff(&column);
+        return {.damping = VectorXcd::Constant(1, (both * at.damping.cast<Complex>()).trace() / both.trace()),
+                .shape = both.col(column)};
+    }
+    const numerics::DenseSvd<MatrixXcd> svd = numerics::dense_svd(rest);
+    const MatrixXcd right = svd.right.rightCols(count), left = svd.left.rightCols(count).adjoint();
+    const MatrixXcd overlap = left * right;
+    const double most = std::max(svd.values(0), at.speed.cwiseAbs().maxCoeff());
+    const Eigen::FullPivLU<MatrixXcd> by_overlap(overlap);
+    const double least_pivot = by_overlap.matrixLU().diagonal().cwiseAbs().minCoeff();
+    if (!(least_pivot > 1e-6 * by_overlap.maxPivot()) || svd.values(k - count) > 1e-5 * most)
+        return {.damping = VectorXcd::Constant(count, not_a_number), .shape = right};
+    const MatrixXcd reduced = by_overlap.solve(left * at.damping.cast<Complex>() * right);
+    const numerics::DenseEigen solved = numerics::dense_eigen(reduced);
+    return {.damping = solved.values, .shape = right * solved.vectors};
+}
+
+/// see(speed, Group) for the modes of each speed.
+template <class See>
+void for_groups(const AtAngle& at, See see) {
+    const VectorXcd speeds = speeds_of(at.speed);
+    for (int first = 0, next = 0; first < speeds.size(); first = next) {
+        for (next = first + 1; next < speeds.size() && speeds(next) == speeds(first);) ++next;
+        see(speeds(first), group_of(at, speeds(first), next - first));
+    }
+}
+}  // namespace
+
+std::vector<SlowMode> slow_modes(const LongWaves& waves, double angle) {
+    std::vector<SlowMode> modes;
+    if (waves.right.cols() == 0) return modes;
+    for_groups(at_angle(waves, angle), [&](Complex speed, const Group& group) {
+        for (int i = 0; i < group.damping.size(); ++i) {
+            modes.push_back({.speed = speed, .damping = group.damping(i), .shape = waves.right * group.shape.col(i)});
+            modes.back().shape.normalize();
+        }
+    });
+    return modes;
+}
+
+SlowGrowth slow_growth(const LongWaves& waves, double angle) {
+    SlowGrowth growth{.first = 0.0, .second = -std::numeric_limits<double>::infinity()};
+    if (waves.right.cols() == 0) return growth;
+    for_groups(at_angle(waves, angle), [&](Complex speed, const Group& group) {
+        growth.first = std::max(growth.first, speed.imag());
+        // A defective speed splits as sqrt(q), one half of it growing.
+        for (const Complex damping : group.damping)
+            growth.second = std::max(growth.second, std::isnan(damping.real()) ? std::numeric_limits<double>::infinity()
+                                                                               : -damping.real());
+    });
+    if (growth.first > 0.0) growth.second = 0.0;
+    return growth;
+}
+
+namespace {
+/// The largest difference between s and its expansion over q^2, at the q where it is smallest: at large q the next term
+/// of the series limits it, at small q rounding.
+double error_of(const model::LinearisedAt& at, double angle, const std::vector<SlowMode>& slow) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (double q = 1.0; q > 1e-6; q *= 0.2) {
+        const VectorXcd exact = mode_rates(at, at.wavevector(q, angle));
+        double largest = 0.0;
+        for (const SlowMode& mode : slow) {
+            if (std::isnan(mode.damping.real())) return not_a_number;
+            const Complex series = Complex(0.0, -q) * mode.speed - q * q * mode.damping;
+            largest = std::max(largest, (exact.array() - series).abs().minCoeff() / (q * q));
+        }
+        smallest = std::min(smallest, largest);
+    }
+    return smallest;
+}
+}  // namespace
+
+namespace {
+/// Waves of one direction as if along x, without the parts along q of divergence-free fields; `parts` has the others
+/// as columns, by members.
+Expansion along_one_direction(const model::LinearisedAt& at, double angle, const MatrixXd& parts) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {.factors = [&at, parts, c, s](int x, int y) -> MatrixXd {
+                MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows());
+                for (int n = 0; n <= x && y == 0; ++n)
+                    sum += std::pow(c, n) * std::pow(s, x - n) * factors_of(at, n, x - n);
+                return parts.transpose() * sum * parts;
+            },
+            .moved = parts.transpose().cwiseAbs2() * at.moved()(at.members())};
+}
+}  // namespace
+
+SlowModes slow_modes(const model::LinearisedAt& at, double angle) {
+    const double direction = at.direction() + angle;
+    const MatrixXd parts = at.parts_across(direction);
+    const bool has_all = parts.cols() == parts.rows();
+    const LongWaves waves = has_all ? long_waves(at) : waves_of(along_one_direction(at, direction, parts));
+    SlowModes result{.modes = slow_modes(waves, has_all ? direction : 0.0), .why_none = waves.why_none};
+    if (result.modes.empty()) return result;
+    double fastest = 0.0;
+    for (SlowMode& mode : result.modes) {
+        Eigen::VectorXcd whole = Eigen::VectorXcd::Zero(at.equations().components());
+        whole(at.members()) = parts * mode.shape;
+        mode.shape =
+            (has_all ? Eigen::VectorXcd(at.all_components({}) * whole(at.state_components())) : whole).normalized();
+        if (std::abs(mode.speed) <= 1e-13 * (waves.speed_x.norm() + waves.speed_y.norm())) mode.speed = 0.0;
+        fastest = std::max(fastest, std::abs(mode.speed));
+    }
+    std::sort(result.modes.begin(), result.modes.end(), [fastest](const SlowMode& a, const SlowMode& b) {
+        if (std::abs(a.speed.real() - b.speed.real()) > 1e-9 * fastest) return a.speed.real() < b.speed.real();
+        return a.damping.real() < b.damping.real();
+    });
+    result.error = error_of(at, angle, result.modes);
+    return result;
+}
+
+}  // namespace drover::theory

@@ -1,0 +1,120 @@
+// theory/margin.cpp: how far a uniform state of any model is from its first instability.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "numerics/algebra/extremum.hpp"
+#include "theory/boundary.hpp"
+#include "theory/uniform_equations.hpp"
+
+namespace drover::theory {
+
+namespace {
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+double distance(const model::UniformState& a, const model::UniformState& b) {
+    double result = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) result += (a[i] - b[i]) * (a[i] - b[i]);
+    return result;
+}
+
+const StationaryState* state_of(const model::Equations& equations, const StationaryStates& found, MarginState which) {
+    const model::UniformState reference = equations.reference();
+    const auto rank = [&](const StationaryState& state) {  // the smallest is taken
+        return which == MarginState::isotropic ? distance(state.values, reference)
+                                               : -squared_order(equations.model(), state.values);
+    };
+    const StationaryState* result = nullptr;
+    for (const StationaryState& state : found.states)
+        if (state.is_isotropic == (which == MarginState::isotropic) && (!result || rank(state) < rank(*result)))
+            result = &state;
+    return result;
+}
+
+/// Rates of waves, weighted so that those of diffusion have a limit at q = 0.
+class Waves {
+public:
+    Waves(const model::LinearisedAt& at, const GrowthSearch& search)
+        : at_(at), search_(search), weight_(search.min * search.max) {}
+
+    /// The least stable change of the uniform state that is not slow.
+    Margin uniform() const {
+        const Modes at_zero = modes(at_, {});
+        const double slow = at_zero.rates.size() > 0 ? 1e-10 * at_zero.rates.cwiseAbs().maxCoeff() : 0.0;
+        for (Eigen::Index k = 0; k < at_zero.rates.size(); ++k)
+            if (std::abs(at_zero.rates(k)) > slow)
+                return {.value = -at_zero.rates(k).real(), .frequency = -at_zero.rates(k).imag(), .is_uniform = true};
+        return {.value = std::numeric_limits<double>::infinity(), .is_uniform = true};
+    }
+    /// The least stable change in the limit of long waves that is not slow: with a pressure it is not one at q = 0.
+    Margin limit(double angle) const {
+        Margin result{.value = std::numeric_limits<double>::infinity(), .angle = angle};
+        if (!at_.has_solenoidal()) return result;
+        const Eigen::VectorXcd rates = mode_rates(at_, at_.wavevector(1e-9 * search_.min, angle));
+        const double slow = 1e-10 * rates.cwiseAbs().maxCoeff();
+        for (const std::complex<double>& rate : rates)
+            if (std::abs(rate) > slow && -rate.real() < result.value)
+                result.value = -rate.real(), result.frequency = -rate.imag();
+        return result;
+    }
+    /// In the limit of long waves; infinite without a slow mode.
+    Margin slow(double angle) const {
+        const SlowModes slow = slow_modes(at_, angle);
+        Margin result{.value = std::numeric_limits<double>::infinity(), .angle = angle};
+        for (const SlowMode& mode : slow.modes) {
+            const double growth = mode.speed.imag();
+            if (growth > 1e-9 * std::abs(mode.speed)) result.value = std::min(result.value, -growth);
+            else if (std::isfinite(mode.damping.real()))
+                result.value = std::min(result.value, weight_ * mode.damping.real());
+        }
+        return result;
+    }
+    Margin wave(double log_q, double angle) const {
+        const double q = std::exp(std::clamp(log_q, std::log(search_.min), std::log(search_.max)));
+        const Growth found = growth(at_, q, angle);
+        return {.value = -found.rate * (1.0 + weight_ / (q * q)), .angle = angle, .q = q, .frequency = found.frequency};
+    }
+    /// The least stable wave at all |q| and angles of the search.
+    Margin least() const {
+        const std::vector<double> log_q = numerics::even_logarithms(search_.min, search_.max, search_.wavenumbers);
+        const int angles = at_.is_isotropic() ? 1 : search_.angles;
+        const double step = log_q[1] - log_q[0], step_angle = std::numbers::pi / angles;
+        Margin least = uniform();
+        Margin best{.value = std::numeric_limits<double>::infinity()};
+        for (int a = 0; a < angles; ++a) {
+            for (const Margin& long_wave : {slow(a * step_angle), limit(a * step_angle)})
+                if (long_wave.value < least.value) least = long_wave;
+            for (const double x : log_q)
+                if (const Margin here = wave(x, a * step_angle); here.value < best.value) best = here;
+        }
+        if (!std::isfinite(best.value)) return best.value < 0.0 ? best : least;
+        std::pair<double, double> place{std::log(best.q), best.angle};
+        const auto rate = [&](double x, double angle) { return -wave(x, angle).value; };
+        if (angles > 1) place = numerics::climbed(rate, place, {step, step_angle});
+        const double fine =
+            numerics::refined_maximum(log_q, place.first, [&](double x) { return rate(x, place.second); });
+        for (const Margin& refined : {wave(place.first, place.second), wave(fine, place.second)})
+            if (refined.value < best.value) best = refined;
+        return best.value < least.value ? best : least;
+    }
+
+private:
+    const model::LinearisedAt& at_;
+    GrowthSearch search_;
+    double weight_;
+};
+}  // namespace
+
+Margin margin(const model::Equations& equations, MarginState which, const std::vector<model::UniformState>& guesses,
+              const GrowthSearch& search) {
+    const StationaryStates found = which == MarginState::isotropic
+                                       ? stationary_states_near(equations, equations.reference(), guesses)
+                                       : stationary_states(equations);
+    const StationaryState* state = state_of(equations, found, which);
+    if (state == nullptr) return {.value = none};
+    const model::LinearisedAt at(equations, state->values);
+    return Waves(at, search).least();
+}
+
+}  // namespace drover::theory

@@ -1,0 +1,24 @@
+// theory/state_text.hpp: uniform states in words.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/theory/theory.hpp"
+
+namespace drover::theory {
+
+/// A density that the scene gives.
+bool is_given(const model::Field& field);
+
+/// The fields in the order in which they are drawn.
+std::vector<std::size_t> drawn_fields(const model::Model& model);
+
+/// "|p| = 0.5, |v| = 0.1": the values of a state but 0 and but those that the scene gives, as fields are drawn.
+std::string values_text(const model::Model& model, const model::UniformState& values);
+/// The same, or "all fields 0".
+std::string state_text(const model::Model& model, const model::UniformState& values);
+
+/// "ordered, phi = 0.3, |p| = 0.5".
+std::string state_words(const model::Model& model, const StationaryState& state);
+
+}  // namespace drover::theory

@@ -1,0 +1,397 @@
+// theory/states.cpp: uniform stationary states by Newton's method, with deflation.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <tuple>
+
+#include "drover/theory/theory.hpp"
+#include "numerics/algebra/dense.hpp"
+#include "theory/uniform_equations.hpp"
+
+namespace drover::theory {
+
+namespace {
+using Vector = UniformEquations::Vector;
+using Matrix = UniformEquations::Matrix;
+constexpr double accepted_residual = 1e-12;
+
+/// A root, or how far the iteration came.
+struct Attempt {
+    Vector z;
+    double residual = std::numeric_limits<double>::infinity();
+    Eigen::Index row = 0;  ///< of the largest residual
+    bool is_root() const { return residual <= accepted_residual; }
+};
+
+/// The Newton step of rows of equal size; the shortest one where the Jacobian is singular, as along a turn.
+Vector newton_step(const Matrix& jacobian, const Vector& values) {
+    Vector scale = jacobian.cwiseAbs().rowwise().maxCoeff();
+    for (double& size : scale) size = size > 0.0 && std::isfinite(size) ? 1.0 / size : 1.0;
+    return -numerics::shortest_solution(scale.asDiagonal() * jacobian, scale.asDiagonal() * values, 1e-12);
+}
+
+Attempt newton(const UniformEquations& equations, Vector z) {
+    Vector f = equations.values(z);
+    for (int step = 0; step < 60 && f.allFinite() && f.norm() > 0.0; ++step) {
+        Vector change = newton_step(equations.jacobian(z), f);
+        if (!change.allFinite()) break;
+        for (int half = 0; half < 12 && !(equations.values(z + change).norm() <= f.norm()); ++half) change *= 0.5;
+        z += change;
+        f = equations.values(z);
+        if (change.norm() <= 1e-15 * z.norm()) break;
+    }
+    Attempt attempt{.z = z};
+    if (!z.allFinite() || !f.allFinite()) return attempt;
+    const Matrix slopes = equations.jacobian(z);
+    if (!slopes.allFinite()) return attempt;  // beyond the domain of a function, whatever the rates are there
+    attempt.residual = equations.relative(z, slopes).maxCoeff(&attempt.row);
+    return attempt;
+}
+
+/// The size of each field, repeated for its components with a rate.
+Vector field_sizes(const UniformEquations& equations, const Vector& z) {
+    model::UniformState all = equations.state_of(z), sizes(all.size());
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        const auto first = static_cast<std::size_t>(equations.places()[k].first);
+        const bool has_two = equations.model().fields[equations.places()[k].field].spin > 0;
+        sizes[k] = has_two ? std::hypot(all[first], all[first + 1]) : std::abs(all[first]);
+    }
+    return equations.of_state(sizes);
+}
+
+/// At the threshold of order any order below the root of rounding is stationary: where twice as much is too, it is 0.
+Attempt without_rounding(const UniformEquations& equations, const Attempt& root) {
+    Attempt none = root, twice = root;
+    double size = 0.0;
+    for (Eigen::Index k = 0; k < root.z.size(); ++k) {
+        const int component = equations.equations().state_components()[static_cast<std::size_t>(k)];
+        if (equations.model().fields[equations.places()[static_cast<std::size_t>(component)].field].spin == 0) continue;
+        size = std::max(size, std::abs(root.z(k)));
+        none.z(k) = 0.0;
+        twice.z(k) *= 2.0;
+    }
+    if (!root.is_root() || size == 0.0 || size > 1e-4) return root;
+    for (Attempt* const one : {&none, &twice})
+        one->residual = equations.relative(one->z, equations.jacobian(one->z)).maxCoeff(&one->row);
+    return none.is_root() && twice.is_root() ? none : root;
+}
+
+/// Values that are rounding errors of 0 become 0.
+Attempt cleaned(const UniformEquations& equations, const Attempt& root) {
+    const Vector sizes = field_sizes(equations, root.z);
+    Attempt clean = root;
+    for (Eigen::Index k = 0; k < clean.z.size(); ++k)
+        if (sizes(k) <= 1e-9 * std::max(sizes.maxCoeff(), 1e-3) || std::abs(clean.z(k)) <= 1e-15 * sizes(k))
+            clean.z(k) = 0.0;
+    clean.residual = equations.relative(clean.z, equations.jacobian(clean.z)).maxCoeff(&clean.row);
+    return without_rounding(equations, clean.is_root() ? clean : root);
+}
+
+bool equal_states(const UniformEquations& equations, const Vector& a, const Vector& b) {
+    const Vector sizes = field_sizes(equations, a).cwiseMax(field_sizes(equations, b));
+    return ((a - b).cwiseAbs().array() <= 1e-6 * sizes.array() + 1e-12).all();
+}
+
+/// The state with its direction along x.
+Vector turned_along_x(const UniformEquations& equations, const Vector& z) {
+    Vector result = equations.turned(z, -model::direction_of(equations.model(), equations.state_of(z)));
+    const Vector sizes = field_sizes(equations, result);
+    for (Eigen::Index k = 0; k < result.size(); ++k)
+        if (std::abs(result(k)) <= 4e-16 * sizes(k)) result(k) = 0.0;  // rounding of the turn
+    return result;
+}
+
+/// Whether one state is a turned copy of another; both are along x, which a field of spin m leaves m ways.
+bool turned_copies(const UniformEquations& equations, const Vector& a, const Vector& b) {
+    if (!equations.turns_freely()) return equal_states(equations, a, b);
+    for (const model::Field& field : equations.model().fields)
+        for (int n = 0; n < field.spin; ++n)
+            if (equal_states(equations, a, equations.turned(b, 2.0 * std::numbers::pi * n / field.spin))) return true;
+    return equal_states(equations, a, b);
+}
+
+/// Changes of a state that, to first order, leave it stationary, without turns where all directions are equivalent:
+/// orthonormal columns.
+Matrix neutral_changes(const UniformEquations& equations, const Vector& z) {
+    Matrix j = equations.jacobian(z);
+    if (!j.allFinite()) return Matrix::Zero(z.size(), 0);
+    for (Eigen::Index k = 0; k < j.rows(); ++k)
+        if (const double size = j.row(k).cwiseAbs().maxCoeff(); size > 0.0) j.row(k) /= size;
+    const Vector turn = equations.turn_of(z);
+    if (equations.turns_freely() && turn.norm() > 0.0) {  // held fixed
+        j.conservativeResize(j.rows() + 1, Eigen::NoChange);
+        j.bottomRows(1) = turn.normalized().transpose();
+    }
+    const auto [left, values, right] = numerics::dense_svd(j);
+    Eigen::Index rank = 0;
+    while (rank < values.size() && values(rank) > 1e-8 * values(0)) ++rank;
+    return right.rightCols(j.cols() - rank);
+}
+
+/// The stationary state near a point beside another one, if it is a member of a family as well.
+std::optional<Vector> member_near(const UniformEquations& equations, const Vector& from, const Vector& step) {
+    const Attempt next = newton(equations, from + step);
+    if (!next.is_root() || (next.z - from - step).norm() > 0.5 * step.norm()) return {};
+    return next.z;
+}
+
+bool is_of_family(const UniformEquations& equations, const Vector& z) {
+    const Matrix neutral = neutral_changes(equations, z);
+    const double length = z.norm() > 0.0 ? 0.02 * z.norm() : 0.02;
+    for (Eigen::Index k = 0; k < neutral.cols(); ++k)
+        if (const std::optional<Vector> member = member_near(equations, z, length * neutral.col(k)))
+            if (neutral_changes(equations, *member).cols() > 0) return true;
+    return false;
+}
+
+/// Whether stationary states connect two of them: a walk towards the other one.
+bool are_connected(const UniformEquations& equations, const Vector& from, const Vector& to) {
+    const double longest = 0.2 * (to - from).norm();
+    Vector here = from;
+    for (int n = 0; n < 100; ++n) {
+        const Matrix neutral = neutral_changes(equations, here);
+        if (neutral.cols() == 0) return false;
+        const Vector way = to - here;
+        if (way.norm() <= 1e-6 * to.norm()) return true;
+        Vector step = neutral * (neutral.transpose() * way);
+        if (step.norm() < 0.05 * way.norm()) {  // opposite members of a ring: sideways
+            if (n > 0) return false;
+            step = neutral.col(0) * longest;
+        }
+        if (step.norm() > longest) step *= longest / step.norm();
+        const std::optional<Vector> next = member_near(equations, here, step);
+        if (!next) return false;
+        here = equations.turns_freely() ? turned_along_x(equations, *next) : *next;
+    }
+    return false;
+}
+
+/// Roots that are no copies of each other.
+class Roots {
+public:
+    explicit Roots(const UniformEquations& equations) : equations_(equations) {}
+
+    void try_from(const Vector& start, bool deflates) {
+        ++starts_;
+        add(newton(equations_, start));
+        if (!deflates) return;
+        if (const std::optional<Vector> other = deflated(start)) add(newton(equations_, *other));
+    }
+    struct Root {
+        Attempt at;
+        bool is_of_family = false;
+    };
+    const std::vector<Root>& found() const { return roots_; }
+    const Attempt& nearest() const { return nearest_; }  ///< the smallest residual of all attempts
+    int starts() const { return starts_; }
+
+private:
+    void add(const Attempt& attempt) {
+        if (!std::isfinite(attempt.residual)) return;
+        Attempt root = cleaned(equations_, attempt);  // a field that decays is 0 but for rounding: relative to itself 1
+        if (root.residual < nearest_.residual) nearest_ = root;
+        if (!root.is_root()) return;
+        if (equations_.turns_freely()) root.z = turned_along_x(equations_, root.z);
+        for (const Root& other : roots_) {
+            if (turned_copies(equations_, root.z, other.at.z)) return;
+            if (other.is_of_family && are_connected(equations_, root.z, other.at.z)) return;
+        }
+        roots_.push_back({.at = root, .is_of_family = is_of_family(equations_, root.z)});
+    }
+
+    /// Newton's method for the equations times prod (1 + 1/|z - root|^2), which has none of the roots.
+    std::optional<Vector> deflated(Vector z) const {
+        if (roots_.empty()) return {};
+        for (int step = 0; step < 60; ++step) {
+            const Vector f = equations_.values(z);
+            if (!f.allFinite()) return {};
+            Vector change = newton_step(equations_.jacobian(z), f);
+            double slope = 0.0;  // of the logarithm of the factor along the change
+            for (const Root& root : roots_) {
+                const Vector away = z - root.at.z;
+                const double square = away.squaredNorm();
+                if (square == 0.0) return {};
+                slope -= 2.0 * away.dot(change) / (square * (1.0 + square));
+            }
+            change /= 1.0 - slope;
+            if (!change.allFinite()) return {};
+            const double longest = 2.0 * (1.0 + z.norm());
+            if (change.norm() > longest) change *= longest / change.norm();
+            z += change;
+            if (change.norm() <= 1e-8 * z.norm()) return z;
+        }
+        return {};
+    }
+
+    const UniformEquations& equations_;
+    std::vector<Root> roots_;
+    Attempt nearest_;
+    int starts_ = 0;
+};
+
+/// Starting points: one field away from its reference, then mixtures of all fields.
+std::vector<Vector> starting_points(const UniformEquations& equations) {
+    const model::UniformState& reference = equations.means();
+    std::vector<Vector> starts{equations.reference()};
+    const auto add = [&](const model::UniformState& state) { starts.push_back(equations.of_state(state)); };
+    const Vector rates = equations.values(equations.reference());
+    const model::UniformState pushes = equations.state_of(rates.head(equations.count()));
+    for (std::size_t k = 0; k < reference.size(); ++k) {
+        const model::Field& field = equations.model().fields[equations.places()[k].field];
+        if (static_cast<std::size_t>(equations.places()[k].first) != k || field.left == model::LeftSide::balance)
+            continue;
+        const double unit = reference[k] != 0.0 ? std::abs(reference[k]) : 1.0;
+        std::vector<double> directions{0.0};
+        for (int n = 1; n < 16 && field.spin > 0 && !equations.turns_freely(); ++n)
+            directions.push_back(std::numbers::pi / 8.0 * n);
+        if (directions.size() > 1)  // states along a direction that the equations name may repel all others
+            for (const double side : {1.0, -1.0})
+                directions.push_back(std::atan2(side * pushes[k + 1], side * pushes[k]));
+        for (const double size : {1e-3, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1e3}) {
+            model::UniformState state = reference;
+            if (field.spin == 0)
+                for (const double sign : {1.0, -1.0}) state[k] = reference[k] + sign * size * unit, add(state);
+            else
+                for (const double angle : directions) {
+                    state[k] = size * std::cos(angle), state[k + 1] = size * std::sin(angle);
+                    add(state);
+                }
+        }
+    }
+    Numbers numbers;
+    for (int n = 0; n < 48; ++n) {
+        model::UniformState state = reference;
+        for (double& value : state)
+            value = value == 0.0 ? numbers.between(-1.0, 1.0) * std::pow(10.0, numbers.between(-2.0, 1.5))
+                                 : value * std::pow(10.0, numbers.between(-1.0, 1.0));
+        add(state);
+    }
+    return starts;
+}
+
+bool has_order(const model::Model& model, const model::UniformState& state) {
+    std::size_t place = 0;
+    for (const model::Field& field : model.fields) {
+        if (field.spin > 0 && (state[place] != 0.0 || state[place + 1] != 0.0)) return true;
+        place += static_cast<std::size_t>(model::components(field));
+    }
+    return false;
+}
+
+double order_of(const model::Model& model, const model::UniformState& state) {
+    return std::sqrt(squared_order(model, state));
+}
+}  // namespace
+
+namespace {
+/// From these states, or by the whole search.
+StationaryStates found_states(const model::Equations& equations, const model::UniformState& means,
+                              const std::vector<model::UniformState>* guesses) {
+    StationaryStates result;
+    if (const model::TermSummary* placed = equations.placed_term()) {
+        result.why_none = text("the term \"{}\" of {} depends on position or time, so no uniform state satisfies it",
+                               placed->text, equations.model().fields[placed->field].symbol);
+        return result;
+    }
+    const UniformEquations uniform(equations, means);
+    Roots roots(uniform);
+    if (guesses != nullptr) {
+        roots.try_from(uniform.reference(), false);
+        for (const model::UniformState& guess : *guesses) roots.try_from(uniform.of_state(guess), false);
+    } else {
+        for (const Vector& start : starting_points(uniform)) roots.try_from(start, true);
+    }
+    const model::Model& model = equations.model();
+    for (const Roots::Root& root : roots.found()) {
+        StationaryState state{.values = equations.completed(uniform.state_of(root.at.z)),
+                              .residual = root.at.residual,
+                              .is_of_family = root.is_of_family};
+        state.is_isotropic = !has_order(model, uniform.state_of(root.at.z));
+        state.has_free_direction = uniform.turns_freely() && !state.is_isotropic;
+        result.states.push_back(std::move(state));
+    }
+    const auto key = [&](const StationaryState& state) {
+        return std::tuple(!state.is_isotropic, order_of(model, state.values));
+    };
+    std::sort(result.states.begin(), result.states.end(), [&](const StationaryState& a, const StationaryState& b) {
+        const auto [a_kind, a_order] = key(a);
+        const auto [b_kind, b_order] = key(b);
+        if (a_kind != b_kind) return a_kind < b_kind;
+        if (std::abs(a_order - b_order) > 1e-9 * (a_order + b_order)) return a_order < b_order;
+        return a.values < b.values;
+    });
+    const bool is_ordered = !result.states.empty() && !result.states.back().is_isotropic;
+    name_states(uniform, result.states);
+    if (result.states.empty())
+        result.why_none = text(
+            "Newton's method found no uniform stationary state from {} starting points; the smallest rate that "
+            "remained is {:.3g} of its terms",
+            roots.starts(), roots.nearest().residual);
+    const bool has_spins =
+        std::any_of(model.fields.begin(), model.fields.end(), [](const model::Field& field) { return field.spin > 0; });
+    if (has_spins && !is_ordered)
+        result.why_no_order =
+            text("Newton's method found no ordered uniform state from {} starting points", roots.starts());
+    return result;
+}
+
+}  // namespace
+
+StationaryStates stationary_states(const model::Equations& equations) {
+    return found_states(equations, equations.reference(), nullptr);
+}
+
+StationaryStates stationary_states(const model::Equations& equations, const model::UniformState& means) {
+    return found_states(equations, means, nullptr);
+}
+
+StationaryStates stationary_states_near(const model::Equations& equations, const model::UniformState& means,
+                                        const std::vector<model::UniformState>& guesses) {
+    return found_states(equations, means, &guesses);
+}
+
+bool turns_freely(const model::Equations& equations) {
+    return UniformEquations(equations, equations.reference()).turns_freely();
+}
+
+const StationaryState* nearest_state(const StationaryStates& found, const model::Model& model,
+                                     const std::vector<model::UniformState>& samples) {
+    // Fields have units of their own: each counts in parts of its largest size.
+    std::vector<double> sizes(model.fields.size(), 0.0);
+    for (const StationaryState& state : found.states) {
+        std::size_t at = 0;
+        for (std::size_t n = 0; n < sizes.size(); ++n) {
+            const auto count = static_cast<std::size_t>(model::components(model.fields[n]));
+            sizes[n] = std::max(sizes[n], std::hypot(state.values[at], count == 2 ? state.values[at + 1] : 0.0));
+            at += count;
+        }
+    }
+    const auto square = [&](const StationaryState& state, const model::UniformState& means) {
+        const model::UniformState& values = state.values;
+        double sum = 0.0;
+        std::size_t at = 0;
+        for (std::size_t n = 0; n < sizes.size(); ++n) {
+            const model::Field& field = model.fields[n];
+            const bool has_two = model::components(field) == 2;
+            const double apart = means[at] - values[at], other = has_two ? means[at + 1] - values[at + 1] : 0.0;
+            const bool by_size = has_two && (state.has_free_direction || state.is_isotropic);
+            const double size = by_size ? std::hypot(means[at], means[at + 1]) - std::hypot(values[at], values[at + 1])
+                                        : std::hypot(apart, other);
+            if (field.left == model::LeftSide::rate && sizes[n] > 0.0) sum += std::pow(size / sizes[n], 2);
+            at += static_cast<std::size_t>(model::components(field));
+        }
+        return sum;
+    };
+    const StationaryState* result = nullptr;
+    double nearest = 0.0;
+    for (const StationaryState& state : found.states) {
+        double sum = 0.0;
+        for (const model::UniformState& means : samples) sum += square(state, means);
+        if (result == nullptr || sum < nearest) result = &state, nearest = sum;
+    }
+    return result;
+}
+
+}  // namespace drover::theory

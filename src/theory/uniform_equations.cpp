@@ -1,0 +1,197 @@
+// theory/uniform_equations.cpp: rates of uniform states, what they conserve, and whether they turn with space.
+#include "theory/uniform_equations.hpp"
+
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "numerics/algebra/dense.hpp"
+
+namespace drover::theory {
+
+std::vector<Place> places_of(const model::Model& model) {
+    std::vector<Place> places;
+    for (std::size_t i = 0; i < model.fields.size(); ++i) {
+        const int first = static_cast<int>(places.size());
+        for (int k = 0; k < model::components(model.fields[i]); ++k) places.push_back({i, first});
+    }
+    return places;
+}
+
+double squared_order(const model::Model& model, const model::UniformState& state) {
+    double square = 0.0;
+    std::size_t place = 0;
+    for (const model::Field& field : model.fields)
+        for (int part = 0; part < model::components(field); ++part, ++place)
+            if (field.spin > 0) square += state[place] * state[place];
+    return square;
+}
+
+namespace {
+/// The state turned by an angle.
+model::UniformState turned_state(const model::Model& model, model::UniformState state, double angle) {
+    std::size_t place = 0;
+    for (const model::Field& field : model.fields) {
+        if (field.spin > 0) {
+            const std::complex<double> value =
+                std::complex<double>(state[place], state[place + 1]) * std::polar(1.0, field.spin * angle);
+            state[place] = value.real(), state[place + 1] = value.imag();
+        }
+        place += static_cast<std::size_t>(model::components(field));
+    }
+    return state;
+}
+
+/// By how much linear parts may differ that are the same, relative to their size.
+double rounding_of_slopes(const model::Model& model) {
+    const auto has_inexact = [](const std::map<std::string, model::GivenFunction>& functions) {
+        return std::any_of(functions.begin(), functions.end(),
+                           [](const auto& function) { return !function.second.has_exact_slopes; });
+    };
+    bool is_inexact = has_inexact(model.functions);
+    for (const model::Field& field : model.fields)
+        for (const model::WrittenTerm& term : field.further)
+            is_inexact = is_inexact || (term.scope != nullptr && has_inexact(term.scope->functions));
+    return is_inexact ? 1e-6 : 1e-11;  // differences of smooth functions are right to 1e-8 and better
+}
+
+/// A random state: true scalars about their references.
+model::UniformState random_state(const model::Equations& equations, Numbers& numbers) {
+    model::UniformState state = equations.reference();
+    for (double& value : state) value = value != 0.0 ? value * numbers.between(0.6, 1.4) : numbers.between(-1.0, 1.0);
+    return state;
+}
+
+}  // namespace
+
+UniformEquations::UniformEquations(const model::Equations& equations, const model::UniformState& means)
+    : equations_(equations),
+      means_(equations.completed(means)),
+      places_(places_of(equations.model())),
+      conserved_(conserved_means(equations)),
+      reference_(of_state(means_)) {
+    turns_freely_ = commutes_with_turns();
+}
+
+UniformEquations::Vector UniformEquations::of_state(const model::UniformState& all) const {
+    Vector z(static_cast<Eigen::Index>(equations_.state_components().size()));
+    for (Eigen::Index k = 0; k < z.size(); ++k)
+        z(k) = all[static_cast<std::size_t>(equations_.state_components()[static_cast<std::size_t>(k)])];
+    return z;
+}
+
+model::UniformState UniformEquations::state_of(const Vector& z) const {
+    model::UniformState all = means_;
+    for (Eigen::Index k = 0; k < z.size(); ++k)
+        all[static_cast<std::size_t>(equations_.state_components()[static_cast<std::size_t>(k)])] = z(k);
+    return all;
+}
+
+UniformEquations::Vector UniformEquations::turned(const Vector& z, double angle) const {
+    return of_state(turned_state(model(), state_of(z), angle));
+}
+
+UniformEquations::Vector UniformEquations::turn_of(const Vector& z) const {
+    model::UniformState all = state_of(z), change(all.size(), 0.0);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        const int spin = model().fields[places_[k].field].spin;
+        const auto first = static_cast<std::size_t>(places_[k].first);
+        if (spin > 0) change[k] = k == first ? -spin * all[first + 1] : spin * all[first];
+    }
+    return of_state(change);
+}
+
+UniformEquations::Vector UniformEquations::values(const Vector& z) const {
+    Vector f(count() + conserved_.rows());
+    f << equations_.uniform_rates(state_of(z))(equations_.state_components()), conserved_ * (z - reference_);
+    return f;
+}
+
+UniformEquations::Matrix UniformEquations::jacobian(const Vector& z) const {
+    Matrix j(count() + conserved_.rows(), count());
+    try {
+        j << model::LinearisedAt(equations_, state_of(z)).symbol({}).real(), conserved_;
+    } catch (const Error&) {  // an iterate outside the domain of a function, such as a root of a density below 0
+        j.setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+    return j;
+}
+
+UniformEquations::Vector UniformEquations::relative(const Vector& z, const Matrix& j) const {
+    const Vector f = values(z);
+    Vector sizes = j.cwiseAbs() * z.cwiseAbs();
+    sizes.head(count()) += equations_.uniform_rate_sizes(state_of(z))(equations_.state_components());
+    sizes.tail(conserved_.rows()) += conserved_.cwiseAbs() * reference_.cwiseAbs();
+    Vector ratios(f.size());
+    for (Eigen::Index k = 0; k < f.size(); ++k) ratios(k) = f(k) == 0.0 ? 0.0 : std::abs(f(k)) / sizes(k);
+    return ratios;
+}
+
+bool UniformEquations::commutes_with_turns() const {
+    Numbers numbers;
+    bool is_tested = false;
+    for (int trial = 0; trial < 4; ++trial) {
+        const model::UniformState state = random_state(equations_, numbers);
+        const Vector z = of_state(state);
+        for (const double angle : {0.7, 2.1}) {
+            const Vector there = turned(z, angle), rates = values(z).head(count()),
+                         turned_rates = values(there).head(count());
+            const Vector sizes = equations_.uniform_rate_sizes(state)(equations_.state_components());
+            if (!rates.allFinite() || !turned_rates.allFinite()) continue;
+            if (!jacobian(z).allFinite() || !jacobian(there).allFinite()) continue;
+            if (!((turned(rates, angle) - turned_rates).norm() <= 1e-11 * sizes.norm())) return false;
+            if (!waves_turn(state, angle)) return false;
+            is_tested = true;
+        }
+    }
+    return is_tested;
+}
+
+bool UniformEquations::waves_turn(const model::UniformState& state, double angle) const {
+    const numerics::Wavevector q{0.9, 0.4};
+    const double c = std::cos(angle), s = std::sin(angle);
+    const auto symbol = [this](const model::UniformState& about, const numerics::Wavevector& at) -> model::Symbol {
+        const std::vector<int>& members = equations_.state_components();
+        return equations_.symbol(equations_.completed(about), at)(members, members);
+    };
+    const model::Symbol expected = symbol(state, q),
+                        found = symbol(turned_state(model(), state, angle), {c * q.x - s * q.y, s * q.x + c * q.y});
+    Matrix turn(count(), count());
+    for (Eigen::Index k = 0; k < count(); ++k) turn.col(k) = turned(Vector::Unit(count(), k), angle);
+    return (found * turn - turn * expected).norm() <= rounding_of_slopes(model()) * expected.norm();
+}
+
+Eigen::MatrixXd conserved_means(const model::Equations& equations) {
+    const std::vector<int>& state = equations.state_components();
+    const auto n = static_cast<Eigen::Index>(state.size());
+    Numbers numbers;
+    Eigen::MatrixXd rates(n, 0);
+    for (int trial = 0; trial < 64 * n && rates.cols() < 4 * n + 8; ++trial) {
+        const Eigen::VectorXd found = equations.uniform_rates(random_state(equations, numbers))(state);
+        if (!found.allFinite()) continue;  // such as the square root of a density below 0
+        rates.conservativeResize(Eigen::NoChange, rates.cols() + 1);
+        rates.rightCols(1) = found;
+    }
+    require(
+        rates.cols() > 0, {},
+        "the rates of the model are not finite in any of {} uniform states; expected functions that are finite about "
+        "the references",
+        64 * n);
+    Eigen::VectorXd scale = Eigen::VectorXd::Ones(n);
+    for (Eigen::Index k = 0; k < n; ++k)
+        if (const double size = rates.row(k).cwiseAbs().maxCoeff(); size > 0.0) scale(k) = 1.0 / size;
+    Eigen::MatrixXd combinations = Eigen::MatrixXd::Zero(0, n);
+    const auto add = [&](const Eigen::VectorXd& row) {
+        combinations.conservativeResize(combinations.rows() + 1, Eigen::NoChange);
+        combinations.bottomRows(1) = row.transpose();
+    };
+    const numerics::DenseSvd<Eigen::MatrixXd> svd = numerics::dense_svd(Eigen::MatrixXd(scale.asDiagonal() * rates));
+    for (Eigen::Index k = 0; k < n; ++k) {
+        const bool vanishes = k >= svd.values.size() || svd.values(0) == 0.0 || svd.values(k) <= 1e-12 * svd.values(0);
+        if (vanishes) add(scale.asDiagonal() * svd.left.col(k));
+    }
+    if (combinations.rows() == 0) return combinations;
+    return numerics::orthogonal_factor(combinations.transpose()).leftCols(combinations.rows()).transpose();
+}
+
+}  // namespace drover::theory

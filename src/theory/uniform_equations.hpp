@@ -1,0 +1,74 @@
+// theory/uniform_equations.hpp: the equations of uniform states, with the conserved means given.
+#pragma once
+#include <random>
+
+#include "drover/theory/theory.hpp"
+
+namespace drover::theory {
+
+/// Numbers that are the same on every machine.
+class Numbers {
+public:
+    double unit() { return static_cast<double>(engine_()) * 0x1p-32; }
+    double between(double low, double high) { return low + (high - low) * unit(); }
+
+private:
+    std::mt19937 engine_{20150622};
+};
+
+/// The field and its first component of each component.
+struct Place {
+    std::size_t field = 0;
+    int first = 0;
+};
+std::vector<Place> places_of(const model::Model& model);
+
+/// Sum of the squares of the components of all fields that turn.
+double squared_order(const model::Model& model, const model::UniformState& state);
+
+/// Rates and constraints of the components with a rate.
+class UniformEquations {
+public:
+    using Vector = Eigen::VectorXd;
+    using Matrix = Eigen::MatrixXd;
+
+    UniformEquations(const model::Equations& equations, const model::UniformState& means);
+    const model::Equations& equations() const { return equations_; }
+    const model::Model& model() const { return equations_.model(); }
+    const std::vector<Place>& places() const { return places_; }
+    const model::UniformState& means() const { return means_; }
+    const Vector& reference() const { return reference_; }
+    /// Whether turned copies of every state are equivalent, for uniform states and waves.
+    bool turns_freely() const { return turns_freely_; }
+    Eigen::Index count() const { return reference_.size(); }
+
+    Vector of_state(const model::UniformState& all) const;
+    model::UniformState state_of(const Vector& z) const;
+    Vector turned(const Vector& z, double angle) const;
+    /// The change of a state when it is turned.
+    Vector turn_of(const Vector& z) const;
+
+    /// Rates, then how far the conserved means are from those given.
+    Vector values(const Vector& z) const;
+    /// Not finite where the rates have no finite derivative.
+    Matrix jacobian(const Vector& z) const;
+    /// |values| relative to the sizes of their parts.
+    Vector relative(const Vector& z, const Matrix& j) const;
+
+private:
+    bool commutes_with_turns() const;
+    bool waves_turn(const model::UniformState& state, double angle) const;
+
+    model::Equations equations_;
+    model::UniformState means_;
+    std::vector<Place> places_;
+    Matrix conserved_;
+    Vector reference_;
+    bool turns_freely_ = false;
+};
+
+/// Names states that are sorted.  Those along a direction that the equations name are then sorted from the largest
+/// order along it to the largest against it.
+void name_states(const UniformEquations& equations, std::vector<StationaryState>& states);
+
+}  // namespace drover::theory

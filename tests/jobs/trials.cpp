@@ -1,0 +1,131 @@
+// tests/jobs/trials.cpp: failures of the scene are recorded, those of the disk stop the trials and are not.
+#include "jobs/trials.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include "drover/base/error.hpp"
+#include "drover/io/scene_text.hpp"
+#include "files/support.hpp"
+#include "run/signals.hpp"
+
+namespace drover::jobs::trials_tests {
+namespace {
+using testing_support::Folder;
+
+/// A flock that a large step makes diverge.
+Trial trial(double dt = 0.1) {
+    const std::string scene = text(
+        "[relaxation]\nrate = -1.0\nsaturation = 1.0\n[elasticity]\nstiffness = 1.0\n[grid]\nnx = 8\nny = 8\n"
+        "lx = 8.0\nly = 8.0\n[time]\ndt = {0}\nend = {1}\nstepper = \"etdrk4-krogstad\"\n[output]\n"
+        "frame_every = {1}\nsample_every = {0}\n[initial]\nkind = \"formula\"\npolar_order_x = \"{2}\"\n",
+        dt, 40.0 * dt, dt > 1.0 ? "1e200" : "0.5");
+    return {.scene = io::parse_scene(scene, "trial.toml", {}, {})};
+}
+
+/// While it lives, no file grows beyond this size.
+class FileSizeLimit {
+public:
+    explicit FileSizeLimit(rlim_t bytes) {
+        run::ignore_file_size_signal();
+        ::getrlimit(RLIMIT_FSIZE, &before_);
+        const struct rlimit limit { bytes, before_.rlim_max };
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+    FileSizeLimit(const FileSizeLimit&) = delete;
+    FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+private:
+    struct rlimit before_ {};
+};
+
+TEST(Trials, a_full_disk_stops_them_is_not_recorded_and_the_next_command_runs_the_trial) {
+    const Folder folder;
+    {
+        Trials trials(folder / ".", "", {});
+        const FileSizeLimit limit(10000);
+        try {
+            trials.run({trial()});
+            FAIL() << "expected an Error";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.fault(), Fault::environment);
+            EXPECT_THAT(error.what(), ::testing::HasSubstr("the largest file size allowed (ulimit -f) is reached"));
+        }
+        EXPECT_EQ(trials.find(trial()), nullptr);
+    }
+    Trials trials(folder / ".", "", {});
+    EXPECT_EQ(trials.find(trial()), nullptr);
+    EXPECT_TRUE(trials.run({trial()}));
+    ASSERT_NE(trials.find(trial()), nullptr);
+    EXPECT_EQ(trials.find(trial())->failure, "");
+}
+
+TEST(Trials, a_failure_of_the_scene_is_recorded) {
+    const Folder folder;
+    std::string failure;
+    {
+        Trials trials(folder / ".", "", {});
+        EXPECT_TRUE(trials.run({trial(2.0)}));
+        ASSERT_NE(trials.find(trial(2.0)), nullptr);
+        failure = trials.find(trial(2.0))->failure;
+    }
+    EXPECT_THAT(failure, ::testing::HasSubstr("NaN or infinite"));
+    const Trials trials(folder / ".", "", {});
+    ASSERT_NE(trials.find(trial(2.0)), nullptr);
+    EXPECT_EQ(trials.find(trial(2.0))->failure, failure);
+}
+
+TEST(Trials, the_archive_of_another_run_of_a_trial_is_not_continued) {
+    const Folder one, two;
+    Trials trials(one / ".", "", {}), others(two / ".", "", {});
+    trials.run({trial()});
+    others.run({trial()});
+    const std::filesystem::path archive = trials.find(trial())->archive;
+    for (const char* end : {"", ".checkpoint-a", ".checkpoint-b"})
+        std::filesystem::copy_file(others.find(trial())->archive.string() + end, archive.string() + end,
+                                   std::filesystem::copy_options::overwrite_existing);
+    Trial longer = trial();
+    longer.scene.time.end *= 2.0;
+    try {
+        trials.run({longer});
+        FAIL() << "expected an Error";
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), ::testing::HasSubstr("the archive is of another run of this trial: run_id = "));
+    }
+    EXPECT_EQ(trials.find(longer), nullptr);
+}
+
+TEST(Trials, tell_which_part_of_a_run_their_times_are_of) {
+    const Folder folder;
+    Trial longer = trial();
+    longer.scene.time.end *= 2.0;
+    {
+        Trials trials(folder / ".", "", {});
+        trials.run({trial()});
+        EXPECT_NEAR(trials.find(trial())->timed, trial().scene.time.end, 1e-9);  // rounding
+        trials.run({longer});
+        EXPECT_NEAR(trials.find(longer)->timed, longer.scene.time.end, 1e-9);
+        EXPECT_EQ(trials.find(trial()), trials.find(longer));
+    }
+    std::filesystem::remove_all(folder / "records");  // as a kill leaves it just before the record
+    Trials trials(folder / ".", "", {});
+    EXPECT_EQ(trials.find(longer), nullptr);
+    EXPECT_TRUE(trials.run({longer}));
+    ASSERT_NE(trials.find(longer), nullptr);
+    EXPECT_EQ(trials.find(longer)->timed, 0.0);  // all steps had been made before
+    EXPECT_EQ(trials.find(longer)->failure, "");
+}
+
+TEST(Trials, that_are_only_collected_run_nothing) {
+    const Folder folder;
+    Trials(folder / ".", "", {}).run({trial()});
+    Trials trials(folder / ".", "", {.collect = true});
+    EXPECT_TRUE(trials.run({trial(), trial(0.05)}));
+    EXPECT_NE(trials.find(trial()), nullptr);
+    EXPECT_EQ(trials.find(trial(0.05)), nullptr);
+}
+
+}  // namespace
+}  // namespace drover::jobs::trials_tests

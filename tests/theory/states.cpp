@@ -1,0 +1,194 @@
+// tests/theory/states.cpp: the uniform states of declared models beside exact roots.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "theory/models.hpp"
+
+namespace drover::theory::theory_states_tests {
+namespace {
+
+TEST(ModelStates, of_a_bistable_scalar_are_three_and_two_of_them_are_stable) {
+    const model::Equations equations(model::Model{.fields = {scalar("phi", "phi - phi^3 + lap phi")}});
+    const StationaryStates found = stationary_states(equations);
+    EXPECT_EQ(names(found),
+              (std::vector<std::string>{"isotropic: phi = -1", "isotropic: phi = 0", "isotropic: phi = 1"}));
+    for (const auto& [state, rate] : {std::pair{0, -2.0}, {1, 1.0}, {2, -2.0}}) {
+        const StationaryState& here = found.states.at(static_cast<std::size_t>(state));
+        EXPECT_TRUE(here.is_isotropic);
+        EXPECT_FALSE(here.has_free_direction || here.is_of_family);
+        EXPECT_LE(here.residual, 1e-12);
+        EXPECT_NEAR(growth(model::LinearisedAt(equations, here.values), 0.0).rate, rate, 1e-13);  // 1 - 3 phi^2
+    }
+}
+
+TEST(ModelStates, of_a_quintic_scalar_are_all_its_roots_far_from_the_starting_points_of_the_search) {
+    const model::Equations equations(model::Model{
+        .fields = {scalar("phi", "-1e-3 (phi - 0.011)(phi + 0.07)(phi - 0.9)(phi - 0.97)(phi - 40) + lap phi")}});
+    const StationaryStates found = stationary_states(equations);
+    ASSERT_EQ(found.states.size(), 5u);
+    const std::vector<double> roots{-0.07, 0.011, 0.9, 0.97, 40.0};
+    // Rounding of the products over the slope: cancellation in the factor of the root itself, some units in 1e-16.
+    for (std::size_t k = 0; k < roots.size(); ++k) EXPECT_NEAR(found.states[k].values[0], roots[k], 1e-14 * 40.0);
+}
+
+TEST(ModelStates, of_a_flock_are_one_isotropic_and_one_ordered_along_x_whose_copies_count_once) {
+    const double a = -0.7, b = 0.4;
+    const model::Equations equations(
+        model::Model{.fields = {scalar("sigma", "-div(sigma p)"), spin(1, "p", "-(a + b p.p) p + lap p - grad sigma")},
+                     .coefficients = {{"a", a}, {"b", b}}});
+    const StationaryStates found = stationary_states(equations);
+    EXPECT_EQ(names(found), (std::vector<std::string>{"isotropic", "ordered"}));
+    EXPECT_FALSE(found.states[0].has_free_direction);
+    EXPECT_TRUE(found.states[1].has_free_direction);
+    EXPECT_FALSE(found.states[1].is_of_family);
+    EXPECT_NEAR(found.states[1].values[1], std::sqrt(-a / b), 1e-14);
+    EXPECT_EQ(found.states[1].values[2], 0.0);
+}
+
+TEST(ModelStates, with_a_field_that_only_decays_are_those_without_it) {
+    // p^2 = a - l Q_xx with Q_xx (1 + Q_xx^2) = p^2/2; w decays to rounding errors, which are no reason against a root.
+    model::Model model{.fields = {scalar("rho", "lap rho"), scalar("w", "curl p - w"),
+                                  spin(1, "p", "a p - p.p p - l Q.p + w perp p"),
+                                  spin(2, "Q", "sym(outer(p, p)) - Q - (Q:Q) Q / 2")},
+                       .coefficients = {{"a", 0.48}, {"l", 0.2}}};
+    model.fields[0].conserved = true;
+    model.fields[0].reference = 0.8;
+    model.fields[1].odd = true;
+    const StationaryStates found = stationary_states(model::Equations(model));
+    ASSERT_EQ(found.states.size(), 2u);
+    const model::UniformState& flock = found.states[1].values;
+    EXPECT_EQ(flock[1], 0.0);
+    EXPECT_NEAR(flock[2] * flock[2], 0.48 - 0.2 * flock[4], 1e-13);
+    EXPECT_NEAR(flock[4] * (1.0 + flock[4] * flock[4]), 0.5 * flock[2] * flock[2], 1e-13);
+}
+
+TEST(ModelStates, of_a_flock_with_a_named_direction_are_those_along_it) {
+    // (1 - p^2) p = -h: three roots along h, of both signs, and none across.
+    for (const double angle : {0.0, 1.234}) {
+        const double c = std::cos(angle), s = std::sin(angle);
+        const model::Equations equations(
+            model::Model{.fields = {spin(1, "p", "(1 - p.p) p + h_x e_x + h_y e_y + lap p")},
+                         .coefficients = {{"h_x", 0.1 * c}, {"h_y", 0.1 * s}}});
+        const StationaryStates found = stationary_states(equations);
+        ASSERT_EQ(found.states.size(), 3u) << testing::PrintToString(names(found));
+        for (const StationaryState& state : found.states) {
+            const double p = state.values[0] * c + state.values[1] * s;
+            EXPECT_NEAR(p - p * p * p + 0.1, 0.0, 1e-14);
+            EXPECT_NEAR(state.values[1] * c - state.values[0] * s, 0.0, 1e-14);
+            EXPECT_FALSE(state.has_free_direction);
+            EXPECT_NEAR(std::abs(std::sin(model::direction_of(equations.model(), state.values) - angle)), 0.0, 1e-13);
+        }
+    }
+}
+
+TEST(ModelStates, of_a_nematic_turn_by_half_of_the_angle_and_its_two_axes_are_one_state) {
+    const model::Equations equations(
+        model::Model{.fields = {spin(2, "Q", "(0.5 - Q:Q) Q + lap Q"), spin(1, "p", "-p + Q.p + lap p")}});
+    const StationaryStates found = stationary_states(equations);
+    ASSERT_EQ(found.states.size(), 2u);
+    EXPECT_NEAR(found.states[1].values[0], 0.5, 1e-14);  // Q:Q = 2 Q_xx^2
+    EXPECT_TRUE(found.states[1].has_free_direction);
+}
+
+TEST(ModelStates, keep_the_sum_of_densities_that_turn_into_each_other) {
+    // k1 u = k2 v with u + v = 3.
+    model::Model model{.fields = {scalar("u", "-2 u + v + lap u"), scalar("v", "2 u - v + 3 lap v")}};
+    model.fields[0].reference = 1.0, model.fields[1].reference = 2.0;
+    const model::Equations equations(model);
+    EXPECT_LT((conserved_means(equations).cwiseAbs() - Eigen::RowVector2d(1.0, 1.0) / std::sqrt(2.0)).norm(), 1e-15);
+    const StationaryStates found = stationary_states(equations);
+    ASSERT_EQ(found.states.size(), 1u);
+    EXPECT_NEAR(found.states[0].values[0], 1.0, 1e-15);
+    EXPECT_NEAR(found.states[0].values[1], 2.0, 1e-15);
+    EXPECT_NEAR(growth(model::LinearisedAt(equations, found.states[0].values), 0.0).rate, -3.0,
+                1e-14);  // not the sum's 0
+}
+
+TEST(ModelStates, have_the_conserved_means_that_are_asked_for) {
+    // An order that begins above a density of 1.
+    model::Model model{.fields = {scalar("n", "-div(n p)"), spin(1, "p", "(n - 1 - p.p) p + lap p - grad n")}};
+    model.fields[0].reference = 0.8;
+    const model::Equations equations(model);
+    EXPECT_EQ(names(stationary_states(equations)), std::vector<std::string>{"isotropic"});
+    const StationaryStates found = stationary_states(equations, {1.25, 0.0, 0.0});
+    ASSERT_EQ(found.states.size(), 2u);
+    EXPECT_EQ(found.states[1].values[0], 1.25);
+    EXPECT_NEAR(found.states[1].values[1], 0.5, 1e-15);
+}
+
+TEST(ModelStates, of_a_free_phase_are_one_family) {
+    const model::Equations equations(model::Model{.fields = {scalar("u", "u - (u^2 + w^2) u + lap u - 0.3 lap w"),
+                                                             scalar("w", "w - (u^2 + w^2) w + lap w + 0.3 lap u")}});
+    const StationaryStates found = stationary_states(equations);
+    ASSERT_EQ(found.states.size(), 2u) << testing::PrintToString(names(found));
+    const bool first = found.states[0].is_of_family;
+    const StationaryState& wave = found.states[first ? 0 : 1];
+    EXPECT_TRUE(wave.is_of_family);
+    EXPECT_NEAR(std::hypot(wave.values[0], wave.values[1]), 1.0, 1e-14);
+}
+
+TEST(ModelStates, do_not_exist_with_a_term_that_depends_on_position_or_without_a_root_and_the_reason_is_given) {
+    const auto reason = [](const std::string& equation) {
+        return stationary_states(model::Equations(model::Model{.fields = {scalar("phi", equation)}})).why_none;
+    };
+    EXPECT_NE(reason("-phi + 0.3 sin(x) phi + lap phi").find("\"+ 0.3 sin(x) phi\" of phi depends on position or time"),
+              std::string::npos);
+    EXPECT_NE(reason("1 + phi^2 + lap phi").find("found no uniform stationary state from"), std::string::npos);
+}
+
+TEST(ModelStates, have_the_values_of_fields_in_balance_linear_or_at_every_point) {
+    model::Model model{.fields = {spin(1, "p", "(1 - p.p) p + lap p + v"), spin(1, "v", "0.5 p - 2 v + lap v"),
+                                  spin(1, "w", "p - (1 + p.p) w")}};
+    model.fields[1].left = model.fields[2].left = model::LeftSide::balance;
+    const StationaryStates found = stationary_states(model::Equations(model));
+    ASSERT_EQ(found.states.size(), 2u);
+    const model::UniformState& flock = found.states[1].values;
+    const double p = std::sqrt(1.25);  // 1 + 1/4 = p^2
+    EXPECT_NEAR(flock[0], p, 1e-14);
+    EXPECT_NEAR(flock[2], p / 4.0, 1e-14);
+    EXPECT_NEAR(flock[4], p / (1.0 + p * p), 1e-14);
+    // All components of a wave: v = p/2/(2 + q^2), and w = p (1 + p^2) - 2 p^2 p over (1 + p^2)^2 along x.
+    const model::Symbol all = model::LinearisedAt(model::Equations(model), flock).all_components({0.6, 0.0});
+    EXPECT_NEAR(all(2, 0).real(), 0.5 / (2.0 + 0.36), 1e-15);
+    EXPECT_NEAR(all(4, 0).real(), (1.0 - p * p) / std::pow(1.0 + p * p, 2), 1e-15);
+    EXPECT_NEAR(all(5, 1).real(), 1.0 / (1.0 + p * p), 1e-15);
+}
+
+TEST(ModelStates, of_a_chiral_order_in_a_field_stand_at_an_angle_to_it) {
+    // (1 - P) p + Omega perp p = -h with P = |p|^2: P ((1 - P)^2 + Omega^2) = h^2.
+    const double omega = 0.2, h = 0.25;
+    const model::Equations equations(
+        model::Model{.fields = {spin(1, "p", "(1 - p.p) p + Omega perp p + h e_x + lap p")},
+                     .coefficients = {{"Omega", omega}, {"h", h}},
+                     .chiral = true});
+    const StationaryStates found = stationary_states(equations);
+    ASSERT_EQ(found.states.size(), 3u) << testing::PrintToString(names(found));
+    for (const StationaryState& state : found.states) {
+        const Complex p(state.values[0], state.values[1]);
+        EXPECT_NEAR(std::norm(p) * (std::pow(1.0 - std::norm(p), 2) + omega * omega), h * h, 1e-14);
+        EXPECT_NEAR(std::abs(p + h / Complex(1.0 - std::norm(p), omega)), 0.0, 1e-14);
+        EXPECT_FALSE(state.has_free_direction);
+    }
+}
+
+TEST(ModelStates, in_a_field_are_named_by_it_from_the_largest_along_it_to_the_largest_against_it) {
+    // p^3 - p = h has three roots below h = 2/sqrt(27), and a flow that the field drives as well is no order.
+    model::Field flow = spin(1, "v", "e_x - 2 v");
+    for (const double angle : {0.0, 2.0}) {
+        const model::Equations equations(
+            model::Model{.fields = {spin(1, "p", "p - p.p p + h (c e_x + s e_y)")},
+                         .coefficients = {{"h", 0.2}, {"c", std::cos(angle)}, {"s", std::sin(angle)}}});
+        const StationaryStates found = stationary_states(equations);
+        EXPECT_EQ(names(found),
+                  (std::vector<std::string>{"along the field", "weakly against the field", "against the field"}));
+    }
+    flow.observed.drawn = 2;
+    model::Field order = spin(1, "p", "-p - p.p p");
+    order.observed.drawn = 1;
+    EXPECT_EQ(names(stationary_states(model::Equations(model::Model{.fields = {flow, order}}))),
+              std::vector<std::string>{"isotropic"});
+}
+
+}  // namespace
+}  // namespace drover::theory::theory_states_tests
