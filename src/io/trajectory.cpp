@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "dem/bodies/rotation.hpp"
-#include "dem/flight/wall.hpp"
+#include "dem/bodies/wall.hpp"
 
 namespace drover::io {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem/packing/nearest_image.hpp"
+#include "dem/neighbours/nearest_image.hpp"
 
 namespace drover::measure {
 

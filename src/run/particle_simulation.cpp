@@ -7,8 +7,8 @@
 #include <memory>
 #include <set>
 
+#include "dem/bodies/plate_motion.hpp"
 #include "dem/contact/contact_law.hpp"
-#include "dem/flight/plate_motion.hpp"
 #include "dem/packing/packing.hpp"
 #include "drover/dem/world.hpp"
 #include "drover/io/scene_text.hpp"

@@ -29,6 +29,12 @@ BELOW = {
     "python": ("report",),
 }
 
+# The rooms of a layer: each may include itself and those before it.  Public headers have no room.
+ROOMS = {
+    "numerics": ("algebra", "fields", "steppers", "solvers"),
+    "dem": ("bodies", "impact", "flight", "neighbours", "packing", "contact", "world"),
+}
+
 # Third-party headers that are confined: library, include patterns, files that may include them, maximum number of
 # files.
 HOMES = [
@@ -91,6 +97,12 @@ def layer_of(path):
     return name if name in BELOW and len(parts) > 2 else None
 
 
+def room_of(path):
+    """The layer and the room of a path of the tree, or None."""
+    parts = path.parts
+    return parts[1:3] if parts[0] == "src" and len(parts) > 3 and parts[1] in ROOMS else None
+
+
 def matches(name, patterns):
     return any(fnmatch.fnmatchcase(str(name), pattern) for pattern in patterns)
 
@@ -112,6 +124,9 @@ def check_include(tree, path, name):
         if layer and layer_of(target) and layer_of(target) not in allowed_layers(layer):
             lower = ", ".join(sorted(allowed_layers(layer) - {layer})) or "no other layer"
             yield f'{layer}/ includes "{name}" of {layer_of(target)}/; it may include {lower}'
+        room, other = room_of(path), room_of(target)
+        if room and other and room[0] == other[0] and ROOMS[room[0]].index(other[1]) > ROOMS[room[0]].index(room[1]):
+            yield f'{"/".join(room)}/ includes "{name}" of the later room {other[1]}/'
         if is_public and target.parts[0] != "include":
             yield f'a public header includes "{name}", which is not installed'
         for header, users in INTERNALS:
@@ -155,9 +170,10 @@ def check_file_access(tree):
 
 
 def component_of(path):
-    """A header and its source are one component: include/drover/dem/world.hpp and src/dem/world.cpp are dem/world."""
+    """A header and its source are one: include/drover/dem/world.hpp and src/dem/world/world.cpp are dem/world."""
     parts = path.with_suffix("").parts
-    return "/".join(parts[2:] if parts[0] == "include" else parts[1:])
+    parts = parts[2:] if parts[0] == "include" else parts[1:]
+    return f"{parts[0]}/{parts[-1]}"
 
 
 def component_graph(tree):

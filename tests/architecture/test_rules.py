@@ -14,8 +14,8 @@ def tree_with(folder, texts):
         "include/drover/base/text.hpp": FIRST_LINE + '#include "drover/base/error.hpp"\n',
         "include/drover/numerics/grid.hpp": FIRST_LINE + '#include "drover/base/error.hpp"\n',
         "include/drover/physics/theory.hpp": FIRST_LINE + "#include <Eigen/Dense>\n",
-        "src/numerics/plans.hpp": FIRST_LINE,
-        "src/numerics/fields/transform.cpp": FIRST_LINE + '#include <fftw3.h>\n#include "numerics/plans.hpp"\n',
+        "src/numerics/fields/plans.hpp": FIRST_LINE,
+        "src/numerics/fields/transform.cpp": FIRST_LINE + '#include <fftw3.h>\n#include "numerics/fields/plans.hpp"\n',
         "src/files/archive.cpp": FIRST_LINE + "#include <hdf5.h>\n",
         "src/files/hdf5_file.cpp": FIRST_LINE + '#include "files/overlay.hpp"\n',
         "src/files/system_calls.cpp": FIRST_LINE + "const int file = ::open(name, O_RDONLY);  // not ifstream\n",
@@ -49,23 +49,27 @@ BROKEN = {
         "include/drover/base/bad.hpp", '#include "drover/run/loop.hpp"',
         'include/drover/base/bad.hpp:2: base/ includes "drover/run/loop.hpp"'),
     "an upward include of a private header": (
-        "src/base/bad.cpp", '#  include "numerics/plans.hpp"',
-        'src/base/bad.cpp:2: base/ includes "numerics/plans.hpp"'),
+        "src/base/bad.cpp", '#  include "numerics/fields/plans.hpp"',
+        'src/base/bad.cpp:2: base/ includes "numerics/fields/plans.hpp"'),
     "an upward include by a relative path": (
-        "src/base/bad.cpp", '#include "../numerics/plans.hpp"',
+        "src/base/bad.cpp", '#include "../numerics/fields/plans.hpp"',
         "src/base/bad.cpp:2: base/ includes"),
     "a sideward include": (
         "src/dem/bad.cpp", '#include "drover/numerics/grid.hpp"',
         'src/dem/bad.cpp:2: dem/ includes "drover/numerics/grid.hpp"'),
     "a private header in a public one": (
-        "include/drover/numerics/bad.hpp", '#include "numerics/plans.hpp"',
-        'include/drover/numerics/bad.hpp:2: a public header includes "numerics/plans.hpp"'),
+        "include/drover/numerics/bad.hpp", '#include "numerics/fields/plans.hpp"',
+        'include/drover/numerics/bad.hpp:2: a public header includes "numerics/fields/plans.hpp"'),
     "a third-party header in a public one": (
         "include/drover/base/bad.hpp", "#include <fmt/format.h>",
         "include/drover/base/bad.hpp:2: a public header includes <fmt/format.h>"),
     "Eigen in a public header below physics": (
         "include/drover/numerics/bad.hpp", "#include <Eigen/Dense>",
         "include/drover/numerics/bad.hpp:2: a public header includes <Eigen/Dense>"),
+    "a room including a later one": (
+        "src/numerics/algebra/bad.cpp", '#include "numerics/fields/plans.hpp"',
+        'src/numerics/algebra/bad.cpp:2: numerics/algebra/ includes "numerics/fields/plans.hpp" of the later room '
+        "fields/"),
     "FFTW in a second file of numerics": (
         "src/numerics/bad.cpp", "#include <fftw3.h>",
         "src/numerics/bad.cpp:2, src/numerics/fields/transform.cpp:2: 2 files include FFTW"),

@@ -1,5 +1,5 @@
 // tests/dem/impact.cpp: impacts against closed forms, conservation laws, springs and symmetry.
-#include "dem/contact/impact.hpp"
+#include "dem/impact/impact.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // tests/dem/impact_support.hpp: bodies and contacts for tests of impacts.
 #pragma once
-#include "dem/contact/impact.hpp"
+#include "dem/impact/impact.hpp"
 #include "drover/dem/shape.hpp"
 
 namespace drover::dem {

@@ -5,7 +5,7 @@
 #include <complex>
 #include <vector>
 
-#include "dem/flight/wall.hpp"
+#include "dem/bodies/wall.hpp"
 #include "dem/packing/packing.hpp"
 
 namespace drover::dem {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dem/contact/contact_law.hpp"
-#include "dem/contact/impact_increment.hpp"
+#include "dem/impact/impact_increment.hpp"
 #include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"
 

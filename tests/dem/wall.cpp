@@ -1,5 +1,5 @@
 // tests/dem/wall.cpp: distances to side walls against finely sampled outlines.
-#include "dem/flight/wall.hpp"
+#include "dem/bodies/wall.hpp"
 
 #include <gtest/gtest.h>
 

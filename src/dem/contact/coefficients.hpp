@@ -1,6 +1,6 @@
 // dem/contact/coefficients.hpp: restitution, friction and impact counts of a contact, by the kinds of its bodies.
 #pragma once
-#include "dem/packing/overlaps.hpp"
+#include "dem/neighbours/overlaps.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::dem {

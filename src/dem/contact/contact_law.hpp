@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "dem/contact/impact.hpp"
+#include "dem/impact/impact.hpp"
 #include "drover/dem/setup.hpp"
 #include "drover/dem/shape.hpp"
 

@@ -1,7 +1,7 @@
 // dem/contact/contact_report.hpp: contributions of contacts to the energy balance, the counts and the largest overlap.
 #pragma once
-#include "dem/flight/diagnosis.hpp"
-#include "dem/packing/overlaps.hpp"
+#include "dem/contact/diagnosis.hpp"
+#include "dem/neighbours/overlaps.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::dem {

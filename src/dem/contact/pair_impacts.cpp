@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dem/bodies/body_access.hpp"
+#include "dem/contact/body_access.hpp"
 #include "dem/contact/coefficients.hpp"
-#include "dem/contact/sphere_impact.hpp"
+#include "dem/impact/sphere_impact.hpp"
 
 namespace drover::dem {
 

@@ -3,11 +3,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem/contact/closing_time.hpp"
+#include "dem/bodies/plate_motion.hpp"
 #include "dem/contact/contact_report.hpp"
-#include "dem/contact/impact.hpp"
-#include "dem/flight/plate_motion.hpp"
-#include "dem/packing/overlaps.hpp"
+#include "dem/impact/closing_time.hpp"
+#include "dem/impact/impact.hpp"
+#include "dem/neighbours/overlaps.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/dem/world.hpp"
 

@@ -5,12 +5,12 @@
 #include <array>
 #include <cmath>
 
-#include "dem/bodies/body_access.hpp"
 #include "dem/bodies/rotation.hpp"
-#include "dem/contact/closing_time.hpp"
+#include "dem/contact/body_access.hpp"
 #include "dem/contact/coefficients.hpp"
-#include "dem/contact/impact_increment.hpp"
-#include "dem/contact/sphere_impact.hpp"
+#include "dem/impact/closing_time.hpp"
+#include "dem/impact/impact_increment.hpp"
+#include "dem/impact/sphere_impact.hpp"
 #include "drover/base/random.hpp"
 
 namespace drover::dem {

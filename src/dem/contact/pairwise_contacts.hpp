@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "dem/bodies/plate_motion.hpp"
 #include "dem/contact/contact_law.hpp"
 #include "dem/contact/contact_report.hpp"
 #include "dem/flight/bead_flight.hpp"
-#include "dem/flight/plate_motion.hpp"
 #include "dem/flight/rod_flight.hpp"
 
 namespace drover::dem {

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "dem/contact/contact_law.hpp"
-#include "dem/contact/impact_increment.hpp"
+#include "dem/impact/impact_increment.hpp"
 
 namespace drover::dem {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <tuple>
 
-#include "dem/bodies/body_access.hpp"
+#include "dem/contact/body_access.hpp"
 #include "dem/contact/coefficients.hpp"
-#include "dem/contact/impact_frame.hpp"
+#include "dem/impact/impact_frame.hpp"
 
 namespace drover::dem {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 
-#include "dem/contact/closing_time.hpp"
-#include "dem/contact/sphere_impact.hpp"
+#include "dem/impact/closing_time.hpp"
+#include "dem/impact/sphere_impact.hpp"
 
 namespace drover::dem {
 

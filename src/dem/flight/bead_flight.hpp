@@ -2,8 +2,8 @@
 #pragma once
 #include <cstddef>
 
-#include "dem/bodies/spheres.hpp"
-#include "dem/flight/plate_motion.hpp"
+#include "dem/bodies/plate_motion.hpp"
+#include "dem/flight/spheres.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::dem {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "dem/bodies/rotation.hpp"
-#include "dem/contact/closing_time.hpp"
+#include "dem/impact/closing_time.hpp"
 #include "drover/base/random.hpp"
 
 namespace drover::dem {

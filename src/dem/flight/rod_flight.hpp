@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem/contact/impact.hpp"
-#include "dem/flight/plate_motion.hpp"
+#include "dem/bodies/plate_motion.hpp"
+#include "dem/impact/impact.hpp"
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/world.hpp"
 

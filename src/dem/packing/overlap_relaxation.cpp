@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dem/flight/walls.hpp"
+#include "dem/bodies/walls.hpp"
 
 namespace drover::dem {
 

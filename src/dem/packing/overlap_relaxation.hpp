@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem/packing/bins.hpp"
+#include "dem/neighbours/bins.hpp"
 #include "drover/dem/bodies.hpp"
 
 namespace drover::dem {

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "dem/bodies/supply.hpp"
-#include "dem/flight/wall.hpp"
+#include "dem/bodies/wall.hpp"
 #include "dem/packing/overlap_relaxation.hpp"
+#include "dem/packing/supply.hpp"
 #include "drover/base/random.hpp"
 
 namespace drover::dem {

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
+#include "numerics/fields/complex_registers.hpp"
 #include "numerics/fields/per_thread.hpp"
 #include "numerics/fields/planner_memory.hpp"
-#include "numerics/steppers/isotropic.hpp"
 
 namespace drover::numerics {
 

@@ -1,0 +1,43 @@
+// dem/contact/body_access.hpp: a body of a world, by its index, as the impact laws see it.
+#pragma once
+#include "dem/flight/spheres.hpp"
+#include "dem/impact/impact.hpp"
+
+namespace drover::dem {
+
+inline ImpactBody impact_body_of_bead(const BeadArrays& beads, std::uint32_t s) {
+    return {.velocity = vector_of(beads.velocity[s]),
+            .spin = vector_of(beads.spin[s]),
+            .axis = {1.0, 0.0, 0.0},
+            .mass_inverse = beads.velocity[s][3],
+            .across_inverse = beads.spin[s][3],
+            .along_inverse = beads.spin[s][3]};
+}
+
+inline ImpactBody impact_body_of(const Spheres& spheres, std::uint32_t body) {
+    const auto beads = static_cast<std::uint32_t>(spheres.beads.size());
+    if (body < beads) return impact_body_of_bead(spheres.beads, body);
+    const std::uint32_t r = body - beads;
+    return impact_body_of(spheres.rods.rod[r], spheres.shape_of_rod(r));
+}
+
+/// Writes the velocities back.
+inline void store(const ImpactBody& from, Spheres& spheres, std::uint32_t body) {
+    const auto beads = static_cast<std::uint32_t>(spheres.beads.size());
+    if (body < beads) {
+        set_vector(spheres.beads.velocity[body], from.velocity);
+        set_vector(spheres.beads.spin[body], from.spin);
+    } else {
+        Rod& rod = spheres.rods.rod[body - beads];
+        rod.velocity = from.velocity;
+        rod.angular_momentum = angular_momentum(from);
+    }
+}
+
+/// From the centre of mass of its body to the centre of a sphere [mm].
+inline Vector from_centre(const Spheres& spheres, std::uint32_t sphere) {
+    if (spheres.is_bead(sphere)) return {};
+    return vector_of(spheres.position[sphere]) - spheres.rods.rod[spheres.rod(sphere)].position;
+}
+
+}  // namespace drover::dem

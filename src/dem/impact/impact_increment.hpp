@@ -1,0 +1,175 @@
+// dem/impact/impact_increment.hpp: an increment of the normal impulse of one contact, with its friction.
+#pragma once
+#include <cmath>
+
+#include "dem/impact/impact_frame.hpp"
+
+namespace drover::dem {
+
+/// Relative velocity of a contact in its frame: along the normal and the tangents [mm/s].
+struct Slip {
+    double n = 0.0, x = 0.0, y = 0.0;
+};
+
+/// An increment of impulse and its effects.
+struct Increment {
+    double n = 0.0, x = 0.0, y = 0.0;
+    Slip after;
+    double normal_work = 0.0, friction_work = 0.0;
+    int evaluations = 1;  ///< of increment() that it took
+};
+
+/// The tangential impulse of a sliding contact, of size max_impulse and opposite to the slip in the middle of the
+/// increment, s + W p/2, where s is the slip there without friction; smaller if it stops that slip.  Found by Newton's
+/// method on its ratio to the slip.  It dissipates energy: it works on the slip in the middle.
+inline void sliding_friction(const Response& w, double sx, double sy, double max_impulse, double& px, double& py) {
+    if (const double square = sx * sx + sy * sy;
+        max_impulse * max_impulse * (w.xx + w.yy) * (w.xx + w.yy) < 1e-2 * square) {
+        // The slip turns little: without the ratio, to the same order.
+        const double half = -0.5 * max_impulse / std::sqrt(square);
+        const double x = sx + half * (w.xx * sx + w.xy * sy), y = sy + half * (w.xy * sx + w.yy * sy);
+        const double scale = -max_impulse / std::sqrt(x * x + y * y);
+        px = scale * x;
+        py = scale * y;
+        return;
+    }
+    double added = 0.0;
+    for (int round = 0; round < 50; ++round) {
+        const double a = 0.5 * w.xx + added, b = 0.5 * w.xy, c = 0.5 * w.yy + added, determinant = a * c - b * b;
+        px = -(c * sx - b * sy) / determinant;
+        py = -(a * sy - b * sx) / determinant;
+        const double size = std::sqrt(px * px + py * py);
+        if (size <= max_impulse * (1.0 + 1e-12)) return;
+        // |p|^2 = p.p falls with the ratio at the rate -2 p.(W/2 + added)^-1 p; Newton on 1/|p| does not overshoot.
+        const double slope = (c * px * px - 2.0 * b * px * py + a * py * py) / determinant;
+        added += (size / max_impulse - 1.0) * size * size / slope;
+    }
+    const double size = std::sqrt(px * px + py * py);
+    px *= max_impulse / size;
+    py *= max_impulse / size;
+}
+
+/// Adds impulses that act together, which work on the mean of the velocities before and after them.
+inline void add_impulse(const Response& w, double n, double x, double y, Increment& to) {
+    const Slip before = to.after;
+    Slip& now = to.after;
+    now.n += w.nn * n + w.nx * x + w.ny * y;
+    now.x += w.nx * n + w.xx * x + w.xy * y;
+    now.y += w.ny * n + w.xy * x + w.yy * y;
+    to.n += n;
+    to.x += x;
+    to.y += y;
+    to.normal_work += 0.5 * n * (before.n + now.n);
+    to.friction_work += 0.5 * (x * (before.x + now.x) + y * (before.y + now.y));
+}
+
+/// The least normal impulse up to `most` after which friction in one direction has stopped the slip, or -1.  ax, ay:
+/// the tangential impulse that stops the slip now; bx, by: that which balances the normal impulse, per impulse.
+inline double impulse_to_stop(double ax, double ay, double bx, double by, double friction, double most) {
+    const double a2 = ax * ax + ay * ay, ab = ax * bx + ay * by, b2 = bx * bx + by * by, mu2 = friction * friction;
+    if (a2 == 0.0) return 0.0;
+    if (const double reach = (friction + std::sqrt(b2)) * most; a2 > reach * reach) return -1.0;
+    // |a + b p| = mu p, as a2/p, without cancellation.
+    const double d = ab * ab - (b2 - mu2) * a2;
+    const double denominator = -ab + std::sqrt(std::max(0.0, d));
+    return d >= 0.0 && denominator > 0.0 && a2 <= most * denominator ? a2 / denominator : -1.0;
+}
+
+/// One increment `dp` of the normal impulse with its friction.  Where the slip stops on the way, it sticks from there
+/// if friction can hold it, and slides on otherwise.
+inline Increment increment(const Response& w, double friction, const Slip& before, double dp) {
+    Increment result{.after = before};
+    double left = dp;
+    if (friction * dp > 0.0 && w.ixx > 0.0) {
+        const double ax = w.ixx * before.x + w.ixy * before.y, ay = w.ixy * before.x + w.iyy * before.y;
+        const double bx = w.ixx * w.nx + w.ixy * w.ny, by = w.ixy * w.nx + w.iyy * w.ny;
+        const double stop = impulse_to_stop(ax, ay, bx, by, friction, dp);
+        const double px = -(ax + bx * stop), py = -(ay + by * stop);
+        const bool stops = stop >= 0.0 && px * before.x + py * before.y <= 0.0;
+        if (stops) {
+            add_impulse(w, stop, px, py, result);
+            result.after.x = result.after.y = 0.0;  // without rounding, or it would not stick
+            left = dp - stop;
+        }
+        if (stops && bx * bx + by * by <= friction * friction) {
+            add_impulse(w, left, -bx * left, -by * left, result);
+            result.after.x = result.after.y = 0.0;
+        } else if (left > 0.0) {
+            double x = 0.0, y = 0.0;
+            sliding_friction(w, result.after.x + 0.5 * w.nx * left, result.after.y + 0.5 * w.ny * left, friction * left,
+                             x, y);
+            add_impulse(w, left, x, y, result);
+        }
+    } else {
+        add_impulse(w, dp, 0.0, 0.0, result);
+    }
+    return result;
+}
+
+/// The increment between none and `whole` at which excess(increment) is zero; it is negative for none and not for
+/// `whole`. guess(increment) gives a better size.
+template <class Excess, class Guess>
+Increment increment_between(const Response& w, double friction, const Slip& before, const Increment& whole,
+                            double enough, Excess excess, Guess guess) {
+    Increment part = whole;
+    int evaluations = whole.evaluations;
+    double low = 0.0, high = whole.n;
+    for (int round = 0; round < 60; ++round) {
+        const double value = excess(part);
+        if (std::abs(value) <= enough) break;
+        (value < 0.0 ? low : high) = part.n;
+        const double next = guess(part);
+        part = increment(w, friction, before, next > low && next < high ? next : 0.5 * (low + high));
+        ++evaluations;
+    }
+    part.evaluations = evaluations;
+    return part;
+}
+
+/// The increment after which the normal velocity is `target`, which is above that before, or max_impulse if that is not
+/// enough.
+inline Increment increment_to_speed(const Response& w, double friction, const Slip& before, double max_impulse,
+                                    double target, bool& reached) {
+    const Increment whole = increment(w, friction, before, max_impulse);
+    reached = whole.after.n >= target;
+    if (!reached) return whole;
+    const double wanted = target - before.n;
+    return increment_between(
+        w, friction, before, whole, 1e-14 * wanted, [&](const Increment& i) { return i.after.n - target; },
+        [&](const Increment& i) { return i.n * wanted / (i.after.n - before.n); });
+}
+
+/// The impulse p that does the work p (u + W p/2).
+inline double impulse_of_work(double response, double speed, double work) {
+    return 2.0 * work / (speed + std::sqrt(std::max(0.0, speed * speed + 2.0 * response * work)));
+}
+
+/// The increment in which the normal impulse does the work `work`, from a normal velocity >= 0, or max_impulse if that
+/// is not enough.
+inline Increment increment_to_work(const Response& w, double friction, const Slip& before, double max_impulse,
+                                   double work, bool& reached) {
+    const Increment whole = increment(w, friction, before, max_impulse);
+    reached = whole.normal_work >= work;
+    if (!reached || work <= 0.0) return reached ? increment(w, friction, before, 0.0) : whole;
+    return increment_between(
+        w, friction, before, whole, 1e-14 * work, [&](const Increment& i) { return i.normal_work - work; },
+        [&](const Increment& i) { return impulse_of_work((i.after.n - before.n) / i.n, before.n, work); });
+}
+
+/// The total of one impact.
+struct Bounce {
+    double n = 0.0, x = 0.0, y = 0.0;
+    double normal_work = 0.0, friction_work = 0.0;
+    int evaluations = 0;
+};
+inline void add(const Increment& part, Bounce& bounce, Slip& slip) {
+    bounce.n += part.n;
+    bounce.x += part.x;
+    bounce.y += part.y;
+    bounce.normal_work += part.normal_work;
+    bounce.friction_work += part.friction_work;
+    bounce.evaluations += part.evaluations;
+    slip = part.after;
+}
+
+}  // namespace drover::dem

@@ -1,0 +1,239 @@
+// dem/world/setup_check.cpp: consistency of the parameters of a particle world.
+#include "drover/dem/setup.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+
+#include "dem/packing/supply.hpp"
+#include "drover/base/text.hpp"
+#include "drover/dem/bodies.hpp"
+
+namespace drover::dem {
+
+namespace {
+/// Checks the ranges and choices of a section's rows.  Those of a scene were checked when it was read, those of a setup
+/// made in code were not.
+template <class Struct>
+void check_rows(const Struct& section, const std::string& name, const LocationOf& place) {
+    const std::vector<std::pair<std::string, Value>> values = values_of(section);
+    const std::vector<Description> rows = descriptions<Struct>();
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        checked_value(rows[i], name, {.value = values[i].second, .where = place(name + "." + rows[i].name)});
+}
+
+void check_rows(const Setup& setup, const LocationOf& place) {
+    check_rows(setup.cell, "cell", place);
+    check_rows(setup.plates, "plates", place);
+    check_rows(setup.gravity, "gravity", place);
+    check_rows(setup.beads, "beads", place);
+    check_rows(setup.rods, "rods", place);
+    check_rows(setup.restitution, "restitution", place);
+    check_rows(setup.friction, "friction", place);
+    check_rows(setup.kick, "kick", place);
+    check_rows(setup.forces, "forces", place);
+    check_rows(setup.contacts, "contacts", place);
+    check_rows(setup.packing, "packing", place);
+}
+
+/// The location of the first of these conflicting keys that the scene gives.
+SourceLocation first_given(const LocationOf& place, std::initializer_list<const char*> keys) {
+    for (const char* key : keys)
+        if (SourceLocation where = place(key); where.line > 0) return where;
+    return place(*keys.begin());
+}
+
+/// Number and dimensions of the bodies of a supply.
+struct SupplySize {
+    double count = 0.0, area = 0.0;         ///< of all its bodies [mm^2]
+    double thickest = 0.0, thinnest = 0.0;  ///< diameters of its spheres, 0 where there are none [mm]
+    double length = 0.0;                    ///< [mm]
+};
+
+template <class Supply>
+SupplySize asked(const Supply& supply, const std::string& name, double area_cell, double area_body,
+                 const LocationOf& place) {
+    const std::string key = name + ".area_fraction";
+    require(supply.count == 0 || supply.area_fraction == 0.0, place(name + ".count"),
+            "{}.count = {} and {} = {}; expected one of the two: set the other to 0", name, supply.count, key,
+            supply.area_fraction);
+    const double count = supply.count > 0 ? supply.count : std::round(supply.area_fraction * area_cell / area_body);
+    require(supply.area_fraction == 0.0 || count >= 1.0, place(key),
+            "{} = {} is less than half a body in a cell of {:.4g} mm^2; expected more, a larger cell, or 0 for none",
+            key, supply.area_fraction, area_cell);
+    constexpr double most = 1e7;
+    require(count <= most, place(key), "{} = {} asks for {:.3g} bodies; expected at most {:.0e}", key,
+            supply.area_fraction, count, most);
+    if (count == 0.0) return {};
+    const auto [least, greatest] = std::minmax_element(supply.diameters.begin(), supply.diameters.end());
+    return {.count = count, .area = count * area_body, .thickest = *greatest, .thinnest = *least};
+}
+
+SupplySize check_beads(const BeadSupply& beads, double area_cell, const LocationOf& place) {
+    require(!beads.diameters.empty(), place("beads.diameters"), "beads.diameters is empty; expected at least one");
+    require(beads.proportions.size() == beads.diameters.size(),
+            first_given(place, {"beads.proportions", "beads.diameters"}),
+            "beads.proportions has {} numbers beside {} of beads.diameters; expected one for each diameter",
+            beads.proportions.size(), beads.diameters.size());
+    const double sum = std::accumulate(beads.proportions.begin(), beads.proportions.end(), 0.0);
+    require(sum > 0.0 && std::isfinite(sum), place("beads.proportions"),
+            "beads.proportions sum to {}; expected at least one number above 0", sum);
+    SupplySize result = asked(beads, "beads", area_cell, mean_area(beads), place);
+    result.length = result.thickest;
+    return result;
+}
+
+SupplySize check_rods(const RodSupply& rods, double area_cell, const LocationOf& place) {
+    require(!rods.diameters.empty(), place("rods.diameters"), "rods.diameters is empty; expected at least one");
+    require(!rods.densities.empty(), place("rods.densities"), "rods.densities is empty; expected at least one");
+    require(*std::max_element(rods.densities.begin(), rods.densities.end()) > 0.0, place("rods.densities"),
+            "rods.densities holds no number above 0; expected one at least, or rods have no mass");
+    const Shape shape = rod_shape(rods, 1.0, place);
+    SupplySize result = asked(rods, "rods", area_cell, shape.projected_area, place);
+    if (result.count > 0.0) result.length = shape.head - shape.tail;
+    return result;
+}
+
+void check_flower(const Cell& cell, const LocationOf& place) {
+    if (cell.shape != "flower") return;
+    const double least = cell.radius * std::sin(std::numbers::pi / cell.petals);
+    // Allows for rounding of half circles given as decimals.
+    require(
+        cell.petal_radius >= (1.0 - 1e-9) * least, place("cell.petal_radius"),
+        "cell.petal_radius = {} mm does not span the {:.6g} mm between two inner corners; expected at least {:.6g}, or "
+        "more petals",
+        cell.petal_radius, 2.0 * least, least);
+}
+
+/// Checks that bodies fit the cell in every direction.
+void check_cell_size(const Setup& setup, double thickest, double longest, const LocationOf& place) {
+    const Cell& cell = setup.cell;
+    const double reach = 2.0 * (thickest + setup.contacts.skin);
+    for (const auto& [key, side] : {std::pair{"cell.lx", cell.lx}, std::pair{"cell.ly", cell.ly}}) {
+        if (is_periodic(cell) && thickest > 0.0) {
+            require(side > reach, place(key),
+                    "{} = {} mm; expected more than {} mm, twice the largest diameter and contacts.skin together, or a "
+                    "body could overlap another on both sides of the periodic cell",
+                    key, side, reach);
+            require(side >= longest, place(key),
+                    "{} = {} mm; expected at least {} mm, the length of a body, or it would lie on itself", key, side,
+                    longest);
+        }
+        require(cell.shape != "rectangle" || side > thickest, place(key),
+                "{} = {} mm between walls, with bodies {} mm thick; expected more", key, side, thickest);
+    }
+    require(cell.shape != "rectangle" || std::hypot(cell.lx, cell.ly) > longest, place("cell.lx"),
+            "cell.lx = {} mm and cell.ly = {} mm, with bodies {} mm long; expected a cell they fit", cell.lx, cell.ly,
+            longest);
+    require(cell.shape != "rectangle" || setup.packing.kind != "aligned" || cell.lx > longest, place("cell.lx"),
+            "cell.lx = {} mm, with bodies {} mm long, aligned with x; expected more", cell.lx, longest);
+    require(cell.shape != "circle" || 2.0 * cell.radius > longest, place("cell.radius"),
+            "cell.radius = {} mm, with bodies {} mm long; expected more than half of that", cell.radius, longest);
+}
+
+void check_forces(const Setup& setup, double beads, const LocationOf& place) {
+    const BodyForces& forces = setup.forces;
+    require(!forces.hold_beads || beads > 0.0, place("forces.hold_beads"),
+            "forces.hold_beads = true without beads; expected beads whose velocity it can hold");
+    for (const auto& [key, on] : {std::pair{"forces.held_waves", forces.hold_beads && forces.held_waves > 0},
+                                  std::pair{"forces.push", forces.push != 0.0}})
+        require(!on || is_periodic(setup.cell), place(key),
+                "{} asks for waves in a cell of shape \"{}\"; expected \"periodic\", which they fit", key,
+                setup.cell.shape);
+}
+
+/// Rejects keys of [contacts] that the chosen law does not read, unless they have their default.
+void check_unread(const ContactControl& contacts, const LocationOf& place) {
+    const bool impulse = contacts.model == "impulse", pairwise = impulse && contacts.law == "pairwise";
+    const bool simultaneous = impulse && contacts.law == "simultaneous";
+    const bool in_turn = impulse && !pairwise && !simultaneous, groups = simultaneous || in_turn;
+    const bool slip_before = in_turn && !contacts.track_slip;
+    const std::string chosen = !impulse      ? text("contacts.model = \"{}\"", contacts.model)
+                               : slip_before ? "contacts.track_slip = false"
+                                             : text("contacts.law = \"{}\"", contacts.law);
+    struct Reading {
+        bool is_read;
+        const char* readers;
+    };
+    const char* const soft = "contacts.model = \"spring-dashpot\"";
+    const char* const by_groups = "a contacts.law with groups";
+    const std::map<std::string, Reading> readings{
+        {"law", {impulse, "contacts.model = \"impulse\""}},
+        {"restitution", {groups && !slip_before, "a contacts.law with groups that tracks the slip"}},
+        {"track_slip", {in_turn, "a contacts.law that resolves one contact after another"}},
+        {"increments", {simultaneous, "contacts.law = \"simultaneous\""}},
+        {"inelastic_threshold", {simultaneous, "contacts.law = \"simultaneous\""}},
+        {"substep", {groups, by_groups}},
+        {"simultaneity_gap", {groups, by_groups}},
+        {"order", {pairwise, "contacts.law = \"pairwise\""}},
+        {"friction", {pairwise, "contacts.law = \"pairwise\""}},
+        {"rod_step", {pairwise, "contacts.law = \"pairwise\""}},
+        {"stiffness", {!impulse, soft}},
+        {"tangential_stiffness_ratio", {!impulse, soft}}};
+    const auto values = values_of(contacts), defaults = values_of(ContactControl{});
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const auto found = readings.find(values[i].first);
+        const std::string key = "contacts." + values[i].first;
+        require(found == readings.end() || found->second.is_read || values[i].second == defaults[i].second, place(key),
+                "{} = {} has no effect with {}; expected its default, {}, or {}", key, toml_text(values[i].second),
+                chosen, toml_text(defaults[i].second), found == readings.end() ? "" : found->second.readers);
+    }
+}
+
+void check_contacts(const Setup& setup, double thinnest, const LocationOf& place) {
+    check_unread(setup.contacts, place);
+    require(setup.rods.bearing == "hull" || setup.contacts.model != "impulse" || setup.contacts.law == "pairwise",
+            place("rods.bearing"),
+            "rods.bearing = \"{}\" has no effect with contacts.law = \"{}\", where bodies do not overlap a plate; "
+            "expected \"hull\", or contacts.law = \"pairwise\"",
+            setup.rods.bearing, setup.contacts.law);
+    require(thinnest == 0.0 || setup.contacts.simultaneity_gap < 0.5 * thinnest, place("contacts.simultaneity_gap"),
+            "contacts.simultaneity_gap = {} mm with spheres of radius {} mm; expected much less",
+            setup.contacts.simultaneity_gap, 0.5 * thinnest);
+    constexpr double periods = 0.05;
+    require(
+        setup.contacts.substep * setup.plates.frequency <= periods,
+        first_given(place, {"contacts.substep", "plates.frequency"}),
+        "contacts.substep = {} s with plates.frequency = {} 1/s; expected at most {} of a period, or rods go into the "
+        "plates",
+        setup.contacts.substep, setup.plates.frequency, periods);
+    require(setup.contacts.rod_step * setup.plates.frequency <= periods,
+            first_given(place, {"contacts.rod_step", "plates.frequency"}),
+            "contacts.rod_step = {} s with plates.frequency = {} 1/s; expected at most {} of a period, or rods go into "
+            "the plates",
+            setup.contacts.rod_step, setup.plates.frequency, periods);
+    const Packing& packing = setup.packing;
+    require(packing.kind != "file" || !packing.file.empty(), place("packing.kind"),
+            "packing.kind = \"file\" without packing.file; name the file");
+    require(packing.kind == "file" || packing.file.empty(), place("packing.file"),
+            "packing.file is given with packing.kind = \"{}\"; expected \"file\"", packing.kind);
+}
+}  // namespace
+
+void check(const Setup& setup, const LocationOf& place) {
+    check_rows(setup, place);
+    check_flower(setup.cell, place);
+    const double area_cell = area(setup.cell);
+    const SupplySize beads = check_beads(setup.beads, area_cell, place),
+                     rods = check_rods(setup.rods, area_cell, place);
+    const double thickest = std::max(beads.thickest, rods.thickest);
+    require(!setup.plates.lid || thickest < setup.plates.gap,
+            first_given(place, {"plates.gap", beads.thickest > rods.thickest ? "beads.diameters" : "rods.diameters"}),
+            "plates.gap = {} mm, with bodies {} mm thick; expected a larger gap, or plates.lid = false",
+            setup.plates.gap, thickest);
+    check_cell_size(setup, thickest, std::max(beads.length, rods.length), place);
+    require(beads.area + rods.area <= area_cell,
+            beads.area >= rods.area ? first_given(place, {"beads.area_fraction", "beads.count"})
+                                    : first_given(place, {"rods.area_fraction", "rods.count"}),
+            "beads cover {:.4g} and rods {:.4g} of the cell's area; expected no more than 1 together: bodies of one "
+            "layer do not fit otherwise",
+            beads.area / area_cell, rods.area / area_cell);
+    check_forces(setup, beads.count, place);
+    double thinnest = beads.count > 0.0 ? beads.thinnest : rods.thinnest;
+    if (rods.count > 0.0) thinnest = std::min(thinnest, rods.thinnest);
+    check_contacts(setup, thinnest, place);
+}
+
+}  // namespace drover::dem
