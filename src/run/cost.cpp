@@ -33,7 +33,8 @@ std::optional<ExpectedTime> expected_time(const io::Scene& scene) {
     const auto [timed, larger] = kind.timed(scene);
     try {
         Threads threads(kind.threads(scene));
-        Simulation simulation = kind.make(timed, threads, {});
+        const std::unique_ptr<Simulation> made = kind.make(timed, threads, {});
+        Simulation& simulation = *made;
         std::int64_t step = 0;
         const auto advance = [&] { simulation.advance(step++); };
         const auto last = std::min<std::int64_t>(simulation.steps, max_steps);

@@ -23,25 +23,40 @@ namespace drover::run {
 namespace {
 using numerics::Complex;
 
-/// The state shared by the functions of one simulation.
-struct World {
-    io::Scene scene;
-    FieldProblem problem;
-    model::FieldEvolution evolution;
-    numerics::Transform transform;
-    FieldObserver observer;
-    numerics::Spectra state;
-    numerics::Fields fields, balanced;  // on the grid, in arrays that keep their places: they are lent out
-    FieldHealth health;
-    double time = 0.0;
-    std::vector<double> fresh;       // saved by the evolution before any step
-    std::shared_ptr<StepBias> bias;  // nullptr: not measured
+class FieldSimulation final : public Simulation {
+public:
+    FieldSimulation(const io::Scene& the_scene, Threads& threads);
 
-    World(const io::Scene& the_scene, Threads& threads);
+    void advance(std::int64_t step) override;
+    void check_health(std::int64_t step) override;
+    std::vector<double> save() const override;
+    void restore(std::span<const double> values) override;
+    void accept(std::int64_t step) override;
+    std::string describe() const override;
+    numerics::StepCount count() const override { return evolution_.stepper().count(); }
+    std::optional<double> step_error() const override { return evolution_.step_error().error; }
+
+    const numerics::Spectra& state() const { return state_; }
+
+private:
     BiasedRun biased(Threads& threads) const;  // refers to this
     numerics::Spectra first_state(Threads& threads) const;
+    ScheduledRecording frames();
+    ScheduledRecording samples();
     void to_grid();
-    Diagnosed diagnosed() { return {.evolution = evolution, .problem = problem, .dt = scene.time.dt}; }
+    Diagnosed diagnosed() { return {.evolution = evolution_, .problem = problem_, .dt = dt}; }
+
+    io::Scene scene_;
+    FieldProblem problem_;
+    model::FieldEvolution evolution_;
+    numerics::Transform transform_;
+    FieldObserver observer_;
+    numerics::Spectra state_;
+    numerics::Fields fields_, balanced_;  // on the grid, in arrays that keep their places: they are lent out
+    FieldHealth health_;
+    double time_ = 0.0;
+    std::vector<double> fresh_;       // saved by the evolution before any step
+    std::shared_ptr<StepBias> bias_;  // nullptr: not measured
 };
 
 bool makes_step_error(const FieldProblem& problem) { return problem.integrated.equations.has_explicit_part(); }
@@ -53,38 +68,42 @@ numerics::StepWork work_of_run(const io::Scene& scene, const FieldProblem& probl
     return work;
 }
 
-World::World(const io::Scene& the_scene, Threads& threads)
-    : scene(the_scene),
-      problem(field_problem(scene)),
-      evolution(problem.integrated, scene.grid,
-                {.method = scene.time.stepper,
-                 .dt = scene.time.dt,
-                 .tolerance = scene.time.tolerance,
-                 .watches_error = scene.time.max_error > 0.0 && makes_step_error(problem),
-                 .effort = effort_of_step_error(scene),
-                 .work = work_of_run(scene, problem)},
-                static_cast<std::uint64_t>(scene.run.seed), threads),
-      transform(scene.grid, evolution.linear().degree, threads),
-      observer(field_observer(scene, problem.integrated, threads)),
-      state(first_state(threads)),
-      fields(scene.grid, state.count()),
-      balanced(scene.grid, static_cast<int>(problem.balanced.size())) {
-    health = make_field_health(problem, evolution.linear(), state);
-    evolution.start(state);
-    fresh = evolution.save();
-    if (why_no_step_bias(scene).empty() && makes_step_error(problem))
-        bias = std::make_shared<StepBias>(scene, biased(threads));
+FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads)
+    : Simulation(the_scene.time.dt, io::whole_steps(the_scene, "time.end", the_scene.time.end), threads.count()),
+      scene_(the_scene),
+      problem_(field_problem(scene_)),
+      evolution_(problem_.integrated, scene_.grid,
+                 {.method = scene_.time.stepper,
+                  .dt = scene_.time.dt,
+                  .tolerance = scene_.time.tolerance,
+                  .watches_error = scene_.time.max_error > 0.0 && makes_step_error(problem_),
+                  .effort = effort_of_step_error(scene_),
+                  .work = work_of_run(scene_, problem_)},
+                 static_cast<std::uint64_t>(scene_.run.seed), threads),
+      transform_(scene_.grid, evolution_.linear().degree, threads),
+      observer_(field_observer(scene_, problem_.integrated, threads)),
+      state_(first_state(threads)),
+      fields_(scene_.grid, state_.count()),
+      balanced_(scene_.grid, static_cast<int>(problem_.balanced.size())) {
+    health_ = make_field_health(problem_, evolution_.linear(), state_);
+    evolution_.start(state_);
+    fresh_ = evolution_.save();
+    if (why_no_step_bias(scene_).empty() && makes_step_error(problem_))
+        bias_ = std::make_shared<StepBias>(scene_, biased(threads));
+    recordings.push_back(frames());
+    if (bias_) recordings.push_back(StepBias::recording(bias_, state_));
+    recordings.push_back(samples());
 }
 
-numerics::Spectra World::first_state(Threads& threads) const {
-    if (scene.initial.kind != "file")
-        return model::start_spectra(scene.initial, problem.integrated.equations, evolution.linear(),
-                                    static_cast<std::uint64_t>(scene.run.seed), threads);
-    numerics::Spectra spectra(scene.grid, static_cast<int>(problem.components.size()));
+numerics::Spectra FieldSimulation::first_state(Threads& threads) const {
+    if (scene_.initial.kind != "file")
+        return model::start_spectra(scene_.initial, problem_.integrated.equations, evolution_.linear(),
+                                    static_cast<std::uint64_t>(scene_.run.seed), threads);
+    numerics::Spectra spectra(scene_.grid, static_cast<int>(problem_.components.size()));
     std::vector<FrameField> wanted;
-    for (const files::Quantity& one : problem.components) wanted.push_back({one.name, one.unit});
-    transform.forward(frame_of_file(scene, wanted, evolution.linear().degree), spectra);
-    model::remove_divergence(problem.integrated.equations, scene.grid, spectra);
+    for (const files::Quantity& one : problem_.components) wanted.push_back({one.name, one.unit});
+    transform_.forward(frame_of_file(scene_, wanted, evolution_.linear().degree), spectra);
+    model::remove_divergence(problem_.integrated.equations, scene_.grid, spectra);
     return spectra;
 }
 
@@ -95,44 +114,44 @@ void find_balanced(const model::FieldEvolution& evolution, double time, const nu
     std::copy(now.values.begin(), now.values.end(), to.values.begin());
 }
 
-void World::to_grid() {
-    transform.backward(state, fields);
-    find_balanced(evolution, time, state, balanced);
+void FieldSimulation::to_grid() {
+    transform_.backward(state_, fields_);
+    find_balanced(evolution_, time_, state_, balanced_);
 }
 
-BiasedRun World::biased(Threads& threads) const {
+BiasedRun FieldSimulation::biased(Threads& threads) const {
     struct Observed {
         numerics::Fields fields, balanced;
     };
-    const FieldObserver part = observer_of_state(observer, threads);
+    const FieldObserver part = observer_of_state(observer_, threads);
     const auto observed = std::make_shared<std::optional<Observed>>();  // made when it is needed
     const auto make_twin = [this, &threads] {
         const auto twin =
-            std::make_shared<model::FieldEvolution>(problem.integrated, scene.grid, control_of_twin(scene.time),
-                                                    static_cast<std::uint64_t>(scene.run.seed), threads);
-        return Twin{.follow = [this, twin] { twin->follow(evolution); },
+            std::make_shared<model::FieldEvolution>(problem_.integrated, scene_.grid, control_of_twin(scene_.time),
+                                                    static_cast<std::uint64_t>(scene_.run.seed), threads);
+        return Twin{.follow = [this, twin] { twin->follow(evolution_); },
                     .advance = [twin](std::int64_t step, numerics::Spectra& at) { twin->advance(step, at); },
                     .save = [twin] { return twin->save(); },
                     .restore = [twin](std::span<const double> values) { twin->restore(values); }};
     };
     return {.values = part.values,
-            .components = state.count(),
-            .work_done = [this] { return evolution.work_done(); },
+            .components = state_.count(),
+            .work_done = [this] { return evolution_.work_done(); },
             .observe =
                 [this, observed, part](double t, const numerics::Spectra& at) {
                     if (!*observed)
-                        observed->emplace(numerics::Fields(scene.grid, fields.count()),
-                                          numerics::Fields(scene.grid, balanced.count()));
+                        observed->emplace(numerics::Fields(scene_.grid, fields_.count()),
+                                          numerics::Fields(scene_.grid, balanced_.count()));
                     Observed& now = **observed;
-                    transform.backward(at, now.fields);
-                    find_balanced(evolution, t, at, now.balanced);
+                    transform_.backward(at, now.fields);
+                    find_balanced(evolution_, t, at, now.balanced);
                     std::vector<double> values;
                     for (const std::vector<double>& row :
                          part.measure({.time = t, .spectra = at, .fields = now.fields, .balanced = now.balanced}))
                         values.insert(values.end(), row.begin(), row.end());
                     return values;
                 },
-            .known_error = [this] { return evolution.known_error(); },
+            .known_error = [this] { return evolution_.known_error(); },
             .make_twin = make_twin};
 }
 
@@ -147,7 +166,7 @@ files::Recording frames_of(const FieldProblem& problem, const numerics::Grid& gr
 files::Recording frame_recording(const io::Scene& scene) { return frames_of(field_problem(scene), scene.grid); }
 
 numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
-    return World(start_alone(scene), threads).state;
+    return FieldSimulation(start_alone(scene), threads).state();
 }
 
 int choose_threads(const io::Scene& scene) {
@@ -213,39 +232,28 @@ double field_simulation_bytes(const io::Scene& scene) {
 }
 
 namespace {
-ScheduledRecording frames_of(const std::shared_ptr<World>& world) {
-    const io::Scene& scene = world->scene;
-    const auto observe = [world] {
-        world->to_grid();
-        std::vector<std::span<const double>> arrays;
-        for (const numerics::Fields* fields : {&std::as_const(world->fields), &std::as_const(world->balanced)})
-            for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
-        return arrays;
-    };
-    return {frames_of(world->problem, scene.grid),
-            io::whole_steps(scene, "output.frame_every", scene.output.frame_every), observe};
+ScheduledRecording FieldSimulation::frames() {
+    return {frames_of(problem_, scene_.grid), io::whole_steps(scene_, "output.frame_every", scene_.output.frame_every),
+            [this] {
+                to_grid();
+                std::vector<std::span<const double>> arrays;
+                for (const numerics::Fields* fields : {&std::as_const(fields_), &std::as_const(balanced_)})
+                    for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
+                return arrays;
+            }};
 }
 
-ScheduledRecording samples_of(const std::shared_ptr<World>& world) {
-    return sample_recording(world->scene, field_samples_group, world->observer.axes, world->observer.quantities,
-                            [world] {
-                                world->to_grid();
-                                return world->observer.measure({.time = world->time,
-                                                                .spectra = world->state,
-                                                                .fields = world->fields,
-                                                                .balanced = world->balanced,
-                                                                .step_error = world->evolution.step_error().error});
-                            });
+ScheduledRecording FieldSimulation::samples() {
+    return sample_recording(scene_, field_samples_group, observer_.axes, observer_.quantities, [this] {
+        to_grid();
+        return observer_.measure({.time = time_,
+                                  .spectra = state_,
+                                  .fields = fields_,
+                                  .balanced = balanced_,
+                                  .step_error = evolution_.step_error().error});
+    });
 }
 
-/// The choices of the adaptive stepper.
-std::string describe(const model::FieldEvolution& evolution, const io::Scene& scene) {
-    std::string words = steps_text(evolution.stepper(), scene);
-    if (const auto changes = evolution.reference_changes(); changes > 0)
-        words += text("{}the reference of the linear part changed {} time{}", words.empty() ? "" : "; ", changes,
-                      changes == 1 ? "" : "s");
-    return words;
-}
 }  // namespace
 
 void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step) {
@@ -264,90 +272,83 @@ void check_chosen_step(const io::TimeControl& time, const numerics::StepError::R
         halvings);
 }
 
-void blame_chosen_step(const io::TimeControl& time, Simulation& simulation) {
-    if (time.tolerance > 0.0 || (time.chosen != "fields" && time.chosen != "means")) return;
-    for (std::function<void(std::int64_t)>* part : {&simulation.advance, &simulation.check_health})
-        *part = [whole = *part, dt = time.dt](std::int64_t step) {
-            try {
-                whole(step);
-            } catch (const StepTooLong&) {
-                throw;
-            } catch (const Error& error) {
-                if (error.fault() != Fault::run) throw;
-                throw StepTooLong(text("{}; the time.dt = {} was chosen: run the scene again from its start, with "
-                                       "time.dt = {}",
-                                       error.message(), dt, 0.5 * dt),
-                                  1);
-            }
-        };
-}
-
 namespace {
+/// Where the step was chosen, and no tolerance divides it, a run Error of `work` becomes a StepTooLong: a pilot has
+/// fewer points, or ends earlier.
+template <class Work>
+void blame_chosen_step(const io::TimeControl& time, Work work) {
+    if (time.tolerance > 0.0 || (time.chosen != "fields" && time.chosen != "means")) return work();
+    try {
+        work();
+    } catch (const StepTooLong&) {
+        throw;
+    } catch (const Error& error) {
+        if (error.fault() != Fault::run) throw;
+        throw StepTooLong(text("{}; the time.dt = {} was chosen: run the scene again from its start, with time.dt = {}",
+                               error.message(), time.dt, 0.5 * time.dt),
+                          1);
+    }
+}
+
+void FieldSimulation::advance(std::int64_t step) {
+    blame_chosen_step(scene_.time, [&] {
+        try {
+            evolution_.advance(step, state_);
+            if (bias_) bias_->advance(step + 1, state_);
+        } catch (const model::DomainFailure& error) {
+            fail_step(diagnosed(), health_, step, error);
+        }
+    });
+    time_ = static_cast<double>(step + 1) * dt;
+}
+
+void FieldSimulation::check_health(std::int64_t step) {
+    blame_chosen_step(scene_.time, [&] {
+        check_chosen_step(scene_.time, evolution_.step_error(), step);
+        check_field_health(diagnosed(), transform_, state_, step, health_);
+    });
+}
+
+/// The choices of the adaptive stepper.
+std::string FieldSimulation::describe() const {
+    std::string words = steps_text(evolution_.stepper(), scene_);
+    if (const auto changes = evolution_.reference_changes(); changes > 0)
+        words += text("{}the reference of the linear part changed {} time{}", words.empty() ? "" : "; ", changes,
+                      changes == 1 ? "" : "s");
+    return words;
+}
+
 /// Other fields start another run: without the history of the stepper and the error so far.
-void accept(World& world, std::int64_t step) {
+void FieldSimulation::accept(std::int64_t step) {
     std::vector<std::string> names;
-    for (const files::Quantity& one : world.problem.components) names.push_back(one.name);
-    require_finite(world.fields, names, world.scene.grid);
-    world.transform.forward(world.fields, world.state);
-    model::remove_divergence(world.problem.integrated.equations, world.scene.grid, world.state);
-    world.evolution.restore(world.fresh);
-    world.evolution.start(world.state);
-    world.health = make_field_health(world.problem, world.evolution.linear(), world.state);
-    restore_field_health(world.evolution.linear(), world.state, step, world.health);
+    for (const files::Quantity& one : problem_.components) names.push_back(one.name);
+    require_finite(fields_, names, scene_.grid);
+    transform_.forward(fields_, state_);
+    model::remove_divergence(problem_.integrated.equations, scene_.grid, state_);
+    evolution_.restore(fresh_);
+    evolution_.start(state_);
+    health_ = make_field_health(problem_, evolution_.linear(), state_);
+    restore_field_health(evolution_.linear(), state_, step, health_);
 }
 
-std::vector<double> save(const World& world) {
-    return numbers_of_run(world.evolution.save(), world.time, world.state,
-                          world.bias ? world.bias->save() : std::vector<double>{});
+std::vector<double> FieldSimulation::save() const {
+    return numbers_of_run(evolution_.save(), time_, state_, bias_ ? bias_->save() : std::vector<double>{});
 }
 
-void restore(World& world, std::span<const double> all) {
-    const SavedRun saved = saved_run(all, 2 * world.state.values.size());
-    world.evolution.restore(saved.stepper);
-    world.time = saved.time;
-    take_numbers(saved.state, world.state);
-    restore_field_health(world.evolution.linear(), world.state, std::llround(world.time / world.scene.time.dt),
-                         world.health);
-    if (world.bias) world.bias->restore(saved.bias);
+void FieldSimulation::restore(std::span<const double> all) {
+    const SavedRun saved = saved_run(all, 2 * state_.values.size());
+    evolution_.restore(saved.stepper);
+    time_ = saved.time;
+    take_numbers(saved.state, state_);
+    restore_field_health(evolution_.linear(), state_, std::llround(time_ / dt), health_);
+    if (bias_) bias_->restore(saved.bias);
 }
 }  // namespace
 
-Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
-    const auto world = std::make_shared<World>(scene, threads);
-    Simulation simulation{.dt = scene.time.dt,
-                          .steps = io::whole_steps(scene, "time.end", scene.time.end),
-                          .recordings = {},
-                          .advance = {},
-                          .check_health = {},
-                          .save = {},
-                          .restore = {},
-                          .accept = {},
-                          .count = [world] { return world->evolution.stepper().count(); },
-                          .step_error = [world] { return world->evolution.step_error().error; },
-                          .describe = {}};
-    simulation.threads = threads.count();
-    simulation.recordings = {frames_of(world)};
-    if (world->bias) simulation.recordings.push_back(StepBias::recording(world->bias, world->state));
-    simulation.recordings.push_back(samples_of(world));
-    simulation.advance = [world](std::int64_t step) {
-        try {
-            world->evolution.advance(step, world->state);
-            if (world->bias) world->bias->advance(step + 1, world->state);
-        } catch (const model::DomainFailure& error) {
-            fail_step(world->diagnosed(), world->health, step, error);
-        }
-        world->time = static_cast<double>(step + 1) * world->scene.time.dt;
-    };
-    simulation.check_health = [world](std::int64_t step) {
-        check_chosen_step(world->scene.time, world->evolution.step_error(), step);
-        check_field_health(world->diagnosed(), world->transform, world->state, step, world->health);
-    };
-    simulation.accept = [world](std::int64_t step) { accept(*world, step); };
-    simulation.describe = [world] { return describe(world->evolution, world->scene); };
-    simulation.save = [world] { return save(*world); };
-    simulation.restore = [world](std::span<const double> values) { restore(*world, values); };
-    blame_chosen_step(scene.time, simulation);
-    if (!saved.empty()) simulation.restore(saved);
+std::unique_ptr<Simulation> make_field_simulation(const io::Scene& scene, Threads& threads,
+                                                  std::span<const double> saved) {
+    auto simulation = std::make_unique<FieldSimulation>(scene, threads);
+    if (!saved.empty()) simulation->restore(saved);
     return simulation;
 }
 

@@ -1,5 +1,7 @@
 // run/field_simulation.hpp: a scene of fields as a Simulation.
 #pragma once
+#include <memory>
+
 #include "drover/base/threads.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/run/simulation.hpp"
@@ -16,7 +18,8 @@ std::string field_size(const io::Scene& scene);
 TimedScene timed_fields(const io::Scene& scene);
 
 /// Throws an input Error for an initial file with another cell or other fields.
-Simulation make_field_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
+std::unique_ptr<Simulation> make_field_simulation(const io::Scene& scene, Threads& threads,
+                                                  std::span<const double> saved);
 
 /// The fields at t = 0.  Throws as make_field_simulation().
 numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads);
@@ -36,8 +39,5 @@ public:
 };
 /// Throws it where the step was chosen for the error of the fields, `error` after `step` steps.
 void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step);
-/// Where the step was chosen, and no tolerance divides it, a run Error of the simulation becomes one: a pilot has fewer
-/// points, or ends earlier.
-void blame_chosen_step(const io::TimeControl& time, Simulation& simulation);
 
 }  // namespace drover::run

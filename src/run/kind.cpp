@@ -17,9 +17,9 @@ void rename_units(std::vector<files::Axis>& axes, std::vector<files::Quantity>& 
 
 /// Simulations and reports whose units have the names of the scene.
 template <auto make>
-Simulation simulation_of(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
-    Simulation simulation = make(scene, threads, saved);
-    for (ScheduledRecording& scheduled : simulation.recordings) {
+std::unique_ptr<Simulation> simulation_of(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
+    std::unique_ptr<Simulation> simulation = make(scene, threads, saved);
+    for (ScheduledRecording& scheduled : simulation->recordings) {
         rename_units(scheduled.recording.axes, scheduled.recording.quantities, scene.units);
         scheduled.recording.time_unit = io::renamed("s", scene.units);
     }

@@ -1,5 +1,6 @@
 // run/kind.hpp: the functions of each kind of scene: fields or particles.
 #pragma once
+#include <memory>
 #include <span>
 #include <string>
 
@@ -15,7 +16,7 @@ namespace drover::run {
 struct Kind {
     /// The simulation of a scene, at its start, or in the state `saved` by save() when that is not empty.  `threads`
     /// must outlive it.
-    Simulation (*make)(const io::Scene& scene, Threads& threads, std::span<const double> saved);
+    std::unique_ptr<Simulation> (*make)(const io::Scene& scene, Threads& threads, std::span<const double> saved);
     /// The number of threads: as set, or the cores that the process may use, fewer for a small scene.
     int (*threads)(const io::Scene& scene);
     double (*memory_bytes)(const io::Scene& scene);  ///< of memory that the simulation needs

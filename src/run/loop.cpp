@@ -98,10 +98,7 @@ std::int64_t advance_to_end(Simulation& simulation, std::int64_t first, files::A
     while (step < simulation.steps && stop_signal() == 0) {
         keeping_frames(commits, [&] { simulation.advance(step); });
         ++step;
-        const auto due_now = [&](const ScheduledRecording& scheduled) { return is_due(scheduled, step); };
-        if (step % simulation.health_every == 0 || step == simulation.steps ||
-            std::any_of(simulation.recordings.begin(), simulation.recordings.end(), due_now))
-            keeping_frames(commits, [&] { simulation.check_health(step); });  // never record a diverged state
+        if (is_checked(simulation, step)) keeping_frames(commits, [&] { simulation.check_health(step); });
         commits.append_due(simulation, step);
         commits.commit_if_due();
         if (seconds_since(last_checkpoint) > 60.0 * files.checkpoint_minutes && step < simulation.steps) {
@@ -109,7 +106,7 @@ std::int64_t advance_to_end(Simulation& simulation, std::int64_t first, files::A
             save(simulation, step, archive, commits, files);
             last_checkpoint = Clock::now();
         }
-        progress.report(step, simulation.step_error);
+        progress.report(step, [&] { return simulation.step_error(); });
     }
     if (step != first) keeping_frames(commits, [&] { simulation.check_health(step); });
     return step;
@@ -132,8 +129,7 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
     const std::int64_t step = advance_to_end(simulation, first, archive, commits, files, quiet);
     save(simulation, step, archive, commits, files);
     if (step == simulation.steps) append_last(simulation, step, archive);
-    if (const std::string words = simulation.describe ? simulation.describe() : ""; !quiet && !words.empty())
-        log_information("{}", words);
+    if (const std::string words = simulation.describe(); !quiet && !words.empty()) log_information("{}", words);
     return {.first = first,
             .step = step,
             .signal = step < simulation.steps ? stop_signal() : 0,

@@ -55,10 +55,7 @@ bool run_to_end(Simulation& simulation, Arrays& arrays) {
     for (std::int64_t step = 0; step < simulation.steps;) {
         if (stop_signal() != 0) return false;
         simulation.advance(step++);
-        const auto due_now = [&](const ScheduledRecording& scheduled) { return is_due(scheduled, step); };
-        if (step % simulation.health_every == 0 || step == simulation.steps ||
-            std::any_of(simulation.recordings.begin(), simulation.recordings.end(), due_now))
-            simulation.check_health(step);
+        if (is_checked(simulation, step)) simulation.check_health(step);
         append_due(step);
     }
     for (const ScheduledRecording& scheduled : simulation.recordings)
@@ -71,9 +68,9 @@ std::optional<Report> run_in_memory(const io::Scene& given) {
     check_memory(given);
     return with_halved_steps(with_chosen_step(given, true), true, [](const io::Scene& scene) -> std::optional<Report> {
         Threads threads(kind_of(scene).threads(scene));
-        Simulation simulation = kind_of(scene).make(scene, threads, {});
+        const std::unique_ptr<Simulation> simulation = kind_of(scene).make(scene, threads, {});
         Arrays arrays;
-        if (!run_to_end(simulation, arrays)) return std::nullopt;
+        if (!run_to_end(*simulation, arrays)) return std::nullopt;
         return kind_of(scene).report(files::ArchiveReader(std::move(arrays)), scene, Theory::omitted);
     });
 }

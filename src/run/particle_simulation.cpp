@@ -20,15 +20,6 @@
 namespace drover::run {
 
 namespace {
-/// The state shared by the functions of one simulation.
-struct Shared {
-    io::Scene scene;
-    dem::World world;
-    measure::ParticleSetting setting;
-    double time = 0.0, energy_start = 0.0;
-    std::map<std::string, std::vector<std::vector<double>>> rows{};  // that frames lend, by group
-};
-
 std::uint64_t seed_of(const io::Scene& scene) { return static_cast<std::uint64_t>(scene.run.seed); }
 
 dem::Bodies bodies_of(const io::Scene& scene) {
@@ -120,81 +111,105 @@ dem::Bodies start_bodies(const io::Scene& scene, std::span<const double> saved) 
         .bodies;
 }
 
-std::vector<double> saved_state(const Shared& shared) {
-    std::vector<double> values{shared.time, shared.energy_start};
-    const dem::Bodies bodies = shared.world.bodies();
+class ParticleSimulation final : public Simulation {
+public:
+    ParticleSimulation(const io::Scene& the_scene, dem::Bodies bodies, Threads& the_threads);
+
+    void advance(std::int64_t step) override {
+        world_.advance(step);
+        time_ = static_cast<double>(step + 1) * dt;
+    }
+    void check_health(std::int64_t step) override;
+    std::vector<double> save() const override;
+    void restore(std::span<const double> saved) override;
+    void accept(std::int64_t step) override;
+    std::string describe() const override;
+
+private:
+    ScheduledRecording samples();
+
+    io::Scene scene_;
+    measure::ParticleSetting setting_;
+    dem::World world_;
+    double time_ = 0.0, energy_start_;
+    std::map<std::string, std::vector<std::vector<double>>> rows_;  // that frames lend, by group
+};
+
+ParticleSimulation::ParticleSimulation(const io::Scene& the_scene, dem::Bodies bodies, Threads& the_threads)
+    : Simulation(the_scene.time.dt, io::whole_steps(the_scene, "time.end", the_scene.time.end), the_threads.count()),
+      scene_(the_scene),
+      setting_(measure::make_particle_setting(scene_.particles, bodies)),
+      world_(scene_.particles, std::move(bodies), dt, seed_of(scene_), the_threads,
+             [this](const std::string& key) { return io::location_of(scene_, key); }),
+      energy_start_(world_.energy_kinetic()) {
+    const std::int64_t every = io::whole_steps(scene_, "output.frame_every", scene_.output.frame_every);
+    for (const io::BodyRecording& one : io::trajectory_recordings(scene_.particles, world_.bodies()))
+        recordings.push_back({one.recording, every, [this, make_row = one.row, group = one.recording.group] {
+                                  return lend(rows_[group], make_row(scene_.particles, world_.bodies()));
+                              }});
+    recordings.push_back(samples());
+}
+
+std::vector<double> ParticleSimulation::save() const {
+    std::vector<double> values{time_, energy_start_};
+    const dem::Bodies bodies = world_.bodies();
     for_vectors(bodies, [&](const dem::Vector& vector) {
         values.insert(values.end(), {vector.x, vector.y, vector.z});
     });
-    const std::vector<double> state = shared.world.save();
+    const std::vector<double> state = world_.save();
     values.insert(values.end(), state.begin(), state.end());
     return values;
 }
 
-void restore(Shared& shared, std::span<const double> saved) {
-    const std::size_t before = saved_before + saved_of_bodies(shared.world.bodies());
+void ParticleSimulation::restore(std::span<const double> saved) {
+    const std::size_t before = saved_before + saved_of_bodies(world_.bodies());
     require(saved.size() > before, {}, "the checkpoint holds {} numbers; this world has more than {}", saved.size(),
             before);
-    shared.time = saved[0];
-    shared.energy_start = saved[1];
-    shared.world.restore(saved.subspan(before));
+    time_ = saved[0];
+    energy_start_ = saved[1];
+    world_.restore(saved.subspan(before));
 }
 
-std::vector<ScheduledRecording> frames_of(const std::shared_ptr<Shared>& shared) {
-    const io::Scene& scene = shared->scene;
-    const std::int64_t every = io::whole_steps(scene, "output.frame_every", scene.output.frame_every);
-    std::vector<ScheduledRecording> result;
-    for (const io::BodyRecording& one : io::trajectory_recordings(scene.particles, shared->world.bodies()))
-        result.push_back({one.recording, every, [shared, make_row = one.row, group = one.recording.group] {
-                              return lend(shared->rows[group],
-                                          make_row(shared->scene.particles, shared->world.bodies()));
-                          }});
-    return result;
+void ParticleSimulation::accept(std::int64_t step) {
+    if (rows_.empty()) return;  // nobody has changed them
+    dem::Bodies bodies = world_.bodies();
+    io::set_bodies(rows_[io::beads_group], rows_[io::rods_group], bodies, "the frame", {});
+    world_.set_bodies(bodies, step);
 }
 
-/// Takes the bodies that the frames now hold.
-void accept(Shared& shared, std::int64_t step) {
-    if (shared.rows.empty()) return;  // nobody has changed them
-    dem::Bodies bodies = shared.world.bodies();
-    io::set_bodies(shared.rows[io::beads_group], shared.rows[io::rods_group], bodies, "the frame", {});
-    shared.world.set_bodies(bodies, step);
+ScheduledRecording ParticleSimulation::samples() {
+    const auto rows = measure::particle_observables(setting_);
+    return sample_recording(scene_, io::series_group, measure::axes_of(rows), quantities_of(rows), [this, rows] {
+        return measure_all(rows, measure::ParticleMoment{.setting = setting_,
+                                                         .bodies = world_.bodies(),
+                                                         .time = time_,
+                                                         .balance = world_.balance(),
+                                                         .counts = world_.counts(),
+                                                         .energy_kinetic = world_.energy_kinetic()});
+    });
 }
 
-ScheduledRecording samples_of(const std::shared_ptr<Shared>& shared) {
-    const auto rows = measure::particle_observables(shared->setting);
-    return sample_recording(shared->scene, io::series_group, measure::axes_of(rows), quantities_of(rows),
-                            [shared, rows] {
-                                const measure::ParticleMoment moment{.setting = shared->setting,
-                                                                     .bodies = shared->world.bodies(),
-                                                                     .time = shared->time,
-                                                                     .balance = shared->world.balance(),
-                                                                     .counts = shared->world.counts(),
-                                                                     .energy_kinetic = shared->world.energy_kinetic()};
-                                return measure_all(rows, moment);
-                            });
-}
-
-void check_health(const Shared& shared, std::int64_t step) {
-    if (std::isfinite(shared.world.energy_kinetic())) return;
+void ParticleSimulation::check_health(std::int64_t step) {
+    if (std::isfinite(world_.energy_kinetic())) return;
     fail_run(
         "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}; the last checkpoint is good to "
         "restart from",
-        step, static_cast<double>(step) * shared.scene.time.dt, shared.world.non_finite());
+        step, static_cast<double>(step) * scene_.time.dt, world_.non_finite());
 }
 
 /// Impacts, groups, overlaps and the energy balance.
-std::string describe(const Shared& shared) {
-    const dem::Counts counts = shared.world.counts();
-    const dem::EnergyBalance balance = shared.world.balance();
-    const dem::OverlapRecord worst = shared.world.worst_overlap();
-    const double now = shared.world.energy_kinetic(), change = now - shared.energy_start;
+std::string ParticleSimulation::describe() const {
+    const dem::Counts counts = world_.counts();
+    const dem::EnergyBalance balance = world_.balance();
+    const dem::OverlapRecord worst = world_.worst_overlap();
+    const double now = world_.energy_kinetic(), change = now - energy_start_;
     double largest = std::abs(now);
     for (const auto entry : dem::balance_parts) largest = std::max(largest, std::abs(balance.*entry));
     std::string words =
         text("impacts: {} bead-bead, {} rod-bead, {} rod-rod, {} bead-plate, {} rod-plate, {} bead-wall, {} rod-wall",
              counts.bead_bead, counts.rod_bead, counts.rod_rod, counts.bead_plate, counts.rod_plate, counts.bead_wall,
              counts.rod_wall);
-    if (dem::PairwiseLaw::is_chosen(shared.scene.particles.contacts))
+    if (dem::PairwiseLaw::is_chosen(scene_.particles.contacts))
         words += text("; {} with less friction, which would have created energy", counts.limited);
     else
         words += text("; {} groups, the largest of {} contacts, {} unresolved", counts.groups, counts.largest_group,
@@ -308,38 +323,10 @@ TimedScene timed_particles(const io::Scene& scene) {
     return {timed, spheres / std::max(spheres_of(timed), 1.0)};
 }
 
-Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
-    const LocationOf location = [&](const std::string& key) { return io::location_of(scene, key); };
-    dem::Bodies bodies = start_bodies(scene, saved);
-    measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
-    const auto shared =
-        std::make_shared<Shared>(Shared{.scene = scene,
-                                        .world = dem::World(scene.particles, std::move(bodies), scene.time.dt,
-                                                            seed_of(scene), threads, location),
-                                        .setting = std::move(setting)});
-    shared->energy_start = shared->world.energy_kinetic();
-    Simulation simulation{.dt = scene.time.dt,
-                          .steps = io::whole_steps(scene, "time.end", scene.time.end),
-                          .recordings = frames_of(shared),
-                          .advance = {},
-                          .check_health = {},
-                          .save = {},
-                          .restore = {},
-                          .accept = [shared](std::int64_t step) { accept(*shared, step); },
-                          .count = {},
-                          .step_error = {},
-                          .describe = {}};
-    simulation.threads = threads.count();
-    simulation.recordings.push_back(samples_of(shared));
-    simulation.advance = [shared](std::int64_t step) {
-        shared->world.advance(step);
-        shared->time = static_cast<double>(step + 1) * shared->scene.time.dt;
-    };
-    simulation.check_health = [shared](std::int64_t step) { check_health(*shared, step); };
-    simulation.describe = [shared] { return describe(*shared); };
-    simulation.save = [shared] { return saved_state(*shared); };
-    simulation.restore = [shared](std::span<const double> values) { restore(*shared, values); };
-    if (!saved.empty()) simulation.restore(saved);
+std::unique_ptr<Simulation> make_particle_simulation(const io::Scene& scene, Threads& threads,
+                                                     std::span<const double> saved) {
+    auto simulation = std::make_unique<ParticleSimulation>(scene, start_bodies(scene, saved), threads);
+    if (!saved.empty()) simulation->restore(saved);
     return simulation;
 }
 

@@ -1,5 +1,7 @@
 // run/particle_simulation.hpp: a scene of particles as a Simulation.
 #pragma once
+#include <memory>
+
 #include "drover/base/threads.hpp"
 #include "drover/io/scene.hpp"
 #include "drover/run/report.hpp"
@@ -19,6 +21,7 @@ std::vector<std::string> particle_warnings(const io::Scene& scene);
 Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 
 /// Throws an input Error for a packing of other bodies, and a run Error where none was found.
-Simulation make_particle_simulation(const io::Scene& scene, Threads& threads, std::span<const double> saved = {});
+std::unique_ptr<Simulation> make_particle_simulation(const io::Scene& scene, Threads& threads,
+                                                     std::span<const double> saved);
 
 }  // namespace drover::run

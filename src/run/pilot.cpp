@@ -31,10 +31,11 @@ Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error)
     io::Scene pilot_alone = scene;
     pilot_alone.accuracy.effort = effort_of_pilots;
     pilot_alone.accuracy.biases = false;
-    Simulation simulation = [&] {
+    const std::unique_ptr<Simulation> made = [&] {
         const LogPause quiet;  // the run itself says what its start has to say
         return kind_of(pilot_alone).make(pilot_alone, threads, {});
     }();
+    Simulation& simulation = *made;
     const auto samples =
         std::find_if(simulation.recordings.begin(), simulation.recordings.end(),
                      [](const auto& scheduled) { return scheduled.recording.group == field_samples_group; });
@@ -51,7 +52,7 @@ Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error)
                                  stop_reason(stop_signal()));
             simulation.advance(step++);
             const bool sampled = step % samples->every == 0;
-            if (sampled || step % simulation.health_every == 0) simulation.check_health(step);
+            if (is_checked(simulation, step)) simulation.check_health(step);
             if (sampled) pilot.step_error = std::max(pilot.step_error, append_sample(*samples, pilot));
         }
     } catch (const Error& error) {

@@ -33,7 +33,7 @@ void ProgressLine::show(const std::function<std::string(double elapsed)>& words)
     shown_ = true;
 }
 
-void Progress::report(std::int64_t step, const std::function<double()>& step_error) {
+void Progress::report(std::int64_t step, const std::function<std::optional<double>()>& step_error) {
     line_.show([&](double elapsed) {
         const double rate = static_cast<double>(step - first_) / elapsed;
         const double left = rate > 0.0 ? static_cast<double>(last_ - step) / rate : 0.0;
@@ -41,8 +41,8 @@ void Progress::report(std::int64_t step, const std::function<double()>& step_err
             text("t = {:.4g} of {:.4g} s ({:.0f} %), {:.3g} steps/s, {} left", static_cast<double>(step) * dt_,
                  static_cast<double>(last_) * dt_, 100.0 * static_cast<double>(step) / static_cast<double>(last_), rate,
                  duration_text(left));
-        if (const double error = step_error ? step_error() : 0.0; error > 0.0)
-            line += text(", estimated error of the steps {:.2g}", error);
+        if (const std::optional<double> error = step_error(); error > 0.0)
+            line += text(", estimated error of the steps {:.2g}", *error);
         return line;
     });
 }

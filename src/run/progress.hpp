@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 
 namespace drover::run {
@@ -33,8 +34,8 @@ public:
     Progress(std::int64_t first, std::int64_t last, double dt, bool quiet)
         : first_(first), last_(last), dt_(dt), line_(quiet) {}
 
-    /// `step_error`, where it is not empty, is called for a line that is shown.
-    void report(std::int64_t step, const std::function<double()>& step_error);
+    /// `step_error` is called for a line that is shown.
+    void report(std::int64_t step, const std::function<std::optional<double>()>& step_error);
 
 private:
     std::int64_t first_, last_;

@@ -151,7 +151,8 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
 namespace {
 RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
     Threads threads(kind_of(scene).threads(scene));
-    Simulation simulation = kind_of(scene).make(scene, threads, {});
+    const std::unique_ptr<Simulation> made = kind_of(scene).make(scene, threads, {});
+    Simulation& simulation = *made;
     const std::filesystem::path path = archive_path(scene);
     std::optional<StopSignals> signals(std::in_place);
     std::vector<files::Attribute> attributes = provenance(scene, threads.count());
@@ -204,7 +205,8 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     io::Scene scene = io::parse_scene(checkpoint.scene, name, overrides, options.functions);
     scene.output.file = path.string();
     Threads threads(kind_of(scene).threads(scene));
-    Simulation simulation = kind_of(scene).make(scene, threads, checkpoint.state);
+    const std::unique_ptr<Simulation> made = kind_of(scene).make(scene, threads, checkpoint.state);
+    Simulation& simulation = *made;
     require(checkpoint.step <= simulation.steps, {.file = path.string()},
             "the run has reached t = {} s, beyond time.end = {}; to continue, give a later end: --set time.end=...",
             checkpoint.time, scene.time.end);

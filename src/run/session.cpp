@@ -23,18 +23,18 @@ Session::Session(const io::Scene& scene)
     : scene_(ready(scene)),
       threads_(std::make_unique<Threads>(kind_of(scene_).threads(scene_))),
       simulation_(kind_of(scene_).make(scene_, *threads_, {})) {
-    series_.values.resize(simulation_.recordings.back().recording.quantities.size());
-    simulation_.check_health(0);
-    if (is_due(simulation_.recordings.back(), 0)) sample();
+    series_.values.resize(simulation_->recordings.back().recording.quantities.size());
+    simulation_->check_health(0);
+    if (is_due(simulation_->recordings.back(), 0)) sample();
 }
 
 std::span<const ScheduledRecording> Session::frames() const {
-    return std::span(simulation_.recordings).first(simulation_.recordings.size() - 1);
+    return std::span(simulation_->recordings).first(simulation_->recordings.size() - 1);
 }
 
 void Session::sample() {
     series_.times.push_back(time());
-    const std::vector<std::span<const double>> row = simulation_.recordings.back().observe();
+    const std::vector<std::span<const double>> row = simulation_->recordings.back().observe();
     for (std::size_t i = 0; i < row.size(); ++i)
         series_.values[i].insert(series_.values[i].end(), row[i].begin(), row[i].end());
 }
@@ -44,12 +44,10 @@ void Session::advance(std::int64_t steps, const std::function<void()>& poll) {
     for (const std::int64_t end = step_ + steps; step_ < end;) {
         poll();
         failed_ = true;  // unless the step succeeds
-        simulation_.advance(step_);
+        simulation_->advance(step_);
         ++step_;
-        const bool is_last = step_ == simulation_.steps, sampled = is_due(simulation_.recordings.back(), step_);
-        if (step_ % simulation_.health_every == 0 || is_last || sampled || step_ == end)
-            simulation_.check_health(step_);
-        if (sampled || is_last) sample();
+        if (is_checked(*simulation_, step_) || step_ == end) simulation_->check_health(step_);
+        if (step_ == simulation_->steps || is_due(simulation_->recordings.back(), step_)) sample();
         failed_ = false;
     }
 }
@@ -72,7 +70,7 @@ Report Session::report() const {
 }
 
 void Session::accept() {
-    simulation_.accept(step_);
+    simulation_->accept(step_);
     was_changed_ = true;
 }
 

@@ -14,6 +14,13 @@ std::vector<std::span<const double>> lend(std::vector<std::vector<double>>& arra
     return {arrays.begin(), arrays.end()};
 }
 
+bool is_checked(const Simulation& simulation, std::int64_t step) {
+    constexpr std::int64_t every = 8;
+    return step % every == 0 || step == simulation.steps ||
+           std::ranges::any_of(simulation.recordings,
+                               [&](const ScheduledRecording& scheduled) { return is_due(scheduled, step); });
+}
+
 std::size_t scheduled_rows(const ScheduledRecording& recording, std::int64_t step) {
     return 1 + (recording.every == 0 ? 0 : static_cast<std::size_t>(step / recording.every));
 }

@@ -28,11 +28,11 @@ public:
 
     const io::Scene& scene() const { return scene_; }  ///< with its time step
     std::int64_t step() const { return step_; }
-    std::int64_t steps() const { return simulation_.steps; }  ///< to time.end
-    double time() const { return static_cast<double>(step_) * simulation_.dt; }
-    int threads() const { return simulation_.threads; }
+    std::int64_t steps() const { return simulation_->steps; }  ///< to time.end
+    double time() const { return static_cast<double>(step_) * simulation_->dt; }
+    int threads() const { return simulation_->threads; }
     /// Steps between rows of the frames; 0: none between the first and the last.
-    std::int64_t frame_every() const { return simulation_.recordings.front().every; }
+    std::int64_t frame_every() const { return simulation_->recordings.front().every; }
     bool was_changed() const { return was_changed_; }
 
     /// Calls `poll` before every step; an exception from it leaves the run as it is then.  Throws run Errors, after
@@ -43,7 +43,7 @@ public:
     std::span<const ScheduledRecording> frames() const;
     std::vector<std::span<const double>> observe(std::size_t frame) const { return frames()[frame].observe(); }
 
-    const files::Recording& observables() const { return simulation_.recordings.back().recording; }
+    const files::Recording& observables() const { return simulation_->recordings.back().recording; }
     const Series& series() const { return series_; }
     /// Means with errors and linear theory of the samples so far, as of a run that ends now; of particles without what
     /// needs their paths, which are not kept.  Throws an input Error before the first step.
@@ -58,7 +58,7 @@ private:
 
     io::Scene scene_;
     std::unique_ptr<Threads> threads_;
-    Simulation simulation_;
+    std::unique_ptr<Simulation> simulation_;
     Series series_;
     std::int64_t step_ = 0;
     bool was_changed_ = false, failed_ = false;

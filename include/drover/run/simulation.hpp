@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,23 +27,33 @@ struct ScheduledRecording {
 };
 
 /// A simulation ready to run.  Only advance(), restore() and accept() change its state.
-struct Simulation {
-    double dt = 0.0;                                       ///< [s]
-    std::int64_t steps = 0;                                ///< in all
-    std::vector<ScheduledRecording> recordings;            ///< the last one holds the observables
-    std::function<void(std::int64_t step)> advance;        ///< from step to step + 1
-    std::function<void(std::int64_t step)> check_health;   ///< throws a run Error that reports what is not finite
-    std::function<std::vector<double>()> save;             ///< the complete state
-    std::function<void(std::span<const double>)> restore;  ///< throws an input Error for a state of another world
+class Simulation {
+public:
+    Simulation(double the_dt, std::int64_t the_steps, int the_threads)
+        : dt(the_dt), steps(the_steps), threads(the_threads) {}
+    virtual ~Simulation() = default;
+    Simulation(const Simulation&) = delete;
+    Simulation& operator=(const Simulation&) = delete;
+
+    virtual void advance(std::int64_t step) = 0;        ///< from step to step + 1
+    virtual void check_health(std::int64_t step) = 0;   ///< throws a run Error that reports what is not finite
+    virtual std::vector<double> save() const = 0;       ///< the complete state
+    virtual void restore(std::span<const double>) = 0;  ///< throws an input Error for a state of another world
     /// Takes the fields, or bodies, that the arrays of the frames now hold as the state.  Throws an input Error, and
     /// keeps the state, where they are not finite, or bodies overlap.
-    std::function<void(std::int64_t step)> accept;
-    std::function<numerics::StepCount()> count;  ///< of steps taken; fields only
-    std::function<double()> step_error;          ///< relative, estimated so far; fields only
-    std::function<std::string()> describe;       ///< statistics of the run for people; may be ""
-    std::int64_t health_every = 8;               ///< steps between health checks: a blow-up is found within ten steps
-    int threads = 1;
+    virtual void accept(std::int64_t step) = 0;
+    virtual std::string describe() const = 0;                        ///< statistics of the run for people; may be ""
+    virtual numerics::StepCount count() const { return {}; }         ///< of steps taken; fields only
+    virtual std::optional<double> step_error() const { return {}; }  ///< relative, estimated so far; fields only
+
+    const double dt;           ///< [s]
+    const std::int64_t steps;  ///< in all
+    const int threads;
+    std::vector<ScheduledRecording> recordings;  ///< the last one holds the observables
 };
+
+/// Whether the state after so many steps is to be checked: a blow-up is found within ten steps, and is not recorded.
+bool is_checked(const Simulation& simulation, std::int64_t step);
 
 /// Puts a row into arrays that observe() returns, which keep their places.
 std::vector<std::span<const double>> lend(std::vector<std::vector<double>>& arrays,
