@@ -77,6 +77,12 @@ void add_rod_motion(const ParticleSetting& setting, ParticleRows& rows) {
         rods(&RodMeans::temperature_turning));
     add(rows, "rod_height", "mm", "mean height of the centres of mass of the rods" + at_one_phase,
         rods(&RodMeans::height));
+    add(rows, "rod_pitch", "1", "mean of n_z over the rods: > 0 where heads are above tails" + at_one_phase,
+        [](const ParticleMoment& moment) {
+            double sum = 0.0;
+            for (const dem::Rod& rod : moment.bodies.rods) sum += rod.axis.z;
+            return sum / static_cast<double>(moment.bodies.rods.size());
+        });
     add(rows, "rod_tilt", "1", "root mean square of n_z over the rods" + at_one_phase, rods(&RodMeans::tilt));
     if (!setting.round) return;
     add(rows, "rod_velocity_azimuthal", "mm s-1", "mean velocity of the rods around the origin, counter-clockwise > 0",
