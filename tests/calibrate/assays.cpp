@@ -88,6 +88,14 @@ Case diffusion_case() {
             .coverage_error = 0.05};
 }
 
+Case rotation_case() {
+    // Jitter of the axis adds an offset to the squares of the angles, twice its variance; relaxation has the same D_r.
+    return {.assay = rotation({.warm_up = 0.0, .frame = 0.05, .time = 4.0, .min_lag = 0.1, .max_lag = 0.5}),
+            .truth = {.diffusion = 0.5, .jitter = 0.1, .speed = 2.0, .step = 0.01},
+            .values = {{0, 0.5}, {1, 2.0 * 0.01}, {2, 0.0}},
+            .coverage_error = 0.045};
+}
+
 /// All cases, by name.
 Case case_of(const std::string& name) {
     if (name == "relaxation") return relaxation_case();
@@ -100,6 +108,7 @@ Case case_of(const std::string& name) {
     if (name == "shear") return shear_case();
     if (name == "propulsion") return propulsion_case();
     if (name == "diffusion") return diffusion_case();
+    if (name == "rotation") return rotation_case();
     if (name == "stiffness_among_rods") return stiffness_among_rods_case();
     return stiffness_case();
 }
@@ -254,6 +263,7 @@ constexpr const char* names[] = {"relaxation",
                                  "propulsion",
                                  "stiffness",
                                  "diffusion",
+                                 "rotation",
                                  "stiffness_among_rods",
                                  "drag_with_reversal"};
 const auto name_of = [](const auto& info) { return std::string(info.param); };

@@ -8,6 +8,7 @@
 #include "drover/calibrate/drag.hpp"
 #include "drover/calibrate/propulsion.hpp"
 #include "drover/calibrate/relaxation.hpp"
+#include "drover/calibrate/rotation.hpp"
 #include "drover/calibrate/scattering.hpp"
 #include "drover/calibrate/shear.hpp"
 #include "drover/calibrate/stiffness.hpp"
@@ -28,6 +29,7 @@ struct Plans {
     DiffusionPlan diffusion;
     AlignmentPlan alignment;
     ScatteringPlan scattering;
+    RotationPlan rotation;
 };
 
 /// `doc` describes the section [calibrate.<name>] of a scene.
@@ -51,7 +53,8 @@ inline constexpr std::tuple catalogue{
     CatalogueRow{"alignment", "Alignment of rods by contacts, the beads held: c and a among rods.", &Plans::alignment,
                  &alignment},
     CatalogueRow{"scattering", "Alignment by contacts from collisions of two rods, the beads held: c and J_kq.",
-                 &Plans::scattering, &scattering}};
+                 &Plans::scattering, &scattering},
+    CatalogueRow{"rotation", "Mean-square angles of single rods: D_r.", &Plans::rotation, &rotation}};
 
 /// Calls visit(name, doc, plan) for each assay, in the order of the catalogue.
 template <class AnyPlans, class Visit>

@@ -1,0 +1,122 @@
+// calibrate/assays/rotation.cpp: rotational diffusion of single rods from mean-square angles.
+#include "drover/calibrate/rotation.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "calibrate/assays/plan_support.hpp"
+
+namespace drover::calibrate {
+
+namespace {
+constexpr std::size_t min_lags = 4;  // of the fit: two in each half
+
+/// The lag numbered `i` of the fit, in frames.
+std::size_t lag_of(const RotationPlan& plan, std::size_t i) { return frames_in(plan.min_lag, plan.frame) + i; }
+std::size_t lags_of(const RotationPlan& plan) { return frames_in(plan.max_lag, plan.frame) + 1 - lag_of(plan, 0); }
+
+/// The mean-square angle at each lag.
+Trial follow(const RotationPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
+    dem::Setup setup = with_rods(given, "rotation", false);
+    setup.forces = bed_at_rest(setup);
+    const auto system = make(setup, seed);
+    system->advance_to(plan.warm_up);
+    const std::size_t frames = frames_in(plan.time, plan.frame), rods = system->rods().size();
+    std::vector<std::vector<double>> angles(rods, {0.0});
+    std::vector<RodPose> before = system->rods();
+    for (std::size_t frame = 1; frame <= frames; ++frame) {
+        system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
+        const std::vector<RodPose> now = system->rods();
+        for (std::size_t r = 0; r < rods; ++r)
+            angles[r].push_back(angles[r].back() +
+                                std::remainder(now[r].angle - before[r].angle, 2.0 * std::numbers::pi));
+        before = now;
+    }
+    Trial squares(lags_of(plan), 0.0);
+    for (std::size_t i = 0; i < squares.size(); ++i) {
+        const std::size_t lag = lag_of(plan, i), starts = frames + 1 - lag;
+        for (const std::vector<double>& path : angles)
+            for (std::size_t s = 0; s < starts; ++s) squares[i] += std::pow(path[s + lag] - path[s], 2);
+        squares[i] /= static_cast<double>(starts * rods);
+    }
+    return squares;
+}
+
+/// c + 2 D_r t at the lags numbered [begin, end) of the fit.
+Line line_of(const RotationPlan& plan, std::span<const double> squares, std::size_t begin, std::size_t end) {
+    std::vector<double> times, weights;
+    for (std::size_t i = begin; i < end; ++i) {
+        times.push_back(static_cast<double>(lag_of(plan, i)) * plan.frame);
+        weights.push_back(1.0 / (times.back() * times.back()));
+    }
+    return fit_line(times, squares.subspan(begin, end - begin), weights);
+}
+
+std::vector<double> estimates_of(const RotationPlan& plan, std::span<const double> squares) {
+    const std::size_t count = squares.size(), half = count / 2;
+    const Line line = line_of(plan, squares, 0, count);
+    const double shorter = line_of(plan, squares, 0, half).slope, longer = line_of(plan, squares, half, count).slope;
+    return {0.5 * line.slope, line.at_zero, (longer - shorter) / line.slope};
+}
+
+std::string conclude(std::vector<measure::Estimate>& estimates) {
+    const measure::Estimate& change = estimates[2];
+    constexpr double rounding = 1e-12;  // of the fits: no change, however small its error
+    if (!change.error) return "whether the turning is diffusive is not known";
+    if (std::abs(change.mean) <= 2.0 * *change.error + rounding) return "the mean-square angle is linear in time";
+    return text("not diffusive: D_r changes by {:.2g} +- {:.2g} of itself over the lags; use longer lags", change.mean,
+                *change.error);
+}
+}  // namespace
+
+Assay rotation(const RotationPlan& plan) {
+    require(plan.frame > 0.0 && plan.min_lag >= plan.frame && plan.time >= plan.max_lag + plan.frame, {},
+            "rotation: frames of {} s, lags of {} to {} s, a trial of {} s; expected a shortest lag of at least one "
+            "frame, and a trial at least one frame longer than the longest lag",
+            plan.frame, plan.min_lag, plan.max_lag, plan.time);
+    require(plan.max_lag >= plan.min_lag + static_cast<double>(min_lags - 1) * plan.frame * (1.0 - 1e-9), {},
+            "rotation: lags of {} to {} s in frames of {} s; expected at least {} lags: raise max_lag or lower frame",
+            plan.min_lag, plan.max_lag, plan.frame, min_lags);
+    return {.name = "rotation",
+            .population = Population::single_rods,
+            .quantities = {{"rotational_diffusion", "1/s", "D_r: <[theta(t) - theta(0)]^2> = c + 2 D_r t"},
+                           {"rotational_offset", "1", "c", false},
+                           {"rotational_change", "1", "(D_r of longer lags - D_r of shorter lags)/D_r", false}},
+            .trial = std::bind_front(follow, plan),
+            .estimator = always(std::bind_front(estimates_of, plan)),
+            .conclude = conclude};
+}
+
+}  // namespace drover::calibrate
+
+namespace drover {
+
+template <>
+const std::vector<Row<calibrate::RotationPlan>>& schema<calibrate::RotationPlan>() {
+    using Plan = calibrate::RotationPlan;
+    static const std::vector<Row<Plan>> rows{
+        {.name = "warm_up",
+         .member = &Plan::warm_up,
+         .unit = "s",
+         .range = not_negative,
+         .doc = "before angles are recorded"},
+        {.name = "frame",
+         .member = &Plan::frame,
+         .unit = "s",
+         .range = positive,
+         .doc = "between recorded angles; a rod turns by less than half a turn in it"},
+        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded in each trial"},
+        {.name = "min_lag",
+         .member = &Plan::min_lag,
+         .unit = "s",
+         .range = positive,
+         .doc = "shortest lag of the fit; longer than a rod keeps its rate of turning"},
+        {.name = "max_lag",
+         .member = &Plan::max_lag,
+         .unit = "s",
+         .range = positive,
+         .doc = "longest lag of the fit; less than time"}};
+    return rows;
+}
+
+}  // namespace drover
