@@ -13,8 +13,8 @@ namespace {
 
 using std::numbers::pi;
 
-dem::Setup soft(dem::Setup setup, double stiffness) {
-    setup.contacts.model = "spring-dashpot";
+dem::Setup soft(dem::Setup setup, double stiffness, const char* model = SpringDashpot::name) {
+    setup.contacts.model = model;
     setup.contacts.stiffness = stiffness;
     setup.contacts.max_overlap = 0.2;
     return setup;
@@ -48,22 +48,59 @@ Bead collided(const dem::Setup& setup, const Vector& velocity, double steps, dou
     return world.bodies().beads.front();
 }
 
+/// The largest error of the restitution at 50 steps a contact, and at 400.
+void expect_restitution(const char* model, double e) {
+    const dem::Setup setup = soft(base_only(e, 0.0), 1e9, model);
+    const auto error = [&](double steps) {
+        // The largest over the phases of the start of the contact within a step.
+        double worst = 0.0;
+        for (double phase = 0.05; phase < 1.0; phase += 0.1)
+            worst = std::max(worst, std::abs(collided(setup, {0.0, 0.0, -20.0}, steps,
+                                                      1e-3 + phase * 20.0 * pi * std::sqrt(mass / 1e9) / steps)
+                                                     .velocity.z /
+                                                 20.0 -
+                                             e));
+        return worst;
+    };
+    EXPECT_LT(error(50.0), 0.01) << e;
+    EXPECT_LT(error(400.0), error(50.0) / 20.0 + 1e-12) << e;  // 64 at second order, 8 at first
+}
+
 TEST(SpringDashpot, a_binary_collision_has_the_given_restitution_to_second_order_in_the_step) {
-    for (const double e : {0.1, 0.3, 0.9, 1.0}) {
-        const dem::Setup setup = soft(base_only(e, 0.0), 1e9);
-        const auto error = [&](double steps) {
-            // The largest over the phases of the start of the contact within a step.
-            double worst = 0.0;
-            for (double phase = 0.05; phase < 1.0; phase += 0.1)
-                worst = std::max(worst, std::abs(collided(setup, {0.0, 0.0, -20.0}, steps,
-                                                          1e-3 + phase * 20.0 * pi * std::sqrt(mass / 1e9) / steps)
-                                                         .velocity.z /
-                                                     20.0 -
-                                                 e));
-            return worst;
+    for (const double e : {0.1, 0.3, 0.9, 1.0}) expect_restitution(SpringDashpot::name, e);
+}
+
+TEST(RepulsiveSpring, a_binary_collision_has_the_given_restitution_to_second_order_in_the_step) {
+    for (const double e : {0.05, 0.3, 0.9, 1.0}) expect_restitution(RepulsiveSpring::name, e);
+}
+
+TEST(RepulsiveSpring, its_damping_has_the_restitution_of_the_oscillator_that_parts_without_force) {
+    // The exact motion x'' = -x - 2 zeta x' from x = 0, x' = 1, at the first time of x'' = 0, found by bisection.
+    for (const double zeta : {1e-3, 0.1, 0.5, 0.9, 0.999, 1.001, 1.5, 5.0}) {
+        const auto speed_and_force = [&](double t) {
+            const double square = 1.0 - zeta * zeta, w = std::sqrt(std::abs(square));
+            const double c = square > 0.0 ? std::cos(w * t) : std::cosh(w * t),
+                         s = square > 0.0 ? std::sin(w * t) / w : std::sinh(w * t) / w, fall = std::exp(-zeta * t);
+            const double x = fall * s, v = fall * (c - zeta * s);
+            return std::pair{v, -(x + 2.0 * zeta * v)};
         };
-        EXPECT_LT(error(50.0), 0.01) << e;
-        EXPECT_LT(error(400.0), error(50.0) / 20.0 + 1e-12) << e;  // 64 at second order, 8 at first
+        double before = 1e-9, after = before;
+        while (speed_and_force(after).second < 0.0) after += 1e-3;
+        for (int k = 0; k < 60; ++k) {
+            const double middle = 0.5 * (before + after);
+            (speed_and_force(middle).second < 0.0 ? before : after) = middle;
+        }
+        const double e = -speed_and_force(after).first;
+        EXPECT_NEAR(RepulsiveSpring::damping_ratio(e), zeta, 1e-9 * zeta) << e;
+    }
+}
+
+TEST(RepulsiveSpring, gross_sliding_changes_the_slip_as_the_impulse_law_does) {
+    // Damping presses from the first moment, and the tangential spring has to stretch to its limit first: at this slip
+    // in less than a step.
+    for (const double e : {0.1, 0.9}) {
+        const Bead bead = collided(soft(base_only(e, 0.05), 1e9, RepulsiveSpring::name), {8000.0, 0.0, -20.0}, 500.0);
+        EXPECT_NEAR(8000.0 - bead.velocity.x, 0.05 * (1.0 + e) * 20.0, 0.002) << e;
     }
 }
 

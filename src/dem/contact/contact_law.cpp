@@ -81,6 +81,15 @@ std::vector<std::string> contact_models() {
     return names;
 }
 
+std::string contact_models_doc() {
+    std::string words;
+    for_laws(static_cast<ContactLaw*>(nullptr), [&]<class Law>(Law*) {
+        if constexpr (requires { Law::doc; })
+            words += text("{}{}: {}", words.empty() ? "contact law: " : "; ", Law::name, Law::doc);
+    });
+    return words;
+}
+
 ContactLaw contact_law(const ContactControl& control) {
     ContactLaw law;
     for_laws(&law, [&]<class Law>(Law*) {

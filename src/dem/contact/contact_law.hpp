@@ -1,6 +1,6 @@
 // dem/contact/contact_law.hpp: the contact laws. A law is a parameter struct; a soft law is also a pure function from
-// the state of a contact to its force. To add a soft law: its keys in [contacts] (setup.hpp, setup_schema.cpp), and
-// here its struct and one alternative of ContactLaw.
+// the state of a contact to its force. To add a soft law: here its struct and one alternative of ContactLaw, and its
+// own keys, if it has any, in [contacts] (setup.hpp, setup_schema.cpp).
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -47,6 +47,22 @@ concept SoftLaw = requires(const Law& law, const SoftContact& contact, const Con
     { law(contact) } -> std::same_as<SoftForce>;
 };
 
+/// A linear normal spring with this damping force, and a tangential spring that slips where its force would exceed
+/// friction times `pressing`.
+inline SoftForce spring_force(const SoftContact& contact, double stiffness, double tangential_stiffness, double damping,
+                              double pressing) {
+    const double elastic = stiffness * contact.overlap;
+    const Vector trial = contact.stretch + contact.slip;
+    const double size = length(trial), limit = contact.friction * pressing / tangential_stiffness;
+    const Vector stretch = size > limit ? limit / size * trial : trial;
+    return {.elastic = elastic,
+            .damping = damping,
+            .tangential = -tangential_stiffness * stretch,
+            .stretch = stretch,
+            .stored = 0.5 * (elastic * contact.overlap + tangential_stiffness * dot(stretch, stretch)),
+            .slipped = 0.5 * tangential_stiffness * dot(contact.stretch + stretch, trial - stretch)};
+}
+
 /// The linear spring-dashpot of Cundall & Strack, Geotechnique 29, 47 (1979).
 ///
 /// Normal force k delta - gamma u_n, with gamma = -2 ln e sqrt(m k/(pi^2 + ln^2 e)): a binary collision has the
@@ -57,6 +73,9 @@ concept SoftLaw = requires(const Law& law, const SoftContact& contact, const Con
 /// throughout has the tangential impulse mu (1 + e) m |u_n| of the impulse law.
 struct SpringDashpot {
     static constexpr const char* name = "spring-dashpot";
+    static constexpr const char* doc =
+        "bodies are soft, and contacts are linear springs with damping and friction (an independent check, with far "
+        "smaller time steps)";
     static bool is_chosen(const ContactControl& control) { return control.model == name; }
     double stiffness = 0.0;             ///< k [mg/s^2]
     double tangential_stiffness = 0.0;  ///< k_t [mg/s^2]
@@ -71,16 +90,54 @@ struct SpringDashpot {
         const double ln_e = std::log(contact.restitution);
         const double gamma =
             -2.0 * ln_e * std::sqrt(contact.mass * stiffness / (std::numbers::pi * std::numbers::pi + ln_e * ln_e));
-        const double elastic = stiffness * contact.overlap;
-        const Vector trial = contact.stretch + contact.slip;
-        const double size = length(trial), limit = contact.friction * elastic / tangential_stiffness;
-        const Vector stretch = size > limit ? limit / size * trial : trial;
-        return {.elastic = elastic,
-                .damping = -gamma * contact.opening_speed * contact.edge_weight,
-                .tangential = -tangential_stiffness * stretch,
-                .stretch = stretch,
-                .stored = 0.5 * (elastic * contact.overlap + tangential_stiffness * dot(stretch, stretch)),
-                .slipped = 0.5 * tangential_stiffness * dot(contact.stretch + stretch, trial - stretch)};
+        return spring_force(contact, stiffness, tangential_stiffness,
+                            -gamma * contact.opening_speed * contact.edge_weight, stiffness * contact.overlap);
+    }
+};
+
+/// A linear spring-dashpot that never pulls (Schwager & Poeschel, Granul. Matter 9, 465 (2007)).
+///
+/// As SpringDashpot, with the normal force max(k delta - gamma u_n, 0), so that bodies part before their spring has
+/// relaxed, and with this force in the limit of friction.  A binary collision has the restitution e, with
+/// gamma = 2 zeta sqrt(m k) and
+///     ln e = -2 zeta arccos(zeta)/sqrt(1 - zeta^2)
+/// (beyond zeta = 1, where e = exp(-2), arcosh(zeta)/sqrt(zeta^2 - 1)).
+struct RepulsiveSpring {
+    static constexpr const char* name = "repulsive-spring";
+    static bool is_chosen(const ContactControl& control) { return control.model == name; }
+    static constexpr const char* doc = "as spring-dashpot, with contacts that never pull";
+    double stiffness = 0.0;             ///< k [mg/s^2]
+    double tangential_stiffness = 0.0;  ///< k_t [mg/s^2]
+
+    static RepulsiveSpring from(const ContactControl& control) {
+        return {.stiffness = control.stiffness,
+                .tangential_stiffness = control.tangential_stiffness_ratio * control.stiffness};
+    }
+    double contact_time(double mass) const { return std::numbers::pi * std::sqrt(mass / stiffness); }
+
+    /// zeta of a restitution 0 < e <= 1.
+    static double damping_ratio(double restitution) {
+        // z h(z) = -ln(e)/2 with h = arccos(z)/sqrt(1 - z^2) and h' = (z h - 1)/(1 - z^2), by Newton's method; the
+        // start is that of small z, and of large ones.
+        const double wanted = -0.5 * std::log(restitution);
+        double z = wanted < 1.0 ? wanted * 2.0 / std::numbers::pi : 0.5 * std::exp(wanted);
+        for (int step = 0; step < 5; ++step) {
+            const double square = 1.0 - z * z;
+            double h = 1.0 - (z - 1.0) / 3.0, slope = -1.0 / 3.0 + 4.0 / 15.0 * (z - 1.0);
+            if (std::abs(square) > 1e-4) {
+                h = square > 0.0 ? std::acos(z) / std::sqrt(square) : std::acosh(z) / std::sqrt(-square);
+                slope = (z * h - 1.0) / square;
+            }
+            z = std::max(z - (z * h - wanted) / (h + z * slope), 0.0);
+        }
+        return z;
+    }
+
+    SoftForce operator()(const SoftContact& contact) const {
+        const double elastic = stiffness * contact.overlap,
+                     gamma = 2.0 * damping_ratio(contact.restitution) * std::sqrt(contact.mass * stiffness),
+                     damping = std::max(-gamma * contact.opening_speed * contact.edge_weight, -elastic);
+        return spring_force(contact, stiffness, tangential_stiffness, damping, elastic + damping);
     }
 };
 
@@ -140,10 +197,11 @@ struct PairwiseLaw {
     double rod_step_within(double dt) const { return dt / rod_steps(dt); }
 };
 
-using ContactLaw = std::variant<ImpactLaw, PairwiseLaw, SpringDashpot>;
+using ContactLaw = std::variant<ImpactLaw, PairwiseLaw, SpringDashpot, RepulsiveSpring>;
 
-/// The values of contacts.model.
+/// The values of contacts.model, and their meaning.
 std::vector<std::string> contact_models();
+std::string contact_models_doc();
 
 /// The law that contacts.model and contacts.law name, with its parameters.
 ContactLaw contact_law(const ContactControl& control);

@@ -48,6 +48,7 @@ enum class RestitutionKind {
 
 struct ImpactLaw {
     static constexpr const char* name = "impulse";  ///< of contacts.model
+    static constexpr const char* doc = "bodies are rigid and impacts take no time";
     /// Allowed error of the relative velocity by one increment of the impact of a single contact, relative to its
     /// approach.  The whole impact has ten or so that count, each with a third of that error or less.
     static constexpr double increment_error = 1e-4;

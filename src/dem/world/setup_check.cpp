@@ -157,7 +157,7 @@ void check_unread(const ContactControl& contacts, const LocationOf& place) {
         bool is_read;
         const char* readers;
     };
-    const char* const soft = "contacts.model = \"spring-dashpot\"";
+    const char* const soft = "a contacts.model of soft bodies";
     const char* const by_groups = "a contacts.law with groups";
     const std::map<std::string, Reading> readings{
         {"law", {impulse, "contacts.model = \"impulse\""}},

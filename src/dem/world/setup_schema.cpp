@@ -237,12 +237,7 @@ const std::vector<Row<BodyForces>>& schema<BodyForces>() {
 template <>
 const std::vector<Row<ContactControl>>& schema<ContactControl>() {
     static const std::vector<Row<ContactControl>> rows{
-        {.name = "model",
-         .member = &ContactControl::model,
-         .choices = contact_models(),
-         .doc = "contact law: impulse: bodies are rigid and impacts take no time; spring-dashpot: bodies are soft, "
-                "and contacts are linear springs with damping and friction (an independent check, with far smaller "
-                "time steps)"},
+        {.name = "model", .member = &ContactControl::model, .choices = contact_models(), .doc = contact_models_doc()},
         {.name = "law",
          .member = &ContactControl::law,
          .choices = {"simultaneous", "approaching-first", "first-to-last", "last-to-first", "pairwise"},
@@ -300,11 +295,11 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
          .member = &ContactControl::stiffness,
          .unit = "mg/s^2",
          .range = positive,
-         .doc = "spring-dashpot: normal stiffness of all contacts; a larger one needs a smaller time.dt"},
+         .doc = "soft bodies: normal stiffness of all contacts; a larger one needs a smaller time.dt"},
         {.name = "tangential_stiffness_ratio",
          .member = &ContactControl::tangential_stiffness_ratio,
          .range = positive,
-         .doc = "spring-dashpot: tangential over normal stiffness; 2/7 gives both the same period in contacts of solid "
+         .doc = "soft bodies: tangential over normal stiffness; 2/7 gives both the same period in contacts of solid "
                 "spheres"},
         {.name = "skin",
          .member = &ContactControl::skin,
