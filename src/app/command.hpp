@@ -20,22 +20,15 @@ namespace drover::app {
 /// Runs the chosen command; returns the exit status.
 using Action = std::function<int()>;
 
-void add_run(CLI::App& program, Action& action);
-void add_restart(CLI::App& program, Action& action);
-void add_sweep(CLI::App& program, Action& action);
-void add_check(CLI::App& program, Action& action);
-void add_explain(CLI::App& program, Action& action);
-void add_calibrate(CLI::App& program, Action& action);
-void add_stability(CLI::App& program, Action& action);
-void add_boundary(CLI::App& program, Action& action);
-void add_states(CLI::App& program, Action& action);
-void add_tradeoff(CLI::App& program, Action& action);
-void add_info(CLI::App& program, Action& action);
-void add_export(CLI::App& program, Action& action);
-void add_fit(CLI::App& program, Action& action);
-void add_film(CLI::App& program, Action& action);
-void add_serve(CLI::App& program, Action& action);
-void add_schema(CLI::App& program, Action& action);
+/// The commands in the order of drover --help; each is one file, with the function add_<command>().
+#define DROVER_COMMANDS(X)                                                                                          \
+    X(run)                                                                                                          \
+    X(restart)                                                                                                      \
+    X(sweep) X(calibrate) X(stability) X(boundary) X(states) X(tradeoff) X(check) X(explain) X(info) X(diff) X(fit) \
+        X(export) X(film) X(serve) X(schema)
+#define DROVER_DECLARE(command) void add_##command(CLI::App& program, Action& action);
+DROVER_COMMANDS(DROVER_DECLARE)
+#undef DROVER_DECLARE
 
 /// Each exit status with its meaning.
 std::span<const std::pair<int, const char*>> exit_statuses();

@@ -112,10 +112,9 @@ int act(const std::vector<std::string>& words) {
     for (const auto& [status, meaning] : exit_statuses()) statuses.push_back(text("{} {}", status, meaning));
     program.footer(text("Exit status: {}.", joined(statuses, ", ")));
     Action action;
-    for (const auto add :
-         {add_run, add_restart, add_sweep, add_calibrate, add_stability, add_boundary, add_states, add_tradeoff,
-          add_check, add_explain, add_info, add_fit, add_export, add_film, add_serve, add_schema})
-        add(program, action);
+#define DROVER_ADD(command) add_##command(program, action);
+    DROVER_COMMANDS(DROVER_ADD)
+#undef DROVER_ADD
     reject_unknown_command(program, words);
     try {
         program.parse(std::vector<std::string>(words.rbegin(), words.rend()));

@@ -1,41 +1,54 @@
 // files/record_identity.cpp: hashes of texts, and their keys compared.
 #include "files/record_identity.hpp"
 
-#include <algorithm>
+#include <map>
 #include <sstream>
-#include <vector>
 
+#include "drover/base/text.hpp"
 #include "files/bytes.hpp"
 
 namespace drover::files {
 
 std::uint64_t fingerprint(const std::string& content) { return checksum(std::as_bytes(std::span(content))); }
 
-TextDifference first_difference(const std::string& one, const std::string& other) {
-    const auto keys_of = [](const std::string& words) {
-        std::vector<std::pair<std::string, std::string>> keys;
-        std::string section, line;
-        std::istringstream stream(words);
-        while (std::getline(stream, line)) {
-            if (line.starts_with('[')) section = line.substr(1, line.find(']') - 1);
-            const std::size_t equals = line.find(" = ");
-            if (equals != std::string::npos)
-                keys.emplace_back(section + "." + line.substr(0, equals), line.substr(equals + 3));
+namespace {
+/// Keys with their sections and values.  Those of lists are numbered: "field[2].symbol".
+std::vector<std::pair<std::string, std::string>> keys_of(const std::string& words) {
+    std::vector<std::pair<std::string, std::string>> keys;
+    std::map<std::string, int> items;
+    std::string section, line;
+    std::istringstream stream(words);
+    while (std::getline(stream, line)) {
+        if (line.starts_with("[[")) {
+            section = line.substr(2, line.find(']') - 2);
+            section += text("[{}]", ++items[section]);
+        } else if (line.starts_with('[')) {
+            section = line.substr(1, line.find(']') - 1);
         }
-        return keys;
-    };
-    const auto a = keys_of(one), b = keys_of(other);
-    const auto has = [](const auto& keys, const std::string& name) {
-        return std::any_of(keys.begin(), keys.end(), [&](const auto& key) { return key.first == name; });
-    };
-    for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
-        if (i < a.size() && i < b.size() && a[i] == b[i]) continue;
-        if (i < a.size() && i < b.size() && a[i].first == b[i].first) return {a[i].first, a[i].second, b[i].second};
-        const bool is_in_one = i < a.size() && (i >= b.size() || !has(b, a[i].first));
-        if (is_in_one || i >= b.size()) return {a[i].first, a[i].second, "absent"};
-        return {b[i].first, "absent", b[i].second};
+        if (const std::size_t equals = line.find(" = "); equals != std::string::npos)
+            keys.emplace_back(section + "." + line.substr(0, equals), line.substr(equals + 3));
     }
-    return {};
+    return keys;
+}
+}  // namespace
+
+std::vector<TextDifference> differences(const std::string& one, const std::string& other) {
+    const auto a = keys_of(one), b = keys_of(other);
+    const std::map<std::string, std::string> in_one(a.begin(), a.end()), in_other(b.begin(), b.end());
+    std::vector<TextDifference> result;
+    for (const auto& [key, value] : a) {
+        const auto found = in_other.find(key);
+        if (found == in_other.end()) result.push_back({key, value, absent});
+        else if (found->second != value) result.push_back({key, value, found->second});
+    }
+    for (const auto& [key, value] : b)
+        if (!in_one.contains(key)) result.push_back({key, absent, value});
+    return result;
+}
+
+TextDifference first_difference(const std::string& one, const std::string& other) {
+    const std::vector<TextDifference> all = differences(one, other);
+    return all.empty() ? TextDifference{} : all.front();
 }
 
 }  // namespace drover::files

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace drover::files {
 
@@ -11,11 +12,15 @@ struct RecordIdentity {
     std::string content;     ///< scene text of which the file keeps a copy, to name a difference; "": none
 };
 
-/// The first key of two scene texts whose values differ, and these; "absent" where a text lacks the key.  No key when
-/// there is none.
+inline constexpr const char* absent = "absent";
+
+/// A key of two scene texts whose values differ, and these; `absent` where a text lacks the key.
 struct TextDifference {
     std::string key, one, other;
 };
+/// In the order of `one`, then those that it lacks.
+std::vector<TextDifference> differences(const std::string& one, const std::string& other);
+/// No key when there is none.
 TextDifference first_difference(const std::string& one, const std::string& other);
 
 /// 64-bit hash of a text.

@@ -34,6 +34,7 @@
 #include "run/field_simulation.hpp"
 #include "run/kind.hpp"
 #include "run/run_scene.hpp"
+#include "run/same_run.hpp"
 #include "run/signals.hpp"
 #include "run/step_choice.hpp"
 
@@ -434,6 +435,15 @@ void bind_runs(py::module_& module) {
         },
         py::arg("command"), py::arg("scene"), py::arg("settings"), py::arg("folder"), py::arg("shares"),
         py::arg("options"));
+    module.def(
+        "differences",
+        [](const std::filesystem::path& one, const std::filesystem::path& other) {
+            std::vector<std::array<std::string, 3>> rows;
+            for (const files::TextDifference& row : run::scene_differences(one, other))
+                rows.push_back({row.key, row.one, row.other});
+            return rows;
+        },
+        py::arg("one"), py::arg("other"));
     module.def(
         "info",
         [](const std::filesystem::path& file) {

@@ -2,7 +2,6 @@
 #include "run/same_run.hpp"
 
 #include "drover/io/scene_text.hpp"
-#include "files/record_identity.hpp"
 #include "files/run_id.hpp"
 #include "run/provenance.hpp"
 
@@ -82,6 +81,15 @@ void require_archive_of(const io::Scene& scene, const std::filesystem::path& fil
             "the archive is of another run: {}; expected the one that was written here: put it back, or remove this "
             "file and what is beside it to repeat the run",
             difference);
+}
+
+std::vector<files::TextDifference> scene_differences(const std::filesystem::path& one,
+                                                     const std::filesystem::path& other) {
+    const auto resolved = [](const std::filesystem::path& file) {
+        return io::resolved_text(files::is_hdf5(file) ? scene_in(files::ArchiveReader(file), file)
+                                                      : io::read_scene(file));
+    };
+    return files::differences(resolved(one), resolved(other));
 }
 
 }  // namespace drover::run

@@ -5,6 +5,7 @@
 #include "drover/files/archive_reader.hpp"
 #include "drover/io/scene.hpp"
 #include "files/checkpoint.hpp"
+#include "files/record_identity.hpp"
 
 namespace drover::run {
 
@@ -17,5 +18,9 @@ void require_same_run(const files::ArchiveReader& archive, const std::filesystem
 /// Throws an input Error, which names the first difference, unless the archive is of a run of this scene: to any end,
 /// with any number of threads, and with a time step of its own choice where the scene gives none.
 void require_archive_of(const io::Scene& scene, const std::filesystem::path& file);
+
+/// The keys in which two scenes differ, each from a file of TOML or the one that an archive stores.
+std::vector<files::TextDifference> scene_differences(const std::filesystem::path& one,
+                                                     const std::filesystem::path& other);
 
 }  // namespace drover::run

@@ -11,6 +11,7 @@ import tomllib
 import h5py
 import numpy as np
 import pytest
+from rejection import rejected
 from support import (DROVER, MODELS, SMALL, assert_same_bytes, checkpoint_step, checkpoints, drover, drover_json,
                      environment, not_sanitized, scene_text, settings, write_scene)
 
@@ -124,6 +125,19 @@ def test_a_run_takes_no_more_disk_than_explain_reports(changes, tmp_path):
     drover(tmp_path, "run", scene, "--quiet")
     used = sum(file.stat().st_size for file in tmp_path.glob("flock.h5*"))
     assert 0 < used <= report["disk_bytes"], report
+
+
+def test_diff_names_each_key_that_differs_in_scenes_and_in_those_of_archives(tmp_path):
+    write_scene(tmp_path, {"time.dt": 0.1, "time.end": 1.0})
+    drover(tmp_path, "run", "flock.toml", "--set", "time.end=2.0", "-o", "longer.h5")
+    rows = drover_json(tmp_path, "diff", "flock.toml", "longer.h5")
+    assert {row["key"]: (row["one"], row["other"]) for row in rows} == {
+        "time.end": ("1.0", "2.0"), "output.file": ('""', '"longer.h5"')}
+    assert re.search(r"^time\.end +1\.0 \| 2\.0$", drover(tmp_path, "diff", "flock.toml", "longer.h5").stdout, re.M)
+    assert drover(tmp_path, "diff", "flock.toml", "flock.toml").stdout == "flock.toml and flock.toml: the same scene\n"
+    fields = drover_json(tmp_path, "diff", MODELS / "brusselator.toml", MODELS / "model-b.toml")
+    assert any(row["key"] == "field[2].symbol" and row["other"] is None for row in fields)
+    rejected(tmp_path, ["diff", "flock.toml", "none.toml"], ["none.toml"])
 
 
 def test_check_of_a_valid_scene(tmp_path):

@@ -61,6 +61,7 @@ COMMANDS = {
     "film": (drover.film, {"archive": "run", "--output": "output", "--every": "every", "--rate": "rate",
                            "--field": "field"}),
     "serve": (drover.serve, {"run": "run", "--port": "port"}),
+    "diff": (drover.diff, {"one": "one", "other": "other"}),
     "schema": (drover.schema, {"--kind": "kind", "--coefficients": "Drover.coefficients",
                                "part": "Elements of the list returned", "--commands": "Of the program alone"}),
 }

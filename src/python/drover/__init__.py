@@ -40,7 +40,7 @@ HOMES = {
     "Frame": "simulation", "Model": "model", "ModelRun": "model", "Noise": "model", "Table": "model",
     "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping",
     "Tradeoff": "trading",
-    "Theory": "theory", "calibrate": "calibration", "coefficients": "commands",
+    "Theory": "theory", "calibrate": "calibration", "coefficients": "commands", "diff": "commands",
     "dynamic_structure_factor": "dynamics", "export": "commands",
     "film": "film", "fit": "commands",
     "info": "commands", "onset": "commands", "open_run": "archive", "open_theory": "theory", "restart": "commands",

@@ -52,6 +52,23 @@ def info(file):
         return json.loads(_drover.info(os.fspath(file)))
 
 
+def diff(one, other):
+    """The keys in which two scenes differ, as `drover diff`: {key: (value in one, value in other)}, values as TOML.
+
+    Each is a file of a scene, or an archive for the scene that it stores.  None: the scene has no such key.
+
+    >>> from drover import Scene
+    >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
+    >>> scene.run("one.h5").close()
+    >>> scene.set({"time.end": 2.0}).run("other.h5").close()
+    >>> diff("one.h5", "other.h5")["time.end"]
+    ('1.0', '2.0')
+    """
+    with hdf5():
+        found = _drover.differences(os.fspath(one), os.fspath(other))
+    return {key: tuple(None if value == "absent" else value for value in values) for key, *values in found}
+
+
 def schema(kind=""):
     """All sections of scenes with their keys, units, ranges, defaults and meaning; of one kind if it is given.
 
