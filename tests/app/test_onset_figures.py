@@ -7,7 +7,7 @@ import numpy
 import pytest
 from matplotlib import image
 from pictures import overlaps, share_of
-from support import environment
+from support import MODELS, environment
 
 import drover as package
 from drover import boundary_panels, figure, onset_figure
@@ -205,3 +205,19 @@ def test_damaged_archives_and_wrong_requests_are_rejected_with_a_message(tmp_pat
         with pytest.raises(package.DroverError, match=sentence):
             figure.draw_file(path)
         path = write(tmp_path, numbers())
+
+
+def test_the_figure_of_a_table_has_the_coefficients_that_scenes_take_with_their_errors():
+    table = MODELS / "matched.calibration" / "table.h5"
+    known = package.info(table)["coefficients"]
+    drawn = package.plot.figure(table)
+    titles = [axes.get_title(loc="left") for axes in drawn.axes]
+    assert len(titles) == 11 and any(title.startswith("(b) drag [mm/s]") for title in titles)
+    assert not any("viscosity bulk" in title for title in titles)  # 0 everywhere
+    drag = drawn.axes[1]
+    points = [point for point in known["drag"]["points"] if point["rod_area_fraction"] == 0.08]
+    line, _, (bars,) = drag.containers[1]
+    assert list(line.get_ydata()) == [point["value"] for point in points]
+    heights = [numpy.ptp(bar[:, 1]) / 2.0 for bar in bars.get_segments()]
+    assert heights == pytest.approx([point["error"] for point in points])
+    assert overlaps(drawn) == []

@@ -54,7 +54,7 @@ def test_a_start_that_is_shipped_is_described_and_no_run(tmp_path):
     assert "damaged" not in str(caught.value)
 
 
-@pytest.mark.parametrize("opened", [module.open_run, module.open_theory, module.plot.figure])
+@pytest.mark.parametrize("opened", [module.open_run, module.open_theory])
 def test_a_table_is_not_called_a_run_or_a_theory_or_damaged(opened):
     with pytest.raises(module.Error, match="is a table of coefficients") as caught:
         opened(TABLE)

@@ -1,4 +1,4 @@
-"""tests/architecture/test_layout_page.py: the page on the layout of the source names layers, files and types that are."""
+"""tests/architecture/test_layout_page.py: the page on the source names layers, files and types that exist."""
 import re
 from pathlib import Path
 
@@ -6,7 +6,8 @@ import rules
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "src" / "README.md").read_text(encoding="utf-8")
-CODE = {path: path.read_text(encoding="utf-8") for folder in ("src", "include") for path in (ROOT / folder).rglob("*.?pp")}
+CODE = {path: path.read_text(encoding="utf-8")
+        for folder in ("src", "include") for path in (ROOT / folder).rglob("*.?pp")}
 
 
 def test_every_layer_and_room_is_listed():
@@ -29,7 +30,8 @@ def test_every_type_and_function_that_it_names_is_in_its_layer():
     assert len(named) > 30
     for layer, name in named:
         last = name.rpartition("::")[2]
-        assert any(re.search(rf"\b{last}\b", code) for path, code in CODE.items() if layer in path.parts), f"{layer}::{name}"
+        inside = [code for path, code in CODE.items() if layer in path.parts]
+        assert any(re.search(rf"\b{last}\b", code) for code in inside), f"{layer}::{name}"
 
 
 def test_every_file_that_it_names_is_there():

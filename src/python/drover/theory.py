@@ -84,11 +84,15 @@ def open_theory(path):
 
 
 def open_any(path):
-    """Opens a Run or a Theory.  Raises DroverError if the file is not an archive, or is damaged."""
+    """Opens a Run, a Theory or, as one without groups, a table of coefficients.  Raises DroverError if the file is not
+    an archive, or is damaged."""
     path = Path(path)
 
     def read(store, path):
-        return read_run(store, path) if kind_of(read_head(store, path)[0]) == "run" else read_theory(store, path)
+        attributes, scene = read_head(store, path)
+        if (kind := kind_of(attributes)) == "calibrate":
+            return Theory(path, kind, {}, scene, attributes, store)
+        return read_run(store, path) if kind == "run" else read_theory(store, path)
 
     return settled(path, lambda: open_once(path, read))
 
