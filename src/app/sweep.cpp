@@ -14,9 +14,9 @@ namespace drover::app {
 
 namespace {
 struct SweepOptions : SceneOptions, ShareOptions {
-    std::vector<std::string> vary, refine;
+    std::vector<std::string> vary, refine, want;
     std::string ramp, keep;
-    int seeds = 0, workers = 0, refine_levels = 0;
+    int seeds = 0, max_seeds = 0, workers = 0, refine_levels = 0;
     bool json = false, quiet = false;
 };
 
@@ -33,6 +33,8 @@ std::vector<std::string> settings_of(const SweepOptions& options) {
     if (options.refine_levels > 0) overrides.push_back(text("sweep.refine_levels={}", options.refine_levels));
     if (!options.ramp.empty()) overrides.push_back("sweep.ramp=" + options.ramp);
     if (!options.keep.empty()) overrides.push_back("sweep.keep=" + options.keep);
+    if (!options.want.empty()) overrides.push_back("sweep.want=" + toml_text(options.want));
+    if (options.max_seeds > 0) overrides.push_back(text("sweep.max_seeds={}", options.max_seeds));
     if (options.seeds > 0) overrides.push_back(text("sweep.seeds={}", options.seeds));
     return overrides;
 }
@@ -118,6 +120,13 @@ void add_sweep(CLI::App& program, Action& action) {
     command->add_option("--refine-levels", options->refine_levels, "Times that their distance is halved at most")
         ->check(CLI::Range(1, 20));
     command->add_option("--seeds", options->seeds, "Number of runs at each point")->check(CLI::Range(1, 1000000));
+    command
+        ->add_option("--want", options->want,
+                     "Observable and standard error, \"polar_order=2%\": add seeds at each point until its mean has "
+                     "that error; repeatable")
+        ->type_name("NAME=ERROR");
+    command->add_option("--max-seeds", options->max_seeds, "With --want: the largest number of runs at a point")
+        ->check(CLI::Range(2, 1000000));
     command->add_option(
         "--ramp", options->ramp,
         "Start each point from the final state of the one before: none, up or up-down; of several keys the "

@@ -330,6 +330,11 @@ const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
          .range = {.min = 1, .max = 1e6},
          .doc = "runs at each point, with the seeds run.seed, run.seed + 1, ...; on a ramp each point has a different "
                 "one"},
+        {.name = "want",
+         .member = &SweepPlan::want,
+         .doc = "observables and the standard errors of their means, \"polar_order=2%\": seeds are added at each point "
+                "until they are met, or up to max_seeds"},
+        {.name = "max_seeds", .member = &SweepPlan::max_seeds, .range = {.min = 2, .max = 1e6}, .doc = "with want"},
         {.name = "ramp",
          .member = &SweepPlan::ramp,
          .choices = {"none", "up", "up-down"},

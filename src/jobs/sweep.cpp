@@ -64,6 +64,8 @@ Manifest manifest_of(const io::Scene& scene, const fs::path& folder) {
         other.sweep.seeds = first.sweep.seeds;
         other.sweep.refine = first.sweep.refine;
         other.sweep.refine_levels = first.sweep.refine_levels;
+        other.sweep.want = first.sweep.want;
+        other.sweep.max_seeds = first.sweep.max_seeds;
         return {without_workers(other), {}};
     } catch (const Error& error) {
         if (error.fault() != Fault::input) throw;
@@ -94,7 +96,8 @@ struct Sweep {
         runs.clear();
         for (std::size_t r = 0; r < layout.runs.size(); ++r) runs[layout.runs[r].name] = r;
     }
-    bool is_refined() const { return !scene.sweep.refine.empty(); }
+    /// Whether results ask for more runs.
+    bool is_adaptive() const { return !scene.sweep.refine.empty() || !scene.sweep.want.empty(); }
     /// A ramp passes states on by archives, which are removed at the end where only the table is kept.
     bool has_archives() const { return keeps_archives() || layout.runs.back().before.has_value(); }
     bool keeps_archives() const { return scene.sweep.keep == "archives"; }
@@ -171,7 +174,7 @@ struct Ended {
 
 /// Plans the points that they ask for.
 Ended ended_runs(Sweep& sweep, const std::vector<UnitRecord>& records) {
-    if (sweep.is_refined()) {
+    if (sweep.is_adaptive()) {
         Marks marks;
         for (const UnitRecord& record : records)
             if (record.state == UnitState::done) marks[record.key] = marks_of(sweep.scene, decode(record.result));
@@ -213,7 +216,7 @@ public:
                                .share = options_.share,
                                .workers = workers,
                                .quiet = options_.quiet,
-                               .shares_wait = sweep_.is_refined()})
+                               .shares_wait = sweep_.is_adaptive()})
             .run()
             .stopped;
     }
@@ -248,7 +251,7 @@ private:
     void take(const UnitRecord& record) {
         const bool is_done = record.state == UnitState::done;
         if (is_done && done_.insert(record.key).second && sweep_.runs.contains(record.key)) ++planned_done_;
-        if (is_done && sweep_.is_refined()) marks_[record.key] = marks_of(sweep_.scene, decode(record.result));
+        if (is_done && sweep_.is_adaptive()) marks_[record.key] = marks_of(sweep_.scene, decode(record.result));
         if (!record.is_new) return;
         if (!is_done) log_warning("{}: {}", record.key, record.reason);
         if (options_.quiet) return;
@@ -280,6 +283,8 @@ void conclude(Sweep& sweep, const SweepOptions& options, const std::vector<std::
     const bool is_last = outcome.missing == 0 && !outcome.stopped;
     if (!options.share.is_plain() && !is_last) return;
     outcome.table = sweep_table(sweep.layout, ended.results);
+    const std::vector<std::string> unmet = unmet_wishes(sweep.scene, sweep.layout, *outcome.table);
+    outcome.table->warnings.insert(outcome.table->warnings.begin(), unmet.begin(), unmet.end());
     alone(sweep.folder, is_last, [&] {
         files::replace_file(sweep.folder / "table.csv", table_csv(*outcome.table));
         write_sweep_dataset(sweep.folder / "table.nc", sweep.scene, sweep.layout, ended.results, *outcome.table);
@@ -294,7 +299,7 @@ void check_values(const Sweep& sweep) {
         run.before.reset();
         scene_of(sweep, run);
     }
-    if (sweep.is_refined())
+    if (!sweep.scene.sweep.refine.empty())
         scene_of(sweep, {.name = "between", .overrides = finest_overrides(sweep.scene), .before = {}});
 }
 }  // namespace

@@ -49,7 +49,7 @@ struct Column {
     std::string name, unit, formula;
     std::vector<std::string> axes;
     std::vector<std::size_t> shape;                ///< the largest of all runs
-    std::vector<const measure::SummaryRow*> rows;  ///< by run; nullptr: none
+    std::vector<const measure::SummaryRow*> rows;  ///< by seed and point; nullptr: none
 };
 
 /// An axis of results.
@@ -63,10 +63,7 @@ class Dataset {
 public:
     Dataset(const io::Scene& scene, const SweepLayout& layout, const std::map<std::string, RunResults>& results,
             const SweepTable& means)
-        : layout_(layout),
-          means_(means),
-          seeds_(layout.runs.size() / layout.points.size()),
-          first_seed_(scene.run.seed) {
+        : layout_(layout), means_(means), seeds_(static_cast<std::size_t>(layout.seeds)), first_seed_(scene.run.seed) {
         add_key_axes(scene);
         for (std::size_t r = 0; r < layout.runs.size(); ++r)
             if (const auto found = results.find(layout.runs[r].name); found != results.end())
@@ -143,9 +140,10 @@ private:
             column = columns_.end() - 1;
             column->axes = measure::names_of(row.axes);
             column->shape.assign(row.axes.size(), 0);
-            column->rows.assign(layout_.runs.size(), nullptr);
+            column->rows.assign(seeds_ * layout_.points.size(), nullptr);
         }
-        column->rows[run] = &row;
+        const SweepRun& one = layout_.runs[run];
+        column->rows[static_cast<std::size_t>(one.seed) * layout_.points.size() + one.point] = &row;
         for (std::size_t a = 0; a < row.axes.size(); ++a) {
             const measure::Axis& axis = row.axes[a];
             column->shape[a] = std::max(column->shape[a], axis.values.size());
@@ -154,7 +152,7 @@ private:
                 own.axis = {axis.name, axis.unit, axis.meaning, axis.values};
                 own.values.assign(layout_.points.size(), nullptr);
             }
-            own.values[layout_.runs[run].point] = &axis.values;
+            own.values[one.point] = &axis.values;
             own.differs = own.differs || own.axis.values != axis.values;
         }
     }

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <set>
 
 #include "files/record_identity.hpp"
 #include "jobs/sweep_refinement.hpp"
+#include "jobs/wish.hpp"
 #include "measure/replicates.hpp"
 #include "run/number_lists.hpp"
 #include "run/scene_equations.hpp"
@@ -107,6 +109,7 @@ SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& s
     const std::vector<double>& values = layout.points[point].values;
     SweepRun run{.name = on_ramp ? numbered_name(point, named) : name_of(layout.keys, values, named, numbered),
                  .point = point,
+                 .seed = seed,
                  .overrides = {}};
     for (std::size_t k = 0; k < layout.keys.size(); ++k)
         run.overrides.push_back(text("{}={}", layout.keys[k], values[k]));
@@ -177,21 +180,67 @@ std::vector<Refined> read_refined(const io::Scene& scene) {
     return refined;
 }
 
+/// The errors that seeds are added for: of numbers, not of parts of arrays.
+std::vector<Wish> read_wishes(const io::Scene& scene) {
+    std::vector<Wish> wishes;
+    for (const std::string& written : scene.sweep.want) {
+        wishes.push_back(parse_wish(written));
+        require(wishes.back().ranges.empty(), io::location_of(scene, "sweep.want"),
+                "sweep.want has \"{}\", a part of an array; expected a single number, such as {}=2%", written,
+                run::example_observable(scene));
+    }
+    require(wishes.empty() || !is_ramp(scene), io::location_of(scene, "sweep.want"),
+            "sweep.want on a ramp, whose points follow one another; expected ramp = \"none\"");
+    require(wishes.empty() || scene.sweep.max_seeds >= scene.sweep.seeds, io::location_of(scene, "sweep.max_seeds"),
+            "sweep.max_seeds = {} is less than sweep.seeds = {}", scene.sweep.max_seeds, scene.sweep.seeds);
+    return wishes;
+}
+
+/// The error that a wish allows a mean.
+double allowed(const Wish& wish, const measure::Estimate& mean) {
+    return wish.is_relative ? wish.error * std::abs(mean.mean) : wish.error;
+}
+
+/// An error of n runs is itself known to one part in sqrt(2 (n - 1)); those that came out small by chance would stop
+/// too early, and are enlarged by as much.
+bool is_met(const Wish& wish, const measure::Estimate& mean, int runs) {
+    return mean.error && *mean.error * (1.0 + 1.0 / std::sqrt(2.0 * (runs - 1))) <= allowed(wish, mean);
+}
+
 using Names = std::function<std::string(const std::vector<double>& values, std::int64_t seed)>;
 
-/// The means over all seeds of a point; empty: not known yet, or a run of it failed.
+/// The means over the first `seeds` seeds of a point; empty: not known yet, or a run of it failed.
 std::vector<measure::Estimate> marks_at(const std::vector<double>& values, const Names& names, const io::Scene& scene,
-                                        const Marks& marks) {
+                                        const Marks& marks, int seeds) {
     std::vector<std::vector<measure::Estimate>> runs;  // [observable][seed]
-    for (int seed = 0; seed < scene.sweep.seeds; ++seed) {
+    for (int seed = 0; seed < seeds; ++seed) {
         const auto found = marks.find(names(values, scene.run.seed + seed));
         if (found == marks.end()) return {};
         runs.resize(found->second.size());
         for (std::size_t k = 0; k < runs.size(); ++k) runs[k].push_back(found->second[k]);
     }
     std::vector<measure::Estimate> means;
-    for (const auto& seeds : runs) means.push_back(measure::combine(seeds).mean);
+    for (const auto& of_seeds : runs) means.push_back(measure::combine(of_seeds).mean);
     return means;
+}
+
+/// The number of seeds that a point needs: half as many more each time that those known do not suffice, so that it
+/// does not depend on the order in which runs end.
+int seeds_at(const std::vector<double>& values, const Names& names, const io::Scene& scene, const Marks& marks,
+             const std::vector<Wish>& wishes) {
+    constexpr int least = 4;
+    if (wishes.empty()) return scene.sweep.seeds;
+    int seeds = std::min(std::max(scene.sweep.seeds, least), scene.sweep.max_seeds);
+    while (seeds < scene.sweep.max_seeds) {
+        const std::vector<measure::Estimate> means = marks_at(values, names, scene, marks, seeds);
+        if (means.empty()) break;
+        bool suffices = true;
+        for (std::size_t k = 0; k < wishes.size(); ++k)
+            suffices = suffices && is_met(wishes[k], means[means.size() - wishes.size() + k], seeds);
+        if (suffices) break;
+        seeds = std::min(seeds + std::max(seeds / 2, 1), scene.sweep.max_seeds);
+    }
+    return seeds;
 }
 
 /// More than asked for, and beyond twice the standard error, so that noise alone adds no points; a single run without
@@ -216,7 +265,7 @@ std::vector<SweepPoint> refined_grid(const io::Scene& scene, const std::vector<V
     std::map<std::vector<double>, std::vector<measure::Estimate>> known;
     const auto at = [&](const std::vector<double>& values) -> const std::vector<measure::Estimate>& {
         const auto [found, is_new] = known.try_emplace(values);
-        if (is_new) found->second = marks_at(values, names, scene, marks);
+        if (is_new) found->second = marks_at(values, names, scene, marks, scene.sweep.seeds);
         return found->second;
     };
     const auto differs = [&](const std::vector<double>& a, const std::vector<double>& b) {
@@ -261,8 +310,13 @@ SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const Numbere
             "a sweep of {} runs; expected at most {:.0e}: give a larger change or fewer levels",
             layout.points.size() * static_cast<std::size_t>(scene.sweep.seeds), max_runs);
     const std::size_t of_ramp = on_ramp ? (down_again ? 2 : 1) * varied.back().values.size() - (down_again ? 1 : 0) : 1;
-    for (int seed = 0; seed < scene.sweep.seeds; ++seed)
+    const std::vector<Wish> wishes = read_wishes(scene);
+    std::vector<int> seeds;
+    for (const SweepPoint& point : layout.points) seeds.push_back(seeds_at(point.values, names, scene, marks, wishes));
+    layout.seeds = *std::ranges::max_element(seeds);
+    for (int seed = 0; seed < layout.seeds; ++seed)
         for (std::size_t point = 0; point < layout.points.size(); ++point) {
+            if (seed >= seeds[point]) continue;
             layout.runs.push_back(run_at(layout, point, scene, seed, numbered));
             if (point % of_ramp > 0) layout.runs.back().before = layout.runs.size() - 2;
         }
@@ -282,19 +336,45 @@ NumberedPoints numbered_points(const io::Scene& scene) {
 
 std::vector<measure::Estimate> marks_of(const io::Scene& scene, const RunResults& results) {
     std::vector<measure::Estimate> marks;
-    for (const Refined& refined : read_refined(scene)) {
+    const auto add = [&](const std::string& list, const std::string& observable) {
         std::vector<std::string> single;
         for (const measure::SummaryRow& row : results.rows)
             if (row.axes.empty()) {
                 single.push_back(row.name);
-                if (row.name == refined.observable) marks.push_back(row.estimates.front());
+                if (row.name == observable) marks.push_back(row.estimates.front());
             }
-        require(std::find(single.begin(), single.end(), refined.observable) != single.end(),
-                io::location_of(scene, "sweep.refine"),
-                "sweep.refine names {}, which is no single number of the runs; expected one of {}", refined.observable,
+        require(std::find(single.begin(), single.end(), observable) != single.end(), io::location_of(scene, list),
+                "{} names {}, which is no single number of the runs; expected one of {}", list, observable,
                 joined(single));
+    };
+    for (const Refined& refined : read_refined(scene)) add("sweep.refine", refined.observable);
+    for (const Wish& wish : read_wishes(scene)) {
+        add("sweep.want", wish.observable);
+        for (const measure::SummaryRow& row : results.rows)
+            if (row.name == wish.observable) require_unit(wish, row.unit, marks.back().mean);
     }
     return marks;
+}
+
+std::vector<std::string> unmet_wishes(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table) {
+    std::vector<std::string> unmet;
+    for (const Wish& wish : read_wishes(scene)) {
+        const auto named = std::find(table.names.begin(), table.names.end(), wish.observable);
+        for (const SweepRow& row : table.rows) {
+            if (named == table.names.end() || row.seeds < 2) continue;
+            const measure::Estimate& mean = row.results[static_cast<std::size_t>(named - table.names.begin())].mean;
+            if (is_met(wish, mean, row.seeds)) continue;
+            std::string at;
+            for (std::size_t k = 0; k < layout.keys.size(); ++k)
+                at += text("{}{} = {}", at.empty() ? "at " : ", ", layout.keys[k], row.point.values[k]);
+            unmet.push_back(
+                text("{}{}{} = {:.4g} has an error of {:.2g} after {} seeds, too large for {}: raise "
+                     "sweep.max_seeds, or make the runs longer",
+                     at, at.empty() ? "" : ": ", wish.observable, mean.mean,
+                     mean.error.value_or(std::numeric_limits<double>::quiet_NaN()), row.seeds, wish.text));
+        }
+    }
+    return unmet;
 }
 
 std::vector<std::string> finest_overrides(const io::Scene& scene) {

@@ -10,7 +10,7 @@
 
 namespace drover::jobs {
 
-/// The observables of sweep.refine in runs that have ended, by the name of the run.
+/// The observables of sweep.refine and those of sweep.want in runs that have ended, by the name of the run.
 using Marks = std::map<std::string, std::vector<measure::Estimate>>;
 
 /// The points that the first sweep of a folder numbered, by their values: their runs are "point-0003-seed-7", with any
@@ -24,11 +24,14 @@ NumberedPoints numbered_points(const io::Scene& first);
 
 bool is_ramp(const io::Scene& scene);
 
-/// With the points between those that differ, as far as marks are known.
+/// With the points between those that differ, and the seeds that wanted errors need, as far as marks are known.
 SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered);
 
 /// Throws an input Error for an observable that the runs do not have.
 std::vector<measure::Estimate> marks_of(const io::Scene& scene, const RunResults& results);
+
+/// For each point of a sweep that has ended, and each wanted number whose error is larger than wanted there.
+std::vector<std::string> unmet_wishes(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table);
 
 /// A value between two for each key, as fine as a refined sweep may have it; empty without refinement.
 std::vector<std::string> finest_overrides(const io::Scene& scene);

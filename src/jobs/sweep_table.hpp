@@ -12,6 +12,7 @@ namespace drover::jobs {
 struct SweepRun {
     std::string name;                        ///< of its archive in the sweep's folder, without .h5
     std::size_t point = 0;                   ///< row of the table
+    int seed = 0;                            ///< number of the seed at its point, from 0
     std::vector<std::string> overrides;      ///< of the scene
     std::optional<std::size_t> before = {};  ///< on a ramp: the run from whose last frame it starts
 };
@@ -27,6 +28,7 @@ struct SweepLayout {
     std::vector<std::string> keys;
     std::vector<SweepPoint> points;
     std::vector<SweepRun> runs;
+    int seeds = 1;  ///< the largest number of them at a point
 };
 
 /// Results of one row, over its seeds.

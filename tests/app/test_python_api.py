@@ -25,6 +25,7 @@ COMMANDS = {
     "restart": (drover.restart, {"archive": "archive", "--set": "end", "--threads": "threads", "--quiet": "quiet"}),
     "sweep": (drover.sweep, {"--output": "folder", "--vary": "vary", "--seeds": "seeds", "--ramp": "ramp",
                              "--refine": "refine", "--refine-levels": "refine_levels",
+                             "--want": "want", "--max-seeds": "max_seeds",
                              "--keep": "keep", "--workers": "workers", "--quiet": "quiet", "--slurm": "slurm",
                              "--status": "SlurmSweep.status, of sweep(slurm=...)",
                              "--collect": "SlurmSweep.collect, of sweep(slurm=...)",

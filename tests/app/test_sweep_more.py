@@ -1,6 +1,7 @@
 """tests/app/test_sweep_more.py: sweeps that add runs to a folder: more values, more seeds, points where it changes."""
 import csv
 import itertools
+import re
 import shutil
 
 import numpy as np
@@ -117,13 +118,56 @@ def test_noise_alone_adds_no_points(tmp_path):
         assert len(list(csv.DictReader(file))) == 2
 
 
+def rows_of(folder):
+    with open(folder / "table.csv", newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_seeds_are_added_until_the_wanted_error_is_met_in_any_order(tmp_path):
+    # The mean square of the order of the linear model fluctuates by much in these short runs.
+    scene = write_scene(tmp_path, {**BRIEF, "time.end": 40.0})
+    words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, 4", "--keep", "table", "--want", "polar_order=6%",
+             "--max-seeds", "40"]
+    drover(tmp_path, *words, "-o", "one")
+    for row in rows_of(tmp_path / "one"):
+        seeds = int(row["seeds"])
+        assert seeds in (4, 6, 9, 13, 19, 28, 40)
+        error, mean = float(row["polar_order error"]), float(row["polar_order [1]"])
+        assert error * (1.0 + (2.0 * (seeds - 1))**-0.5) <= 0.06 * mean
+    seeds = [int(row["seeds"]) for row in rows_of(tmp_path / "one")]
+    assert seeds[0] > seeds[1]  # slow order has fewer independent samples in a run
+    shares = [start(tmp_path, *words, "--workers", "1", "--share", f"{share}/3", "-o", "shared") for share in (1, 2, 3)]
+    assert [share.wait(timeout=120) for share in shares] == [0] * 3
+    drover(tmp_path, *words[:-4], "--seeds", "4", "-o", "grown")
+    drover(tmp_path, *words, "-o", "grown")
+    for name in ("table.csv", "table.nc"):
+        assert len({(tmp_path / folder / name).read_bytes() for folder in ("one", "shared", "grown")}) == 1
+    with xarray.open_dataset(tmp_path / "one" / "table.nc") as data:
+        assert data.seeds.values.tolist() == seeds and data.sizes["seed"] == max(seeds)
+        assert np.isnan(data.polar_order_of_runs.values[1, seeds[1]:]).all()
+
+
+def test_a_wanted_error_that_no_seeds_reach_is_named(tmp_path):
+    scene = write_scene(tmp_path, {**BRIEF, "time.end": 20.0})
+    said = drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5, 4", "--keep", "table", "--want",
+                  "polar_order=0.01%", "--max-seeds", "5").stdout
+    for value in ("0.5", "4"):
+        assert re.search(rf"at relaxation\.rate = {value}: polar_order = [\d.e-]+ has an error of [\d.e-]+ after 5 seeds",
+                         said)
+
+
 @pytest.mark.parametrize("words, expected", [
+    (["--want", "no_such_order=1%"], ["sweep.want names no_such_order", "expected one of polar_order"]),
+    (["--want", "polar_order"], ["expected OBSERVABLE=ERROR"]),
+    (["--want", "structure_factor_rods(q<1)=1%"], ["a part of an array"]),
+    (["--want", "polar_order=1%", "--ramp", "up"], ["sweep.want on a ramp"]),
+    (["--want", "polar_order=1%", "--seeds", "8", "--max-seeds", "4"], ["sweep.max_seeds = 4 is less than"]),
     (["--refine", "no_such_order = 0.1"], ["no_such_order", "expected one of polar_order"]),
     (["--refine", "polar_order = 0"], ["expected a change > 0"]),
     (["--refine", "polar_order"], ["expected a name, = and numbers"]),
     (["--refine", "polar_order = 0.1", "--ramp", "up"], ["sweep.refine", "ramp"]),
     (["--vary", "grid.nx = 8:16:2", "--refine", "polar_order = 0.1"], ["grid.nx", "integer"])])
-def test_bad_refinements_are_refused_in_a_sentence(words, expected, tmp_path):
+def test_bad_refinements_and_wishes_are_refused_in_a_sentence(words, expected, tmp_path):
     scene = write_scene(tmp_path, BRIEF)
     vary = [] if "--vary" in words else ["--vary", "relaxation.rate = 1, 2"]
     ended = drover(tmp_path, "sweep", scene, *vary, *words, "--keep", "table", status=2)

@@ -66,7 +66,9 @@ struct RunControl {
 /// Many runs of one scene.
 struct SweepPlan {
     std::vector<std::string> vary;    ///< "relaxation.rate = 1, 2, 3" or "relaxation.rate = 1:2:11"
-    int seeds = 1;                    ///< runs at each point
+    int seeds = 1;                    ///< runs at each point; with wanted errors the least number of them
+    std::vector<std::string> want;    ///< "polar_order=2%"
+    int max_seeds = 64;               ///< with wanted errors
     std::string ramp = "none";        ///< none, up, up-down
     std::vector<std::string> refine;  ///< "polar_order = 0.1"
     int refine_levels = 3;            ///< times that a cell is halved at most

@@ -50,14 +50,15 @@ class Sweep:
         return draw_sweep(self, name, axes)
 
 
-def sweep(scene, vary, *, seeds=1, refine=None, refine_levels=3, ramp="none", keep="archives", workers=0, folder=None,
-          slurm=0, quiet=True):
+def sweep(scene, vary, *, seeds=1, want=None, max_seeds=64, refine=None, refine_levels=3, ramp="none", keep="archives",
+          workers=0, folder=None, slurm=0, quiet=True):
     """Runs a scene over the values of some keys, as `drover sweep`; returns a Sweep.
 
     `vary` is {"relaxation.rate": [0.5, 1, 2]} or {"relaxation.rate": "0.5:2:11"} (first:last:count); several keys make
     a grid.  `folder` keeps an archive of each run, or with `keep="table"` the results alone; by default nothing is
     kept.  The same call resumes; one with other values, more seeds or another refinement adds the runs that are not
-    there.  `refine={"polar_order": 0.1}` adds points between neighbours that differ by more than 0.1, and by more than
+    there.  `want={"polar_order": "2%"}` adds seeds at each point until the mean there has this standard error, up to
+    `max_seeds`, beyond which a warning names it.  `refine={"polar_order": 0.1}` adds points between neighbours that differ by more than 0.1, and by more than
     twice their standard error, `refine_levels` times at most: then all results are along one axis, `point`.  `ramp`
     ("up", "up-down") starts each point from the end of the one before; of several keys the last is ramped.
     `workers` is the number of simultaneous runs.  Runs that fail leave a gap in the table, and a Python warning that
@@ -71,6 +72,8 @@ def sweep(scene, vary, *, seeds=1, refine=None, refine_levels=3, ramp="none", ke
     """
     varied = [f"{key} = {values_text(key, values)}" for key, values in vary.items()]
     changes = {"sweep.vary": varied, "sweep.seeds": seeds, "sweep.ramp": ramp, "sweep.keep": keep}
+    if want:
+        changes |= {"sweep.want": [f"{name}={error}" for name, error in want.items()], "sweep.max_seeds": max_seeds}
     if refine:
         changes |= {"sweep.refine": [f"{name} = {change}" for name, change in refine.items()],
                     "sweep.refine_levels": refine_levels}
