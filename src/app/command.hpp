@@ -21,13 +21,11 @@ namespace drover::app {
 using Action = std::function<int()>;
 
 /// The commands in the order of drover --help; each is one file, with the function add_<command>().
-#define DROVER_COMMANDS(X)                                                                                      \
-    X(run)                                                                                                      \
-    X(restart)                                                                                                  \
-    X(sweep)                                                                                                    \
-    X(calibrate)                                                                                                \
-    X(stability) X(boundary) X(states) X(tradeoff) X(check) X(explain) X(info) X(diff) X(fit) X(export) X(film) \
-        X(serve) X(schema)
+// clang-format off
+#define DROVER_COMMANDS(X) \
+    X(run) X(restart) X(sweep) X(calibrate) X(stability) X(boundary) X(states) X(tradeoff) X(check) \
+    X(explain) X(info) X(diff) X(fit) X(export) X(film) X(serve) X(schema)
+// clang-format on
 #define DROVER_DECLARE(command) void add_##command(CLI::App& program, Action& action);
 DROVER_COMMANDS(DROVER_DECLARE)
 #undef DROVER_DECLARE

@@ -334,7 +334,10 @@ const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
          .member = &SweepPlan::want,
          .doc = "observables and the standard errors of their means, \"polar_order=2%\": seeds are added at each point "
                 "until they are met, or up to max_seeds"},
-        {.name = "max_seeds", .member = &SweepPlan::max_seeds, .range = {.min = 2, .max = 1e6}, .doc = "with want"},
+        {.name = "max_seeds",
+         .member = &SweepPlan::max_seeds,
+         .range = {.min = 2, .max = 1e6},
+         .doc = "with want: the largest number of runs at a point"},
         {.name = "ramp",
          .member = &SweepPlan::ramp,
          .choices = {"none", "up", "up-down"},

@@ -368,10 +368,10 @@ std::vector<std::string> unmet_wishes(const io::Scene& scene, const SweepLayout&
             for (std::size_t k = 0; k < layout.keys.size(); ++k)
                 at += text("{}{} = {}", at.empty() ? "at " : ", ", layout.keys[k], row.point.values[k]);
             unmet.push_back(
-                text("{}{}{} = {:.4g} has an error of {:.2g} after {} seeds, too large for {}: raise "
+                text("{}{}{} = {:.4g} has an error of {:.2g} after {} seeds, {:.2g} was wanted: raise "
                      "sweep.max_seeds, or make the runs longer",
                      at, at.empty() ? "" : ": ", wish.observable, mean.mean,
-                     mean.error.value_or(std::numeric_limits<double>::quiet_NaN()), row.seeds, wish.text));
+                     mean.error.value_or(std::numeric_limits<double>::quiet_NaN()), row.seeds, allowed(wish, mean)));
         }
     }
     return unmet;

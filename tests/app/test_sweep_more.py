@@ -152,8 +152,8 @@ def test_a_wanted_error_that_no_seeds_reach_is_named(tmp_path):
     said = drover(tmp_path, "sweep", scene, "--vary", "relaxation.rate = 0.5, 4", "--keep", "table", "--want",
                   "polar_order=0.01%", "--max-seeds", "5").stdout
     for value in ("0.5", "4"):
-        assert re.search(rf"at relaxation\.rate = {value}: polar_order = [\d.e-]+ has an error of [\d.e-]+ after 5 seeds",
-                         said)
+        assert re.search(rf"at relaxation\.rate = {value}: polar_order = [\d.e-]+ has an error of [\d.e-]+ after 5 "
+                         "seeds", said)
 
 
 @pytest.mark.parametrize("words, expected", [

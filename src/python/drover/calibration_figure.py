@@ -1,4 +1,4 @@
-"""drover/calibration_figure.py: the figure of a table of coefficients: those of the equations over the area fractions."""
+"""drover/calibration_figure.py: the figure of a table of coefficients over the area fractions."""
 import math
 
 import matplotlib
@@ -26,8 +26,8 @@ def coefficients_of(table):
 
 
 def draw(theory):
-    """Draws a table of drover calibrate as a matplotlib Figure.  Raises DroverError for one that varies more than both area
-    fractions."""
+    """Draws a table of drover calibrate as a matplotlib Figure.  Raises DroverError for one that varies more than both
+    area fractions."""
     table = theory.path
     found = list(coefficients_of(table).items())[:COLUMNS * ROWS]
     others = {key for _, one in found for point in one["points"] for key in point} - KNOWN
@@ -41,8 +41,8 @@ def draw(theory):
             row, column = divmod(place, COLUMNS)
             axes = add_axes(figure, (LEFT + column * ACROSS, TOP - row * DOWN, WIDTH, HEIGHT))
             labels |= draw_coefficient(axes, one)
-            axes.set_title(f"({chr(ord('a') + place)}) {drawable(name.replace('_', ' '))}{bracket(one['unit'])}", loc="left",
-                           fontsize=9)
+            words = drawable(name.replace("_", " ")) + bracket(one["unit"])
+            axes.set_title(f"({chr(ord('a') + place)}) {words}", loc="left", fontsize=9)
             if place + COLUMNS >= len(found):
                 axes.set_xlabel(r"area fraction of beads $\Phi_b$")
         if labels:
@@ -67,8 +67,8 @@ def draw_coefficient(axes, coefficient):
         axes.errorbar(places, values, [point["error"] or 0.0 for point in points], color=colour, linewidth=0.8)
         for is_open in (False, True):
             chosen = [k for k, point in enumerate(points) if (point["origin"] in SHORT) == is_open]
-            drawn, = axes.plot([places[k] for k in chosen], [values[k] for k in chosen], "o", color=colour, markersize=4,
-                               markerfacecolor="white" if is_open else colour)
+            drawn, = axes.plot([places[k] for k in chosen], [values[k] for k in chosen], "o", color=colour,
+                               markersize=4, markerfacecolor="white" if is_open else colour)
             if not alone:
                 labels.setdefault(rf"$\Phi_r = {of_rods:g}$", drawn)
     axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)

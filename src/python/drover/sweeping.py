@@ -55,15 +55,15 @@ def sweep(scene, vary, *, seeds=1, want=None, max_seeds=64, refine=None, refine_
     """Runs a scene over the values of some keys, as `drover sweep`; returns a Sweep.
 
     `vary` is {"relaxation.rate": [0.5, 1, 2]} or {"relaxation.rate": "0.5:2:11"} (first:last:count); several keys make
-    a grid.  `folder` keeps an archive of each run, or with `keep="table"` the results alone; by default nothing is
-    kept.  The same call resumes; one with other values, more seeds or another refinement adds the runs that are not
-    there.  `want={"polar_order": "2%"}` adds seeds at each point until the mean there has this standard error, up to
-    `max_seeds`, beyond which a warning names it.  `refine={"polar_order": 0.1}` adds points between neighbours that differ by more than 0.1, and by more than
-    twice their standard error, `refine_levels` times at most: then all results are along one axis, `point`.  `ramp`
-    ("up", "up-down") starts each point from the end of the one before; of several keys the last is ramped.
-    `workers` is the number of simultaneous runs.  Runs that fail leave a gap in the table, and a Python warning that
-    says why; `failures` lists the reasons.  `slurm=40` submits 40 jobs to Slurm instead, and returns a SlurmSweep at
-    once.
+    a grid. `folder` keeps an archive of each run, or with `keep="table"` the results alone; by default nothing is kept.
+    The same call resumes; one with other values, more seeds or another refinement adds the runs that are not there.
+    `want={"polar_order": "2%"}` adds seeds at each point until the mean there has this standard error, up to
+    `max_seeds`, beyond which a warning names it. `refine={"polar_order": 0.1}` adds points between neighbours that
+    differ by more than 0.1, and by more than twice their standard error, `refine_levels` times at most: then all
+    results are along one axis, `point`. `ramp` ("up", "up-down") starts each point from the end of the one before; of
+    several keys the last is ramped. `workers` is the number of simultaneous runs. Runs that fail leave a gap in the
+    table, and a Python warning that says why; `failures` lists the reasons. `slurm=40` submits 40 jobs to Slurm
+    instead, and returns a SlurmSweep at once.
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
