@@ -24,8 +24,8 @@ SHORT = {
     "rod-in-beads": ["time.end=10"], "rods-alone": ["time.end=20"],
 }
 # Scenes without a run of their own here: the command that shows them, or why there is none.
-COMMANDS = {"phase-boundary": "boundary", "calibrate-small": None, "calibrate-matched": None, "calibrate-bed": None,
-            "full-size": None}
+COMMANDS = {"phase-boundary": "boundary", "calibrate-small": None, "calibrate-matched": None, "calibrate-paper": None,
+            "calibrate-bed": None, "full-size": None}
 # Tests of what scenes show.
 PHYSICS = ("scenes", "shelf", "shelf_slow", "flock_as_equations", "particle_scenes", "calibrated", "calibrate",
            "states")

@@ -358,7 +358,7 @@ SHORT = ["cell.lx=10", "cell.ly=10", "time.dt=4e-5", "contacts.max_overlap=0.2",
 
 def test_scenes_for_calibrate_are_listed_in_the_readme():
     listed = dict(re.findall(r"^\| `([a-z-]+)\.toml` \|.*\| ([^|]+) \|$", (MODELS / "README.md").read_text(), re.M))
-    assert scenes("calibrate") == ["calibrate-bed", "calibrate-matched", "calibrate-small"]
+    assert scenes("calibrate") == ["calibrate-bed", "calibrate-matched", "calibrate-paper", "calibrate-small"]
     for scene in scenes("calibrate"):
         first, second = (MODELS / f"{scene}.toml").read_text().splitlines()[:2]
         assert re.fullmatch(r"# Shows: .+\.", first) and listed[scene] == re.fullmatch(r"# Takes: (.+)\.",
@@ -369,7 +369,7 @@ def test_scenes_for_calibrate_are_listed_in_the_readme():
 def test_a_shipped_calibration_scene_is_valid_and_runs(scene, tmp_path):
     path = MODELS / f"{scene}.toml"
     drover(tmp_path, "check", path)
-    units = {"calibrate-bed": 6, "calibrate-small": 24, "calibrate-matched": 54}[scene]
+    units = {"calibrate-bed": 6, "calibrate-small": 24, "calibrate-matched": 54, "calibrate-paper": 24}[scene]
     assert f"drover calibrate: {units} measurements" in drover(tmp_path, "explain", path).stdout
     point = json.loads(drover(tmp_path, "calibrate", path, "--json",
                               *settings(SHORT)).stdout)["coefficients"]["damping_rate"]["points"][0]

@@ -2,6 +2,7 @@
 
 Usage: printed.py --drover PROGRAM --output FOLDER [--only SET ...]
        printed.py --verdicts --output FOLDER
+       printed.py --table TABLE.h5
 
 Runs models/paper-flock.toml with the settings of each case of the sets: `states` and `onset` (steps as in the scene),
 `fine` (half of both steps), `phases` (the plane of both area fractions).  FOLDER/NAME.csv gets a row a second and
@@ -9,13 +10,16 @@ FOLDER/flocks.json an entry a case, as flocks.py writes them: order_mean_second_
 A case that is there is not run again, and one that was interrupted resumes from its checkpoint, so the study may be
 stopped at any time.  A case takes 10 to 20 minutes of one core.
 
---verdicts compares CRITERIA, which were written before the runs, with the cases that are there. """
+--verdicts compares CRITERIA, which were written before the runs, with the cases that are there.  --table does the same
+for the coefficients of drover calibrate models/calibrate-paper.toml and TABLE_CRITERIA, which were written after the
+trials at Phi_b = .2, .4 and .6 and before those at .3, .5 and .7."""
 import argparse
 import json
 import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy
 from flocks import MODELS, measure, write, written
 
@@ -51,6 +55,9 @@ CRITERIA = [
        "max": round(order + 0.15, 2)}
       for beads, order in ((0.3, 0.24), (0.35, 0.37), (0.4, 0.59), (0.45, 0.7), (0.5, 0.77))),
 ]
+# Figure 7b of the paper in numbers, at Phi_r = .11: alpha/Gamma grows with the beads and a/lambda falls, by two errors
+# of their differences from .3 to .7, and they cross in this range.
+TABLE_CRITERIA = {"grows": "drag", "falls": "relaxation_over_weathercock", "range": (0.45, 0.7), "errors": 2.0}
 ONSET_ORDER, ONSET_RANGE = 0.5, (0.33, 0.43)  # Phi_b where the mean over seeds first passes this order
 
 
@@ -106,13 +113,50 @@ def verdicts(rows):
             ("none" if at is None else f"{at:.3f}: {'agrees' if ONSET_RANGE[0] <= at <= ONSET_RANGE[1] else 'misses'}")
 
 
+def table_verdicts(path):
+    """Lines as those of verdicts(), of a table of coefficients."""
+    found = {}
+    with h5py.File(path) as table:
+        beads = table["bead_area_fraction"][:]
+        for name in ("drag", "relaxation_over_weathercock"):
+            values, errors = (table[key][:] for key in (name, name + "_error"))
+            found[name] = [array.reshape(len(beads), -1)[:, -1] for array in (values, errors)]
+    for word, sign in (("grows", 1.0), ("falls", -1.0)):
+        name = TABLE_CRITERIA[word]
+        values, errors = found[name]
+        first, last = (numpy.flatnonzero(numpy.isclose(beads, at)) for at in (0.3, 0.7))
+        shown = " ".join(f"{value:.2f}({error:.2f})" for value, error in zip(values, errors))
+        if not first.size or not last.size or not numpy.isfinite([values[first], values[last]]).all():
+            yield f"{name} {word}: {shown} at {beads}: not all are measured"
+            continue
+        change = (sign * (values[last] - values[first])).item()
+        error = numpy.hypot(errors[last], errors[first]).item()
+        yield f"{name} {word} by {change:.2f}({error:.2f}) from .3 to .7: {shown}: " + \
+            ("agrees" if change > TABLE_CRITERIA["errors"] * error else "misses")
+    excess = found["drag"][0] - found["relaxation_over_weathercock"][0]
+    at = None
+    for k in range(len(beads) - 1):
+        if excess[k] < 0.0 <= excess[k + 1]:
+            at = beads[k] - excess[k] * (beads[k + 1] - beads[k]) / (excess[k + 1] - excess[k])
+            break
+    low, high = TABLE_CRITERIA["range"]
+    yield f"they cross from {low} to {high}; found " + \
+        ("none" if at is None else f"{at:.3f}: {'agrees' if low <= at <= high else 'misses'}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drover", help="the program")
-    parser.add_argument("--output", required=True, type=Path, help="folder of the tables")
+    parser.add_argument("--output", type=Path, help="folder of the tables")
     parser.add_argument("--only", nargs="*", default=list(SETS), choices=list(SETS), help="sets of cases")
     parser.add_argument("--verdicts", action="store_true", help="no runs: the criteria and what was found")
+    parser.add_argument("--table", help="no runs: a table of coefficients and its criteria")
     arguments = parser.parse_args()
+    if arguments.table:
+        print("\n".join(table_verdicts(arguments.table)))
+        return 0
+    if not arguments.output:
+        parser.error("--output is needed")
     arguments.output.mkdir(parents=True, exist_ok=True)
     summary = arguments.output / "flocks.json"
     rows = json.loads(summary.read_text()) if summary.exists() else {}
