@@ -56,7 +56,8 @@ std::string manifest_of(io::Scene scene) {
     scene.particles.beads.count = scene.particles.rods.count = 0;
     scene.particles.beads.area_fraction = scene.particles.rods.area_fraction = 0.0;
     // Newer than some folders of trials, and no trial depends on them.
-    std::vector<std::string> omitted{"sweep.keep", "sweep.refine", "sweep.refine_levels"};
+    std::vector<std::string> omitted{"sweep.keep", "sweep.refine", "sweep.refine_levels", "sweep.want",
+                                     "sweep.max_seeds"};
     calibrate::for_plans(scene.plans, [&](const std::string& assay, const char*, const auto&) {
         omitted.push_back(section_of(assay));
     });

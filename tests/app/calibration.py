@@ -66,7 +66,7 @@ TINY = {
     "calibrate.scattering.time": 0.1,
     "calibrate.scattering.frame": 0.005,
 }
-UNITS = 2 * 8 + 2 * 2 * 2  # drag and alignment depend on rods
+UNITS = 2 * 9 + 2 * 2 * 2  # drag and alignment depend on rods
 
 
 def write_tiny(folder, changes=None, name="tiny.toml"):
