@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from calibration import assert_same_tables, trials_in, undisturbed, write_tiny
+from calibration import UNITS, assert_same_tables, trials_in, undisturbed, write_tiny
 from support import drover, end_group, end_shares, environment, slurm_at_once, start, start_shares, wait_until
 
 ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]}  # one measurement
@@ -43,8 +43,8 @@ def test_shares_at_the_same_time_divide_the_trials_and_the_last_makes_the_table(
     try:
         wait_until(lambda: len(trials_in(tmp_path / "tiny.calibration")) > 4, "some trials", process=shares[0])
         line = drover(tmp_path, "calibrate", scene, "--status").stdout
-        assert re.match(r"\d+ of 24 measurements done; of the trials that are known to be needed: \d+ of \d+ done, "
-                        r"0 failed, \d+ running in 3 processes; .+ a minute, .+ left\n", line), line
+        assert re.match(rf"\d+ of {UNITS} measurements done; of the trials that are known to be needed: \d+ of \d+ "
+                        r"done, 0 failed, \d+ running in 3 processes; .+ a minute, .+ left\n", line), line
     finally:
         end_shares(shares)
     found, undisturbed = trials_in(tmp_path / "tiny.calibration"), trials_in(whole[0])
