@@ -10,7 +10,7 @@ namespace drover::physics {
 using theory::Growth;
 using theory::Modes;
 
-/// Those of model/theory.hpp; angles are those from the direction of the state.
+/// Those of theory/theory.hpp; angles are those from the direction of the state.
 inline Modes modes(const Equations& equations, const UniformPoint& about, const numerics::Wavevector& q) {
     return theory::modes(*linearised(equations, about), q);
 }
