@@ -37,6 +37,7 @@ struct PlaneOfScene {
     const PlannedBoundary planned;
     const numerics::Rectangle rectangle;
     const std::vector<SceneModel> draws;
+    const std::vector<model::UniformState> guesses;                ///< from which lines of states search theirs
     const std::unique_ptr<run::PointProgress> progress = nullptr;  ///< of models of one's own, whose points take long
 };
 using SharedPlane = std::shared_ptr<const PlaneOfScene>;
@@ -81,13 +82,8 @@ MarginAt limit_margin(Limit limit) {
         [limit](const PlaneModels& models, const numerics::PlanePoint& point) { return models.margin(point, limit); };
 }
 
-/// Margins of states against waves of all lengths.
-MarginAt state_margin(const io::Scene& scene, const PlannedBoundary& planned, MarginState which) {
-    theory::GrowthSearch search = growth_search(scene);
-    if (scene.stability.min_wavenumber == 0.0) search.min *= 100.0;  // the limit of long waves covers the rest
-    search.wavenumbers = 41;                                         // the least stable wave is refined: these find it
-    search.angles = 18;
-    // States differ little over a plane: those of its corners and middles lead to the others.
+/// The states at the corners and middles of a plane, which lead to the others: states differ little over a plane.
+std::vector<model::UniformState> guesses_over(const io::Scene& scene, const PlannedBoundary& planned) {
     const numerics::Rectangle plane = planned.rectangle();
     const PlaneModels models(scene.kind, scene_model(scene), planned.x_number, planned.y_number, plane);
     std::vector<model::UniformState> guesses;
@@ -98,8 +94,17 @@ MarginAt state_margin(const io::Scene& scene, const PlannedBoundary& planned, Ma
             for (const theory::StationaryState& state : theory::stationary_states(equations).states)
                 guesses.push_back(state.values);
         }
+    return guesses;
+}
+
+/// Margins of states against waves of all lengths.
+MarginAt state_margin(const SharedPlane& plane, MarginState which) {
+    theory::GrowthSearch search = growth_search(plane->scene);
+    if (plane->scene.stability.min_wavenumber == 0.0) search.min *= 100.0;  // the limit of long waves covers the rest
+    search.wavenumbers = 41;  // the least stable wave is refined: these find it
+    search.angles = 18;
     return [=](const PlaneModels& at, const numerics::PlanePoint& point) {
-        return theory::margin(at.equations(point), which, guesses, search);
+        return theory::margin(at.equations(point), which, plane->guesses, search);
     };
 }
 
@@ -186,8 +191,7 @@ void add_map(const SharedPlane& plane, BoundaryProblem& problem) {
     const auto models = models_of_scene(*plane, convention);
     std::vector<std::pair<MarginState, theory::MarginOf>> states;
     for (const std::string& line : lines)
-        states.emplace_back(state_of(line),
-                            margin_over(plane, models, state_margin(plane->scene, plane->planned, state_of(line))));
+        states.emplace_back(state_of(line), margin_over(plane, models, state_margin(plane, state_of(line))));
     problem.map = {
         {"stable_states", "1", "-1 no uniform state, 0 none is stable, 1 isotropic, 2 ordered, 3 both", axes}};
     problem.map_at = stable_states_at(states);
@@ -209,6 +213,9 @@ BoundaryProblem boundary_problem(const io::Scene& scene, const PlannedBoundary& 
                                              .planned = planned,
                                              .rectangle = planned.rectangle(),
                                              .draws = drawn_scenes(scene, planned.errors),
+                                             .guesses = std::ranges::any_of(planned.lines, is_of_state)
+                                                            ? guesses_over(scene, planned)
+                                                            : std::vector<model::UniformState>{},
                                              .progress = std::move(progress)});
     BoundaryProblem problem{.draws = static_cast<std::size_t>(plane->draws.empty() ? 0 : scene.boundary.draws)};
     for (const std::string& convention : planned.conventions)
@@ -221,7 +228,7 @@ BoundaryProblem boundary_problem(const io::Scene& scene, const PlannedBoundary& 
             else
                 lines.margins = [plane, convention, name] {
                     return margins_over(plane, convention,
-                                        is_of_state(name) ? state_margin(plane->scene, plane->planned, state_of(name))
+                                        is_of_state(name) ? state_margin(plane, state_of(name))
                                                           : limit_margin(theory::limit_of(name)));
                 };
             problem.lines.push_back(std::move(lines));
