@@ -228,8 +228,8 @@ def test_processes_with_other_budgets_and_stopped_ones_leave_a_folder_that_goes_
     finally:
         for process in shares:
             end_group(process)
-    codes = [process.returncode for process in shares]
-    assert codes[0] in (0, 1, 3) and codes[2] in (0, 1, -9) and {codes[1], codes[3]} <= {0, 1}, ends
+    codes = [process.returncode for process in shares]  # -15: the signal came before the first trial
+    assert codes[0] in (0, 1, 3, -15) and codes[2] in (0, 1, -9) and {codes[1], codes[3]} <= {0, 1}, ends
     logs = "".join(log for _, log in ends)
     assert "is writing" not in logs and "another run" not in logs and "given fails" not in logs, logs
     for more in (["--collect"], []):  # 8 s may be too short for the wish
