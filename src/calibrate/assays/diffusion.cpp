@@ -4,37 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "calibrate/assays/plan_support.hpp"
+#include "calibrate/assays/mean_squares.hpp"
 
 namespace drover::calibrate {
 
 namespace {
-constexpr std::size_t min_lags = 4;  // of the fit: two in each half
-
-/// Lags of the fit in frames: [first, end).
-struct Lags {
-    std::size_t first = 1, end = 1;
-    std::size_t count() const { return end - first; }
-};
-Lags lags_of(const DiffusionPlan& plan) {
-    return {.first = frames_in(plan.min_lag, plan.frame), .end = frames_in(plan.max_lag, plan.frame) + 1};
-}
-
-/// One coordinate of one particle, by frame.
-using Path = std::vector<double>;
-
-/// Mean over start times of the squared displacement at each lag.
-std::vector<double> squared_displacements(const Path& path, const Lags& lags) {
-    std::vector<double> squares;
-    for (std::size_t lag = lags.first; lag < lags.end; ++lag) {
-        double sum = 0.0;
-        for (std::size_t i = 0; i + lag < path.size(); ++i)
-            sum += (path[i + lag] - path[i]) * (path[i + lag] - path[i]);
-        squares.push_back(sum / static_cast<double>(path.size() - lag));
-    }
-    return squares;
-}
-
 std::vector<double> bead_displacements(const DiffusionPlan& plan, const SystemFactory& make, const dem::Setup& given,
                                        std::uint64_t seed) {
     const auto system = make(beads_alone(given), seed);
@@ -117,24 +91,12 @@ Trial follow(const DiffusionPlan& plan, const SystemFactory& make, const dem::Se
     return trial;
 }
 
-/// c + 4 D t at the lags numbered [begin, end) of the fit.
-Line line_of(const DiffusionPlan& plan, std::span<const double> squares, std::size_t begin, std::size_t end) {
-    std::vector<double> times, weights;
-    for (std::size_t i = begin; i < end; ++i) {
-        times.push_back(static_cast<double>(lags_of(plan).first + i) * plan.frame);
-        weights.push_back(1.0 / (times.back() * times.back()));
-    }
-    return fit_line(times, squares.subspan(begin, end - begin), weights);
-}
-
 std::vector<double> estimates_of(const DiffusionPlan& plan, std::span<const double> means) {
-    const std::size_t count = means.size() / 2, half = count / 2;
+    const std::size_t count = means.size() / 2;
     std::vector<double> values;
     for (const std::span<const double> squares : {means.first(count), means.last(count)}) {
         const Line line = line_of(plan, squares, 0, count);
-        const double shorter = line_of(plan, squares, 0, half).slope,
-                     longer = line_of(plan, squares, half, count).slope;
-        values.insert(values.end(), {0.25 * line.slope, line.at_zero, (longer - shorter) / line.slope});
+        values.insert(values.end(), {0.25 * line.slope, line.at_zero, change_of_slope(plan, squares)});
     }
     return {values[0], values[3], values[1], values[4], values[2], values[5]};
 }
@@ -158,13 +120,7 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 }  // namespace
 
 Assay diffusion(const DiffusionPlan& plan) {
-    require(plan.frame > 0.0 && plan.min_lag >= plan.frame && plan.time >= plan.max_lag + plan.frame, {},
-            "diffusion: frames of {} s, lags of {} to {} s, a trial of {} s; expected a shortest lag of at least one "
-            "frame, and a trial at least one frame longer than the longest lag",
-            plan.frame, plan.min_lag, plan.max_lag, plan.time);
-    require(plan.max_lag >= plan.min_lag + static_cast<double>(min_lags - 1) * plan.frame * (1.0 - 1e-9), {},
-            "diffusion: lags of {} to {} s in frames of {} s; expected at least {} lags: raise max_lag or lower frame",
-            plan.min_lag, plan.max_lag, plan.frame, min_lags);
+    require_lags(plan, "diffusion");
     return {.name = "diffusion",
             .population = Population::single_rods,
             .quantities = {{"bead_diffusion", "mm^2/s", "D of beads: <|r(t) - r(0)|^2> = c + 4 D t, without rods"},

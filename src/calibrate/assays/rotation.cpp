@@ -4,17 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "calibrate/assays/plan_support.hpp"
+#include "calibrate/assays/mean_squares.hpp"
 
 namespace drover::calibrate {
 
 namespace {
-constexpr std::size_t min_lags = 4;  // of the fit: two in each half
-
-/// The lag numbered `i` of the fit, in frames.
-std::size_t lag_of(const RotationPlan& plan, std::size_t i) { return frames_in(plan.min_lag, plan.frame) + i; }
-std::size_t lags_of(const RotationPlan& plan) { return frames_in(plan.max_lag, plan.frame) + 1 - lag_of(plan, 0); }
-
 /// The mean-square angle at each lag.
 Trial follow(const RotationPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     dem::Setup setup = with_rods(given, "rotation", false);
@@ -22,7 +16,7 @@ Trial follow(const RotationPlan& plan, const SystemFactory& make, const dem::Set
     const auto system = make(setup, seed);
     system->advance_to(plan.warm_up);
     const std::size_t frames = frames_in(plan.time, plan.frame), rods = system->rods().size();
-    std::vector<std::vector<double>> angles(rods, {0.0});
+    std::vector<Path> angles(rods, {0.0});
     std::vector<RodPose> before = system->rods();
     for (std::size_t frame = 1; frame <= frames; ++frame) {
         system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
@@ -32,31 +26,18 @@ Trial follow(const RotationPlan& plan, const SystemFactory& make, const dem::Set
                                 std::remainder(now[r].angle - before[r].angle, 2.0 * std::numbers::pi));
         before = now;
     }
-    Trial squares(lags_of(plan), 0.0);
-    for (std::size_t i = 0; i < squares.size(); ++i) {
-        const std::size_t lag = lag_of(plan, i), starts = frames + 1 - lag;
-        for (const std::vector<double>& path : angles)
-            for (std::size_t s = 0; s < starts; ++s) squares[i] += std::pow(path[s + lag] - path[s], 2);
-        squares[i] /= static_cast<double>(starts * rods);
+    const Lags lags = lags_of(plan);
+    Trial squares(lags.count(), 0.0);
+    for (const Path& path : angles) {
+        const std::vector<double> one = squared_displacements(path, lags);
+        for (std::size_t i = 0; i < squares.size(); ++i) squares[i] += one[i] / static_cast<double>(rods);
     }
     return squares;
 }
 
-/// c + 2 D_r t at the lags numbered [begin, end) of the fit.
-Line line_of(const RotationPlan& plan, std::span<const double> squares, std::size_t begin, std::size_t end) {
-    std::vector<double> times, weights;
-    for (std::size_t i = begin; i < end; ++i) {
-        times.push_back(static_cast<double>(lag_of(plan, i)) * plan.frame);
-        weights.push_back(1.0 / (times.back() * times.back()));
-    }
-    return fit_line(times, squares.subspan(begin, end - begin), weights);
-}
-
 std::vector<double> estimates_of(const RotationPlan& plan, std::span<const double> squares) {
-    const std::size_t count = squares.size(), half = count / 2;
-    const Line line = line_of(plan, squares, 0, count);
-    const double shorter = line_of(plan, squares, 0, half).slope, longer = line_of(plan, squares, half, count).slope;
-    return {0.5 * line.slope, line.at_zero, (longer - shorter) / line.slope};
+    const Line line = line_of(plan, squares, 0, squares.size());  // c + 2 D_r t
+    return {0.5 * line.slope, line.at_zero, change_of_slope(plan, squares)};
 }
 
 std::string conclude(std::vector<measure::Estimate>& estimates) {
@@ -70,13 +51,7 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 }  // namespace
 
 Assay rotation(const RotationPlan& plan) {
-    require(plan.frame > 0.0 && plan.min_lag >= plan.frame && plan.time >= plan.max_lag + plan.frame, {},
-            "rotation: frames of {} s, lags of {} to {} s, a trial of {} s; expected a shortest lag of at least one "
-            "frame, and a trial at least one frame longer than the longest lag",
-            plan.frame, plan.min_lag, plan.max_lag, plan.time);
-    require(plan.max_lag >= plan.min_lag + static_cast<double>(min_lags - 1) * plan.frame * (1.0 - 1e-9), {},
-            "rotation: lags of {} to {} s in frames of {} s; expected at least {} lags: raise max_lag or lower frame",
-            plan.min_lag, plan.max_lag, plan.frame, min_lags);
+    require_lags(plan, "rotation");
     return {.name = "rotation",
             .population = Population::single_rods,
             .quantities = {{"rotational_diffusion", "1/s", "D_r: <[theta(t) - theta(0)]^2> = c + 2 D_r t"},
