@@ -1,24 +1,23 @@
 """tests/bench/particles/correlations.py: correlations of directions and fluctuations of the number of rods in a cell of
 20 rod lengths, kept as small tables.
 
-Usage: correlations.py --drover PROGRAM --output FOLDER [--beads FRACTION ...] [--seconds T]
+Usage: correlations.py --drover PROGRAM --output FOLDER [--rods matched | printed] [--beads FRACTION ...] [--seconds T]
 
-Each area fraction of beads is a run of models/bead-flock.toml in a cell of 90 mm, with steps of 5e-5 s.
+Each area fraction of beads is a run of models/bead-flock.toml in a cell of 90 mm, with the rods of RODS in flocks.py.
 FOLDER/correlations-FRACTION.csv gets the summary of its archive: a row for each number, with its place (a separation of
 rods or the side of a box [mm]; empty for numbers of the whole cell) and its standard error, after the warm-up that the
-summary leaves out.  A table that is there is not made again.  10 to 25 minutes of one core each. """
+summary leaves out.  A table that is there is not made again, and a run that was
+stopped goes on.  10 to 25 minutes of one core each with matched rods, an hour with those as printed. """
 import argparse
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import h5py
 import numpy as np
-from flocks import MODELS, write
+from flocks import RODS, Stopped, remove, run_or_resume, said, write
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from studies import settings_of, version_of  # noqa: E402
+from studies import version_of  # noqa: E402
 
 BEADS = (0.2, 0.4, 0.6)
 WHOLE = ("polar_order", "polar_order_binder", "polar_order_susceptibility", "bead_velocity_along_order")
@@ -45,6 +44,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drover", required=True, help="the program")
     parser.add_argument("--output", required=True, type=Path, help="folder of the tables")
+    parser.add_argument("--rods", default="matched", choices=RODS)
     parser.add_argument("--beads", nargs="*", type=float, default=BEADS, help="area fractions")
     parser.add_argument("--seconds", type=float, default=200.0)
     arguments = parser.parse_args()
@@ -54,16 +54,16 @@ def main():
         table = arguments.output / f"correlations-{beads}.csv"
         if table.exists():
             continue
-        settings = {"beads.area_fraction": beads, "cell.lx": 90.0, "cell.ly": 90.0, "time.dt": 5e-5,
-                    "contacts.substep": 5e-5, "time.end": arguments.seconds, "output.frame_every": 10.0,
-                    "output.sample_every": 0.1025, "run.threads": 1}
-        with tempfile.TemporaryDirectory(dir=arguments.output) as folder:
-            archive = Path(folder) / "run.h5"
-            subprocess.run([arguments.drover, "run", str(MODELS / "bead-flock.toml"), "--output", str(archive),
-                            "--quiet", *settings_of(settings)], check=True, stdout=subprocess.DEVNULL)
-            rows = list(rows_of(archive))
-        said = " ".join(f"{key}={value}" for key, value in settings.items())
-        write(table, f"# bead-flock.toml {said}; {version}\n", rows)
+        settings = {"beads.area_fraction": beads, "cell.lx": 90.0, "cell.ly": 90.0,
+                    "time.end": arguments.seconds, "output.frame_every": 10.0, "output.sample_every": 0.1025,
+                    **RODS[arguments.rods]}
+        archive = table.with_suffix(".h5")
+        try:
+            run_or_resume(arguments.drover, "bead-flock", settings, archive)
+        except Stopped:
+            return 3
+        write(table, f"# bead-flock.toml {said(settings)}; {version}\n", list(rows_of(archive)))
+        remove(archive)
         print(table, flush=True)
     return 0
 

@@ -21,7 +21,7 @@ import h5py
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from studies import version_of  # noqa: E402
+from studies import settings_of, version_of  # noqa: E402
 
 MODELS = Path(__file__).resolve().parents[3] / "models"
 NOMINAL = ["plates.amplitude=0.04", "plates.gap=1.2", "rods.size_tolerance=0.0", "kick.strength=0.015"]
@@ -30,6 +30,12 @@ QUICK = ["plates.amplitude=0.04", "plates.gap=1.15", "rods.size_tolerance=0.0",
 LARGE = ["cell.lx=90.0", "cell.ly=90.0"]
 # Matched rods go as fast with steps of 5e-5 s as with 2e-5: 3.16(39) and 3.12(40) mm/s over 40 rods.
 COARSE = ["time.dt=5e-5", "contacts.substep=5e-5", "time.end=200.0"]
+# Settings of a scene of the matched rods: coarse steps, or what makes its rods those of the paper as printed.
+RODS = {
+    "matched": {"time.dt": 5e-5, "contacts.substep": 5e-5},
+    "printed": {"plates.amplitude": 0.04, "plates.gap": 1.2, "rods.size_tolerance": 0.0, "rods.bearing": "all",
+                "kick.strength": 0.015, "contacts.law": "pairwise", "time.dt": 1e-5},
+}
 POINTS = [*((beads, rods) for beads in (0.2, 0.4, 0.5, 0.6, 0.7) for rods in (0.05, 0.08, 0.11)), (0.3, 0.11),
           (0.35, 0.14), (0.25, 0.11), (0.45, 0.05), (0.55, 0.11)]
 CASES = {
@@ -81,6 +87,34 @@ def run(arguments, scene, settings, folder):
         words += ["--set", setting]
     subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
     return archive
+
+
+class Stopped(Exception):
+    """The run was stopped by a signal after a checkpoint; the same command goes on."""
+
+
+def run_or_resume(program, scene, settings, archive):
+    """Runs a scene of models/ with settings {key: value}, or takes up its archive where it ended."""
+    words = [program, "restart", str(archive), "--quiet"]
+    if not archive.exists():
+        words = [program, "run", str(MODELS / (scene + ".toml")), "--output", str(archive), "--quiet",
+                 *settings_of({**settings, "run.threads": 1, "output.checkpoint_minutes": 5})]
+    ended = subprocess.run(words, check=False, stdout=subprocess.DEVNULL).returncode
+    if ended == 3:
+        raise Stopped
+    if ended:
+        sys.exit(f"{archive.name}: the run failed with exit status {ended}")
+
+
+def said(settings):
+    """Settings as a line of text."""
+    return " ".join(f"{key}={value}" for key, value in settings.items())
+
+
+def remove(archive):
+    """An archive with what lies beside it."""
+    for file in (archive, *archive.parent.glob(archive.name + ".*")):
+        file.unlink(missing_ok=True)
 
 
 def means(values):

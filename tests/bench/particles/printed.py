@@ -4,8 +4,9 @@ Usage: printed.py --drover PROGRAM --output FOLDER [--only SET ...]
        printed.py --verdicts --output FOLDER
        printed.py --table TABLE.h5
 
-Runs models/paper-flock.toml with the settings of each case of the sets: `states` and `onset` (steps as in the scene),
-`fine` (half of both steps), `phases` (the plane of both area fractions).  FOLDER/NAME.csv gets a row a second and
+Runs the cases of the sets: models/paper-flock.toml at the area fractions of `states` and `onset` (steps as in the
+scene), `fine` (half of both steps) and `phases` (the plane of both area fractions), and in `shapes` the flowers, the
+circle and the beads of several sizes of flocks.py with these rods.  FOLDER/NAME.csv gets a row a second and
 FOLDER/flocks.json an entry a case, as flocks.py writes them: order_mean_second_half is the mean of P from 50 to 100 s.
 A case that is there is not run again, and one that was interrupted resumes from its checkpoint, so the study may be
 stopped at any time.  A case takes 10 to 20 minutes of one core.
@@ -15,23 +16,23 @@ for the coefficients of drover calibrate models/calibrate-paper.toml and TABLE_C
 trials at Phi_b = .2, .4 and .6 and before those at .3, .5 and .7."""
 import argparse
 import json
-import subprocess
 import sys
 from pathlib import Path
 
 import h5py
 import numpy
-from flocks import MODELS, measure, write, written
+from flocks import RODS, Stopped, measure, remove, run_or_resume, said, write, written
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from studies import version_of  # noqa: E402
 
-SCENE = "paper-flock"
-FINE = ["time.dt=5e-6", "contacts.rod_step=1e-6"]
+OUTPUT = {"output.frame_every": 10.0, "output.sample_every": 0.1025}
+FINE = {"time.dt": 5e-6, "contacts.rod_step": 1e-6}
 
 
-def point(beads, rods, seed, *settings):
-    return [f"beads.area_fraction={beads}", f"rods.area_fraction={rods}", f"run.seed={seed}", *settings]
+def point(beads, rods, seed, more=None):
+    """Scene and settings of a case."""
+    return "paper-flock", {"beads.area_fraction": beads, "rods.area_fraction": rods, "run.seed": seed, **(more or {})}
 
 
 STATES = [(beads, 0.11, seed) for seed in (1, 2, 3, 4) for beads in (0.6, 0.2)]
@@ -41,8 +42,11 @@ PHASES = [(beads, rods, seed) for seed in (1, 2, 3) for rods in (0.05, 0.08, 0.1
 SETS = {
     "states": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in STATES},
     "onset": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in ONSET},
-    "fine": {f"fine-{b}-{r}-{s}": point(b, r, s, *FINE) for b, r, s in STATES + ONSET},
+    "fine": {f"fine-{b}-{r}-{s}": point(b, r, s, FINE) for b, r, s in STATES + ONSET},
     "phases": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in PHASES},
+    "shapes": {"amorphous": ("amorphous", RODS["printed"]), "circle-dense": ("circle-flock", RODS["printed"]),
+               "flower-poor": ("flower-poor", RODS["printed"]),
+               **{f"flower-{seed}": ("flower-flock", {**RODS["printed"], "run.seed": seed}) for seed in range(1, 21)}},
 }
 
 # What must hold of the means of P from 50 to 100 s, before any of these runs was made: of each seed, or of the mean
@@ -59,25 +63,6 @@ CRITERIA = [
 # of their differences from .3 to .7, and they cross in this range.
 TABLE_CRITERIA = {"grows": "drag", "falls": "relaxation_over_weathercock", "range": (0.45, 0.7), "errors": 2.0}
 ONSET_ORDER, ONSET_RANGE = 0.5, (0.33, 0.43)  # Phi_b where the mean over seeds first passes this order
-
-
-class Stopped(Exception):
-    """The run was stopped by a signal after a checkpoint."""
-
-
-def run(program, settings, archive):
-    """Runs or resumes a case."""
-    words = [program, "restart", str(archive), "--quiet"]
-    if not archive.exists():
-        words = [program, "run", str(MODELS / (SCENE + ".toml")), "--output", str(archive), "--quiet"]
-        for setting in [*settings, "output.frame_every=10.0", "output.sample_every=0.1025", "run.threads=1",
-                        "output.checkpoint_minutes=5"]:
-            words += ["--set", setting]
-    ended = subprocess.run(words, check=False, stdout=subprocess.DEVNULL).returncode
-    if ended == 3:
-        raise Stopped
-    if ended:
-        sys.exit(f"{archive.name}: the run failed with exit status {ended}")
 
 
 def order_of(rows, prefix, beads, rods):
@@ -166,21 +151,20 @@ def main():
     if not arguments.drover:
         parser.error("--drover is needed for runs")
     version = version_of(arguments.drover)
-    for name, settings in [case for chosen in arguments.only for case in SETS[chosen].items()]:
+    for name, (scene, settings) in [case for chosen in arguments.only for case in SETS[chosen].items()]:
         if name in rows and (arguments.output / (name + ".csv")).exists():
             continue
         archive = arguments.output / (name + ".h5")
         try:
-            run(arguments.drover, settings, archive)
+            run_or_resume(arguments.drover, scene, {**settings, **OUTPUT}, archive)
         except Stopped:
             return 3
-        columns, row = measure(archive, SCENE)
-        write(arguments.output / (name + ".csv"), f"# {SCENE}.toml {' '.join(settings)}; {version}\n",
+        columns, row = measure(archive, scene)
+        write(arguments.output / (name + ".csv"), f"# {scene}.toml {said(settings)}; {version}\n",
               [list(columns), *zip(*columns.values())])
         rows[name] = {key: written(value) for key, value in row.items()}
         summary.write_text(json.dumps(rows, indent=1) + "\n")
-        for file in (archive, *archive.parent.glob(archive.name + ".*")):
-            file.unlink(missing_ok=True)
+        remove(archive)
         print(name, rows[name], flush=True)
     return 0
 

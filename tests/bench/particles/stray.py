@@ -1,24 +1,23 @@
 """tests/bench/particles/stray.py: rods of a flock that point elsewhere and touch no other rod, and how they turn back.
 
-Usage: stray.py --drover PROGRAM --output FOLDER [--seconds T] [--only free held]
+Usage: stray.py --drover PROGRAM --output FOLDER [--rods matched | printed] [--seconds T] [--only free held]
 
-Runs models/bead-flock.toml on from the flock that is kept, with steps of 5e-5 s: with free beads, and with the mean
-velocity of the beads held at zero.  FOLDER/turning-free.csv and turning-held.csv get a row for each bin of the angle
-from the mean direction: how fast rods turn towards it [rad/s], with its standard error, over 0.5 s in which no other
-rod was close enough to touch them.  FOLDER/images.csv gets the bodies around one rod of the free run that turns back
-by more than 90 degrees without a touch.  A few minutes of one core each. """
+Runs models/bead-flock.toml on from a flock: with free beads, and with the mean velocity of the beads held at zero.  The
+flock of the matched rods is kept; the rods as printed make their own in 60 s (FOLDER/start.h5).
+FOLDER/turning-free.csv and turning-held.csv get a row for each bin of the angle from the mean direction: how fast rods
+turn towards it [rad/s], with its standard error, over 0.5 s in which no other rod was close enough to touch them.  FOLDER/images.csv gets the bodies around one rod of the free run that turns back
+by more than 90 degrees without a touch.  A run that was stopped goes on.  A few minutes of one core each with matched
+rods, a quarter of an hour with those as printed. """
 import argparse
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import h5py
 import numpy as np
-from flocks import MODELS, write
+from flocks import MODELS, RODS, Stopped, remove, run_or_resume, said, write
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from studies import settings_of, version_of  # noqa: E402
+from studies import version_of  # noqa: E402
 
 CELL = 45.0  # [mm]
 # The spheres of a rod are at -1.6 to 2.1 mm from its centre of mass, with diameters of up to 1.13 mm.
@@ -29,14 +28,14 @@ IMAGES = 4
 AROUND = 6.0  # [mm] shown to each side
 
 
-def run(arguments, held, archive):
-    settings = {"packing.kind": "file", "packing.file": str(MODELS / "bead-flock-start.h5"), "time.dt": 5e-5,
-                "contacts.substep": 5e-5, "time.end": arguments.seconds, "output.frame_every": FRAME,
-                "output.sample_every": 0.1025, "forces.hold_beads": held, "run.threads": 1}
-    subprocess.run([arguments.drover, "run", str(MODELS / "bead-flock.toml"), "--output", str(archive), "--quiet",
-                    *settings_of(settings)], check=True, stdout=subprocess.DEVNULL)
-    del settings["packing.file"]
-    return " ".join(f"{key}={value}" for key, value in settings.items())
+def flock_to_start(arguments):
+    """The archive of a flock of these rods."""
+    if arguments.rods == "matched":
+        return MODELS / "bead-flock-start.h5"
+    start = arguments.output / "start.h5"
+    run_or_resume(arguments.drover, "bead-flock", {**RODS[arguments.rods], "time.end": 60.0, "output.frame_every": 60.0,
+                                                   "output.sample_every": 0.1025}, start)
+    return start
 
 
 def wrapped(angle):
@@ -118,6 +117,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drover", required=True, help="the program")
     parser.add_argument("--output", required=True, type=Path, help="folder of the tables")
+    parser.add_argument("--rods", default="matched", choices=RODS)
     parser.add_argument("--seconds", type=float, default=300.0)
     parser.add_argument("--only", nargs="*", default=["free", "held"], choices=["free", "held"])
     arguments = parser.parse_args()
@@ -128,17 +128,24 @@ def main():
         table = arguments.output / f"turning-{name}.csv"
         if table.exists():
             continue
-        with tempfile.TemporaryDirectory(dir=arguments.output) as folder:
-            archive = Path(folder) / "run.h5"
-            header = f"# bead-flock.toml {run(arguments, held, archive)}; {version}\n"
-            with h5py.File(archive) as file:
-                flock = Flock(file)
-                alone = np.array([flock.alone(frame) for frame in range(len(flock.off))])
-                speed = file["series/bead_velocity_along_order"][()].mean()
-                header += f"# beads along the order: {speed:.3f} mm/s\n"
-                if not held and (which := return_of_a_stray(flock, alone)):
-                    write(arguments.output / "images.csv", header, list(images(file, flock, which)))
-                write(table, header, list(turning(flock, alone)))
+        settings = {**RODS[arguments.rods], "packing.kind": "file", "time.end": arguments.seconds,
+                    "output.frame_every": FRAME, "output.sample_every": 0.1025, "forces.hold_beads": held}
+        archive = table.with_suffix(".h5")
+        try:
+            run_or_resume(arguments.drover, "bead-flock",
+                          {**settings, "packing.file": str(flock_to_start(arguments).resolve())}, archive)
+        except Stopped:
+            return 3
+        header = f"# bead-flock.toml {said(settings)}; {version}\n"
+        with h5py.File(archive) as file:
+            flock = Flock(file)
+            alone = np.array([flock.alone(frame) for frame in range(len(flock.off))])
+            speed = file["series/bead_velocity_along_order"][()].mean()
+            header += f"# beads along the order: {speed:.3f} mm/s\n"
+            if not held and (which := return_of_a_stray(flock, alone)):
+                write(arguments.output / "images.csv", header, list(images(file, flock, which)))
+            write(table, header, list(turning(flock, alone)))
+        remove(archive)
         print(table, flush=True)
     return 0
 

@@ -1,35 +1,24 @@
 """tests/bench/particles/wake.py: the flow of beads around one moving rod, in its frame.
 
-Usage: wake.py --drover PROGRAM --output FOLDER [--seconds S]
+Usage: wake.py --drover PROGRAM --output FOLDER [--rods matched | printed] [--seconds S]
 
 Runs one rod of rod-in-beads.toml in a cell of 27 mm at three area fractions of beads; the mean velocity of the beads is
 held at zero, since these plates do not stop a flow that one rod keeps up.  FOLDER/wake-BEADS.csv gets the mean velocity
 of the beads at each place of the frame of the rod [mm, mm/s] (flow_velocity_along and flow_velocity_across of the
-archive), where there were beads.  A table that is there is not made again.
+archive), where there were beads.  A table that is there is not made again, and a run that was stopped goes on.
 """
 import argparse
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import h5py
 import numpy as np
-from flocks import MODELS, write
+from flocks import RODS, Stopped, remove, run_or_resume, said, write
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from studies import settings_of, version_of  # noqa: E402
+from studies import version_of  # noqa: E402
 
 BEADS = (0.5, 0.6, 0.7)
-
-
-def run(arguments, beads, archive):
-    settings = {"beads.area_fraction": beads, "cell.lx": 27.0, "cell.ly": 27.0, "forces.hold_beads": True,
-                "time.dt": 5e-5, "contacts.substep": 5e-5, "time.end": arguments.seconds, "output.frame_every": 0.1,
-                "output.sample_every": 0.1, "run.threads": 1}
-    subprocess.run([arguments.drover, "run", str(MODELS / "rod-in-beads.toml"), "--output", str(archive), "--quiet",
-                    *settings_of(settings)], check=True, stdout=subprocess.DEVNULL)
-    return settings
 
 
 def flow(archive):
@@ -47,6 +36,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drover", required=True, help="the program")
     parser.add_argument("--output", required=True, type=Path, help="folder of the tables")
+    parser.add_argument("--rods", default="matched", choices=RODS)
     parser.add_argument("--seconds", type=float, default=200.0)
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
@@ -55,12 +45,17 @@ def main():
         table = arguments.output / f"wake-{beads}.csv"
         if table.exists():
             continue
-        with tempfile.TemporaryDirectory(dir=arguments.output) as folder:
-            archive = Path(folder) / "run.h5"
-            settings = run(arguments, beads, archive)
-            columns = flow(archive)
-        said = " ".join(f"{key}={value}" for key, value in settings.items())
-        write(table, f"# rod-in-beads.toml {said}; {version}\n",
+        settings = {"beads.area_fraction": beads, "cell.lx": 27.0, "cell.ly": 27.0, "forces.hold_beads": True,
+                    "time.end": arguments.seconds, "output.frame_every": 0.1, "output.sample_every": 0.1,
+                    **RODS[arguments.rods]}
+        archive = table.with_suffix(".h5")
+        try:
+            run_or_resume(arguments.drover, "rod-in-beads", settings, archive)
+        except Stopped:
+            return 3
+        columns = flow(archive)
+        remove(archive)
+        write(table, f"# rod-in-beads.toml {said(settings)}; {version}\n",
               [["ahead_mm", "left_mm", "along_mm_s", "across_mm_s"], *columns])
         print(table, len(columns), flush=True)
     return 0
