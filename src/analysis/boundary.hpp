@@ -1,8 +1,8 @@
 // analysis/boundary.hpp: phase boundaries in a plane of two numbers of a scene's model.
 #pragma once
 #include "analysis/boundary_work.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/run/result.hpp"
+#include "io/scene.hpp"
+#include "run/result.hpp"
 
 namespace drover::analysis {
 

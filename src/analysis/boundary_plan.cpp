@@ -7,7 +7,7 @@
 
 #include "base/log.hpp"
 #include "calibrate/slow_order.hpp"
-#include "drover/model/start.hpp"
+#include "model/start.hpp"
 #include "run/number_lists.hpp"
 #include "run/scene_equations.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "analysis/boundary_records.hpp"
 #include "analysis/plane_models.hpp"
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 
 namespace drover::analysis {
 

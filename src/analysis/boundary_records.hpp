@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/run/result.hpp"
+#include "run/result.hpp"
 #include "theory/boundary.hpp"
 
 namespace drover::analysis {

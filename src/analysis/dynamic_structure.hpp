@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
 #include "drover/numerics/grid.hpp"
+#include "io/scene.hpp"
 
 namespace drover::analysis {
 

@@ -1,8 +1,8 @@
 // analysis/onset.cpp: the flocking thresholds of a table, described.
 #include "analysis/onset.hpp"
 
-#include "drover/io/scene_text.hpp"
 #include "io/calibration.hpp"
+#include "io/scene_text.hpp"
 
 #include <algorithm>
 #include <cmath>

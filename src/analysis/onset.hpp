@@ -7,8 +7,8 @@
 
 #include "calibrate/field_model.hpp"
 #include "calibrate/onset.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/run/result.hpp"
+#include "io/scene.hpp"
+#include "run/result.hpp"
 
 namespace drover::analysis {
 

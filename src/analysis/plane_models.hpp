@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 #include "theory/limits.hpp"
 
 namespace drover::analysis {

@@ -2,8 +2,8 @@
 // fluctuations.
 #pragma once
 #include "drover/base/threads.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/run/result.hpp"
+#include "io/scene.hpp"
+#include "run/result.hpp"
 
 namespace drover::analysis {
 

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "drover/io/scene.hpp"
-#include "drover/run/result.hpp"
 #include "drover/theory/theory.hpp"
+#include "io/scene.hpp"
+#include "run/result.hpp"
 
 namespace drover::analysis {
 

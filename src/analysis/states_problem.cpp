@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/model/start.hpp"
+#include "model/start.hpp"
 #include "run/field_simulation.hpp"
 #include "run/number_lists.hpp"
 #include "run/scene_equations.hpp"

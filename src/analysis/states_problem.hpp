@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
-#include "drover/run/result.hpp"
+#include "io/scene.hpp"
+#include "run/result.hpp"
 #include "run/travelling_start.hpp"
 
 namespace drover::analysis {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "analysis/wave_problem.hpp"
-#include "drover/io/scene_text.hpp"
+#include "io/scene_text.hpp"
 
 namespace drover::analysis {
 

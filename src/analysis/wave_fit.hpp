@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
-#include "drover/run/result.hpp"
+#include "io/scene.hpp"
+#include "run/result.hpp"
 
 namespace drover::analysis {
 

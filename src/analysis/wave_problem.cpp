@@ -5,10 +5,10 @@
 #include <cmath>
 #include <memory>
 
-#include "drover/measure/field_setting.hpp"
-#include "drover/model/start.hpp"
-#include "drover/physics/linear_theory.hpp"
 #include "drover/theory/theory.hpp"
+#include "measure/field_setting.hpp"
+#include "model/start.hpp"
+#include "physics/linear_theory.hpp"
 #include "run/scene_equations.hpp"
 
 namespace drover::analysis {

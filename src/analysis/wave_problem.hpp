@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "analysis/wave_record.hpp"
-#include "drover/run/result.hpp"
+#include "run/result.hpp"
 
 namespace drover::analysis {
 

@@ -1,8 +1,8 @@
 // analysis/wave_record.hpp: waves of the frames of a run.
 #pragma once
 #include "calibrate/wave_fit.hpp"
-#include "drover/files/archive_reader.hpp"
-#include "drover/io/scene.hpp"
+#include "files/archive_reader.hpp"
+#include "io/scene.hpp"
 
 namespace drover::analysis {
 

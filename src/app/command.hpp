@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "drover/files/archive.hpp"
-#include "drover/io/scene_text.hpp"
-#include "drover/run/report.hpp"
-#include "drover/run/result.hpp"
+#include "files/archive.hpp"
+#include "io/scene_text.hpp"
 #include "run/exit_status.hpp"
+#include "run/report.hpp"
+#include "run/result.hpp"
 #include "run/run_scene.hpp"
 
 namespace drover::app {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.hpp"
-#include "drover/physics/model_keys.hpp"
+#include "physics/model_keys.hpp"
 #include "report/json.hpp"
 
 namespace drover::app {

@@ -1,5 +1,5 @@
 // calibrate/catalogue.cpp: the list of all assays.
-#include "drover/calibrate/catalogue.hpp"
+#include "calibrate/catalogue.hpp"
 
 #include "drover/base/error.hpp"
 

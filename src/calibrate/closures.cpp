@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "calibrate/alignment.hpp"
-#include "drover/physics/model_file.hpp"
+#include "physics/model_file.hpp"
 
 namespace drover::calibrate {
 

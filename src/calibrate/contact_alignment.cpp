@@ -4,9 +4,9 @@
 #include <limits>
 #include <optional>
 
+#include "calibrate/assays/alignment_assay.hpp"
 #include "calibrate/assays/alignment_fit.hpp"
 #include "calibrate/closures.hpp"
-#include "drover/calibrate/alignment_assay.hpp"
 
 namespace drover::calibrate {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/table.hpp"
-#include "drover/physics/model_values.hpp"
+#include "calibrate/table.hpp"
+#include "physics/model_values.hpp"
 
 namespace drover::calibrate {
 

@@ -6,7 +6,7 @@
 
 #include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
-#include "drover/physics/model_keys.hpp"
+#include "physics/model_keys.hpp"
 
 namespace drover::calibrate {
 

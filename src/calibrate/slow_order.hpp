@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/physics/equations.hpp"
+#include "physics/equations.hpp"
 
 namespace drover::calibrate {
 

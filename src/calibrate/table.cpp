@@ -1,5 +1,5 @@
 // calibrate/table.cpp: indices of a table, its checks, and its coefficients as smooth functions.
-#include "drover/calibrate/table.hpp"
+#include "calibrate/table.hpp"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/table.hpp"
+#include "calibrate/table.hpp"
 
 namespace drover::calibrate {
 

@@ -1,5 +1,5 @@
 // files/archive.cpp: writes archives.
-#include "drover/files/archive.hpp"
+#include "files/archive.hpp"
 
 #include <fcntl.h>
 
@@ -9,8 +9,8 @@
 #include <future>
 #include <set>
 
-#include "drover/files/archive_reader.hpp"
 #include "files/archive_netcdf.hpp"
+#include "files/archive_reader.hpp"
 #include "files/archive_root.hpp"
 #include "files/bytes.hpp"
 #include "files/hdf5_file.hpp"

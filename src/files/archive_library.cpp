@@ -1,5 +1,5 @@
 // files/archive_library.cpp: HDF5 in this process: its version, and how it may end the process.
-#include "drover/files/archive.hpp"
+#include "files/archive.hpp"
 #include "files/hdf5_handle.hpp"
 
 namespace drover::files {

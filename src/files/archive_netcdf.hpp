@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/archive_layout.hpp"
+#include "files/archive_layout.hpp"
 #include "files/hdf5_handle.hpp"
 
 namespace drover::files {

@@ -1,5 +1,5 @@
 // files/archive_reader.cpp: reads archives; checks links, storage, types and sizes before it reads.
-#include "drover/files/archive_reader.hpp"
+#include "files/archive_reader.hpp"
 
 #include <fcntl.h>
 

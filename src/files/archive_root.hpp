@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "drover/files/archive_layout.hpp"
+#include "files/archive_layout.hpp"
 #include "files/hdf5_handle.hpp"
 
 namespace drover::files {

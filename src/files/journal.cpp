@@ -3,7 +3,7 @@
 // lacks the file it is for.
 #include "files/journal.hpp"
 
-#include "drover/files/archive_layout.hpp"
+#include "files/archive_layout.hpp"
 #include "files/bytes.hpp"
 
 namespace drover::files {

@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "drover/files/archive_reader.hpp"
+#include "files/archive_reader.hpp"
 
 namespace drover::files {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <sstream>
 
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 
 namespace drover::io {
 

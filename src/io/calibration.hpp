@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/calibrate/table.hpp"
-#include "drover/files/archive.hpp"
+#include "calibrate/table.hpp"
+#include "files/archive.hpp"
 
 namespace drover::io {
 

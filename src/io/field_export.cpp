@@ -6,8 +6,8 @@
 #include <bit>
 
 #include "drover/base/error.hpp"
-#include "drover/io/scene_text.hpp"
 #include "files/new_file.hpp"
+#include "io/scene_text.hpp"
 
 namespace drover::io {
 

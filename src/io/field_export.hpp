@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/archive_reader.hpp"
+#include "files/archive_reader.hpp"
 
 namespace drover::io {
 

@@ -1,16 +1,16 @@
 // io/scene.cpp: the sections of a scene: read from tables, written as TOML, described.
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 
 #include <algorithm>
 #include <array>
 #include <tuple>
 
-#include "drover/physics/linear_theory.hpp"
-#include "drover/physics/model_keys.hpp"
 #include "io/scene_declared.hpp"
 #include "io/scene_initial.hpp"
 #include "io/scene_model.hpp"
 #include "numerics/steppers/kept_modes.hpp"
+#include "physics/linear_theory.hpp"
+#include "physics/model_keys.hpp"
 
 namespace drover::io {
 

@@ -1,6 +1,6 @@
 // io/scene_calibrated.hpp: a scene of fields on a table of coefficients.
 #pragma once
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 
 namespace drover::io {
 

@@ -6,7 +6,7 @@
 #include "base/memory.hpp"
 #include "dem/contact/contact_law.hpp"
 #include "drover/dem/bodies.hpp"
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 #include "io/scene_initial.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "physics/check.hpp"

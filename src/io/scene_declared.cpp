@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "drover/base/expression.hpp"
-#include "drover/numerics/spline_table.hpp"
 #include "io/scene_initial.hpp"
+#include "numerics/algebra/spline_table.hpp"
 
 namespace drover::io {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/declared_model.hpp"
+#include "io/declared_model.hpp"
 
 namespace drover::io {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "drover/physics/model_file.hpp"
+#include "physics/model_file.hpp"
 
 namespace drover::io {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drover/base/schema.hpp"
-#include "drover/model/start.hpp"
+#include "model/start.hpp"
 
 namespace drover::io {
 

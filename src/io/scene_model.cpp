@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "drover/physics/model_keys.hpp"
+#include "physics/model_keys.hpp"
 
 namespace drover::io {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "drover/base/schema.hpp"
-#include "drover/physics/model_values.hpp"
+#include "physics/model_values.hpp"
 
 namespace drover::io {
 

@@ -1,5 +1,5 @@
 // io/scene_text.cpp: TOML text to the tables of a scene, with overrides.
-#include "drover/io/scene_text.hpp"
+#include "io/scene_text.hpp"
 
 #include <toml++/toml.h>
 
@@ -350,6 +350,10 @@ Scene parse_scene(const std::string& toml, const std::string& name, std::span<co
     Scene scene = unchecked_scene(toml, name, overrides, functions);
     check(scene);
     return scene;
+}
+
+Scene changed(const Scene& scene, const std::vector<std::string>& overrides) {
+    return parse_scene(resolved_text(scene), scene.file, overrides);
 }
 
 Scene archived_scene(const std::string& toml, const std::string& name) {

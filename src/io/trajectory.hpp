@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "drover/dem/bodies.hpp"
-#include "drover/files/archive.hpp"
+#include "files/archive.hpp"
 
 namespace drover::io {
 

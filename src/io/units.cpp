@@ -1,5 +1,5 @@
 // io/units.cpp: names of units.
-#include "drover/io/units.hpp"
+#include "io/units.hpp"
 
 #include <algorithm>
 #include <array>

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
-#include "drover/io/scene_text.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
+#include "io/scene_text.hpp"
 #include "io/trajectory.hpp"
 
 namespace drover::io {

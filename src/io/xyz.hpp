@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/archive.hpp"
+#include "files/archive.hpp"
 
 namespace drover::io {
 

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "drover/io/scene_text.hpp"
 #include "files/input_file.hpp"
 #include "files/record_folder.hpp"
+#include "io/scene_text.hpp"
 #include "jobs/shared_compute.hpp"
 #include "run/provenance.hpp"
 

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
-#include "drover/run/result.hpp"
+#include "io/scene.hpp"
 #include "jobs/calibration_layout.hpp"
 #include "jobs/share.hpp"
 #include "jobs/wish.hpp"
+#include "run/result.hpp"
 
 namespace drover::jobs {
 

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "calibrate/table.hpp"
 #include "calibrate/trial_set.hpp"
-#include "drover/calibrate/table.hpp"
-#include "drover/io/scene.hpp"
 #include "files/record_identity.hpp"
+#include "io/scene.hpp"
 #include "jobs/wish.hpp"
 
 namespace drover::jobs {

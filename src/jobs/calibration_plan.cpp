@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/calibrate/catalogue.hpp"
-#include "drover/io/scene_text.hpp"
+#include "calibrate/catalogue.hpp"
+#include "io/scene_text.hpp"
 #include "jobs/calibration_layout.hpp"
 #include "run/number_lists.hpp"
 
@@ -81,7 +81,7 @@ dem::Setup setup_at(const io::Scene& scene, const CalibrationLayout& layout, con
         case calibrate::Population::all: rods("0", text("{}", axes.rod_fractions[unit.rod])); break;
     }
     if (!axes.varied_key.empty()) overrides.push_back(text("{}={}", axes.varied_key, axes.varied[unit.varied]));
-    return io::parse_scene(io::resolved_text(scene), scene.file, overrides).particles;
+    return io::changed(scene, overrides).particles;
 }
 
 void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& layout) {

@@ -10,7 +10,7 @@
 #include "base/clock.hpp"
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
-#include "drover/files/archive_reader.hpp"
+#include "files/archive_reader.hpp"
 #include "jobs/worker_pool.hpp"
 #include "run/exit_status.hpp"
 #include "run/provenance.hpp"

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/measure/summary.hpp"
 #include "jobs/campaign_records.hpp"
+#include "measure/summary.hpp"
 
 namespace drover::jobs {
 

@@ -6,9 +6,9 @@
 
 #include "base/log.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/io/scene_text.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
+#include "io/scene_text.hpp"
 #include "jobs/campaign.hpp"
 #include "jobs/run_record.hpp"
 #include "jobs/sweep_dataset.hpp"
@@ -115,7 +115,7 @@ io::Scene scene_of(const Sweep& sweep, const SweepRun& run) {
         overrides.push_back(start + ".file=set-below");
         overrides.push_back(start + ".frame=-1");
     }
-    io::Scene result = io::parse_scene(io::resolved_text(base), base.file, overrides);
+    io::Scene result = io::changed(base, overrides);
     // No overrides, which are TOML: the name of a file may have any bytes.
     result.output.file = archive_of(sweep.folder, run).string();
     std::string& first_state = io::has_grid(base.kind) ? result.initial.file : result.particles.packing.file;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 #include "jobs/share.hpp"
 #include "jobs/sweep_table.hpp"
 

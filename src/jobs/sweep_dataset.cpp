@@ -6,7 +6,7 @@
 #include <set>
 
 #include "base/constants.hpp"
-#include "drover/files/archive.hpp"
+#include "files/archive.hpp"
 #include "measure/replicates.hpp"
 #include "run/provenance.hpp"
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <map>
 
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 #include "jobs/run_record.hpp"
 #include "jobs/sweep_table.hpp"
 

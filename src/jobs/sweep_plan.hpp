@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 #include "jobs/run_record.hpp"
 #include "jobs/sweep_table.hpp"
 

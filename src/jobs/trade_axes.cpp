@@ -6,7 +6,7 @@
 
 #include "dem/contact/contact_law.hpp"
 #include "drover/base/error.hpp"
-#include "drover/io/scene_text.hpp"
+#include "io/scene_text.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "physics/integrated.hpp"
 #include "run/kind.hpp"
@@ -109,13 +109,9 @@ std::vector<std::string> in_balance(const io::Scene& scene, const physics::Field
 std::string set(const std::string& key, double value) { return key + "=" + toml_text(value); }
 std::string set(const std::string& key, int value) { return text("{}={}", key, value); }
 
-io::Scene changed(const io::Scene& scene, const std::vector<std::string>& overrides) {
-    return io::parse_scene(io::resolved_text(scene), scene.file, overrides);
-}
-
 std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
     try {
-        changed(scene, overrides);
+        io::changed(scene, overrides);
         return "";
     } catch (const Error& error) {
         if (!is_of_scene(error.fault())) throw;
@@ -155,7 +151,7 @@ std::vector<StepLadder> step_ladders(const io::Scene& scene) {
 
 void add_shorter(const io::Scene& scene, StepLadder& ladder, int count) {
     for (int n = 0; n < count; ++n) {
-        const io::Scene finest = changed(scene, ladder.levels.back().overrides);
+        const io::Scene finest = io::changed(scene, ladder.levels.back().overrides);
         const Level level =
             ladder.shorter == 2.0
                 ? dt_level(scene, finest.time.stepper, finest.time.dt / ladder.shorter)
@@ -181,7 +177,8 @@ std::vector<Level> grid_levels(const io::Scene& scene, bool same_start) {
         if (!comparable || nx < fewest || (ny != 1 && ny < fewest)) continue;
         const Level level{name(nx, ny), {set("grid.nx", nx), set("grid.ny", ny)}};
         if (!reason_against(scene, level.overrides).empty()) continue;
-        if (run::kind_of(scene).warnings(changed(scene, level.overrides)).size() <= warnings) levels.push_back(level);
+        if (run::kind_of(scene).warnings(io::changed(scene, level.overrides)).size() <= warnings)
+            levels.push_back(level);
     }
     levels.push_back({name(scene.grid.nx, scene.grid.ny), {}});
     if (comparable) {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 
 namespace drover::jobs {
 
@@ -27,9 +27,6 @@ struct StepLadder {
 /// The override that gives a key a number.
 std::string set(const std::string& key, double value);
 std::string set(const std::string& key, int value);
-
-/// The scene with changes.  Throws an input Error where it does not allow them.
-io::Scene changed(const io::Scene& scene, const std::vector<std::string>& overrides);
 
 /// Why a scene does not allow changes; "" when it does.
 std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides);

@@ -8,7 +8,8 @@
 
 #include "drover/base/error.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/files/archive_reader.hpp"
+#include "files/archive_reader.hpp"
+#include "io/scene_text.hpp"
 #include "jobs/trade_axes.hpp"
 #include "measure/replicates.hpp"
 #include "run/cost.hpp"
@@ -87,7 +88,7 @@ TradeBench::TradeBench(const io::Scene& given, const std::string& of, const Trad
 Trial TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
     io::Scene timed = scene;
     timed.time.end = duration;
-    return {changed(timed, overrides), rounds_up};
+    return {io::changed(timed, overrides), rounds_up};
 }
 
 void TradeBench::set_rate(const Measured& base) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "drover/base/error.hpp"
+#include "io/scene_text.hpp"
 #include "jobs/trade_start.hpp"
 
 namespace drover::jobs {
@@ -189,14 +190,14 @@ io::Scene scene_of(const io::Scene& scene, const Findings& found, const Candidat
     double frames = scene.output.frame_every;
     if (frames > 0.0 && io::has_grid(scene.kind)) {
         overrides.push_back("output.frame_every=0.0");
-        const io::Scene chosen = changed(scene, overrides);
+        const io::Scene chosen = io::changed(scene, overrides);
         frames *= std::max(1.0, std::ceil(candidate.end / scene.time.end - 1e-9));
         const double steps = frames / chosen.time.dt;
         if (std::abs(steps - std::round(steps)) > 1e-9 * steps)
             frames = chosen.output.sample_every * std::ceil(frames / chosen.output.sample_every);
         overrides.push_back(set("output.frame_every", std::min(frames, candidate.end)));
     }
-    return changed(scene, overrides);
+    return io::changed(scene, overrides);
 }
 
 const Candidate* recommended(const std::vector<Candidate>& front, double budget) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
+#include "io/scene_text.hpp"
 #include "jobs/trade_axes.hpp"
 #include "jobs/trade_bench.hpp"
 #include "run/cost.hpp"
@@ -40,7 +41,7 @@ std::optional<io::Scene> affordable_scene(const io::Scene& scene, double budget)
     const std::vector<Level> levels = grid_levels(scene, false);
     for (std::size_t k = levels.size(); k-- > 0;) {
         if (is_given(levels[k])) continue;
-        const io::Scene coarser = changed(scene, levels[k].overrides);
+        const io::Scene coarser = io::changed(scene, levels[k].overrides);
         if (size_of(coarser) <= size_of(scene) && is_affordable(coarser)) return coarser;
     }
     return std::nullopt;
@@ -88,7 +89,7 @@ std::optional<TrialStart> trial_start(TradeBench& bench) {
     if (found->empty()) fail_too_small(scene, bench.budget);
     const auto nx = static_cast<int>((*found)[0]), ny = static_cast<int>((*found)[1]);
     if (nx != scene.grid.nx || ny != scene.grid.ny)
-        start.scene = changed(scene, {text("grid.nx={}", nx), text("grid.ny={}", ny)});
+        start.scene = io::changed(scene, {text("grid.nx={}", nx), text("grid.ny={}", ny)});
     return start;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drover/base/error.hpp"
+#include "io/scene_text.hpp"
 #include "jobs/trade_checks.hpp"
 #include "jobs/trade_start.hpp"
 
@@ -67,8 +68,8 @@ private:
             fail_run("the trial of the scene as given has not ended; run the same command without --collect");
         if (!base.failure.empty())
             fail_run(
-                "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or a "
-                "larger --budget",
+                "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or "
+                "a larger --budget",
                 base.failure);
         bench_.duration = std::max(bench_.duration, base.end);  // at least twice the warm-up, which is that of the base
         if (found_.sample_every == 0.0 && bench_.statistical && io::has_grid(bench_.scene.kind)) {
@@ -197,7 +198,7 @@ private:
         return all;
     }
 
-    io::Scene pilot() const { return changed(bench_.scene, on_pilot_grid({})); }
+    io::Scene pilot() const { return io::changed(bench_.scene, on_pilot_grid({})); }
     bool measure_steps() {
         if (ladders_.empty()) ladders_ = step_ladders(bench_.scene);
         constexpr int most_extensions = 4;
@@ -436,8 +437,7 @@ private:
         if (bench_.is_collecting && !bench_.has_run(2.0 * bench_.duration)) return false;
         if (!is_settled_) return true;
         const std::vector<Candidate> front = front_of(findings(), bench_.scene);
-        const auto good =
-            std::find_if(front.begin(), front.end(), [](const Candidate& one) { return one.ratio <= 1.0; });
+        const auto good = std::ranges::find_if(front, [](const Candidate& one) { return one.ratio <= 1.0; });
         constexpr double part = 0.1;  // of the recommended run, for the trials
         return good == front.end() || 2.0 * bench_.spent < part * good->seconds;
     }

@@ -6,9 +6,9 @@
 
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
-#include "drover/io/scene_text.hpp"
 #include "files/new_file.hpp"
 #include "files/record_folder.hpp"
+#include "io/scene_text.hpp"
 #include "jobs/trade_study.hpp"
 #include "run/cost.hpp"
 #include "run/grid_run.hpp"

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
-#include "drover/run/result.hpp"
+#include "io/scene.hpp"
 #include "jobs/tradeoff_options.hpp"
+#include "run/result.hpp"
 
 namespace drover::jobs {
 

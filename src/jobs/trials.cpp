@@ -5,10 +5,10 @@
 
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
-#include "drover/io/scene_text.hpp"
 #include "files/bytes.hpp"
 #include "files/checkpoint.hpp"
 #include "files/run_id.hpp"
+#include "io/scene_text.hpp"
 #include "run/run_scene.hpp"
 #include "run/same_run.hpp"
 #include "run/signals.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 #include "jobs/campaign.hpp"
 
 namespace drover::jobs {

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "calibrate/target.hpp"
-#include "drover/run/result.hpp"
 #include "jobs/calibration_layout.hpp"
 #include "jobs/wish.hpp"
+#include "run/result.hpp"
 
 namespace drover::jobs {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/archive_reader.hpp"
-#include "drover/run/report.hpp"
+#include "files/archive_reader.hpp"
+#include "run/report.hpp"
 
 namespace drover::jobs {
 

@@ -1,7 +1,7 @@
 // measure/field_axes.hpp: the axes and names of the observables of fields.
 #pragma once
-#include "drover/measure/field_setting.hpp"
-#include "drover/measure/observable.hpp"
+#include "measure/field_setting.hpp"
+#include "measure/observable.hpp"
 
 namespace drover::measure {
 

@@ -1,15 +1,15 @@
 // measure/fields.cpp: bins, boxes and spectra from which the observables of fields are computed.
-#include "drover/measure/fields.hpp"
+#include "measure/fields.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "drover/base/text.hpp"
-#include "drover/model/start.hpp"
 #include "measure/field_axes.hpp"
 #include "measure/shared_rows.hpp"
 #include "measure/unit_product.hpp"
+#include "model/start.hpp"
 
 namespace drover::measure {
 

@@ -5,8 +5,8 @@
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/setup.hpp"
 #include "drover/dem/world.hpp"
-#include "drover/measure/observable.hpp"
-#include "drover/measure/summary.hpp"
+#include "measure/observable.hpp"
+#include "measure/summary.hpp"
 
 namespace drover::measure {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "drover/measure/summary.hpp"
+#include "measure/summary.hpp"
 #include "measure/trajectories.hpp"
 
 namespace drover::measure {

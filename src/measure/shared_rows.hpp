@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "drover/measure/observable.hpp"
+#include "measure/observable.hpp"
 
 namespace drover::measure {
 

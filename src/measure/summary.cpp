@@ -1,5 +1,5 @@
 // measure/summary.cpp: time means of all observables of a run, and the results derived from them.
-#include "drover/measure/summary.hpp"
+#include "measure/summary.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
 // model/energy.cpp: power of each term: its rate times the derivative of the energy.
-#include "drover/model/energy.hpp"
+#include "model/energy.hpp"
 
 #include <algorithm>
 #include <deque>
 
-#include "drover/numerics/shells.hpp"
 #include "drover/numerics/transform.hpp"
 #include "model/compiled.hpp"
+#include "numerics/fields/shells.hpp"
 #include "numerics/steppers/linear_operator.hpp"
 
 namespace drover::model {

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/model/start.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/transform.hpp"
 #include "model/explicit_part.hpp"
+#include "model/start.hpp"
 
 namespace drover::model {
 

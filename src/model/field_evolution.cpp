@@ -6,8 +6,8 @@
 #include <numbers>
 #include <utility>
 
-#include "drover/model/start.hpp"
 #include "model/quasi_linear.hpp"
+#include "model/start.hpp"
 
 namespace drover::model {
 

@@ -1,5 +1,5 @@
 // model/start.cpp: perturbed and stationary starts.
-#include "drover/model/start.hpp"
+#include "model/start.hpp"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // physics/check.hpp: whether a scene's values make a model.
 #pragma once
-#include "drover/physics/compiled_model.hpp"
+#include "physics/compiled_model.hpp"
 
 namespace drover::physics {
 

@@ -1,11 +1,11 @@
 // physics/coefficient.cpp: reading and evaluating coefficients that depend on the densities.
-#include "drover/physics/coefficient.hpp"
+#include "physics/coefficient.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
-#include "drover/physics/model_file.hpp"
+#include "physics/model_file.hpp"
 
 namespace drover::physics {
 

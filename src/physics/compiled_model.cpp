@@ -1,5 +1,5 @@
 // physics/compiled_model.cpp: compiling the coefficients of a model, and checking its numbers.
-#include "drover/physics/compiled_model.hpp"
+#include "physics/compiled_model.hpp"
 
 #include <algorithm>
 #include <cmath>

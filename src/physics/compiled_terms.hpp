@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "drover/model/equations.hpp"
-#include "drover/physics/compiled_model.hpp"
+#include "physics/compiled_model.hpp"
 
 namespace drover::physics {
 

@@ -120,7 +120,7 @@ def main():
         "source": row({name: json.dumps(source[name]) for name in ("symbol", "section", "unit", "point_unit")})}
     with open(sys.argv[2], "w", encoding="utf-8") as file:
         file.write(f"""// Made of the model file by physics/embed_model.py.
-#include "drover/physics/model_file.hpp"
+#include "physics/model_file.hpp"
 
 namespace drover::physics {{
 

@@ -1,5 +1,5 @@
 // physics/equations.cpp: the equations of a model by the model layer, and their linearisations.
-#include "drover/physics/equations.hpp"
+#include "physics/equations.hpp"
 
 #include <algorithm>
 #include <mutex>

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/physics/compiled_model.hpp"
+#include "physics/compiled_model.hpp"
 
 namespace drover::physics {
 

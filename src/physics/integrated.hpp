@@ -1,7 +1,7 @@
 // physics/integrated.hpp: the equations of a model file as a run integrates them.
 #pragma once
-#include "drover/physics/linear_theory.hpp"
 #include "model/field_evolution.hpp"
+#include "physics/linear_theory.hpp"
 
 namespace drover::physics {
 

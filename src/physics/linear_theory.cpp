@@ -1,5 +1,5 @@
 // physics/linear_theory.cpp: isotropic blocks of a model, and its rates and structure factors.
-#include "drover/physics/linear_theory.hpp"
+#include "physics/linear_theory.hpp"
 
 #include <algorithm>
 

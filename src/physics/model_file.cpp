@@ -1,5 +1,5 @@
 // physics/model_file.cpp: rows of a model file.
-#include "drover/physics/model_file.hpp"
+#include "physics/model_file.hpp"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // physics/model_keys.cpp: the keys of a scene, from the rows of its model file.
-#include "drover/physics/model_keys.hpp"
+#include "physics/model_keys.hpp"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // physics/model_values.cpp: values by key, and which fields a model has.
-#include "drover/physics/model_values.hpp"
+#include "physics/model_values.hpp"
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "drover/physics/model_values.hpp"
+#include "physics/model_values.hpp"
 
 namespace drover::physics {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "drover/model/model.hpp"
-#include "drover/physics/compiled_model.hpp"
-#include "drover/physics/model_file.hpp"
+#include "physics/compiled_model.hpp"
+#include "physics/model_file.hpp"
 
 namespace drover::physics {
 

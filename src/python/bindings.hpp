@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "drover/base/variant.hpp"
-#include "drover/files/archive_layout.hpp"
-#include "drover/physics/text_term.hpp"
+#include "files/archive_layout.hpp"
+#include "physics/text_term.hpp"
 
 namespace pybind11::detail {
 template <class... Types>

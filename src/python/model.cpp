@@ -8,9 +8,9 @@
 #include <atomic>
 
 #include "base/formula.hpp"
-#include "drover/io/declared_model.hpp"
 #include "drover/model/evolution.hpp"
 #include "drover/theory/theory.hpp"
+#include "io/declared_model.hpp"
 #include "model/lowering.hpp"
 #include "python/bindings.hpp"
 

@@ -1,5 +1,5 @@
 // python/session.cpp: a run in memory for Python.
-#include "drover/run/session.hpp"
+#include "run/session_state.hpp"
 
 #include <pybind11/stl.h>
 
@@ -19,7 +19,7 @@ namespace {
 /// A session that one thread uses at a time: others get an error instead of a data race.
 struct Guarded {
     explicit Guarded(const io::Scene& scene) : session(scene) {}
-    run::Session session;
+    run::SessionState session;
     std::atomic_flag busy;
     std::atomic<std::uint64_t> forks = fork_count();  // those before its last use began
 };

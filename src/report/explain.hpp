@@ -1,7 +1,7 @@
 // report/explain.hpp: what a scene holds and what it costs.
 #pragma once
-#include "drover/io/scene.hpp"
-#include "drover/run/result.hpp"
+#include "io/scene.hpp"
+#include "run/result.hpp"
 
 namespace drover::report {
 

@@ -1,7 +1,7 @@
 // report/explain_particles.hpp: what a scene of particles holds.
 #pragma once
-#include "drover/io/scene.hpp"
-#include "drover/run/result.hpp"
+#include "io/scene.hpp"
+#include "run/result.hpp"
 
 namespace drover::report {
 

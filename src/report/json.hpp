@@ -5,12 +5,12 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-#include "drover/calibrate/table.hpp"
-#include "drover/files/archive_reader.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/run/report.hpp"
-#include "drover/run/result.hpp"
+#include "calibrate/table.hpp"
+#include "files/archive_reader.hpp"
+#include "io/scene.hpp"
 #include "jobs/sweep.hpp"
+#include "run/report.hpp"
+#include "run/result.hpp"
 #include "run/result_json.hpp"
 
 namespace drover::report {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "drover/model/energy.hpp"
+#include "model/energy.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "physics/integrated.hpp"
 #include "run/field_problem.hpp"

@@ -2,7 +2,7 @@
 #pragma once
 #include <optional>
 
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 
 namespace drover::run {
 

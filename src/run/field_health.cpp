@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "drover/measure/fields.hpp"
+#include "measure/fields.hpp"
 #include "run/grid_run.hpp"
 
 namespace drover::run {

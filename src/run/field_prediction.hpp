@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "drover/io/scene.hpp"
 #include "drover/theory/theory.hpp"
+#include "io/scene.hpp"
 
 namespace drover::run {
 

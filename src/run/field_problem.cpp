@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "drover/measure/fields.hpp"
-#include "drover/model/start.hpp"
 #include "drover/numerics/transform.hpp"
+#include "measure/fields.hpp"
+#include "model/start.hpp"
 #include "run/sample_recording.hpp"
 #include "run/scene_equations.hpp"
 

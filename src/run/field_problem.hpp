@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/archive.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/measure/field_setting.hpp"
-#include "drover/measure/observable.hpp"
+#include "files/archive.hpp"
+#include "io/scene.hpp"
+#include "measure/field_setting.hpp"
+#include "measure/observable.hpp"
 #include "model/field_evolution.hpp"
 
 namespace drover::run {

@@ -3,12 +3,12 @@
 #include <cmath>
 #include <limits>
 
-#include "drover/measure/fields.hpp"
-#include "drover/numerics/shells.hpp"
-#include "drover/run/report.hpp"
+#include "measure/fields.hpp"
+#include "numerics/fields/shells.hpp"
 #include "physics/function_terms.hpp"
 #include "run/field_prediction.hpp"
 #include "run/field_simulation.hpp"
+#include "run/report.hpp"
 #include "run/sample_recording.hpp"
 #include "run/scene_equations.hpp"
 #include "run/warnings.hpp"

@@ -6,9 +6,9 @@
 #include <memory>
 #include <optional>
 
-#include "drover/measure/fields.hpp"
-#include "drover/model/start.hpp"
 #include "drover/numerics/transform.hpp"
+#include "measure/fields.hpp"
+#include "model/start.hpp"
 #include "numerics/steppers/coarse_error.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/field_health.hpp"

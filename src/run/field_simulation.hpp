@@ -3,10 +3,10 @@
 #include <memory>
 
 #include "drover/base/threads.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/run/simulation.hpp"
+#include "io/scene.hpp"
 #include "numerics/steppers/step_error.hpp"
 #include "run/scene_support.hpp"
+#include "run/simulation.hpp"
 
 namespace drover::run {
 

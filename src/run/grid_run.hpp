@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/archive.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/numerics/adaptive_stepper.hpp"
 #include "drover/numerics/field.hpp"
+#include "files/archive.hpp"
+#include "io/scene.hpp"
+#include "numerics/steppers/adaptive_stepper.hpp"
 
 namespace drover::run {
 

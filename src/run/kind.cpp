@@ -1,7 +1,7 @@
 // run/kind.cpp: the kinds of scenes.
 #include "run/kind.hpp"
 
-#include "drover/io/scene_text.hpp"
+#include "io/scene_text.hpp"
 #include "io/trajectory.hpp"
 #include "run/field_simulation.hpp"
 #include "run/particle_simulation.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/measure/field_setting.hpp"
+#include "measure/field_setting.hpp"
 #include "physics/whole_rate.hpp"
 #include "run/field_prediction.hpp"
 #include "run/scene_equations.hpp"

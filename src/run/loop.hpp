@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-#include "drover/files/archive.hpp"
-#include "drover/run/simulation.hpp"
+#include "files/archive.hpp"
+#include "run/simulation.hpp"
 
 namespace drover::run {
 

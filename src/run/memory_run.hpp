@@ -2,8 +2,8 @@
 #pragma once
 #include <optional>
 
-#include "drover/io/scene.hpp"
-#include "drover/run/report.hpp"
+#include "io/scene.hpp"
+#include "run/report.hpp"
 
 namespace drover::run {
 

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "drover/io/scene.hpp"
 #include "drover/model/equations.hpp"
+#include "io/scene.hpp"
 
 namespace drover::run {
 

@@ -11,7 +11,7 @@
 #include "dem/contact/contact_law.hpp"
 #include "dem/packing/packing.hpp"
 #include "drover/dem/world.hpp"
-#include "drover/io/scene_text.hpp"
+#include "io/scene_text.hpp"
 #include "io/trajectory.hpp"
 #include "measure/particles.hpp"
 #include "run/particle_warnings.hpp"

@@ -3,10 +3,10 @@
 #include <memory>
 
 #include "drover/base/threads.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/run/report.hpp"
-#include "drover/run/simulation.hpp"
+#include "io/scene.hpp"
+#include "run/report.hpp"
 #include "run/scene_support.hpp"
+#include "run/simulation.hpp"
 
 namespace drover::run {
 

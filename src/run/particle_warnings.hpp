@@ -5,8 +5,8 @@
 
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/setup.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/measure/summary.hpp"
+#include "io/scene.hpp"
+#include "measure/summary.hpp"
 
 namespace drover::run {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "drover/base/threads.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/numerics/adaptive_stepper.hpp"
+#include "io/scene.hpp"
+#include "numerics/steppers/adaptive_stepper.hpp"
 
 namespace drover::run {
 

@@ -7,8 +7,8 @@
 #include <ctime>
 
 #include "drover/base/version.hpp"
-#include "drover/numerics/sundials_stepper.hpp"
 #include "drover/numerics/transform.hpp"
+#include "numerics/steppers/sundials_stepper.hpp"
 
 namespace drover::run {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/archive.hpp"
-#include "drover/io/scene.hpp"
+#include "files/archive.hpp"
+#include "io/scene.hpp"
 
 namespace drover::run {
 

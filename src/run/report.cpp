@@ -1,5 +1,5 @@
 // run/report.cpp: the samples of an archive, their summary, and its table.
-#include "drover/run/report.hpp"
+#include "run/report.hpp"
 
 #include <algorithm>
 #include <cmath>

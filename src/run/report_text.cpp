@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "drover/dem/bodies.hpp"
-#include "drover/run/report.hpp"
+#include "run/report.hpp"
 #include "run/step_bias.hpp"
 
 namespace drover::run {

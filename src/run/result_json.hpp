@@ -2,7 +2,7 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 
-#include "drover/run/result.hpp"
+#include "run/result.hpp"
 
 namespace drover::run {
 

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "drover/base/text.hpp"
-#include "drover/run/result.hpp"
+#include "run/result.hpp"
 
 namespace drover::run {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "drover/base/text.hpp"
-#include "drover/run/result.hpp"
+#include "run/result.hpp"
 
 namespace drover::run {
 

@@ -5,9 +5,9 @@
 #include <span>
 #include <string>
 
-#include "drover/io/scene.hpp"
-#include "drover/run/report.hpp"
+#include "io/scene.hpp"
 #include "run/loop.hpp"
+#include "run/report.hpp"
 
 namespace drover::run {
 

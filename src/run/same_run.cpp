@@ -1,8 +1,8 @@
 // run/same_run.cpp: compares run ids, resolved scenes and versions.
 #include "run/same_run.hpp"
 
-#include "drover/io/scene_text.hpp"
 #include "files/run_id.hpp"
+#include "io/scene_text.hpp"
 #include "run/provenance.hpp"
 
 namespace drover::run {

@@ -2,10 +2,10 @@
 #pragma once
 #include <filesystem>
 
-#include "drover/files/archive_reader.hpp"
-#include "drover/io/scene.hpp"
+#include "files/archive_reader.hpp"
 #include "files/checkpoint.hpp"
 #include "files/record_identity.hpp"
+#include "io/scene.hpp"
 
 namespace drover::run {
 

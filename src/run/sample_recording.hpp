@@ -3,9 +3,9 @@
 #include <functional>
 #include <utility>
 
-#include "drover/measure/summary.hpp"
-#include "drover/run/simulation.hpp"
+#include "measure/summary.hpp"
 #include "run/scene_support.hpp"
+#include "run/simulation.hpp"
 
 namespace drover::run {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "calibrate/slow_order.hpp"
-#include "drover/model/energy.hpp"
-#include "drover/model/start.hpp"
+#include "model/energy.hpp"
+#include "model/start.hpp"
 #include "physics/integrated.hpp"
 #include "run/model_coefficients.hpp"
 

@@ -1,7 +1,7 @@
 // run/scene_equations.hpp: the equations of a scene of fields, whatever they are.
 #pragma once
-#include "drover/io/scene.hpp"
 #include "drover/theory/theory.hpp"
+#include "io/scene.hpp"
 #include "model/field_evolution.hpp"
 #include "physics/function_terms.hpp"
 

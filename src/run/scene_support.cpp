@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/files/archive_reader.hpp"
+#include "files/archive_reader.hpp"
 
 namespace drover::run {
 

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <limits>
 
-#include "drover/model/start.hpp"
+#include "model/start.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "physics/function_terms.hpp"
 #include "run/field_health.hpp"

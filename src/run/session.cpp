@@ -1,77 +1,61 @@
-// run/session.cpp: a run in memory.
+// run/session.cpp: a run in memory for programs in C++.
 #include "drover/run/session.hpp"
 
-#include <algorithm>
-#include <map>
-
-#include "run/kind.hpp"
-#include "run/run_scene.hpp"
-#include "run/step_choice.hpp"
+#include "io/scene_text.hpp"
+#include "run/session_state.hpp"
 
 namespace drover::run {
 
-namespace {
-io::Scene ready(const io::Scene& scene) {
-    check_memory(scene);
-    io::Scene chosen = with_chosen_step(scene, true);
-    chosen.accuracy.biases = false;  // they are results of runs that end
-    return chosen;
-}
-}  // namespace
+Session::Session(const std::filesystem::path& scene_file) : Session(io::read_scene(scene_file)) {}
+Session::Session(const std::string& scene, const std::string& name) : Session(io::parse_scene(scene, name)) {}
+Session::Session(const io::Scene& scene) : state_(std::make_unique<SessionState>(scene)) {}
+Session::Session(Session&&) noexcept = default;
+Session::~Session() = default;
 
-Session::Session(const io::Scene& scene)
-    : scene_(ready(scene)),
-      threads_(std::make_unique<Threads>(kind_of(scene_).threads(scene_))),
-      simulation_(kind_of(scene_).make(scene_, *threads_, {})) {
-    series_.values.resize(simulation_->recordings.back().recording.quantities.size());
-    simulation_->check_health(0);
-    if (is_due(simulation_->recordings.back(), 0)) sample();
-}
+double Session::time() const { return state_->time(); }
+double Session::dt() const { return state_->scene().time.dt; }
+std::int64_t Session::step() const { return state_->step(); }
+std::int64_t Session::steps() const { return state_->steps(); }
+void Session::advance(std::int64_t steps, const std::function<void()>& poll) { state_->advance(steps, poll); }
+void Session::accept() { state_->accept(); }
+std::span<const double> Session::sample_times() const { return state_->series().times; }
 
-std::span<const ScheduledRecording> Session::frames() const {
-    return std::span(simulation_->recordings).first(simulation_->recordings.size() - 1);
-}
-
-void Session::sample() {
-    series_.times.push_back(time());
-    const std::vector<std::span<const double>> row = simulation_->recordings.back().observe();
-    for (std::size_t i = 0; i < row.size(); ++i)
-        series_.values[i].insert(series_.values[i].end(), row[i].begin(), row[i].end());
-}
-
-void Session::advance(std::int64_t steps, const std::function<void()>& poll) {
-    require(!failed_, {}, "the run has failed at t = {} s; start another one", time());
-    for (const std::int64_t end = step_ + steps; step_ < end;) {
-        poll();
-        failed_ = true;  // unless the step succeeds
-        simulation_->advance(step_);
-        ++step_;
-        if (is_checked(*simulation_, step_) || step_ == end) simulation_->check_health(step_);
-        if (step_ == simulation_->steps || is_due(simulation_->recordings.back(), step_)) sample();
-        failed_ = false;
+std::vector<FrameArray> Session::frame() const {
+    std::vector<FrameArray> arrays;
+    for (std::size_t f = 0; f < state_->frames().size(); ++f) {
+        const files::Recording& recording = state_->frames()[f].recording;
+        const std::vector<std::span<const double>> now = state_->observe(f);
+        for (std::size_t i = 0; i < now.size(); ++i) {
+            const files::Quantity& quantity = recording.quantities[i];
+            arrays.push_back({quantity.name,
+                              quantity.unit,
+                              quantity.meaning,
+                              shape_of(recording.axes, quantity),
+                              {const_cast<double*>(now[i].data()), now[i].size()}});  // arrays of the simulation
+        }
     }
+    return arrays;
 }
 
-Report Session::report() const {
-    require(step_ > 0, {}, "the run is at its start, of which there are no means; advance it first");
-    const files::Recording& recording = observables();
-    std::map<std::string, files::Array> arrays{
-        {recording.group + "/time", {.shape = {series_.times.size()}, .values = series_.times}}};
-    for (std::size_t q = 0; q < series_.values.size(); ++q) {
-        files::Array array{.shape = {series_.times.size()}, .values = series_.values[q]};
-        for (const std::size_t size : files::shape_of(recording.axes, recording.quantities[q]))
-            array.shape.push_back(size);
-        arrays[recording.group + "/" + recording.quantities[q].name] = std::move(array);
+std::vector<ObservedSeries> Session::series() const {
+    const files::Recording& recording = state_->observables();
+    std::vector<ObservedSeries> found;
+    for (std::size_t i = 0; i < recording.quantities.size(); ++i) {
+        const files::Quantity& quantity = recording.quantities[i];
+        found.push_back({quantity.name, quantity.unit, quantity.meaning, shape_of(recording.axes, quantity),
+                         state_->series().values[i]});
     }
-    io::Scene until_now = scene_;
-    until_now.time.end = time();
-    until_now.output.frame_every = 0.0;
-    return make_report(files::ArchiveReader(std::move(arrays)), until_now, Theory::included);
+    return found;
 }
 
-void Session::accept() {
-    simulation_->accept(step_);
-    was_changed_ = true;
+std::vector<SessionResult> Session::results() const {
+    const Report report = state_->report();
+    std::vector<SessionResult> rows;
+    for (const measure::SummaryRow& row : report.summary.rows) {
+        rows.push_back({row});
+        if (const Prediction* theory = find_prediction(report, row.name)) rows.back().theory = theory->values;
+    }
+    return rows;
 }
 
 }  // namespace drover::run

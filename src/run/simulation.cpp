@@ -1,5 +1,5 @@
 // run/simulation.cpp: schedules and sizes of recordings.
-#include "drover/run/simulation.hpp"
+#include "run/simulation.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -7,8 +7,8 @@
 
 #include "base/log.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/files/archive_reader.hpp"
 #include "drover/numerics/transform.hpp"
+#include "files/archive_reader.hpp"
 #include "numerics/steppers/coarse_error.hpp"
 #include "run/scene_support.hpp"
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
 #include "drover/numerics/field.hpp"
+#include "io/scene.hpp"
 
 namespace drover::run {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "drover/base/error.hpp"
-#include "drover/numerics/effort.hpp"
+#include "numerics/steppers/effort.hpp"
 #include "run/grid_run.hpp"
 
 namespace drover::run {

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
-#include "drover/measure/observable.hpp"
-#include "drover/numerics/adaptive_stepper.hpp"
 #include "drover/numerics/field.hpp"
-#include "drover/run/simulation.hpp"
+#include "io/scene.hpp"
+#include "measure/observable.hpp"
+#include "numerics/steppers/adaptive_stepper.hpp"
+#include "run/simulation.hpp"
 
 namespace drover::run {
 

@@ -1,11 +1,11 @@
 // run/step_bias_estimate.cpp: from the differences that a run has recorded to the bias of each result.
-#include "drover/run/step_bias_estimate.hpp"
+#include "run/step_bias_estimate.hpp"
 
 #include <algorithm>
 #include <optional>
 
 #include "drover/base/text.hpp"
-#include "drover/measure/field_setting.hpp"
+#include "measure/field_setting.hpp"
 #include "run/step_bias.hpp"
 
 namespace drover::run {

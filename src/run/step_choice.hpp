@@ -1,6 +1,6 @@
 // run/step_choice.hpp: the time step of a scene of fields that leaves time.dt out.
 #pragma once
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 
 namespace drover::run {
 

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "drover/base/threads.hpp"
-#include "drover/model/start.hpp"
-#include "drover/numerics/shells.hpp"
+#include "model/start.hpp"
+#include "numerics/fields/shells.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/field_problem.hpp"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 
 namespace drover::run {
 

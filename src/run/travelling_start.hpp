@@ -3,7 +3,7 @@
 #include <functional>
 #include <optional>
 
-#include "drover/io/scene.hpp"
+#include "io/scene.hpp"
 #include "numerics/solvers/travelling_state.hpp"
 
 namespace drover::run {

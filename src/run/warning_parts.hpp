@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/files/archive_reader.hpp"
-#include "drover/io/scene.hpp"
+#include "files/archive_reader.hpp"
+#include "io/scene.hpp"
 #include "model/field_evolution.hpp"
 
 namespace drover::run {

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-#include "drover/measure/fields.hpp"
+#include "measure/fields.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/field_prediction.hpp"

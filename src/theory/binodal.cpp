@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "drover/base/error.hpp"
-#include "drover/model/start.hpp"
 #include "drover/numerics/transform.hpp"
+#include "model/start.hpp"
 #include "theory/density_profile.hpp"
 
 namespace drover::theory {

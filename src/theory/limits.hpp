@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "drover/theory/point_theory.hpp"
 #include "theory/boundary.hpp"
+#include "theory/point_theory.hpp"
 
 namespace drover::theory {
 

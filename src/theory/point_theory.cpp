@@ -1,5 +1,5 @@
 // theory/point_theory.cpp: the isotropic state and the state of the largest order, by one unknown.
-#include "drover/theory/point_theory.hpp"
+#include "theory/point_theory.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>

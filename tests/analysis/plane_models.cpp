@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "drover/io/scene_text.hpp"
+#include "io/scene_text.hpp"
 
 namespace drover::analysis::plane_models_tests {
 namespace {

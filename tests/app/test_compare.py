@@ -14,7 +14,8 @@ from pictures import overlaps
 from support import drover, environment, write_scene
 
 import drover as package
-from drover import blocks, compare, compare_panels, spectra
+from drover import blocks, compare, spectra
+from drover.figures import compare_panels
 
 SIDE = 15.0
 FIELDS = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "uniform.rod_density": 0.03,

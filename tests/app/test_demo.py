@@ -9,7 +9,8 @@ from matplotlib import image
 from support import MODELS
 
 import drover
-from drover import demo, panels
+from drover import demo
+from drover.figures import panels
 
 matplotlib.use("Agg")
 

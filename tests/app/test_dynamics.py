@@ -5,7 +5,8 @@ from pictures import overlaps
 from support import MODELS, SMALL
 
 import drover
-from drover import dynamics_figure, figure
+from drover import figure
+from drover.figures import dynamics_figure
 
 RELAXATION = {**SMALL, "relaxation.rate": 0.5, "current.speed": 0.0, "pressure.rods": 0.0, "elasticity.stiffness": 0.0,
               "elasticity.splay": 0.0, "noise.rods": 0.0, "time.dt": 0.2, "time.end": 6000.0,

@@ -10,8 +10,9 @@ from pictures import overlaps, share_of
 from support import MODELS, environment
 
 import drover as package
-from drover import boundary_panels, figure, onset_figure
-from drover.paper import new_figure
+from drover import figure
+from drover.figures import boundary_panels, onset_figure
+from drover.figures.paper import new_figure
 
 BEADS, RODS, LINE = numpy.linspace(0.2, 0.7, 51), numpy.array([0.05, 0.08, 0.11]), numpy.linspace(0.05, 0.11, 21)
 

@@ -15,7 +15,7 @@ from support import (contents, drover, drover_json, end_group, environment, scen
                      slow_but, start, tree, wait_until, write_scene)
 
 import drover as package
-from drover import particle_figure, particle_panels
+from drover.figures import particle_figure, particle_panels
 
 # Some dozens of bodies for a few periods of the plates: at most a second.
 TINY = {

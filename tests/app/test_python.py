@@ -15,7 +15,8 @@ import xarray
 from matplotlib import image
 
 import drover
-from drover import figure, panels, results, typeset
+from drover import figure, results, typeset
+from drover.figures import panels
 import pictures
 from pictures import share_of
 from support import in_process, slow_but

@@ -10,7 +10,8 @@ from pictures import covered, overlaps, unlabelled
 from support import drover as program
 
 import drover
-from drover import Field, Model, model_panels
+from drover import Field, Model
+from drover.figures import model_panels
 from drover.roles import Role, roles_of
 from drover.typeset import simple_unit
 

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from support import MODELS
 
 import drover
-from drover import exact, model_film, model_panels, moments, particle_motion as motion
+from drover import exact, moments
+from drover.figures import model_film, model_panels, particle_motion as motion
 from drover.roles import roles_of
 
 matplotlib.use("Agg")

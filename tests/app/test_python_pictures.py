@@ -16,9 +16,10 @@ from pictures import covered, odd_ticks, overlaps
 from support import MODELS, SMALL, drover as program, write_scene
 
 import drover
-from drover import figure, panels
+from drover import figure
+from drover.figures import panels
 from drover.sweeping import Sweep
-from drover.trade_panel import draw_trade
+from drover.figures.trade_panel import draw_trade
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  # after the backend is chosen

@@ -6,8 +6,9 @@ from pictures import overlaps
 from support import MODELS
 
 import drover
-from drover import figure, states_figure
-from drover.panels import BLUE
+from drover import figure
+from drover.figures import states_figure
+from drover.figures.panels import BLUE
 
 BAND = drover.Scene.load(MODELS / "band.toml").set({
     "grid.nx": 192, "grid.lx": 96.0, "uniform.rod_density": 1.05,

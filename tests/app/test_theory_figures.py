@@ -9,8 +9,9 @@ from matplotlib import image
 from support import MODELS, SMALL, drover, drover_json, in_process, write_scene
 
 import drover as package
-from drover import boundary_figure, boundary_panels, figure, panels, stability_figure, stability_panels
-from drover.paper import new_figure
+from drover import figure
+from drover.figures import boundary_figure, boundary_panels, panels, stability_figure, stability_panels
+from drover.figures.paper import new_figure
 from pictures import overlaps, share_of
 
 COARSE = {"stability.wavenumbers": 32, "stability.angles": 7, "stability.frequencies": 41}  # a map of every 15 degrees

@@ -92,7 +92,7 @@ def found_in(source):
 
 
 def sources():
-    return {path.name: path.read_text(encoding="utf-8") for path in sorted((PACKAGE / "drover").glob("*.py"))}
+    return {path.name: path.read_text(encoding="utf-8") for path in sorted((PACKAGE / "drover").rglob("*.py"))}
 
 
 def test_code_in_python_names_no_field_and_no_coefficient_of_the_shipped_model():

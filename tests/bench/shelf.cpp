@@ -8,10 +8,10 @@
 #include <functional>
 #include <random>
 
-#include "drover/io/scene_text.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/transform.hpp"
+#include "io/scene_text.hpp"
 #include "run/scene_equations.hpp"
 
 namespace drover {

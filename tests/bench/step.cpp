@@ -6,9 +6,9 @@
 #include <random>
 
 #include "drover/base/text.hpp"
-#include "drover/files/archive.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
+#include "files/archive.hpp"
 #include "physics/initial_spectra.hpp"
 #include "physics/integrated.hpp"
 

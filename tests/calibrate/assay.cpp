@@ -6,9 +6,9 @@
 #include <set>
 
 #include "base/refusal.hpp"
+#include "calibrate/catalogue.hpp"
 #include "calibrate/synthetic.hpp"
 #include "drover/base/error.hpp"
-#include "drover/calibrate/catalogue.hpp"
 
 namespace drover::calibrate::assay_tests {
 namespace {

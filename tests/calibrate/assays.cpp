@@ -3,9 +3,9 @@
 
 #include <memory>
 
+#include "calibrate/catalogue.hpp"
 #include "calibrate/synthetic.hpp"
-#include "drover/calibrate/catalogue.hpp"
-#include "drover/calibrate/table.hpp"
+#include "calibrate/table.hpp"
 
 namespace drover::calibrate::assays_tests {
 namespace {

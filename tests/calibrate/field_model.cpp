@@ -10,8 +10,8 @@
 #include "calibrate/alignment.hpp"
 #include "calibrate/fill_model.hpp"
 #include "drover/base/random.hpp"
-#include "drover/physics/linear_theory.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
+#include "physics/linear_theory.hpp"
 #include "physics/structure.hpp"
 
 namespace drover::calibrate::field_model_tests {

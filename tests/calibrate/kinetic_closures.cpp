@@ -7,7 +7,7 @@
 
 #include "calibrate/alignment.hpp"
 #include "calibrate/collision_rule.hpp"
-#include "drover/calibrate/table.hpp"
+#include "calibrate/table.hpp"
 #include "numerics/algebra/dense.hpp"
 
 namespace drover::calibrate::kinetic_closures_tests {

@@ -1,5 +1,5 @@
 // tests/calibrate/scattering.cpp: the kernel of collisions of two rods against that of a rule known in closed form.
-#include "drover/calibrate/scattering.hpp"
+#include "calibrate/assays/scattering.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <bit>
 #include <cmath>
 
+#include "calibrate/catalogue.hpp"
 #include "drover/base/error.hpp"
-#include "drover/calibrate/catalogue.hpp"
 
 namespace drover::calibrate::system_factory_tests {
 namespace {

@@ -1,5 +1,5 @@
 // tests/calibrate/table.cpp: closures and smooth coefficients with their errors, and checks of tables.
-#include "drover/calibrate/table.hpp"
+#include "calibrate/table.hpp"
 
 #include <gtest/gtest.h>
 

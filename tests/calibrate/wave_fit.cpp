@@ -7,9 +7,9 @@
 
 #include "base/refusal.hpp"
 #include "drover/numerics/stepper.hpp"
-#include "drover/physics/linear_theory.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 #include "physics/evolution.hpp"
+#include "physics/linear_theory.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "rod_bead_waves.hpp"
 

@@ -1,5 +1,5 @@
 // tests/files/archive.cpp: tests of the writer: rows, commits, resuming, results, a full disk.
-#include "drover/files/archive.hpp"
+#include "files/archive.hpp"
 
 #include <sys/resource.h>
 #include <sys/wait.h>

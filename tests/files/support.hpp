@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
-#include "drover/files/archive.hpp"
+#include "files/archive.hpp"
 
 namespace drover::testing_support {
 

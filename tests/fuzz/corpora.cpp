@@ -6,7 +6,7 @@
 #include <random>
 
 #include "base/log.hpp"
-#include "drover/files/archive.hpp"
+#include "files/archive.hpp"
 #include "fuzz/targets.hpp"
 
 /// Read by the leak sanitizer: HDF5 1.10 loses some memory when it rejects a damaged file.

@@ -11,9 +11,9 @@
 
 #include "base/log.hpp"
 #include "drover/base/expression.hpp"
-#include "drover/io/scene_text.hpp"
 #include "files/checkpoint.hpp"
 #include "io/calibration.hpp"
+#include "io/scene_text.hpp"
 #include "io/trial_record.hpp"
 #include "io/xyz.hpp"
 #include "run/kind.hpp"

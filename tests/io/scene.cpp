@@ -1,5 +1,5 @@
 // tests/io/scene.cpp: scenes: reading, overrides, writing, consistency checks.
-#include "drover/io/scene_text.hpp"
+#include "io/scene_text.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 #include "io/trajectory.hpp"
 
 #include "dem/bodies/rotation.hpp"
-#include "drover/io/scene.hpp"
 #include "files/support.hpp"
+#include "io/scene.hpp"
 #include "io/xyz.hpp"
 
 namespace drover::io::trajectory_tests {

@@ -1,5 +1,5 @@
 // tests/io/units.cpp: units with the names of a scene.
-#include "drover/io/units.hpp"
+#include "io/units.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <sys/resource.h>
 
 #include "drover/base/error.hpp"
-#include "drover/io/scene_text.hpp"
 #include "files/support.hpp"
+#include "io/scene_text.hpp"
 #include "run/signals.hpp"
 
 namespace drover::jobs::trials_tests {

@@ -1,5 +1,5 @@
 // tests/measure/fields.cpp: observables of single waves, rotated fields and random fields with known statistics.
-#include "drover/measure/fields.hpp"
+#include "measure/fields.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "drover/measure/fields.hpp"
+#include "measure/fields.hpp"
 #include "physics/rod_bead_model.hpp"
 
 namespace drover::measure {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <set>
 
-#include "drover/measure/fields.hpp"
 #include "drover/numerics/transform.hpp"
+#include "measure/fields.hpp"
 #include "measure/fields_support.hpp"
 #include "measure/particles_support.hpp"
 

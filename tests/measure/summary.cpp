@@ -1,5 +1,5 @@
 // tests/measure/summary.cpp: the summary of a recorded run of fields or particles against series of known statistics.
-#include "drover/measure/fields.hpp"
+#include "measure/fields.hpp"
 #include "measure/particles.hpp"
 
 #include <gmock/gmock.h>

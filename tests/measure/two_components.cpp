@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "drover/measure/fields.hpp"
 #include "drover/numerics/transform.hpp"
+#include "measure/fields.hpp"
 #include "measure/fields_support.hpp"
 #include "physics/initial_spectra.hpp"
 

@@ -1,5 +1,5 @@
 // tests/model/energy.cpp: energies of any model change by the sum of their powers.
-#include "drover/model/energy.hpp"
+#include "model/energy.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "drover/numerics/adaptive_stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "numerics/rod_bead_operator.hpp"
+#include "numerics/steppers/adaptive_stepper.hpp"
 
 namespace drover::numerics::noise_path_tests {
 namespace {

@@ -1,5 +1,5 @@
 // tests/numerics/shells.cpp: shells and sectors of q against the whole lattice, box windows against real space.
-#include "drover/numerics/shells.hpp"
+#include "numerics/fields/shells.hpp"
 
 #include <gtest/gtest.h>
 

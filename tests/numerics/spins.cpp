@@ -9,12 +9,12 @@
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
 #include "drover/numerics/stepper.hpp"
-#include "drover/numerics/sundials_stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "numerics/spin_equations.hpp"
 #include "numerics/steppers/isotropic.hpp"
 #include "numerics/steppers/linear_operator.hpp"
 #include "numerics/steppers/noise_path.hpp"
+#include "numerics/steppers/sundials_stepper.hpp"
 
 namespace drover::numerics::spins_tests {
 namespace {

@@ -1,5 +1,5 @@
 // tests/numerics/spline_table.cpp: bicubic tables against functions that they reproduce.
-#include "drover/numerics/spline_table.hpp"
+#include "numerics/algebra/spline_table.hpp"
 
 #include <gtest/gtest.h>
 

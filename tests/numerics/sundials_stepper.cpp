@@ -1,5 +1,5 @@
 // tests/numerics/sundials_stepper.cpp: order, tolerance, restart and errors of the methods of SUNDIALS.
-#include "drover/numerics/sundials_stepper.hpp"
+#include "numerics/steppers/sundials_stepper.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

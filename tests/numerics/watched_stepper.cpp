@@ -7,7 +7,7 @@
 #include <complex>
 #include <functional>
 
-#include "drover/numerics/effort.hpp"
+#include "numerics/steppers/effort.hpp"
 
 namespace drover::numerics::watched_stepper_tests {
 namespace {

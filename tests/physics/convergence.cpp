@@ -2,7 +2,7 @@
 // budget.
 #include <gtest/gtest.h>
 
-#include "drover/model/energy.hpp"
+#include "model/energy.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "solver_support.hpp"
 

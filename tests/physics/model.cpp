@@ -1,5 +1,5 @@
 // tests/physics/model.cpp: the linear theory of the rod model against closed forms.
-#include "drover/physics/linear_theory.hpp"
+#include "physics/linear_theory.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drover/physics/compiled_model.hpp"
-#include "drover/physics/model_keys.hpp"
+#include "physics/compiled_model.hpp"
+#include "physics/model_keys.hpp"
 
 namespace drover::physics::registry_tests {
 namespace {

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "drover/numerics/layout.hpp"
-#include "drover/physics/equations.hpp"
 #include "physics/check.hpp"
+#include "physics/equations.hpp"
 
 namespace drover::physics {
 

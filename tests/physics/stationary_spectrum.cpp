@@ -9,9 +9,9 @@
 #include "chi_square.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "drover/physics/linear_theory.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
+#include "physics/linear_theory.hpp"
 #include "physics/rod_bead_model.hpp"
 
 namespace drover::physics::stationary_spectrum_tests {

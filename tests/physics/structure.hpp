@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "drover/physics/linear_theory.hpp"
 #include "drover/theory/theory.hpp"
 #include "numerics/fields/wavenumbers.hpp"
+#include "physics/linear_theory.hpp"
 #include "uniform_points.hpp"
 
 namespace drover::physics {

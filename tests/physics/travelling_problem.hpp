@@ -2,9 +2,9 @@
 #pragma once
 #include <functional>
 
-#include "drover/physics/linear_theory.hpp"
 #include "numerics/solvers/travelling_state.hpp"
 #include "physics/integrated.hpp"
+#include "physics/linear_theory.hpp"
 #include "theory/binodal.hpp"
 
 namespace drover::physics {

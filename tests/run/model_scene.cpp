@@ -1,7 +1,7 @@
 // tests/run/model_scene.cpp: what is known of scenes with a model of their own before a run.
 #include <gtest/gtest.h>
 
-#include "drover/io/scene_text.hpp"
+#include "io/scene_text.hpp"
 #include "run/warnings.hpp"
 
 namespace drover::run::model_scene_tests {

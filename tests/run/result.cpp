@@ -1,5 +1,5 @@
 // tests/run/result.cpp: one description of a result as text and as the arrays of an archive.
-#include "drover/run/result.hpp"
+#include "run/result.hpp"
 
 #include <gtest/gtest.h>
 

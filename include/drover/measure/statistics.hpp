@@ -1,5 +1,6 @@
 // measure/statistics.hpp: means of correlated series with standard errors, given only where the series is long enough.
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -19,6 +20,43 @@ struct Estimate {
     std::size_t blocks = 0;    ///< used for the error: (mean - truth)/error is Student's t with blocks - 1 degrees
     std::string refusal = {};  ///< why there is no error, with the run length needed; else ""
 };
+
+/// An axis of an observable, of a summary row and of a dataset.
+struct Axis {
+    std::string name;
+    std::string unit;     ///< UDUNITS text
+    std::string meaning;  ///< for people
+    std::vector<double> values;
+};
+
+/// Values per sample: the product of the lengths of the axes; 1 without axes.
+inline std::size_t size_of(std::span<const Axis> axes) {
+    std::size_t size = 1;
+    for (const Axis& axis : axes) size *= axis.values.size();
+    return size;
+}
+
+inline std::vector<std::string> names_of(std::span<const Axis> axes) {
+    std::vector<std::string> names;
+    for (const Axis& axis : axes) names.push_back(axis.name);
+    return names;
+}
+
+/// One result: a single number, or an array over the axes.
+struct SummaryRow {
+    std::string name;
+    std::string unit;  ///< UDUNITS text
+    std::string formula;
+    std::vector<Axis> axes;           ///< slowest first; none: a single number
+    std::vector<Estimate> estimates;  ///< size_of(axes)
+};
+
+/// The row of that name; nullptr when there is none.
+template <class Row>
+const Row* find_row(const std::vector<Row>& rows, const std::string& name) {
+    const auto found = std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.name == name; });
+    return found == rows.end() ? nullptr : &*found;
+}
 
 /// Samples of one run at equal times.  All series of one analysis have the same length.
 struct Samples {

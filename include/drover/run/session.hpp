@@ -1,67 +1,78 @@
 // run/session.hpp: a run in memory that its caller advances; it writes no files.
 #pragma once
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "drover/base/threads.hpp"
-#include "drover/io/scene.hpp"
-#include "drover/run/report.hpp"
-#include "drover/run/simulation.hpp"
+#include "drover/measure/statistics.hpp"
+
+namespace drover::io {
+struct Scene;
+}
 
 namespace drover::run {
 
-/// The rows of the observables so far.
-struct Series {
-    std::vector<double> times;                ///< [s]
-    std::vector<std::vector<double>> values;  ///< of each quantity, row after row
+class SessionState;
+
+/// An array of a frame.
+struct FrameArray {
+    std::string name, unit, meaning;
+    std::vector<std::size_t> shape;  ///< slowest first
+    std::span<double> values;        ///< where they are until the session ends
 };
 
-/// A run with the same states, frames and observables, to the last bit, as run_scene() writes.  Use one from one thread
-/// at a time.
+/// An observable at all samples so far.
+struct ObservedSeries {
+    std::string name, unit, meaning;
+    std::vector<std::size_t> shape;  ///< of one sample; empty: one number
+    std::vector<double> values;      ///< sample after sample
+};
+
+/// A mean over the samples so far, beside linear theory.
+struct SessionResult : measure::SummaryRow {
+    std::vector<double> theory = {};  ///< one for each estimate; empty: there is none
+};
+
+/// A run with the same states, frames and observables, to the last bit, as `drover run` writes.  Use one from one
+/// thread at a time.
 class Session {
 public:
-    /// At t = 0; without time.dt the step is chosen first.  Throws an input Error where memory is insufficient, and as
-    /// the simulations of the scene.
+    /// The scene of a file, or of a text of which errors speak by a name.  At t = 0; without time.dt the step is chosen
+    /// first.  Throws an input Error for a scene that is not valid and where memory is insufficient.
+    explicit Session(const std::filesystem::path& scene_file);
+    Session(const std::string& scene, const std::string& name);
     explicit Session(const io::Scene& scene);
+    Session(Session&&) noexcept;
+    ~Session();
 
-    const io::Scene& scene() const { return scene_; }  ///< with its time step
-    std::int64_t step() const { return step_; }
-    std::int64_t steps() const { return simulation_->steps; }  ///< to time.end
-    double time() const { return static_cast<double>(step_) * simulation_->dt; }
-    int threads() const { return simulation_->threads; }
-    /// Steps between rows of the frames; 0: none between the first and the last.
-    std::int64_t frame_every() const { return simulation_->recordings.front().every; }
-    bool was_changed() const { return was_changed_; }
+    double time() const;         ///< [s]
+    double dt() const;           ///< [s]
+    std::int64_t step() const;   ///< taken so far
+    std::int64_t steps() const;  ///< to time.end
 
     /// Calls `poll` before every step; an exception from it leaves the run as it is then.  Throws run Errors, after
     /// which the run cannot be advanced any more.
-    void advance(std::int64_t steps, const std::function<void()>& poll);
+    void advance(
+        std::int64_t steps, const std::function<void()>& poll = [] {});
 
-    /// What frames hold, and their arrays now; these keep their places until the session ends.
-    std::span<const ScheduledRecording> frames() const;
-    std::vector<std::span<const double>> observe(std::size_t frame) const { return frames()[frame].observe(); }
-
-    const files::Recording& observables() const { return simulation_->recordings.back().recording; }
-    const Series& series() const { return series_; }
-    /// Means with errors and linear theory of the samples so far, as of a run that ends now; of particles without what
-    /// needs their paths, which are not kept.  Throws an input Error before the first step.
-    Report report() const;
-
-    /// Takes the arrays of the frames as the fields, or the bodies.  Throws an input Error, and keeps the state, for
+    /// The fields or bodies now.  They may be changed, and taken as the state by accept().
+    std::vector<FrameArray> frame() const;
+    /// Takes the arrays of the frame as the fields, or the bodies.  Throws an input Error, and keeps the state, for
     /// values that are not finite, and for bodies that overlap.
     void accept();
 
-private:
-    void sample();
+    std::span<const double> sample_times() const;  ///< [s]
+    std::vector<ObservedSeries> series() const;    ///< of the observables
+    /// Means with errors and linear theory of the samples so far, as of a run that ends now; of particles without what
+    /// needs their paths, which are not kept.  Throws an input Error before the first step.
+    std::vector<SessionResult> results() const;
 
-    io::Scene scene_;
-    std::unique_ptr<Threads> threads_;
-    std::unique_ptr<Simulation> simulation_;
-    Series series_;
-    std::int64_t step_ = 0;
-    bool was_changed_ = false, failed_ = false;
+private:
+    std::unique_ptr<SessionState> state_;
 };
 
 }  // namespace drover::run

@@ -1,5 +1,5 @@
 // calibrate/assays/alignment_assay.cpp: alignment of rods by contacts, without the flow that they drive.
-#include "drover/calibrate/alignment_assay.hpp"
+#include "calibrate/assays/alignment_assay.hpp"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // calibrate/assays/damping.cpp: damping of bead flow by the plates.
-#include "drover/calibrate/damping.hpp"
+#include "calibrate/assays/damping.hpp"
 
 #include <algorithm>
 #include <array>

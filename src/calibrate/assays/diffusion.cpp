@@ -1,5 +1,5 @@
 // calibrate/assays/diffusion.cpp: self-diffusion of beads and of single rods from mean-square displacements.
-#include "drover/calibrate/diffusion.hpp"
+#include "calibrate/assays/diffusion.hpp"
 
 #include <cmath>
 #include <numbers>

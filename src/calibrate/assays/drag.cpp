@@ -1,5 +1,5 @@
 // calibrate/assays/drag.cpp: speed at which aligned rods drag the beads.
-#include "drover/calibrate/drag.hpp"
+#include "calibrate/assays/drag.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // calibrate/assays/propulsion.cpp: speed of single rods in the bed.
-#include "drover/calibrate/propulsion.hpp"
+#include "calibrate/assays/propulsion.hpp"
 
 #include <algorithm>
 #include <cmath>

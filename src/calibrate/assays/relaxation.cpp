@@ -1,5 +1,5 @@
 // calibrate/assays/relaxation.cpp: rotational diffusion of single rods in the bed.
-#include "drover/calibrate/relaxation.hpp"
+#include "calibrate/assays/relaxation.hpp"
 
 #include <algorithm>
 #include <cmath>

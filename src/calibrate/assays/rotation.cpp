@@ -1,5 +1,5 @@
 // calibrate/assays/rotation.cpp: rotational diffusion of single rods from mean-square angles.
-#include "drover/calibrate/rotation.hpp"
+#include "calibrate/assays/rotation.hpp"
 
 #include <cmath>
 #include <numbers>

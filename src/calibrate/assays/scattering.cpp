@@ -1,5 +1,5 @@
 // calibrate/assays/scattering.cpp: alignment by contacts from collisions of two rods.
-#include "drover/calibrate/scattering.hpp"
+#include "calibrate/assays/scattering.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // calibrate/assays/shear.cpp: shear viscosity of the beads.
-#include "drover/calibrate/shear.hpp"
+#include "calibrate/assays/shear.hpp"
 
 #include <algorithm>
 #include <cmath>

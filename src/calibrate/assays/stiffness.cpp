@@ -1,5 +1,5 @@
 // calibrate/assays/stiffness.cpp: response of the bead density to a force.
-#include "drover/calibrate/stiffness.hpp"
+#include "calibrate/assays/stiffness.hpp"
 
 #include <cmath>
 #include <limits>

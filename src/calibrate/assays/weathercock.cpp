@@ -1,5 +1,5 @@
 // calibrate/assays/weathercock.cpp: rotation of rods by bead flow.
-#include "drover/calibrate/weathercock.hpp"
+#include "calibrate/assays/weathercock.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // numerics/algebra/spline_table.cpp: bicubic Hermite patches over a mesh.
-#include "drover/numerics/spline_table.hpp"
+#include "numerics/algebra/spline_table.hpp"
 
 #include <gsl/gsl_interp.h>
 

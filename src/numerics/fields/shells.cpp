@@ -1,5 +1,5 @@
 // numerics/fields/shells.cpp: averages over shells and sectors of q, and box windows.
-#include "drover/numerics/shells.hpp"
+#include "numerics/fields/shells.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // numerics/steppers/adaptive_stepper.cpp: control of the step by an embedded error estimate.
-#include "drover/numerics/adaptive_stepper.hpp"
+#include "numerics/steppers/adaptive_stepper.hpp"
 
 #include <algorithm>
 #include <bit>

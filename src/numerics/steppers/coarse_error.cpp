@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "drover/numerics/block.hpp"
-#include "drover/numerics/shells.hpp"
+#include "numerics/fields/shells.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 
 namespace drover::numerics {

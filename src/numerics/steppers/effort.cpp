@@ -1,5 +1,5 @@
 // numerics/steppers/effort.cpp: measured constants of work (valgrind --tool=callgrind, 32 to 128 points squared).
-#include "drover/numerics/effort.hpp"
+#include "numerics/steppers/effort.hpp"
 
 #include <algorithm>
 

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "drover/base/random.hpp"
-#include "drover/numerics/shells.hpp"
 #include "drover/numerics/stepper_table.hpp"
+#include "numerics/fields/shells.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 #include "numerics/steppers/time_method.hpp"
 

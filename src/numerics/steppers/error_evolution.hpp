@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "drover/numerics/adaptive_stepper.hpp"
 #include "drover/numerics/stepper.hpp"
+#include "numerics/steppers/adaptive_stepper.hpp"
 #include "numerics/steppers/coarse_error.hpp"
 #include "numerics/steppers/error_equations.hpp"
 #include "numerics/steppers/local_errors.hpp"

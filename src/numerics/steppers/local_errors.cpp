@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drover/numerics/shells.hpp"
+#include "numerics/fields/shells.hpp"
 
 namespace drover::numerics {
 

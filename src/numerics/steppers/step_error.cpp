@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "drover/numerics/shells.hpp"
+#include "numerics/fields/shells.hpp"
 #include "numerics/steppers/error_evolution.hpp"
 
 namespace drover::numerics {

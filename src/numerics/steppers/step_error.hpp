@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/numerics/adaptive_stepper.hpp"
+#include "numerics/steppers/adaptive_stepper.hpp"
 #include "numerics/steppers/error_equations.hpp"
 
 namespace drover::numerics {

@@ -1,5 +1,5 @@
 // numerics/steppers/sundials_stepper.cpp: the only integrators of SUNDIALS, behind plain functions.
-#include "drover/numerics/sundials_stepper.hpp"
+#include "numerics/steppers/sundials_stepper.hpp"
 
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>

@@ -6,7 +6,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/numerics/stepper_table.hpp"
-#include "drover/numerics/sundials_stepper.hpp"
+#include "numerics/steppers/sundials_stepper.hpp"
 
 namespace drover::numerics {
 

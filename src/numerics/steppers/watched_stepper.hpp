@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "drover/numerics/adaptive_stepper.hpp"
+#include "numerics/steppers/adaptive_stepper.hpp"
 #include "numerics/steppers/step_error.hpp"
 
 namespace drover::numerics {

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy
 
-from drover import compare_panels, figure
+from drover import figure
+from drover.figures import compare_panels
 from drover.archive import Run, loaded, open_run
 from drover.blocks import mean_and_error
 from drover.error import DroverError, status_of

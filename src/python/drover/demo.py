@@ -16,7 +16,7 @@ import numpy
 import drover
 from drover import new_file
 from drover.error import status_of
-from drover.paper import STYLE
+from drover.figures.paper import STYLE
 from drover.text import printable
 
 FIELDS, PARTICLES, START = "noisy-flock.toml", "bead-flock.toml", "bead-flock-start.h5"
@@ -94,7 +94,7 @@ def picture(figure, path, words, shape=""):
 
 def particles(run, film):
     """The last picture of the particles and their film."""
-    from drover.particle_panels import draw_wheel
+    from drover.figures.particle_panels import draw_wheel
     order, flow = (float(run.observables[name].mean()) for name in ("polar_order", "bead_velocity_order"))
     counts = run.frame.rod_position.shape[0], run.frame.bead_position.shape[0]
     figure = new_figure(7.4, 5.6)
@@ -137,14 +137,14 @@ def give_error(error):
 
 def density_scale(run):
     """The size of a pixel of the map, in mm and in rods."""
-    from drover.panels import shown_means
+    from drover.figures.panels import shown_means
     means, pixel = shown_means(run.frames.rod_density.isel(time=-1))
     return f"{pixel[0]:.3g} mm, {float(means.mean()) * pixel[0] * pixel[1]:.0f} rods"
 
 
 def boundary(models, output):
     """The flocking threshold that the coefficients measured on particles predict."""
-    from drover import onset_figure
+    from drover.figures import onset_figure
     theory = drover.onset(models / TABLE, output=output / "threshold.h5", overwrite=True)
     line, field = theory.groups["line"], theory.groups["field"]
     runs = numpy.genfromtxt(models / FLOCKS, delimiter=",", names=True, skip_header=1)

@@ -12,12 +12,13 @@ from pathlib import Path
 import matplotlib
 import numpy
 
-from drover import (boundary_figure, calibration_figure, dynamics_figure, live, model_figure, model_panels, new_file,
-                    onset_figure, panels, particle_figure, results, smooth_panels, stability_figure, states_figure,
-                    sweep_figure, trade_panel)
+from drover import live, new_file, results
+from drover.figures import (boundary_figure, calibration_figure, dynamics_figure, model_figure, model_panels,
+                            onset_figure, panels, particle_figure, smooth_panels, stability_figure, states_figure,
+                            sweep_figure, trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError, status_of
-from drover.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
+from drover.figures.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
 from drover.particles import ParticleRun
 from drover.roles import has_own_fields, maps_of
 from drover.stored import state_of

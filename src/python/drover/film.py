@@ -164,7 +164,7 @@ def frames_of(run, every, field):
 def drawing_of(run, field):
     """A function that draws frames of a run, and the inches of a picture."""
     if "grid" in run.scene:
-        from drover import model_film
+        from drover.figures import model_film
         maps = maps_of(run, field)
         return partial(model_film.shown, maps=maps, name=title_of(run)), model_film.size_of(run, maps)
     if field is not None:
@@ -201,14 +201,14 @@ def title_of(run):
 
 
 def time_of(frame, run):
-    from drover.panels import time_text
+    from drover.figures.panels import time_text
     return time_text(f"{frame['time']:.4g}", run)
 
 
 def particles_shown(figure, run, frames):
     """Draws bodies from above: beads as discs, rods as outlines coloured by their direction."""
-    from drover import particle_panels as panels
-    from drover.particle_motion import FEW_RODS, view_of
+    from drover.figures import particle_panels as panels
+    from drover.figures.particle_motion import FEW_RODS, view_of
     from drover.particles import sides_of
     room = WHEEL / figure.get_figwidth() if run.frames.sizes.get("rod", 0) else 0.0  # of the colour wheel
     axes, sides, view = figure.add_axes((0.02, 0.02, 0.96 - room, 0.9)), sides_of(run), None
@@ -234,7 +234,7 @@ def particles_shown(figure, run, frames):
 def bodies_shown(axes, run, frame, sides, periodic):
     from matplotlib.collections import EllipseCollection, PolyCollection
 
-    from drover import particle_panels as panels
+    from drover.figures import particle_panels as panels
     drawn = []
     if "bead_position" in frame:
         radius = frame["bead_radius"]

@@ -21,7 +21,8 @@ def figure(thing, frame=None, state=None):
     >>> len(figure(run).axes) > 4
     True
     """
-    from drover import figure as figures, particle_figure
+    from drover import figure as figures
+    from drover.figures import particle_figure
     from drover.particles import ParticleRun
     from drover.theory import Theory, open_any
     if hasattr(thing, "joinpath") or isinstance(thing, str):
@@ -34,7 +35,7 @@ def figure(thing, frame=None, state=None):
 
 def compare(first, second, labels=None, frame=-1):
     """Two runs side by side, fields or particles: their maps, and the order of the first vector with its means."""
-    from drover.pair_figure import draw
+    from drover.figures.pair_figure import draw
     return draw(first, second, labels, frame)
 
 
@@ -43,7 +44,7 @@ def map(run, axes=None, frame=-1, field=None):
 
     Of a scene with fields of its own the first.  One `field`, by name or symbol, with its own directions.
     """
-    from drover import model_panels, particle_figure
+    from drover.figures import model_panels, particle_figure
     from drover.particles import ParticleRun
     from drover.roles import chosen, has_own_fields
     from drover.typeset import bracket
@@ -71,7 +72,7 @@ def means(run, axes=None, field=None):
 
     Of vectors and nematics the size of the mean; of scalars with a band of one standard deviation.
     """
-    from drover import model_panels
+    from drover.figures import model_panels
     from drover.roles import chosen
     run, axes = fields_of(run), axes_of(axes)
     roles = chosen(run, field)
@@ -86,19 +87,19 @@ def means(run, axes=None, field=None):
 
 def structure(run, axes=None):
     """Structure factors S(q) with errors and linear theory."""
-    from drover.model_panels import draw_structure_with_keys
+    from drover.figures.model_panels import draw_structure_with_keys
     return panel(draw_structure_with_keys, fields_of(run), axes)
 
 
 def dynamics(run, field, axes=None, *, along="x", modes=None, linear=False):
     """S(q, omega) of a field of an archive over wavenumber and frequency, measured or of the linear theory."""
-    from drover import dynamics_figure as figures
+    from drover.figures import dynamics_figure as figures
     run, axes = fields_of(run), axes_of(axes, BESIDE)
     measured, _, theory = figures.arrays_of(figures.found_of(run, field, along, modes))
     norm, reach = figures.norm_of(measured, theory), figures.last_frequency(measured, theory)
     image = figures.draw_map(axes, theory if linear else measured, norm, reach)
     if image is not None:
-        from drover.panels import with_unit
+        from drover.figures.panels import with_unit
         axes.figure.colorbar(image, ax=axes, extend="min").set_label(with_unit(r"$S(q, \omega)$", measured))
     return axes
 
@@ -106,7 +107,7 @@ def dynamics(run, field, axes=None, *, along="x", modes=None, linear=False):
 def numbers(run, axes=None, exponents=None):
     """Number fluctuations with errors and linear theory; on the axes `exponents` their local exponents."""
     run, axes = fields_of(run), axes_of(axes)
-    from drover import panels
+    from drover.figures import panels
     hidden = exponents if exponents is not None else axes.figure.add_axes((0, 0, 0.1, 0.1), visible=False)
     panels.draw_numbers(axes, hidden, run)
     if exponents is None:
@@ -118,13 +119,13 @@ def numbers(run, axes=None, exponents=None):
 
 def order(run, axes=None):
     """The order of vectors and nematics over time, with the mean of the first."""
-    from drover.model_panels import draw_order
+    from drover.figures.model_panels import draw_order
     return panel(draw_order, fields_of(run), axes)
 
 
 def profiles(run, axes=None, exact=None):
     """A field of a run without noise along x, at several times; `exact`, a function of x [mm] and t [s], is dotted."""
-    from drover.smooth_panels import draw_profiles
+    from drover.figures.smooth_panels import draw_profiles
     run, axes = fields_of(run), axes_of(axes)
     draw_profiles(axes, run, exact)
     return axes
@@ -132,13 +133,13 @@ def profiles(run, axes=None, exact=None):
 
 def growth(run, axes=None):
     """Standard deviations over time, of densities relative to their means."""
-    from drover.smooth_panels import draw_growth
+    from drover.figures.smooth_panels import draw_growth
     return panel(draw_growth, fields_of(run), axes)
 
 
 def length(run, axes=None):
     """The length of the pattern over time: 2 pi over the mean wavenumber of the spectrum of the order or a density."""
-    from drover.smooth_panels import draw_length
+    from drover.figures.smooth_panels import draw_length
     return panel(draw_length, fields_of(run), axes)
 
 
@@ -148,7 +149,7 @@ def series(run, name, axes=None):
     if name not in run.observables or run.observables[name].dims != ("time",):
         known = [key for key, array in run.observables.items() if array.dims == ("time",)]
         raise Error(f"the run has no series {name}; expected one of {', '.join(known)}")
-    from drover.particle_panels import draw_series, words_of
+    from drover.figures.particle_panels import draw_series, words_of
     draw_series(axes, run, name, float(run.frames["time"][-1]))
     axes.set_ylabel(axes.get_ylabel().replace(name, words_of(name)))
     return axes
@@ -161,7 +162,7 @@ def sweep(table, name, axes=None):
 
 def paths(run, axes=None, frame=-1):
     """The paths of the rods up to a frame, with the cell and the rods."""
-    from drover import particle_motion, particle_panels
+    from drover.figures import particle_motion, particle_panels
     from drover.particles import sides_of
     run, axes = particles_of(run), axes_of(axes)
     sides, periodic = sides_of(run), particle_panels.is_periodic(run)
@@ -174,7 +175,7 @@ def paths(run, axes=None, frame=-1):
 
 def wake(run, axes=None):
     """The mean velocity of the beads in the frame of a rod, of a finished run of rods and beads."""
-    from drover.particle_motion import draw_wake
+    from drover.figures.particle_motion import draw_wake
     run, axes = particles_of(run), axes_of(axes, BESIDE)
     if run.summary is None or "flow_velocity_along" not in run.summary:
         raise Error("the run has no mean flow of beads around a rod; expected a finished run of rods and beads")
@@ -184,7 +185,7 @@ def wake(run, axes=None):
 
 def memory(run, axes=None):
     """How long rods keep their direction: the autocorrelation of it, with the fit of rotational diffusion."""
-    from drover import particle_motion
+    from drover.figures import particle_motion
     return panel(particle_motion.draw_memory, particles_of(run), axes)
 
 
@@ -211,7 +212,7 @@ def fields_of(run):
 def map_axes(ratio):
     """Axes of a map with this ratio of its sides, and of its colour bar, in a new figure."""
     from matplotlib import pyplot
-    from drover.paper import add_axes, bar_box, fitted
+    from drover.figures.paper import add_axes, bar_box, fitted
     box, figure = fitted(inner_box(BESIDE), ratio), pyplot.figure(figsize=PAGE)
     return add_axes(figure, box), add_axes(figure, bar_box(box))
 
@@ -225,5 +226,5 @@ def axes_of(axes, right=RIGHT):
     if axes is not None:
         return axes
     from matplotlib import pyplot
-    from drover.paper import add_axes
+    from drover.figures.paper import add_axes
     return add_axes(pyplot.figure(figsize=PAGE), inner_box(right))

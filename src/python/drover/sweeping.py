@@ -46,7 +46,7 @@ class Sweep:
     def plot(self, name, axes=None):
         """Draws an observable over the varied key, with errors; of two keys a map; of a spectrum, or another observable
         with an axis of its own, a line for each value of the key.  Returns the matplotlib axes."""
-        from drover.sweep_panels import draw_sweep
+        from drover.figures.sweep_panels import draw_sweep
         return draw_sweep(self, name, axes)
 
 

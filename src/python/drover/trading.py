@@ -29,7 +29,7 @@ class Tradeoff:
 
     def plot(self, axes=None):
         """Draws error against work, one colour a model.  Returns the matplotlib axes."""
-        from drover.trade_panel import draw_trade
+        from drover.figures.trade_panel import draw_trade
         return draw_trade({"by_model": self.by_model, "front": self.front}, axes)
 
 

@@ -5,9 +5,10 @@ Usage: stray.py --drover PROGRAM --output FOLDER [--rods matched | printed] [--s
 Runs models/bead-flock.toml on from a flock: with free beads, and with the mean velocity of the beads held at zero.  The
 flock of the matched rods is kept; the rods as printed make their own in 60 s (FOLDER/start.h5).
 FOLDER/turning-free.csv and turning-held.csv get a row for each bin of the angle from the mean direction: how fast rods
-turn towards it [rad/s], with its standard error, over 0.5 s in which no other rod was close enough to touch them.  FOLDER/images.csv gets the bodies around one rod of the free run that turns back
-by more than 90 degrees without a touch.  A run that was stopped goes on.  A few minutes of one core each with matched
-rods, a quarter of an hour with those as printed. """
+turn towards it [rad/s], with its standard error, over 0.5 s in which no other rod was close enough to touch them.
+FOLDER/images.csv gets the bodies around one rod of the free run that turns back by more than 90 degrees without a
+touch.  A run that was stopped goes on.  A few minutes of one core each with matched rods, a quarter of an hour with
+those as printed. """
 import argparse
 import sys
 from pathlib import Path

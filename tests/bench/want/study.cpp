@@ -20,7 +20,7 @@
 #include <random>
 
 #include "calibrate/synthetic.hpp"
-#include "drover/io/scene_text.hpp"
+#include "io/scene_text.hpp"
 #include "io/trial_record.hpp"
 #include "jobs/normal_world.hpp"
 #include "jobs/want_plan.hpp"

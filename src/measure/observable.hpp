@@ -1,0 +1,82 @@
+// measure/observable.hpp: an observable of fields or of particles as one row, and its axes.
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <functional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "drover/base/error.hpp"
+#include "drover/measure/statistics.hpp"
+
+namespace drover::measure {
+
+/// The function of an observable: made from a function of the moment that returns one number or a vector of them.
+template <class Moment>
+class MeasureFunction {
+public:
+    template <std::invocable<const Moment&> Function>
+    MeasureFunction(Function function) {  // implicit, so that a row can name a function
+        if constexpr (std::convertible_to<std::invoke_result_t<Function, const Moment&>, double>)
+            function_ = [function = std::move(function)](const Moment& m) { return std::vector<double>{function(m)}; };
+        else function_ = std::move(function);
+    }
+    std::vector<double> operator()(const Moment& moment) const { return function_(moment); }
+
+private:
+    std::function<std::vector<double>(const Moment&)> function_;
+};
+
+/// A quantity measured at one moment of a run.  Moment is FieldMoment or ParticleMoment.
+template <class Moment>
+struct Observable {
+    std::string name;
+    std::string unit;        ///< UDUNITS text
+    std::vector<Axis> axes;  ///< slowest first; none: a single number
+    std::string formula;     ///< for people
+    MeasureFunction<Moment> measure;
+    bool accumulates = false;   ///< counted since the start of the run: the summary takes the mean of its rate
+    bool is_direction = false;  ///< an angle [rad] of which 2 pi is none: the summary follows it beyond pi
+};
+
+template <class Moment>
+using Observables = std::vector<Observable<Moment>>;
+
+/// Adds the row of an observable that is one number.
+template <class Moment>
+void add(Observables<Moment>& rows, std::string name, std::string unit, std::string formula,
+         std::type_identity_t<MeasureFunction<Moment>> function, bool accumulates = false) {
+    rows.push_back({std::move(name), std::move(unit), {}, std::move(formula), std::move(function), accumulates});
+}
+
+/// Adds the row of an observable that is an array.
+template <class Moment>
+void add(Observables<Moment>& rows, std::string name, std::string unit, std::vector<Axis> axes, std::string formula,
+         std::type_identity_t<MeasureFunction<Moment>> function) {
+    rows.push_back({std::move(name), std::move(unit), std::move(axes), std::move(formula), std::move(function)});
+}
+
+/// All axes of the rows, each once.  Rows are observables, recorded series or summary rows.
+template <class Rows>
+std::vector<Axis> axes_of(const Rows& rows) {
+    std::vector<Axis> axes;
+    for (const auto& row : rows)
+        for (const Axis& axis : row.axes)
+            if (std::none_of(axes.begin(), axes.end(), [&](const Axis& one) { return one.name == axis.name; }))
+                axes.push_back(axis);
+    return axes;
+}
+
+/// The values of one observable.  Throws an input Error when the function and the axes disagree on their number.
+template <class Moment>
+std::vector<double> measure_one(const Observable<Moment>& row, const Moment& moment) {
+    std::vector<double> values = row.measure(moment);
+    require(values.size() == size_of(row.axes), {}, "{}: {} values measured; expected {}", row.name, values.size(),
+            size_of(row.axes));
+    return values;
+}
+
+}  // namespace drover::measure

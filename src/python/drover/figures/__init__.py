@@ -1,0 +1,1 @@
+"""drover/figures: figures of archives and results, and the panels of which they are made."""

@@ -1,0 +1,85 @@
+"""drover/figures/pair_figure.py: two runs of any kind side by side: their maps, and their order over time."""
+import matplotlib
+
+from . import model_panels, panels
+from drover.archive import loaded
+from drover.error import Error
+from drover.moments import run_of
+from drover.figures.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
+from drover.particles import ORDER, ParticleRun
+from drover.text import drawable
+
+MAPS = ((0.8, 3.25, 3.65, 3.65), (6.5, 3.25, 3.65, 3.65))  # inches
+SERIES = (0.8, 1.2, 10.6, 1.2)
+MUCH_LONGER = 5.0  # ratio of durations from which times are drawn over them
+COLOURS = (panels.BLUE, panels.VERMILLION)
+
+
+@matplotlib.rc_context(STYLE)
+def draw(first, second, labels=None, frame=-1):
+    """Draws two runs as a matplotlib Figure."""
+    from .. import plot
+    runs = [run_of(first), run_of(second)]
+    orders = [order_of(run) for run in runs]
+    labels = labels or names_of(runs)
+    figure = new_figure()
+    for letter, run, label, box in zip("ab", runs, labels, MAPS):
+        if is_plane(run):
+            box = fitted(box, run.scene["grid"]["lx"] / run.scene["grid"]["ly"])
+        axes = add_axes(figure, box)
+        if is_plane(run):
+            model_panels.draw_map_with_arrows(axes, add_axes(figure, bar_box(box)), run, frame)
+        else:
+            plot.map(run, axes, frame)
+        axes.set_title(f"({letter}) {label}", loc="left")
+    axes = add_axes(figure, SERIES)
+    ends = [float(run.observables["time"][-1]) for run in runs]
+    scaled = max(ends) > MUCH_LONGER * min(ends) > 0.0
+    most = draw_orders(axes, runs, orders, labels, ends if scaled else (1.0, 1.0))
+    axes.margins(x=0.0)
+    axes.set_ylim(0.0, 1.5 * most if most > model_panels.NO_ORDER else 1.0)  # space for the legend
+    words = "order" if orders[0][0] != orders[1][0] else orders[0][0]
+    axes.set_title(f"(c) {words}", loc="left")
+    axes.set_xlabel("time over duration $t/T$" if scaled else panels.with_unit("time $t$", runs[0].observables["time"]))
+    axes.set_ylabel(words)
+    axes.legend(loc="upper right", ncols=2)
+    write_title_and_caption(figure, f"{labels[0]} and {labels[1]}", "(c) Dashed: means after the warm-up, with "
+                            "standard errors where the runs are long enough.")
+    return figure
+
+
+def is_plane(run):
+    return not isinstance(run, ParticleRun) and run.frames.sizes["y"] > 1
+
+
+def order_of(run):
+    """Words for the order of a run, and its series."""
+    if isinstance(run, ParticleRun):
+        return "polar order", loaded(run.observables[ORDER], run.path)
+    label, _, series = next(iter(model_panels.orders_of(run)), (None,) * 3)
+    if series is None:
+        raise Error(f"{run.path} has no vector or nematic, whose order could be drawn: see drover.plot.map of each run")
+    return label, series
+
+
+def draw_orders(axes, runs, orders, labels, units):
+    """Draws orders and their means over time in these units [s]; returns the largest."""
+    most = 0.0
+    for run, (_, order), label, colour, unit in zip(runs, orders, labels, COLOURS, units):
+        most = max(most, float(order.max()))
+        words = label
+        if run.summary is not None and order.name in run.summary:
+            mean, error = (float(loaded(run.summary[name], run.path)) for name in (order.name, f"{order.name}_error"))
+            words += f": {mean:.3g}" + (rf" $\pm$ {error:.1g}" if error > 0.0 else "")
+            axes.plot(order["time"][[0, -1]] / unit, [mean, mean], color=colour, linestyle="--", linewidth=0.9)
+        axes.plot(order["time"] / unit, order, color=colour, linewidth=0.9, label=words)
+    return most
+
+
+def names_of(runs):
+    """The names of the archives, or of the kinds of two runs of one scene."""
+    names = [drawable(run.path.stem) for run in runs]
+    if names[0] == names[1]:
+        kinds = ["particles" if isinstance(run, ParticleRun) else "fields" for run in runs]
+        names = kinds if kinds[0] != kinds[1] else [f"{name} {i}" for i, name in enumerate(names, 1)]
+    return names

@@ -1,0 +1,72 @@
+// run/simulation.hpp: the interface between the loop and a simulation of any kind.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "files/archive.hpp"
+#include "numerics/steppers/adaptive_stepper.hpp"
+
+namespace drover::run {
+
+/// The group of an archive that holds the observables of fields.
+inline constexpr const char* field_samples_group = "/observables";
+
+/// A recording and its schedule.
+struct ScheduledRecording {
+    files::Recording recording;
+    std::int64_t every = 0;  ///< steps between rows; 0: only the first and the last step
+    /// The arrays of one row, in the order of the recording's quantities.  They stay where they are for the life of the
+    /// simulation, and hold these values until the next call or step.
+    std::function<std::vector<std::span<const double>>()> observe;
+    /// Whether a row is due at a step, instead of `every`.
+    std::function<bool(std::int64_t step)> due = {};
+};
+
+/// A simulation ready to run.  Only advance(), restore() and accept() change its state.
+class Simulation {
+public:
+    Simulation(double the_dt, std::int64_t the_steps, int the_threads)
+        : dt(the_dt), steps(the_steps), threads(the_threads) {}
+    virtual ~Simulation() = default;
+    Simulation(const Simulation&) = delete;
+    Simulation& operator=(const Simulation&) = delete;
+
+    virtual void advance(std::int64_t step) = 0;        ///< from step to step + 1
+    virtual void check_health(std::int64_t step) = 0;   ///< throws a run Error that reports what is not finite
+    virtual std::vector<double> save() const = 0;       ///< the complete state
+    virtual void restore(std::span<const double>) = 0;  ///< throws an input Error for a state of another world
+    /// Takes the fields, or bodies, that the arrays of the frames now hold as the state.  Throws an input Error, and
+    /// keeps the state, where they are not finite, or bodies overlap.
+    virtual void accept(std::int64_t step) = 0;
+    virtual std::string describe() const = 0;                        ///< statistics of the run for people; may be ""
+    virtual numerics::StepCount count() const { return {}; }         ///< of steps taken; fields only
+    virtual std::optional<double> step_error() const { return {}; }  ///< relative, estimated so far; fields only
+
+    const double dt;           ///< [s]
+    const std::int64_t steps;  ///< in all
+    const int threads;
+    std::vector<ScheduledRecording> recordings;  ///< the last one holds the observables
+};
+
+/// Whether the state after so many steps is to be checked: a blow-up is found within ten steps, and is not recorded.
+bool is_checked(const Simulation& simulation, std::int64_t step);
+
+/// Puts a row into arrays that observe() returns, which keep their places.
+std::vector<std::span<const double>> lend(std::vector<std::vector<double>>& arrays,
+                                          std::vector<std::vector<double>> row);
+
+/// Whether a row is due at a step.
+inline bool is_due(const ScheduledRecording& scheduled, std::int64_t step) {
+    if (scheduled.due) return scheduled.due(step);
+    return scheduled.every == 0 ? step == 0 : step % scheduled.every == 0;
+}
+
+/// Number of scheduled rows of a recording up to `step`.  The last row of a recording with every = 0, and a last row
+/// off the schedule, are not counted.
+std::size_t scheduled_rows(const ScheduledRecording& recording, std::int64_t step);
+
+}  // namespace drover::run
