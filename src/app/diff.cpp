@@ -18,8 +18,8 @@ int compare(const DiffOptions& options) {
     const std::vector<files::TextDifference> found = run::scene_differences(options.one, options.other);
     if (options.json) {
         nlohmann::json rows = nlohmann::json::array();
-        const auto value = [](const std::string& written) {
-            return written == files::absent ? nlohmann::json(nullptr) : nlohmann::json(written);
+        const auto value = [](const std::optional<std::string>& written) {
+            return written ? nlohmann::json(*written) : nlohmann::json(nullptr);
         };
         for (const files::TextDifference& row : found)
             rows.push_back({{"key", row.key}, {"one", value(row.one)}, {"other", value(row.other)}});
@@ -29,7 +29,7 @@ int compare(const DiffOptions& options) {
     std::size_t widest = 0;
     for (const files::TextDifference& row : found) widest = std::max(widest, row.key.size());
     for (const files::TextDifference& row : found)
-        print(text("{:<{}}  {} | {}\n", row.key, widest, row.one, row.other));
+        print(text("{:<{}}  {} | {}\n", row.key, widest, shown(row.one), shown(row.other)));
     if (found.empty()) print(text("{} and {}: the same scene\n", options.one, options.other));
     return run::exit_done;
 }

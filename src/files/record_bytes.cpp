@@ -49,9 +49,8 @@ std::vector<std::byte> start_of(const RecordIdentity& identity) {
 std::string first_line(const std::string& words) { return words.substr(0, words.find('\n')); }
 
 std::string difference(const std::string& there, const std::string& here) {
-    const TextDifference found = first_difference(there, here);
-    if (found.key.empty()) return "";
-    return text("{} = {} there, {} here", found.key, found.one, found.other);
+    const std::optional<TextDifference> found = first_difference(there, here);
+    return found ? text("{} = {} there, {} here", found->key, shown(found->one), shown(found->other)) : "";
 }
 
 RecordContent records_in(Bytes bytes) {

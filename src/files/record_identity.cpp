@@ -38,17 +38,17 @@ std::vector<TextDifference> differences(const std::string& one, const std::strin
     std::vector<TextDifference> result;
     for (const auto& [key, value] : a) {
         const auto found = in_other.find(key);
-        if (found == in_other.end()) result.push_back({key, value, absent});
+        if (found == in_other.end()) result.push_back({key, value, {}});
         else if (found->second != value) result.push_back({key, value, found->second});
     }
     for (const auto& [key, value] : b)
-        if (!in_one.contains(key)) result.push_back({key, absent, value});
+        if (!in_one.contains(key)) result.push_back({key, {}, value});
     return result;
 }
 
-TextDifference first_difference(const std::string& one, const std::string& other) {
+std::optional<TextDifference> first_difference(const std::string& one, const std::string& other) {
     const std::vector<TextDifference> all = differences(one, other);
-    return all.empty() ? TextDifference{} : all.front();
+    return all.empty() ? std::nullopt : std::optional(all.front());
 }
 
 }  // namespace drover::files

@@ -1,6 +1,7 @@
 // files/record_identity.hpp: what records depend on, and the first difference of two such texts.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,16 +13,17 @@ struct RecordIdentity {
     std::string content;     ///< scene text of which the file keeps a copy, to name a difference; "": none
 };
 
-inline constexpr const char* absent = "absent";
-
-/// A key of two scene texts whose values differ, and these; `absent` where a text lacks the key.
+/// A key of two scene texts whose values differ, and these; none where a text lacks the key.
 struct TextDifference {
-    std::string key, one, other;
+    std::string key;
+    std::optional<std::string> one, other;
 };
+/// One of the values, for people.
+inline std::string shown(const std::optional<std::string>& value) { return value.value_or("absent"); }
+
 /// In the order of `one`, then those that it lacks.
 std::vector<TextDifference> differences(const std::string& one, const std::string& other);
-/// No key when there is none.
-TextDifference first_difference(const std::string& one, const std::string& other);
+std::optional<TextDifference> first_difference(const std::string& one, const std::string& other);
 
 /// 64-bit hash of a text.
 std::uint64_t fingerprint(const std::string& content);

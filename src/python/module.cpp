@@ -438,9 +438,9 @@ void bind_runs(py::module_& module) {
     module.def(
         "differences",
         [](const std::filesystem::path& one, const std::filesystem::path& other) {
-            std::vector<std::array<std::string, 3>> rows;
+            py::dict rows;
             for (const files::TextDifference& row : run::scene_differences(one, other))
-                rows.push_back({row.key, row.one, row.other});
+                rows[py::str(row.key)] = py::make_tuple(row.one, row.other);
             return rows;
         },
         py::arg("one"), py::arg("other"));

@@ -47,21 +47,30 @@ concept SoftLaw = requires(const Law& law, const SoftContact& contact, const Con
     { law(contact) } -> std::same_as<SoftForce>;
 };
 
-/// A linear normal spring with this damping force, and a tangential spring that slips where its force would exceed
-/// friction times `pressing`.
-inline SoftForce spring_force(const SoftContact& contact, double stiffness, double tangential_stiffness, double damping,
-                              double pressing) {
-    const double elastic = stiffness * contact.overlap;
-    const Vector trial = contact.stretch + contact.slip;
-    const double size = length(trial), limit = contact.friction * pressing / tangential_stiffness;
-    const Vector stretch = size > limit ? limit / size * trial : trial;
-    return {.elastic = elastic,
-            .damping = damping,
-            .tangential = -tangential_stiffness * stretch,
-            .stretch = stretch,
-            .stored = 0.5 * (elastic * contact.overlap + tangential_stiffness * dot(stretch, stretch)),
-            .slipped = 0.5 * tangential_stiffness * dot(contact.stretch + stretch, trial - stretch)};
-}
+/// The springs of a soft contact.
+struct Springs {
+    double stiffness = 0.0;             ///< k [mg/s^2]
+    double tangential_stiffness = 0.0;  ///< k_t [mg/s^2]
+
+    explicit Springs(const ContactControl& control)
+        : stiffness(control.stiffness), tangential_stiffness(control.tangential_stiffness_ratio * control.stiffness) {}
+    double contact_time(double mass) const { return std::numbers::pi * std::sqrt(mass / stiffness); }
+
+    /// A linear normal spring with this damping force, and a tangential spring that slips where its force would exceed
+    /// friction times `pressing`.
+    SoftForce force(const SoftContact& contact, double damping, double pressing) const {
+        const double elastic = stiffness * contact.overlap;
+        const Vector trial = contact.stretch + contact.slip;
+        const double size = length(trial), limit = contact.friction * pressing / tangential_stiffness;
+        const Vector stretch = size > limit ? limit / size * trial : trial;
+        return {.elastic = elastic,
+                .damping = damping,
+                .tangential = -tangential_stiffness * stretch,
+                .stretch = stretch,
+                .stored = 0.5 * (elastic * contact.overlap + tangential_stiffness * dot(stretch, stretch)),
+                .slipped = 0.5 * tangential_stiffness * dot(contact.stretch + stretch, trial - stretch)};
+    }
+};
 
 /// The linear spring-dashpot of Cundall & Strack, Geotechnique 29, 47 (1979).
 ///
@@ -71,27 +80,20 @@ inline SoftForce spring_force(const SoftContact& contact, double stiffness, doub
 /// Tangential force -k_t s of a spring s that slips where the force would exceed mu k delta.  The limit uses the
 /// elastic part of the normal force, whose impulse over a collision equals that of the total: a collision that slides
 /// throughout has the tangential impulse mu (1 + e) m |u_n| of the impulse law.
-struct SpringDashpot {
+struct SpringDashpot : Springs {
     static constexpr const char* name = "spring-dashpot";
     static constexpr const char* doc =
         "bodies are soft, and contacts are linear springs with damping and friction (an independent check, with far "
         "smaller time steps)";
     static bool is_chosen(const ContactControl& control) { return control.model == name; }
-    double stiffness = 0.0;             ///< k [mg/s^2]
-    double tangential_stiffness = 0.0;  ///< k_t [mg/s^2]
 
-    static SpringDashpot from(const ContactControl& control) {
-        return {.stiffness = control.stiffness,
-                .tangential_stiffness = control.tangential_stiffness_ratio * control.stiffness};
-    }
-    double contact_time(double mass) const { return std::numbers::pi * std::sqrt(mass / stiffness); }
+    static SpringDashpot from(const ContactControl& control) { return {Springs(control)}; }
 
     SoftForce operator()(const SoftContact& contact) const {
         const double ln_e = std::log(contact.restitution);
         const double gamma =
             -2.0 * ln_e * std::sqrt(contact.mass * stiffness / (std::numbers::pi * std::numbers::pi + ln_e * ln_e));
-        return spring_force(contact, stiffness, tangential_stiffness,
-                            -gamma * contact.opening_speed * contact.edge_weight, stiffness * contact.overlap);
+        return force(contact, -gamma * contact.opening_speed * contact.edge_weight, stiffness * contact.overlap);
     }
 };
 
@@ -102,18 +104,12 @@ struct SpringDashpot {
 /// gamma = 2 zeta sqrt(m k) and
 ///     ln e = -2 zeta arccos(zeta)/sqrt(1 - zeta^2)
 /// (beyond zeta = 1, where e = exp(-2), arcosh(zeta)/sqrt(zeta^2 - 1)).
-struct RepulsiveSpring {
+struct RepulsiveSpring : Springs {
     static constexpr const char* name = "repulsive-spring";
     static bool is_chosen(const ContactControl& control) { return control.model == name; }
     static constexpr const char* doc = "as spring-dashpot, with contacts that never pull";
-    double stiffness = 0.0;             ///< k [mg/s^2]
-    double tangential_stiffness = 0.0;  ///< k_t [mg/s^2]
 
-    static RepulsiveSpring from(const ContactControl& control) {
-        return {.stiffness = control.stiffness,
-                .tangential_stiffness = control.tangential_stiffness_ratio * control.stiffness};
-    }
-    double contact_time(double mass) const { return std::numbers::pi * std::sqrt(mass / stiffness); }
+    static RepulsiveSpring from(const ContactControl& control) { return {Springs(control)}; }
 
     /// zeta of a restitution 0 < e <= 1.
     static double damping_ratio(double restitution) {
@@ -137,7 +133,7 @@ struct RepulsiveSpring {
         const double elastic = stiffness * contact.overlap,
                      gamma = 2.0 * damping_ratio(contact.restitution) * std::sqrt(contact.mass * stiffness),
                      damping = std::max(-gamma * contact.opening_speed * contact.edge_weight, -elastic);
-        return spring_force(contact, stiffness, tangential_stiffness, damping, elastic + damping);
+        return force(contact, damping, elastic + damping);
     }
 };
 

@@ -65,8 +65,7 @@ def diff(one, other):
     ('1.0', '2.0')
     """
     with hdf5():
-        found = _drover.differences(os.fspath(one), os.fspath(other))
-    return {key: tuple(None if value == "absent" else value for value in values) for key, *values in found}
+        return _drover.differences(os.fspath(one), os.fspath(other))
 
 
 def schema(kind=""):

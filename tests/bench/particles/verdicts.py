@@ -60,6 +60,14 @@ class Rods:
     def _flocks(self, folder):
         return json.loads((self.data / folder / "flocks.json").read_text())
 
+    def keeps(self, what):
+        """Whether the runs of one of its properties are kept."""
+        try:
+            getattr(self, what)
+        except NotKept:
+            return False
+        return True
+
     def _kept(self, folder, name):
         if not (path := self.folder / folder / name).exists():
             raise NotKept(path)
@@ -157,13 +165,18 @@ class Rods:
                 for name in np.unique(rows["quantity"])}
         return found
 
-    def turning(self, beads):
-        """Turning back of stray rods against the angle: the table, and its slope with the sine and error."""
-        rows = table(self._kept("stray", f"turning-{beads}.csv"))
-        sine = np.sin(np.radians(rows["angle_deg"]))
-        known = rows["error"] > 0.0
-        weight = (sine[known] / rows["error"][known])**2
-        return rows, np.sum(weight * rows["rate_rad_s"][known] / sine[known]) / weight.sum(), weight.sum()**-0.5
+    @cached_property
+    def strays(self):
+        """{free, held: (how fast stray rods turn back against the angle, its slope with the sine, its error)}."""
+        found = {}
+        for beads in ("free", "held"):
+            rows = table(self._kept("stray", f"turning-{beads}.csv"))
+            sine = np.sin(np.radians(rows["angle_deg"]))
+            known = rows["error"] > 0.0
+            weight = (sine[known] / rows["error"][known])**2
+            found[beads] = (rows, np.sum(weight * rows["rate_rad_s"][known] / sine[known]) / weight.sum(),
+                            weight.sum()**-0.5)
+        return found
 
     @cached_property
     def wakes(self):
@@ -306,7 +319,7 @@ def flow_and_order(rods):
 
 def stray(rods):
     """Stray rods that touch none turn back, by three errors; with the mean flow of beads held they do not."""
-    (_, free, free_error), (_, held, held_error) = rods.turning("free"), rods.turning("held")
+    (_, free, free_error), (_, held, held_error) = rods.strays["free"], rods.strays["held"]
     return Found.of(f"{free:.3f} ± {free_error:.3f} rad/s times sin of the angle; {held:.3f} ± {held_error:.3f} with "
                     "the beads held", free > 3 * free_error, abs(held) < 3 * held_error)
 
