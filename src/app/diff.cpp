@@ -29,7 +29,7 @@ int compare(const DiffOptions& options) {
     std::size_t widest = 0;
     for (const files::TextDifference& row : found) widest = std::max(widest, row.key.size());
     for (const files::TextDifference& row : found)
-        print(text("{:<{}}  {} | {}\n", row.key, widest, shown(row.one), shown(row.other)));
+        print(text("{:<{}}  {} | {}\n", row.key, widest, files::shown(row.one), files::shown(row.other)));
     if (found.empty()) print(text("{} and {}: the same scene\n", options.one, options.other));
     return run::exit_done;
 }

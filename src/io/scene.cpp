@@ -352,14 +352,10 @@ namespace drover {
 template <>
 const std::vector<Row<io::Approximation>>& schema<io::Approximation>() {
     static const std::vector<Row<io::Approximation>> rows{
-        {.name = "quasi_linear",
-         .member = &io::Approximation::quasi_linear,
-         .doc = "short waves act on the long ones and these on them, and not short waves on each other"},
-        {.name = "quasi_linear_above",
-         .member = &io::Approximation::quasi_linear_above,
-         .unit = "1/mm",
-         .range = not_negative,
-         .doc = "with quasi_linear: the largest |q| of a long wave; 0: only the means are long"},
+        {"quasi_linear", &io::Approximation::quasi_linear,
+         "short waves act on the long ones and these on them, and not short waves on each other"},
+        {"quasi_linear_above", &io::Approximation::quasi_linear_above,
+         "with quasi_linear: the largest |q| of a long wave; 0: only the means are long", "1/mm", not_negative},
     };
     return rows;
 }

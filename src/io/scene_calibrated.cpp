@@ -104,36 +104,30 @@ template <>
 const std::vector<Row<io::CalibratedPlan>>& schema<io::CalibratedPlan>() {
     using Plan = io::CalibratedPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "table",
-         .member = &Plan::table,
-         .doc = "a file that drover calibrate made, beside the scene or where drover runs: it gives the numbers of the "
-                "model that the scene leaves out"},
-        {.name = "bead_area_fraction",
-         .member = &Plan::bead_area_fraction,
-         .range = {.min = 0.0, .max = 0.95},
-         .doc = "Phi_b of the scene"},
-        {.name = "rod_area_fraction",
-         .member = &Plan::rod_area_fraction,
-         .range = {.min = 0.0, .max = 0.95},
-         .doc = "Phi_r of the scene"},
-        {.name = "varied",
-         .member = &Plan::varied,
-         .doc = "the value of the key that the table varies, one of its own; of a table that has such a key"},
-        {.name = "coefficients",
-         .member = &Plan::coefficients,
-         .choices = {"uniform", "local"},
-         .doc = "uniform: those of these area fractions everywhere; local: a, b, Gamma, alpha and lambda follow "
-                "the densities of each place, and a boundary has error bands"},
-        {.name = "outside",
-         .member = &Plan::outside,
-         .choices = {"refuse", "hold"},
-         .doc = "densities beyond the table: refuse, or hold the value of its edge"},
-        {.name = "filled",
-         .member = &Plan::filled,
-         .doc = "written by drover: what came from the table, its origin and its error; leave it out"},
-        {.name = "expected",
-         .member = &Plan::expected,
-         .doc = "written by drover: what the mean field of the table expects; leave it out"}};
+        {"table", &Plan::table,
+         "a file that drover calibrate made, beside the scene or where drover runs: it gives the numbers of the "
+         "model that the scene leaves out"},
+        {"bead_area_fraction", &Plan::bead_area_fraction, "Phi_b of the scene", "", within(0.0, 0.95)},
+        {"rod_area_fraction", &Plan::rod_area_fraction, "Phi_r of the scene", "", within(0.0, 0.95)},
+        {"varied", &Plan::varied,
+         "the value of the key that the table varies, one of its own; of a table that has such a key"},
+        {"coefficients",
+         &Plan::coefficients,
+         "uniform: those of these area fractions everywhere; local: a, b, Gamma, alpha and lambda follow "
+         "the densities of each place, and a boundary has error bands",
+         "",
+         any_number,
+         {"uniform", "local"}},
+        {"outside",
+         &Plan::outside,
+         "densities beyond the table: refuse, or hold the value of its edge",
+         "",
+         any_number,
+         {"refuse", "hold"}},
+        {"filled", &Plan::filled,
+         "written by drover: what came from the table, its origin and its error; leave it out"},
+        {"expected", &Plan::expected, "written by drover: what the mean field of the table expects; leave it out"},
+    };
     return rows;
 }
 

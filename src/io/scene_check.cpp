@@ -191,46 +191,35 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
         std::vector<std::string> steppers;
         for (const numerics::TimeMethod& method : numerics::time_methods()) steppers.push_back(method.name);
         return std::vector<Row<TimeControl>>{
-            {.name = "dt",
-             .member = &TimeControl::dt,
-             .unit = "s",
-             .range = not_negative,
-             .doc = "time step; linear terms and noise of fields are exact for any, products of fields are not; 0, or "
-                    "left out: drover run finds the step for which the error is below time.max_error; particles: the "
-                    "default is 2e-5 s"},
-            {.name = "end",
-             .member = &TimeControl::end,
-             .unit = "s",
-             .range = positive,
-             .doc = "end time, an integer number of steps"},
-            {.name = "stepper",
-             .member = &TimeControl::stepper,
-             .choices = steppers,
-             .doc = "method for the nonlinear terms; cvode-* (steps chosen by time.tolerance) and arkode-* (L "
-                    "implicit) are those of SUNDIALS, without noise; fields only"},
-            {.name = "tolerance",
-             .member = &TimeControl::tolerance,
-             .range = {.min = 0.0, .max = 0.1},
-             .doc =
-                 "maximum local error of a step relative to the root mean square of its field, or of the change of the "
-                 "field over dt: dt is then divided into as many equal steps as needed (1, 2, 3, 4, 6, 8, ...; with "
-                 "noise 1, 2, 4, 8, ... on one noise path); fields only; 0: steps of dt"},
-            {.name = "max_error",
-             .member = &TimeControl::max_error,
-             .range = {.min = 0.0, .max = 1.0},
-             .doc =
-                 "a run warns when the estimated error of its time steps (observable step_error) exceeds this part of "
-                 "the fluctuation of a field, its deviation from its mean over the cell and time; fields only; 0: the "
-                 "error is not estimated"},
-            {.name = "chosen",
-             .member = &TimeControl::chosen,
-             .choices = {"", "fields", "means", "linear"},
-             .doc = "written by drover: dt was left out and chosen for the error of the fields, of time means (with "
-                    "noise, or chaotic), or for a linear model, of which every step is exact; empty: dt was given; "
-                    "fields only"},
-            {.name = "pilot",
-             .member = &TimeControl::pilot,
-             .doc = "written by drover: the error and the pilot runs from which dt was chosen"}};
+            {"dt", &TimeControl::dt,
+             "time step; linear terms and noise of fields are exact for any, products of fields are not; 0, or "
+             "left out: drover run finds the step for which the error is below time.max_error; particles: the "
+             "default is 2e-5 s",
+             "s", not_negative},
+            {"end", &TimeControl::end, "end time, an integer number of steps", "s", positive},
+            {"stepper", &TimeControl::stepper,
+             "method for the nonlinear terms; cvode-* (steps chosen by time.tolerance) and arkode-* (L "
+             "implicit) are those of SUNDIALS, without noise; fields only",
+             "", any_number, steppers},
+            {"tolerance", &TimeControl::tolerance,
+             "maximum local error of a step relative to the root mean square of its field, or of the change of the "
+             "field over dt: dt is then divided into as many equal steps as needed (1, 2, 3, 4, 6, 8, ...; with "
+             "noise 1, 2, 4, 8, ... on one noise path); fields only; 0: steps of dt",
+             "", within(0.0, 0.1)},
+            {"max_error", &TimeControl::max_error,
+             "a run warns when the estimated error of its time steps (observable step_error) exceeds this part of "
+             "the fluctuation of a field, its deviation from its mean over the cell and time; fields only; 0: the "
+             "error is not estimated",
+             "", within(0.0, 1.0)},
+            {"chosen",
+             &TimeControl::chosen,
+             "written by drover: dt was left out and chosen for the error of the fields, of time means (with "
+             "noise, or chaotic), or for a linear model, of which every step is exact; empty: dt was given; "
+             "fields only",
+             "",
+             any_number,
+             {"", "fields", "means", "linear"}},
+            {"pilot", &TimeControl::pilot, "written by drover: the error and the pilot runs from which dt was chosen"}};
     }();
     return rows;
 }
@@ -238,163 +227,127 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
 template <>
 const std::vector<Row<Output>>& schema<Output>() {
     static const std::vector<Row<Output>> rows{
-        {.name = "file",
-         .member = &Output::file,
-         .doc = "the archive (HDF5); empty: the scene's name with .h5, in the working folder"},
-        {.name = "frame_every",
-         .member = &Output::frame_every,
-         .unit = "s",
-         .range = not_negative,
-         .doc =
-             "time between frames of all fields or bodies, an integer number of steps; 0: the first and the last only"},
-        {.name = "sample_every",
-         .member = &Output::sample_every,
-         .unit = "s",
-         .range = not_negative,
-         .doc = "time between samples of the observables, an integer number of steps; 0: the first and the last only"},
-        {.name = "checkpoint_minutes",
-         .member = &Output::checkpoint_minutes,
-         .unit = "min",
-         .range = not_negative,
-         .doc = "wall time between checkpoints"},
-        {.name = "powers",
-         .member = &Output::powers,
-         .doc = "samples include the energies of fields, the integrals of m F^2/2, and the power of each term; costs "
-                "one right-hand side per term and sample; fields only"}};
+        {"file", &Output::file, "the archive (HDF5); empty: the scene's name with .h5, in the working folder"},
+        {"frame_every", &Output::frame_every,
+         "time between frames of all fields or bodies, an integer number of steps; 0: the first and the last only", "s",
+         not_negative},
+        {"sample_every", &Output::sample_every,
+         "time between samples of the observables, an integer number of steps; 0: the first and the last only", "s",
+         not_negative},
+        {"checkpoint_minutes", &Output::checkpoint_minutes, "wall time between checkpoints", "min", not_negative},
+        {"powers", &Output::powers,
+         "samples include the energies of fields, the integrals of m F^2/2, and the power of each term; costs "
+         "one right-hand side per term and sample; fields only"},
+    };
     return rows;
 }
 
 template <>
 const std::vector<Row<Analysis>>& schema<Analysis>() {
     static const std::vector<Row<Analysis>> rows{
-        {.name = "warm_up",
-         .member = &Analysis::warm_up,
-         .unit = "s",
-         .range = {.min = -1.0},
-         .doc = "time omitted from means at the start; -1, or time.end and above: estimated from the series"}};
+        {"warm_up", &Analysis::warm_up,
+         "time omitted from means at the start; -1, or time.end and above: estimated from the series", "s",
+         at_least(-1.0)},
+    };
     return rows;
 }
 
 template <>
 const std::vector<Row<Units>>& schema<Units>() {
     static const std::vector<Row<Units>> rows{
-        {.name = "length",
-         .member = &Units::length,
-         .doc = "what archives, tables and figures call the unit of length of the scene; none: numbers without a unit. "
-                "All three are names alone: nothing is converted, and messages say mm, s and mg"},
-        {.name = "time", .member = &Units::time, .doc = "the same for the unit of time"},
-        {.name = "mass", .member = &Units::mass, .doc = "the same for the unit of mass"}};
+        {"length", &Units::length,
+         "what archives, tables and figures call the unit of length of the scene; none: numbers without a unit. "
+         "All three are names alone: nothing is converted, and messages say mm, s and mg"},
+        {"time", &Units::time, "the same for the unit of time"},
+        {"mass", &Units::mass, "the same for the unit of mass"},
+    };
     return rows;
 }
 
 template <>
 const std::vector<Row<Accuracy>>& schema<Accuracy>() {
     static const std::vector<Row<Accuracy>> rows{
-        {.name = "effort",
-         .member = &Accuracy::effort,
-         .range = {.min = 0.0, .max = 10.0},
-         .doc =
-             "part of the work of the run, as counted, that may be spent on what the time step makes wrong (twice as "
-             "much up to 3.3 s of it, falling to it at 10 s): on the error of the fields and on the bias of each "
-             "result: with noise, pieces of the run are repeated with dt/2 on the same noise path; without noise, "
-             "observables are compared with those of the fields less their estimated error; 0: no biases, and 0.05 "
-             "for the error of the fields"}};
+        {"effort", &Accuracy::effort,
+         "part of the work of the run, as counted, that may be spent on what the time step makes wrong (twice as "
+         "much up to 3.3 s of it, falling to it at 10 s): on the error of the fields and on the bias of each "
+         "result: with noise, pieces of the run are repeated with dt/2 on the same noise path; without noise, "
+         "observables are compared with those of the fields less their estimated error; 0: no biases, and 0.05 "
+         "for the error of the fields",
+         "", within(0.0, 10.0)},
+    };
     return rows;
 }
 
 template <>
 const std::vector<Row<RunControl>>& schema<RunControl>() {
     static const std::vector<Row<RunControl>> rows{
-        {.name = "seed",
-         .member = &RunControl::seed,
-         .range = {.min = 0, .max = 9.2e18},
-         .doc = "seed of all random numbers; the same seed gives the same bytes"},
-        {.name = "threads",
-         .member = &RunControl::threads,
-         .range = {.min = 0, .max = 1024},
-         .doc = "threads; 0: the available cores, capped where the grid or the spheres are "
-                "too few; results are bitwise identical for any number"}};
+        {"seed", &RunControl::seed, "seed of all random numbers; the same seed gives the same bytes", "",
+         within(0, 9.2e18)},
+        {"threads", &RunControl::threads,
+         "threads; 0: the available cores, capped where the grid or the spheres are "
+         "too few; results are bitwise identical for any number",
+         "", within(0, 1024)},
+    };
     return rows;
 }
 
 template <>
 const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
     static const std::vector<Row<SweepPlan>> rows{
-        {.name = "vary",
-         .member = &SweepPlan::vary,
-         .doc = "keys and their values, \"relaxation.rate = 0.5, 1, 2\" or, in 11 equal steps, \"relaxation.rate = "
-                "0.5:2:11\"; "
-                "several keys make a grid"},
-        {.name = "seeds",
-         .member = &SweepPlan::seeds,
-         .range = {.min = 1, .max = 1e6},
-         .doc = "runs at each point, with the seeds run.seed, run.seed + 1, ...; on a ramp each point has a different "
-                "one"},
-        {.name = "want",
-         .member = &SweepPlan::want,
-         .doc = "observables and the standard errors of their means, \"polar_order=2%\": seeds are added at each point "
-                "until they are met, or up to max_seeds"},
-        {.name = "max_seeds",
-         .member = &SweepPlan::max_seeds,
-         .range = {.min = 2, .max = 1e6},
-         .doc = "with want: the largest number of runs at a point"},
-        {.name = "ramp",
-         .member = &SweepPlan::ramp,
-         .choices = {"none", "up", "up-down"},
-         .doc = "up: each point starts from the final state of the previous one; up-down: up, then back (hysteresis); "
-                "of several keys the last is ramped"},
-        {.name = "refine",
-         .member = &SweepPlan::refine,
-         .doc = "observables and a change, \"polar_order = 0.1\": between neighbouring points that differ by more, and "
-                "by more than twice their standard error, points are added, until none do or after refine_levels"},
-        {.name = "refine_levels",
-         .member = &SweepPlan::refine_levels,
-         .range = {.min = 1, .max = 20},
-         .doc = "times that the distance of points is halved at most"},
-        {.name = "keep",
-         .member = &SweepPlan::keep,
-         .choices = {"archives", "table"},
-         .doc = "archives: an archive of each run, from which it also resumes; table: the results alone, in one file "
-                "for each process"},
-        {.name = "workers",
-         .member = &SweepPlan::workers,
-         .range = {.min = 0, .max = 1024},
-         .doc = "parallel runs; 0: the available cores"}};
+        {"vary", &SweepPlan::vary,
+         "keys and their values, \"relaxation.rate = 0.5, 1, 2\" or, in 11 equal steps, \"relaxation.rate = "
+         "0.5:2:11\"; "
+         "several keys make a grid"},
+        {"seeds", &SweepPlan::seeds,
+         "runs at each point, with the seeds run.seed, run.seed + 1, ...; on a ramp each point has a different "
+         "one",
+         "", within(1, 1e6)},
+        {"want", &SweepPlan::want,
+         "observables and the standard errors of their means, \"polar_order=2%\": seeds are added at each point "
+         "until they are met, or up to max_seeds"},
+        {"max_seeds", &SweepPlan::max_seeds, "with want: the largest number of runs at a point", "", within(2, 1e6)},
+        {"ramp",
+         &SweepPlan::ramp,
+         "up: each point starts from the final state of the previous one; up-down: up, then back (hysteresis); "
+         "of several keys the last is ramped",
+         "",
+         any_number,
+         {"none", "up", "up-down"}},
+        {"refine", &SweepPlan::refine,
+         "observables and a change, \"polar_order = 0.1\": between neighbouring points that differ by more, and "
+         "by more than twice their standard error, points are added, until none do or after refine_levels"},
+        {"refine_levels", &SweepPlan::refine_levels, "times that the distance of points is halved at most", "",
+         within(1, 20)},
+        {"keep",
+         &SweepPlan::keep,
+         "archives: an archive of each run, from which it also resumes; table: the results alone, in one file "
+         "for each process",
+         "",
+         any_number,
+         {"archives", "table"}},
+        {"workers", &SweepPlan::workers, "parallel runs; 0: the available cores", "", within(0, 1024)},
+    };
     return rows;
 }
 
 template <>
 const std::vector<Row<StabilityPlan>>& schema<StabilityPlan>() {
     static const std::vector<Row<StabilityPlan>> rows{
-        {.name = "wavenumbers",
-         .member = &StabilityPlan::wavenumbers,
-         .range = {.min = 8, .max = 4096},
-         .doc = "wavenumbers of the map, logarithmically spaced"},
-        {.name = "angles",
-         .member = &StabilityPlan::angles,
-         .range = {.min = 2, .max = 4096},
-         .doc =
-             "angles of the map, between q and p0, from 0 to 90 degrees; in an external field four times as many, from "
-             "0 to 360 degrees"},
-        {.name = "min_wavenumber",
-         .member = &StabilityPlan::min_wavenumber,
-         .unit = "1/mm",
-         .range = not_negative,
-         .doc = "smallest |q| searched; 0: 1/1000 of the smallest |q| of the cell"},
-        {.name = "max_wavenumber",
-         .member = &StabilityPlan::max_wavenumber,
-         .unit = "1/mm",
-         .range = not_negative,
-         .doc = "largest |q| searched; 0: the largest |q| of the grid"},
-        {.name = "sound",
-         .member = &StabilityPlan::sound,
-         .unit = "1/mm",
-         .range = not_negative,
-         .doc = "|q| of the dynamic structure factor; 0: the smallest |q| of the cell"},
-        {.name = "frequencies",
-         .member = &StabilityPlan::frequencies,
-         .range = {.min = 3, .max = 100001},
-         .doc = "number of frequencies of the dynamic structure factor"}};
+        {"wavenumbers", &StabilityPlan::wavenumbers, "wavenumbers of the map, logarithmically spaced", "",
+         within(8, 4096)},
+        {"angles", &StabilityPlan::angles,
+         "angles of the map, between q and p0, from 0 to 90 degrees; in an external field four times as many, from "
+         "0 to 360 degrees",
+         "", within(2, 4096)},
+        {"min_wavenumber", &StabilityPlan::min_wavenumber,
+         "smallest |q| searched; 0: 1/1000 of the smallest |q| of the cell", "1/mm", not_negative},
+        {"max_wavenumber", &StabilityPlan::max_wavenumber, "largest |q| searched; 0: the largest |q| of the grid",
+         "1/mm", not_negative},
+        {"sound", &StabilityPlan::sound, "|q| of the dynamic structure factor; 0: the smallest |q| of the cell", "1/mm",
+         not_negative},
+        {"frequencies", &StabilityPlan::frequencies, "number of frequencies of the dynamic structure factor", "",
+         within(3, 100001)},
+    };
     return rows;
 }
 
@@ -405,39 +358,36 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
         "\"bead_area_fraction = 0.2:0.7\" or \"rod_area_fraction = 0.02:0.2\", by uniform.bead_area and "
         "uniform.rod_area; in a model of its own a coefficient, \"coefficients.a = 0.5:2\"";
     static const std::vector<Row<BoundaryPlan>> rows{
-        {.name = "x", .member = &BoundaryPlan::x, .doc = axis},
-        {.name = "y", .member = &BoundaryPlan::y, .doc = axis},
-        {.name = "lines",
-         .member = &BoundaryPlan::lines,
-         .choices = {"onset", "phase-separation", "banding", "oblique", "binodal", "isotropic", "ordered"},
-         .doc = "boundaries to trace: onset (a flock forms), phase-separation (of the isotropic state), banding (of "
-                "the flock, along p0), oblique (of the flock, at other angles), binodal (densities of phases that "
-                "coexist; the initial fields are the guess of such a state), isotropic and ordered (where that state "
-                "becomes unstable to any wave; both are the default in a model of its own)"},
-        {.name = "conventions",
-         .member = &BoundaryPlan::conventions,
-         .choices = {"mean", "single-rod"},
-         .doc = "values of weathercock.convention to trace: mean, single-rod or both; empty: that of the scene"},
-        {.name = "errors",
-         .member = &BoundaryPlan::errors,
-         .doc = "standard errors of numbers of the model, \"relaxation.rate = 0.02\", mutually independent; a "
-                "table provides its own"},
-        {.name = "draws",
-         .member = &BoundaryPlan::draws,
-         .range = {.min = 0, .max = 10000},
-         .doc = "draws of all numbers with errors, from which the error bands follow; 0: no bands"},
-        {.name = "cells",
-         .member = &BoundaryPlan::cells,
-         .range = {.min = 1, .max = 2048},
-         .doc = "every island that contains a disc wider than 1/cells of the plane (scaled to a square) is found"},
-        {.name = "chord",
-         .member = &BoundaryPlan::chord,
-         .range = {.min = 1e-7, .max = 0.5},
-         .doc = "maximum distance between polyline and line, on that square"},
-        {.name = "map",
-         .member = &BoundaryPlan::map,
-         .range = {.min = 0, .max = 4096},
-         .doc = "points along each side of the map of stable states; 0: no map"}};
+        {"x", &BoundaryPlan::x, axis},
+        {"y", &BoundaryPlan::y, axis},
+        {"lines",
+         &BoundaryPlan::lines,
+         "boundaries to trace: onset (a flock forms), phase-separation (of the isotropic state), banding (of "
+         "the flock, along p0), oblique (of the flock, at other angles), binodal (densities of phases that "
+         "coexist; the initial fields are the guess of such a state), isotropic and ordered (where that state "
+         "becomes unstable to any wave; both are the default in a model of its own)",
+         "",
+         any_number,
+         {"onset", "phase-separation", "banding", "oblique", "binodal", "isotropic", "ordered"}},
+        {"conventions",
+         &BoundaryPlan::conventions,
+         "values of weathercock.convention to trace: mean, single-rod or both; empty: that of the scene",
+         "",
+         any_number,
+         {"mean", "single-rod"}},
+        {"errors", &BoundaryPlan::errors,
+         "standard errors of numbers of the model, \"relaxation.rate = 0.02\", mutually independent; a "
+         "table provides its own"},
+        {"draws", &BoundaryPlan::draws,
+         "draws of all numbers with errors, from which the error bands follow; 0: no bands", "", within(0, 10000)},
+        {"cells", &BoundaryPlan::cells,
+         "every island that contains a disc wider than 1/cells of the plane (scaled to a square) is found", "",
+         within(1, 2048)},
+        {"chord", &BoundaryPlan::chord, "maximum distance between polyline and line, on that square", "",
+         within(1e-7, 0.5)},
+        {"map", &BoundaryPlan::map, "points along each side of the map of stable states; 0: no map", "",
+         within(0, 4096)},
+    };
     return rows;
 }
 
@@ -448,46 +398,32 @@ const std::vector<Row<CalibrationPlan>>& schema<CalibrationPlan>() {
         std::vector<std::string> names;
         for (const calibrate::Assay& assay : calibrate::make_assays()) names.push_back(assay.name);
         return std::vector<Row<CalibrationPlan>>{
-            {.name = "bead_area_fractions",
-             .member = &CalibrationPlan::bead_area_fractions,
-             .range = fraction,
-             .doc = "Phi_b, ascending: replaces beads.area_fraction; every assay runs at each value"},
-            {.name = "rod_area_fractions",
-             .member = &CalibrationPlan::rod_area_fractions,
-             .range = fraction,
-             .doc = "Phi_r, ascending: replaces rods.area_fraction for drag, which depends on it"},
-            {.name = "vary",
-             .member = &CalibrationPlan::vary,
-             .doc = "an additional key and its values, \"kick.strength = 0.01, 0.02\": all assays run at each value"},
-            {.name = "assays",
-             .member = &CalibrationPlan::assays,
-             .choices = names,
-             .doc = "assays to run; empty: all"},
-            {.name = "relative_error",
-             .member = &CalibrationPlan::relative_error,
-             .range = {.min = 0.0, .max = 10.0, .min_open = true},
-             .doc = "target relative error of every wanted coefficient: an assay runs trials until it is reached"},
-            {.name = "round",
-             .member = &CalibrationPlan::round,
-             .range = {.min = 4, .max = 100000},
-             .doc = "trials between two evaluations of the error; the first is after two rounds"},
-            {.name = "max_trials",
-             .member = &CalibrationPlan::max_trials,
-             .range = {.min = 8, .max = 1e6},
-             .doc = "maximum trials of one assay at one point, in complete rounds; the result is then reported with "
-                    "its larger error"},
-            {.name = "max_failed",
-             .member = &CalibrationPlan::max_failed,
-             .range = {.min = 0.0, .max = 0.9},
-             .doc = "allowed fraction of failed trials of an assay at a point; with more the point has no result"},
-            {.name = "single_rods",
-             .member = &CalibrationPlan::single_rods,
-             .range = {.min = 1, .max = 10000},
-             .doc = "rods in the cell of relaxation, weathercock and propulsion: few enough that they rarely interact"},
-            {.name = "workers",
-             .member = &CalibrationPlan::workers,
-             .range = {.min = 0, .max = 1024},
-             .doc = "parallel trials; 0: the available cores; the table is the same for any number"}};
+            {"bead_area_fractions", &CalibrationPlan::bead_area_fractions,
+             "Phi_b, ascending: replaces beads.area_fraction; every assay runs at each value", "", fraction},
+            {"rod_area_fractions", &CalibrationPlan::rod_area_fractions,
+             "Phi_r, ascending: replaces rods.area_fraction for drag, which depends on it", "", fraction},
+            {"vary", &CalibrationPlan::vary,
+             "an additional key and its values, \"kick.strength = 0.01, 0.02\": all assays run at each value"},
+            {"assays", &CalibrationPlan::assays, "assays to run; empty: all", "", any_number, names},
+            {"relative_error",
+             &CalibrationPlan::relative_error,
+             "target relative error of every wanted coefficient: an assay runs trials until it is reached",
+             "",
+             {.min = 0.0, .max = 10.0, .min_open = true}},
+            {"round", &CalibrationPlan::round,
+             "trials between two evaluations of the error; the first is after two rounds", "", within(4, 100000)},
+            {"max_trials", &CalibrationPlan::max_trials,
+             "maximum trials of one assay at one point, in complete rounds; the result is then reported with "
+             "its larger error",
+             "", within(8, 1e6)},
+            {"max_failed", &CalibrationPlan::max_failed,
+             "allowed fraction of failed trials of an assay at a point; with more the point has no result", "",
+             within(0.0, 0.9)},
+            {"single_rods", &CalibrationPlan::single_rods,
+             "rods in the cell of relaxation, weathercock and propulsion: few enough that they rarely interact", "",
+             within(1, 10000)},
+            {"workers", &CalibrationPlan::workers,
+             "parallel trials; 0: the available cores; the table is the same for any number", "", within(0, 1024)}};
     }();
     return rows;
 }

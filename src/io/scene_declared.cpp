@@ -394,54 +394,44 @@ template <>
 const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>() {
     using io::DeclaredField;
     static const std::vector<Row<DeclaredField>> rows{
-        {.name = "symbol", .member = &DeclaredField::symbol, .doc = "its name in equations: \"phi\""},
-        {.name = "name",
-         .member = &DeclaredField::name,
-         .doc = "its name in figures and archives: \"rod_density\"; empty: the symbol"},
-        {.name = "rank",
-         .member = &DeclaredField::rank,
-         .choices = {"scalar", "vector", "nematic", "complex"},
-         .doc = "how it turns with space: a scalar (spin 0), a vector (1), a nematic Q_xx + i Q_xy (2); complex: two "
-                "scalars, A = A_re + i A_im"},
-        {.name = "spin",
-         .member = &DeclaredField::spin,
-         .range = {.min = -1, .max = 6},
-         .doc = "in place of rank: the field turns by this many times the angle; -1: as rank says"},
-        {.name = "parity",
-         .member = &DeclaredField::parity,
-         .choices = {"even", "odd"},
-         .doc = "odd: a reflection changes its sign, besides what its rank does: a pseudoscalar, such as a vorticity"},
-        {.name = "unit", .member = &DeclaredField::unit, .doc = "its unit, for figures and archives"},
-        {.name = "meaning", .member = &DeclaredField::meaning, .doc = "what it is, for people"},
-        {.name = "mass",
-         .member = &DeclaredField::mass,
-         .doc = "m of m d_t F = equation, a formula of the fields: \"m rho\"; empty: 1"},
-        {.name = "mass_unit", .member = &DeclaredField::mass_unit, .doc = "unit of the mass, for its energy"},
-        {.name = "energy",
-         .member = &DeclaredField::energy,
-         .doc =
-             "what output.powers calls its energy, the integral of m F^2/2: energy_flow of \"flow\"; empty: the name "
-             "of the field; none: it is not measured"},
-        {.name = "balance",
-         .member = &DeclaredField::balance,
-         .doc = "0 = equation: the field follows the others at every instant"},
-        {.name = "solenoidal",
-         .member = &DeclaredField::solenoidal,
-         .doc = "a vector without divergence: a pressure, which is eliminated, keeps it so at every instant"},
-        {.name = "conserved",
-         .member = &DeclaredField::conserved,
-         .doc = "its mean does not change; an equation that is not a divergence is then an error"},
-        {.name = "reference",
-         .member = &DeclaredField::reference,
-         .doc = "of a scalar: its uniform value at the start, about which the linear part is exact; a number, or a "
-                "formula of the coefficients"},
-        {.name = "noise",
-         .member = &DeclaredField::noise,
-         .doc = "D: noise f of its own in d_t F with <f f> = D delta(r - r') delta(t - t') for each component; a "
-                "number, or a formula of the coefficients"},
-        {.name = "conserved_noise",
-         .member = &DeclaredField::conserved_noise,
-         .doc = "the noise is the divergence of a random flux: D q^2 in place of D"}};
+        {"symbol", &DeclaredField::symbol, "its name in equations: \"phi\""},
+        {"name", &DeclaredField::name, "its name in figures and archives: \"rod_density\"; empty: the symbol"},
+        {"rank",
+         &DeclaredField::rank,
+         "how it turns with space: a scalar (spin 0), a vector (1), a nematic Q_xx + i Q_xy (2); complex: two "
+         "scalars, A = A_re + i A_im",
+         "",
+         any_number,
+         {"scalar", "vector", "nematic", "complex"}},
+        {"spin", &DeclaredField::spin,
+         "in place of rank: the field turns by this many times the angle; -1: as rank says", "", within(-1, 6)},
+        {"parity",
+         &DeclaredField::parity,
+         "odd: a reflection changes its sign, besides what its rank does: a pseudoscalar, such as a vorticity",
+         "",
+         any_number,
+         {"even", "odd"}},
+        {"unit", &DeclaredField::unit, "its unit, for figures and archives"},
+        {"meaning", &DeclaredField::meaning, "what it is, for people"},
+        {"mass", &DeclaredField::mass, "m of m d_t F = equation, a formula of the fields: \"m rho\"; empty: 1"},
+        {"mass_unit", &DeclaredField::mass_unit, "unit of the mass, for its energy"},
+        {"energy", &DeclaredField::energy,
+         "what output.powers calls its energy, the integral of m F^2/2: energy_flow of \"flow\"; empty: the name "
+         "of the field; none: it is not measured"},
+        {"balance", &DeclaredField::balance, "0 = equation: the field follows the others at every instant"},
+        {"solenoidal", &DeclaredField::solenoidal,
+         "a vector without divergence: a pressure, which is eliminated, keeps it so at every instant"},
+        {"conserved", &DeclaredField::conserved,
+         "its mean does not change; an equation that is not a divergence is then an error"},
+        {"reference", &DeclaredField::reference,
+         "of a scalar: its uniform value at the start, about which the linear part is exact; a number, or a "
+         "formula of the coefficients"},
+        {"noise", &DeclaredField::noise,
+         "D: noise f of its own in d_t F with <f f> = D delta(r - r') delta(t - t') for each component; a "
+         "number, or a formula of the coefficients"},
+        {"conserved_noise", &DeclaredField::conserved_noise,
+         "the noise is the divergence of a random flux: D q^2 in place of D"},
+    };
     return rows;
 }
 
@@ -449,22 +439,23 @@ template <>
 const std::vector<Row<io::DeclaredNoise>>& schema<io::DeclaredNoise>() {
     using io::DeclaredNoise;
     static const std::vector<Row<DeclaredNoise>> rows{
-        {.name = "symbol",
-         .member = &DeclaredNoise::symbol,
-         .doc = "its name in equations: \"xi\" of unit strength, <xi xi> = delta(r - r') delta(t - t') for each "
-                "component; equations that have it are driven by the same noise"},
-        {.name = "rank",
-         .member = &DeclaredNoise::rank,
-         .choices = {"scalar", "vector", "nematic"},
-         .doc = "how it turns with space, as that of a field"},
-        {.name = "spin",
-         .member = &DeclaredNoise::spin,
-         .range = {.min = -1, .max = 6},
-         .doc = "in place of rank; -1: as rank says"},
-        {.name = "parity",
-         .member = &DeclaredNoise::parity,
-         .choices = {"even", "odd"},
-         .doc = "odd: of equations of pseudoscalars and the like"}};
+        {"symbol", &DeclaredNoise::symbol,
+         "its name in equations: \"xi\" of unit strength, <xi xi> = delta(r - r') delta(t - t') for each "
+         "component; equations that have it are driven by the same noise"},
+        {"rank",
+         &DeclaredNoise::rank,
+         "how it turns with space, as that of a field",
+         "",
+         any_number,
+         {"scalar", "vector", "nematic"}},
+        {"spin", &DeclaredNoise::spin, "in place of rank; -1: as rank says", "", within(-1, 6)},
+        {"parity",
+         &DeclaredNoise::parity,
+         "odd: of equations of pseudoscalars and the like",
+         "",
+         any_number,
+         {"even", "odd"}},
+    };
     return rows;
 }
 
@@ -472,21 +463,20 @@ template <>
 const std::vector<Row<io::DeclaredTable>>& schema<io::DeclaredTable>() {
     using io::DeclaredTable;
     static const std::vector<Row<DeclaredTable>> rows{
-        {.name = "symbol",
-         .member = &DeclaredTable::symbol,
-         .doc = "its name in equations: a coefficient that is a smooth function of one or two scalars"},
-        {.name = "of",
-         .member = &DeclaredTable::of,
-         .doc = "the scalars, as formulas of the fields: [\"rho\"], [\"rho\", \"sigma\"]"},
-        {.name = "first", .member = &DeclaredTable::first, .doc = "values of the first scalar, ascending"},
-        {.name = "second", .member = &DeclaredTable::second, .doc = "values of the second one, ascending"},
-        {.name = "values",
-         .member = &DeclaredTable::values,
-         .doc = "values of the coefficient: for each of `first` those of all of `second`; between them a cubic spline"},
-        {.name = "outside",
-         .member = &DeclaredTable::outside,
-         .choices = {"refuse", "hold"},
-         .doc = "beyond the table: refuse: an error; hold: the value at its edge"}};
+        {"symbol", &DeclaredTable::symbol,
+         "its name in equations: a coefficient that is a smooth function of one or two scalars"},
+        {"of", &DeclaredTable::of, "the scalars, as formulas of the fields: [\"rho\"], [\"rho\", \"sigma\"]"},
+        {"first", &DeclaredTable::first, "values of the first scalar, ascending"},
+        {"second", &DeclaredTable::second, "values of the second one, ascending"},
+        {"values", &DeclaredTable::values,
+         "values of the coefficient: for each of `first` those of all of `second`; between them a cubic spline"},
+        {"outside",
+         &DeclaredTable::outside,
+         "beyond the table: refuse: an error; hold: the value at its edge",
+         "",
+         any_number,
+         {"refuse", "hold"}},
+    };
     return rows;
 }
 

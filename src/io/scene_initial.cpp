@@ -128,28 +128,25 @@ template <>
 const std::vector<Row<model::Start>>& schema<model::Start>() {
     using model::Start;
     static const std::vector<Row<Start>> rows{
-        {.name = "kind",
-         .member = &Start::kind,
-         .choices = {"uniform", "random", "mode", "stationary", "formula", "file"},
-         .doc =
-             "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary state of the linear "
-             "theory; formula: fields as formulas in x, y, lx and ly; file: a frame of an archive, by its Fourier "
-             "modes "
-             "where the grid has other points"},
-        {.name = "amplitude",
-         .member = &Start::amplitude,
-         .unit = "unit of the field",
-         .range = not_negative,
-         .doc = "random: standard deviation in each cell (formula: of added noise); mode: amplitude of the cosine"},
-        {.name = "field", .member = &Start::component, .doc = "mode: the field that is perturbed"},
-        {.name = "mode_x", .member = &Start::mode_x, .doc = "mode: wavelengths in the cell along x"},
-        {.name = "mode_y", .member = &Start::mode_y, .doc = "mode: wavelengths in the cell along y"},
-        {.name = "phase", .member = &Start::phase, .unit = "rad", .doc = "mode: phase of the cosine at the origin"},
-        {.name = "file", .member = &Start::file, .doc = "file: the archive, relative to the scene"},
-        {.name = "frame",
-         .member = &Start::frame,
-         .range = {.min = -1},
-         .doc = "file: number of the frame from 0; -1 is the last"}};
+        {"kind",
+         &Start::kind,
+         "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary state of the linear "
+         "theory; formula: fields as formulas in x, y, lx and ly; file: a frame of an archive, by its Fourier "
+         "modes "
+         "where the grid has other points",
+         "",
+         any_number,
+         {"uniform", "random", "mode", "stationary", "formula", "file"}},
+        {"amplitude", &Start::amplitude,
+         "random: standard deviation in each cell (formula: of added noise); mode: amplitude of the cosine",
+         "unit of the field", not_negative},
+        {"field", &Start::component, "mode: the field that is perturbed"},
+        {"mode_x", &Start::mode_x, "mode: wavelengths in the cell along x"},
+        {"mode_y", &Start::mode_y, "mode: wavelengths in the cell along y"},
+        {"phase", &Start::phase, "mode: phase of the cosine at the origin", "rad"},
+        {"file", &Start::file, "file: the archive, relative to the scene"},
+        {"frame", &Start::frame, "file: number of the frame from 0; -1 is the last", "", at_least(-1)},
+    };
     return rows;
 }
 

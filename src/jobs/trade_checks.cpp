@@ -22,13 +22,17 @@ bool converges(const TradeBench& bench, const std::vector<LevelFound>& grids) {
     return true;
 }
 
+double longer_duration(double trial, double affordable) {
+    const double times = std::floor(affordable / trial);
+    return times > 1.0 ? times * trial : 0.0;
+}
+
 LaterDrift later_drift(TradeBench& bench, const Candidate& best, const std::vector<Bias>& references) {
-    constexpr double much_longer = 1.5, clear = 3.0;  // times the duration of the trials; standard errors
+    constexpr double clear = 3.0;  // standard errors
     LaterDrift found;
     const double before = bench.duration, left = 0.5 * (bench.budget - bench.spent);
-    const double interval = unit_of_time(bench.scene);
-    const double duration = interval * std::floor(best.end * std::min(1.0, left / best.seconds) / interval);
-    if (duration < much_longer * before) return found;
+    const double duration = longer_duration(before, best.end * std::min(1.0, left / best.seconds));
+    if (duration == 0.0) return found;
     std::vector<std::string> overrides = overrides_of(best);
     overrides.push_back(text("run.seed={}", bench.scene.run.seed + 4));  // after those of Study::reseeded
     bench.duration = duration;

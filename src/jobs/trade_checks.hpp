@@ -24,6 +24,10 @@ struct LaterDrift {
     bool stopped = false;            ///< by a signal
 };
 
+/// The longest whole multiple of the duration of the trials, which the steps of all of them fit, that is affordable; 0:
+/// less than twice it [s].
+double longer_duration(double trial, double affordable);
+
 /// Runs the recommended setting with other noise for as long as it is recommended, if half of what is left of the
 /// budget allows that, and compares its means.
 LaterDrift later_drift(TradeBench& bench, const Candidate& best, const std::vector<Bias>& references);

@@ -62,12 +62,15 @@ namespace drover {
 template <>
 const std::vector<Row<physics::Dealiasing>>& schema<physics::Dealiasing>() {
     static const std::vector<Row<physics::Dealiasing>> rows{
-        {.name = "rule",
-         .member = &physics::Dealiasing::rule,
-         .choices = {"exact", "two-thirds", "none"},
-         .doc = "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; "
-                "two-thirds: "
-                "|k| < N/3 for any d; none: |k| < N/2; outputs report the tail of the spectrum"}};
+        {"rule",
+         &physics::Dealiasing::rule,
+         "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; "
+         "two-thirds: "
+         "|k| < N/3 for any d; none: |k| < N/2; outputs report the tail of the spectrum",
+         "",
+         any_number,
+         {"exact", "two-thirds", "none"}},
+    };
     return rows;
 }
 

@@ -32,7 +32,7 @@ std::string difference(const std::string& key, const std::string& in_archive, co
 std::string difference_of_scenes(const io::Scene& in_archive, const io::Scene& other, const char* where) {
     const std::optional<files::TextDifference> found =
         files::first_difference(io::resolved_text(comparable(in_archive)), io::resolved_text(comparable(other)));
-    return found ? difference(found->key, shown(found->one), shown(found->other), where) : "";
+    return found ? difference(found->key, files::shown(found->one), files::shown(found->other), where) : "";
 }
 
 std::string difference_of_runs(const files::ArchiveReader& archive, const std::filesystem::path& file,

@@ -19,12 +19,13 @@ struct Sample {
 template <>
 const std::vector<Row<Sample>>& schema<Sample>() {
     static const std::vector<Row<Sample>> rows{
-        {.name = "loud", .member = &Sample::loud, .doc = "whether"},
-        {.name = "count", .member = &Sample::count, .range = {.min = 1, .max = 9}, .doc = "how many"},
-        {.name = "rate", .member = &Sample::rate, .unit = "1/s", .range = positive, .doc = "how fast"},
-        {.name = "kind", .member = &Sample::kind, .choices = {"soft", "hard"}, .doc = "which"},
-        {.name = "sizes", .member = &Sample::sizes, .range = not_negative, .doc = "how large"},
-        {.name = "words", .member = &Sample::words, .doc = "what"}};
+        {"loud", &Sample::loud, "whether"},
+        {"count", &Sample::count, "how many", "", within(1, 9)},
+        {"rate", &Sample::rate, "how fast", "1/s", positive},
+        {"kind", &Sample::kind, "which", "", any_number, {"soft", "hard"}},
+        {"sizes", &Sample::sizes, "how large", "", not_negative},
+        {"words", &Sample::words, "what"},
+    };
     return rows;
 }
 

@@ -5,6 +5,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/measure/statistics.hpp"
+#include "jobs/trade_checks.hpp"
 #include "jobs/trade_front.hpp"
 
 namespace drover::jobs::tradeoff_tests {
@@ -181,6 +182,15 @@ TEST(TradeFront, replaces_sums_of_biases_by_those_of_a_trial_and_drops_what_fail
     found.checked.front().failure = "unstable";
     const std::vector<Candidate> failed = front_of(found, scene);
     for (const Candidate& one : failed) EXPECT_NE(overrides_of(one), found.checked.front().overrides);
+}
+
+TEST(LongerDuration, is_a_whole_multiple_of_that_of_the_trials_whatever_may_be_spent) {
+    // The trials last 16 steps of 0.8 s; 145.4 s would be no whole number of these.
+    for (const double affordable : {25.7, 100.0, 145.4, 1e6 / 3.0}) {
+        const double times = longer_duration(12.8, affordable) / 12.8;
+        EXPECT_DOUBLE_EQ(times, std::floor(affordable / 12.8));
+    }
+    EXPECT_EQ(longer_duration(12.8, 25.5), 0.0);
 }
 
 }  // namespace drover::jobs::tradeoff_tests

@@ -48,6 +48,8 @@ struct Range {
 inline constexpr Range any_number{};
 inline constexpr Range positive{.min = 0.0, .min_open = true};
 inline constexpr Range not_negative{.min = 0.0};
+constexpr Range within(double min, double max) { return {.min = min, .max = max}; }
+constexpr Range at_least(double min) { return {.min = min}; }
 
 template <class Struct>
 using Member = std::variant<bool Struct::*, int Struct::*, std::int64_t Struct::*, double Struct::*,
@@ -56,12 +58,12 @@ using Member = std::variant<bool Struct::*, int Struct::*, std::int64_t Struct::
 /// One key.  Its default is the value in a default-constructed Struct.
 template <class Struct>
 struct Row {
-    std::string name = {};
-    Member<Struct> member = {};
+    std::string name;
+    Member<Struct> member;
+    std::string doc;                        ///< meaning, with its symbol and source
     std::string unit = {};                  ///< "" for a dimensionless number or a word
     Range range = any_number;               ///< of a number, or of each item of a list
     std::vector<std::string> choices = {};  ///< of a word; empty: any
-    std::string doc = {};                   ///< meaning, with its symbol and source
 };
 
 /// A row without its struct: for listings, help, and reading a value.

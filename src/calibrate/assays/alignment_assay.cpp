@@ -121,22 +121,13 @@ template <>
 const std::vector<Row<calibrate::AlignmentPlan>>& schema<calibrate::AlignmentPlan>() {
     using Plan = calibrate::AlignmentPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "torques",
-         .member = &Plan::torques,
-         .unit = "mg mm^2/s^2",
-         .range = positive,
-         .doc = "of the orienting field, ascending; for P from below .4 to .9"},
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .doc = "once, without a field"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "in each field"},
-        {.name = "windows",
-         .member = &Plan::windows,
-         .range = {.min = 1, .max = 1000},
-         .doc = "of equal length in that time"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .doc = "between samples of P"}};
+        {"torques", &Plan::torques, "of the orienting field, ascending; for P from below .4 to .9", "mg mm^2/s^2",
+         positive},
+        {"warm_up", &Plan::warm_up, "once, without a field", "s", not_negative},
+        {"time", &Plan::time, "in each field", "s", positive},
+        {"windows", &Plan::windows, "of equal length in that time", "", within(1, 1000)},
+        {"frame", &Plan::frame, "between samples of P", "s", positive},
+    };
     return rows;
 }
 

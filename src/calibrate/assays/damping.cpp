@@ -145,37 +145,17 @@ template <>
 const std::vector<Row<calibrate::DampingPlan>>& schema<calibrate::DampingPlan>() {
     using Plan = calibrate::DampingPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "speed",
-         .member = &Plan::speed,
-         .unit = "mm/s",
-         .range = positive,
-         .doc = "initial bead speed at each release"},
-        {.name = "min_speed",
-         .member = &Plan::min_speed,
-         .unit = "mm/s",
-         .range = positive,
-         .doc = "bead speed at which the fit of the decay ends: a decade below speed"},
-        {.name = "speed_flock",
-         .member = &Plan::speed_flock,
-         .unit = "mm/s",
-         .range = positive,
-         .doc = "bead speed at which the rate is evaluated, between min_speed and speed"},
-        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
-        {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .doc = "before each release"},
-        {.name = "releases",
-         .member = &Plan::releases,
-         .range = {.min = 1, .max = 1000},
-         .doc = "per system, along x, y, -x, -y, and so on"},
-        {.name = "time",
-         .member = &Plan::time,
-         .unit = "s",
-         .range = positive,
-         .doc = "recorded after each release; until min_speed, about 3/(Gamma/(m rho))"},
-        {.name = "frame",
-         .member = &Plan::frame,
-         .unit = "s",
-         .range = positive,
-         .doc = "between samples; a multiple of the plate period"}};
+        {"speed", &Plan::speed, "initial bead speed at each release", "mm/s", positive},
+        {"min_speed", &Plan::min_speed, "bead speed at which the fit of the decay ends: a decade below speed", "mm/s",
+         positive},
+        {"speed_flock", &Plan::speed_flock, "bead speed at which the rate is evaluated, between min_speed and speed",
+         "mm/s", positive},
+        {"warm_up", &Plan::warm_up, "once, at the start", "s", not_negative},
+        {"hold", &Plan::hold, "before each release", "s", not_negative},
+        {"releases", &Plan::releases, "per system, along x, y, -x, -y, and so on", "", within(1, 1000)},
+        {"time", &Plan::time, "recorded after each release; until min_speed, about 3/(Gamma/(m rho))", "s", positive},
+        {"frame", &Plan::frame, "between samples; a multiple of the plate period", "s", positive},
+    };
     return rows;
 }
 

@@ -142,27 +142,13 @@ template <>
 const std::vector<Row<calibrate::DiffusionPlan>>& schema<calibrate::DiffusionPlan>() {
     using Plan = calibrate::DiffusionPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .doc = "before positions are recorded"},
-        {.name = "frame",
-         .member = &Plan::frame,
-         .unit = "s",
-         .range = positive,
-         .doc = "between recorded positions; a multiple of the plate period"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded in each trial"},
-        {.name = "min_lag",
-         .member = &Plan::min_lag,
-         .unit = "s",
-         .range = positive,
-         .doc = "shortest lag of the fit; longer than ballistic motion and rattling in a cage"},
-        {.name = "max_lag",
-         .member = &Plan::max_lag,
-         .unit = "s",
-         .range = positive,
-         .doc = "longest lag of the fit; less than time"}};
+        {"warm_up", &Plan::warm_up, "before positions are recorded", "s", not_negative},
+        {"frame", &Plan::frame, "between recorded positions; a multiple of the plate period", "s", positive},
+        {"time", &Plan::time, "recorded in each trial", "s", positive},
+        {"min_lag", &Plan::min_lag, "shortest lag of the fit; longer than ballistic motion and rattling in a cage", "s",
+         positive},
+        {"max_lag", &Plan::max_lag, "longest lag of the fit; less than time", "s", positive},
+    };
     return rows;
 }
 

@@ -167,30 +167,18 @@ template <>
 const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>() {
     using Plan = calibrate::DragPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "torques",
-         .member = &Plan::torques,
-         .unit = "mg mm^2/s^2",
-         .doc = "of the orienting field, ascending; for P from below a half to nearly one.  One < 0 may come first: "
-                "it acts last and turns the rods round, so that P passes through 0"},
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .doc = "once, in the strongest field; less than m rho/Gamma"},
-        {.name = "time",
-         .member = &Plan::time,
-         .unit = "s",
-         .range = positive,
-         .doc = "in each field; together several times m rho/Gamma and 1/a"},
-        {.name = "windows",
-         .member = &Plan::windows,
-         .range = {.min = 1, .max = 1000},
-         .doc = "of equal length in that time"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .doc = "between samples of P"},
-        {.name = "bend",
-         .member = &Plan::bend,
-         .doc = "fit a term in |P|^2 P besides the one in P, which makes the error of the slope four times larger; "
-                "false: fit a straight line, and the remark reports whether the data follow one"}};
+        {"torques", &Plan::torques,
+         "of the orienting field, ascending; for P from below a half to nearly one.  One < 0 may come first: "
+         "it acts last and turns the rods round, so that P passes through 0",
+         "mg mm^2/s^2"},
+        {"warm_up", &Plan::warm_up, "once, in the strongest field; less than m rho/Gamma", "s", not_negative},
+        {"time", &Plan::time, "in each field; together several times m rho/Gamma and 1/a", "s", positive},
+        {"windows", &Plan::windows, "of equal length in that time", "", within(1, 1000)},
+        {"frame", &Plan::frame, "between samples of P", "s", positive},
+        {"bend", &Plan::bend,
+         "fit a term in |P|^2 P besides the one in P, which makes the error of the slope four times larger; "
+         "false: fit a straight line, and the remark reports whether the data follow one"},
+    };
     return rows;
 }
 

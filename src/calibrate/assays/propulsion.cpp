@@ -64,17 +64,10 @@ template <>
 const std::vector<Row<calibrate::PropulsionPlan>>& schema<calibrate::PropulsionPlan>() {
     using Plan = calibrate::PropulsionPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .doc = "before rods are recorded"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded in each trial"},
-        {.name = "frame",
-         .member = &Plan::frame,
-         .unit = "s",
-         .range = positive,
-         .doc = "over which displacements are taken"}};
+        {"warm_up", &Plan::warm_up, "before rods are recorded", "s", not_negative},
+        {"time", &Plan::time, "recorded in each trial", "s", positive},
+        {"frame", &Plan::frame, "over which displacements are taken", "s", positive},
+    };
     return rows;
 }
 

@@ -126,22 +126,11 @@ template <>
 const std::vector<Row<calibrate::RelaxationPlan>>& schema<calibrate::RelaxationPlan>() {
     using Plan = calibrate::RelaxationPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .doc = "before rods are recorded"},
-        {.name = "frame",
-         .member = &Plan::frame,
-         .unit = "s",
-         .range = positive,
-         .doc = "between samples; a multiple of the plate period, at which rods tilt"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded in each trial"},
-        {.name = "max_lag",
-         .member = &Plan::max_lag,
-         .unit = "s",
-         .range = positive,
-         .doc = "longest lag t of C(t), less than time; about 0.5/a if affordable"}};
+        {"warm_up", &Plan::warm_up, "before rods are recorded", "s", not_negative},
+        {"frame", &Plan::frame, "between samples; a multiple of the plate period, at which rods tilt", "s", positive},
+        {"time", &Plan::time, "recorded in each trial", "s", positive},
+        {"max_lag", &Plan::max_lag, "longest lag t of C(t), less than time; about 0.5/a if affordable", "s", positive},
+    };
     return rows;
 }
 

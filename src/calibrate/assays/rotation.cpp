@@ -70,27 +70,13 @@ template <>
 const std::vector<Row<calibrate::RotationPlan>>& schema<calibrate::RotationPlan>() {
     using Plan = calibrate::RotationPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .doc = "before angles are recorded"},
-        {.name = "frame",
-         .member = &Plan::frame,
-         .unit = "s",
-         .range = positive,
-         .doc = "between recorded angles; a rod turns by less than half a turn in it"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded in each trial"},
-        {.name = "min_lag",
-         .member = &Plan::min_lag,
-         .unit = "s",
-         .range = positive,
-         .doc = "shortest lag of the fit; longer than a rod keeps its rate of turning"},
-        {.name = "max_lag",
-         .member = &Plan::max_lag,
-         .unit = "s",
-         .range = positive,
-         .doc = "longest lag of the fit; less than time"}};
+        {"warm_up", &Plan::warm_up, "before angles are recorded", "s", not_negative},
+        {"frame", &Plan::frame, "between recorded angles; a rod turns by less than half a turn in it", "s", positive},
+        {"time", &Plan::time, "recorded in each trial", "s", positive},
+        {"min_lag", &Plan::min_lag, "shortest lag of the fit; longer than a rod keeps its rate of turning", "s",
+         positive},
+        {"max_lag", &Plan::max_lag, "longest lag of the fit; less than time", "s", positive},
+    };
     return rows;
 }
 

@@ -210,32 +210,14 @@ template <>
 const std::vector<Row<calibrate::ScatteringPlan>>& schema<calibrate::ScatteringPlan>() {
     using Plan = calibrate::ScatteringPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "cell",
-         .member = &Plan::cell,
-         .unit = "mm",
-         .range = positive,
-         .doc = "side of the periodic square with two rods; more than twice the range"},
-        {.name = "range",
-         .member = &Plan::range,
-         .unit = "mm",
-         .range = positive,
-         .doc = "distance of centres at which an encounter begins and ends; rods must not touch there"},
-        {.name = "max_duration",
-         .member = &Plan::max_duration,
-         .unit = "s",
-         .range = positive,
-         .doc = "longer encounters are cut off there; well below 1/a"},
-        {.name = "warm_up",
-         .member = &Plan::warm_up,
-         .unit = "s",
-         .range = not_negative,
-         .doc = "once, in random directions"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "of a trial, from warm_up on"},
-        {.name = "frame",
-         .member = &Plan::frame,
-         .unit = "s",
-         .range = positive,
-         .doc = "between samples of the positions; short compared to an encounter"}};
+        {"cell", &Plan::cell, "side of the periodic square with two rods; more than twice the range", "mm", positive},
+        {"range", &Plan::range, "distance of centres at which an encounter begins and ends; rods must not touch there",
+         "mm", positive},
+        {"max_duration", &Plan::max_duration, "longer encounters are cut off there; well below 1/a", "s", positive},
+        {"warm_up", &Plan::warm_up, "once, in random directions", "s", not_negative},
+        {"time", &Plan::time, "of a trial, from warm_up on", "s", positive},
+        {"frame", &Plan::frame, "between samples of the positions; short compared to an encounter", "s", positive},
+    };
     return rows;
 }
 

@@ -121,31 +121,19 @@ template <>
 const std::vector<Row<calibrate::ShearPlan>>& schema<calibrate::ShearPlan>() {
     using Plan = calibrate::ShearPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "waves",
-         .member = &Plan::waves,
-         .range = {.min = 1, .max = 1000},
-         .doc = "across the cell, integers, ascending: q = 2 pi waves/ly"},
-        {.name = "speed",
-         .member = &Plan::speed,
-         .unit = "mm/s",
-         .range = positive,
-         .doc = "initial amplitude at each release"},
-        {.name = "min_fraction",
-         .member = &Plan::min_fraction,
-         .range = {.min = 0.0, .max = 0.99, .min_open = true},
-         .doc = "of the initial amplitude, at which the fit of the decay ends"},
-        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
-        {.name = "hold", .member = &Plan::hold, .unit = "s", .range = not_negative, .doc = "before each release"},
-        {.name = "releases",
-         .member = &Plan::releases,
-         .range = {.min = 1, .max = 1000},
-         .doc = "of each wave, with alternating sign"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "recorded after each release"},
-        {.name = "frame",
-         .member = &Plan::frame,
-         .unit = "s",
-         .range = positive,
-         .doc = "between samples; a multiple of the plate period"}};
+        {"waves", &Plan::waves, "across the cell, integers, ascending: q = 2 pi waves/ly", "", within(1, 1000)},
+        {"speed", &Plan::speed, "initial amplitude at each release", "mm/s", positive},
+        {"min_fraction",
+         &Plan::min_fraction,
+         "of the initial amplitude, at which the fit of the decay ends",
+         "",
+         {.min = 0.0, .max = 0.99, .min_open = true}},
+        {"warm_up", &Plan::warm_up, "once, at the start", "s", not_negative},
+        {"hold", &Plan::hold, "before each release", "s", not_negative},
+        {"releases", &Plan::releases, "of each wave, with alternating sign", "", within(1, 1000)},
+        {"time", &Plan::time, "recorded after each release", "s", positive},
+        {"frame", &Plan::frame, "between samples; a multiple of the plate period", "s", positive},
+    };
     return rows;
 }
 

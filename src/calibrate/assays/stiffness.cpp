@@ -102,31 +102,18 @@ template <>
 const std::vector<Row<calibrate::StiffnessPlan>>& schema<calibrate::StiffnessPlan>() {
     using Plan = calibrate::StiffnessPlan;
     static const std::vector<Row<Plan>> rows{
-        {.name = "waves",
-         .member = &Plan::waves,
-         .range = {.min = 1, .max = 1000},
-         .doc = "of the force across the cell"},
-        {.name = "pushes",
-         .member = &Plan::pushes,
-         .unit = "mg mm/s^2",
-         .range = positive,
-         .doc = "two force amplitudes on a bead, ascending"},
-        {.name = "among_rods",
-         .member = &Plan::among_rods,
-         .doc = "with the rods of the setup, at each of their area fractions; false: beads alone"},
-        {.name = "torque",
-         .member = &Plan::torque,
-         .unit = "mg mm^2/s^2",
-         .range = positive,
-         .doc = "among rods: of the field that holds their directions across the force"},
-        {.name = "warm_up", .member = &Plan::warm_up, .unit = "s", .range = not_negative, .doc = "once, at the start"},
-        {.name = "settle",
-         .member = &Plan::settle,
-         .unit = "s",
-         .range = not_negative,
-         .doc = "after each change of the force, until sound has decayed: about 4 m rho/(Gamma + eta q^2)"},
-        {.name = "time", .member = &Plan::time, .unit = "s", .range = positive, .doc = "averaged under each force"},
-        {.name = "frame", .member = &Plan::frame, .unit = "s", .range = positive, .doc = "between samples"}};
+        {"waves", &Plan::waves, "of the force across the cell", "", within(1, 1000)},
+        {"pushes", &Plan::pushes, "two force amplitudes on a bead, ascending", "mg mm/s^2", positive},
+        {"among_rods", &Plan::among_rods,
+         "with the rods of the setup, at each of their area fractions; false: beads alone"},
+        {"torque", &Plan::torque, "among rods: of the field that holds their directions across the force",
+         "mg mm^2/s^2", positive},
+        {"warm_up", &Plan::warm_up, "once, at the start", "s", not_negative},
+        {"settle", &Plan::settle,
+         "after each change of the force, until sound has decayed: about 4 m rho/(Gamma + eta q^2)", "s", not_negative},
+        {"time", &Plan::time, "averaged under each force", "s", positive},
+        {"frame", &Plan::frame, "between samples", "s", positive},
+    };
     return rows;
 }
 

@@ -31,25 +31,14 @@ const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>() {
     using numerics::Grid;
     constexpr Range size{.min = 4, .max = 65536}, size_or_one{.min = 1, .max = 65536};
     static const std::vector<Row<Grid>> rows{
-        {.name = "nx",
-         .member = &Grid::nx,
-         .range = size,
-         .doc = "points along x, an even number; a one-dimensional grid lies along x, with ny = 1"},
-        {.name = "ny",
-         .member = &Grid::ny,
-         .range = size_or_one,
-         .doc = "points along y, an even number; 1: one-dimensional, nothing depends on y"},
-        {.name = "lx",
-         .member = &Grid::lx,
-         .unit = "mm",
-         .range = positive,
-         .doc = "side of the periodic cell along x"},
-        {.name = "ly",
-         .member = &Grid::ly,
-         .unit = "mm",
-         .range = positive,
-         .doc = "side of the periodic cell along y; with ny = 1 the width over which densities and shot noise are "
-                "averaged"}};
+        {"nx", &Grid::nx, "points along x, an even number; a one-dimensional grid lies along x, with ny = 1", "", size},
+        {"ny", &Grid::ny, "points along y, an even number; 1: one-dimensional, nothing depends on y", "", size_or_one},
+        {"lx", &Grid::lx, "side of the periodic cell along x", "mm", positive},
+        {"ly", &Grid::ly,
+         "side of the periodic cell along y; with ny = 1 the width over which densities and shot noise are "
+         "averaged",
+         "mm", positive},
+    };
     return rows;
 }
 
