@@ -180,15 +180,26 @@ class Rods:
 
     @cached_property
     def wakes(self):
-        """{Phi_b: (the flow around a rod, its speed in rings of 1 mm from 2.5 mm)}."""
-        found = {}
-        for beads in (0.5, 0.6, 0.7):
-            flow = table(self._kept("wake", f"wake-{beads}.csv"))
-            apart = np.hypot(flow["ahead_mm"], flow["left_mm"])
-            size = np.hypot(flow["along_mm_s"], flow["across_mm_s"])
-            found[beads] = flow, np.array(
-                [size[(apart >= ring) & (apart < ring + 1)].mean() for ring in RINGS])
-        return found
+        """{Phi_b: (the flow around a rod, its speeds in rings of 1 mm from 2.5 mm, their errors)}."""
+        return {beads: speeds_of(table(self._kept("wake", f"wake-{beads}.csv"))) for beads in (0.5, 0.6, 0.7)}
+
+
+def speeds_of(flow):
+    """A flow around a rod, and its root mean square in each ring with error.  The flow is its own mirror image; what
+    the two sides differ by is noise, whose square adds to that of the flow and is subtracted."""
+    ahead, left, along, across = (flow[name] for name in ("ahead_mm", "left_mm", "along_mm_s", "across_mm_s"))
+    place = {(round(x, 6), round(y, 6)): k for k, (x, y) in enumerate(zip(ahead, left))}
+    mirror = np.array([place.get((round(x, 6), round(-y, 6)), -1) for x, y in zip(ahead, left)])
+    noise = 0.5 * ((along - along[mirror])**2 + (across + across[mirror])**2)
+    square, apart = along**2 + across**2, np.hypot(ahead, left)
+    speeds, errors = [], []
+    for ring in RINGS:
+        inside = (mirror >= 0) & (apart >= ring) & (apart < ring + 1)
+        of_noise = noise[inside].mean()
+        speed = math.sqrt(max(square[inside].mean() - of_noise, 0.0))
+        speeds.append(speed)
+        errors.append(math.sqrt((2 * speed**2 * of_noise + 3 * of_noise**2) / inside.sum()) / max(2 * speed, 1e-9))
+    return flow, np.array(speeds), np.array(errors)
 
 
 RINGS = np.arange(2.5, 9.5)  # inner radii [mm]
@@ -326,9 +337,10 @@ def stray(rods):
 
 def wake(rods):
     """The flow of beads at 9 mm from a rod, relative to that at 3 mm, is stronger among .7 of beads than among .5."""
-    reach = {beads: speeds[-1] / speeds[0] for beads, (_, speeds) in rods.wakes.items()}
-    return Found.of(f"at 9 mm {numbers(reach.values())} of that at 3 mm among {numbers(reach, 'g')}",
-                    reach[0.7] > reach[0.5])
+    reach = {beads: speeds[-1] / speeds[0] for beads, (_, speeds, _) in rods.wakes.items()}
+    shown = ", ".join(f"{reach[beads]:.2f} ± {reach[beads] * math.hypot(*(errors / speeds)[[0, -1]]):.2f}"
+                      for beads, (_, speeds, errors) in rods.wakes.items())
+    return Found.of(f"at 9 mm {shown} of that at 3 mm among {numbers(reach, 'g')}", reach[0.7] > reach[0.5])
 
 
 def weathercock(rods):
@@ -354,7 +366,7 @@ def crossing(rods):
 def damping(rods):
     """The largest Gamma over area fractions of beads is at most a quarter more than the smallest."""
     found = rods.coefficient("damping_rate")["value"]
-    return Found.of(f"{numbers(found)} /s", max(found) < 1.25 * min(found))
+    return Found.of(f"{numbers(found, '.2g')} /s", max(found) < 1.25 * min(found))
 
 
 def chirality(rods):
