@@ -37,12 +37,6 @@ assert abs(series[0] / series[20] - 1) > 0.02
 assert 0 < correlation[0] and abs(correlation[16] / correlation[0]) < 1
 """),
     "paper": (11, """
-import json
-head = " ".join("".join(json.loads(Path("paper.ipynb").read_text(encoding="utf-8"))["cells"][0]["source"]).split())
-for kind in (0, 1):
-    found = paper.counts(rows, kind)
-    assert sum(found.values()) == len(rows) == 19
-    assert f"{found[paper.AGREES]} agree, {found[paper.IN_PART]} agree in part, {found[paper.MISSES]} miss" in head
 verdict = {(figure, says): [one.verdict for one in found] for figure, says, _, *found in rows}
 assert verdict["2k-n", "order at .60 of beads, none at .20"] == 2 * [paper.IN_PART]
 crossing = "α/Γ grows, a/λ falls, they cross", "flocks begin where they cross"
@@ -109,6 +103,18 @@ def a_kernel_that_is_this_python(tmp_path, monkeypatch):
     # Without this a kernel called python3 is always the one that ipykernel brings: here the same, elsewhere not.
     monkeypatch.setattr(KernelSpecManager, "ensure_native_kernel", False)
     assert KernelSpecManager().get_kernel_spec("python3").argv == command
+
+
+def test_the_head_of_the_paper_counts_its_verdicts():
+    sys.path.insert(0, str(FOLDER.parent / "tests" / "bench" / "particles"))
+    import verdicts
+    head = " ".join(nbformat.read(FOLDER / "paper.ipynb", as_version=4).cells[0].source.split())
+    rows = verdicts.verdicts()
+    for kind in (0, 1):
+        found = verdicts.counts(rows, kind)
+        assert sum(found.values()) == len(rows) == 19 and f"Of {len(rows)} claims" in head
+        assert (f"{found[verdicts.AGREES]} agree, {found[verdicts.IN_PART]} agree in part, "
+                f"{found[verdicts.MISSES]} miss") in head
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

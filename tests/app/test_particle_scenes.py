@@ -6,6 +6,7 @@ of any length has.
 """
 import math
 import re
+import sys
 import tomllib
 
 import h5py
@@ -134,6 +135,13 @@ def test_paired_scenes_differ_only_in_their_beads(rich, poor):
     one, other = scene_of(rich), scene_of(poor)
     assert one["beads"].pop("area_fraction") == pytest.approx(3.0 * other["beads"].pop("area_fraction"))
     assert one == other
+
+
+def test_the_settings_of_studies_make_matched_rods_those_of_the_paper_as_printed():
+    sys.path.insert(0, str(MODELS.parent / "tests" / "bench" / "particles"))
+    from flocks import RODS
+    made = drover_package.Scene.load(MODELS / "bead-flock.toml").set(RODS["printed"]).to_toml()
+    assert made == drover_package.Scene.load(MODELS / "paper-flock.toml").to_toml()
 
 
 @pytest.mark.parametrize("scene", SCENES)
