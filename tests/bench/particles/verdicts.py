@@ -331,8 +331,13 @@ def flow_and_order(rods):
 def stray(rods):
     """Stray rods that touch none turn back, by three errors; with the mean flow of beads held they do not."""
     (_, free, free_error), (_, held, held_error) = rods.strays["free"], rods.strays["held"]
-    return Found.of(f"{free:.3f} ± {free_error:.3f} rad/s times sin of the angle; {held:.3f} ± {held_error:.3f} with "
-                    "the beads held", free > 3 * free_error, abs(held) < 3 * held_error)
+    header = (rods.folder / "stray" / "turning-free.csv").read_text(encoding="utf-8")
+    flow = float(header.split("along the order: ")[1].split()[0])
+    single = rods.coefficient("weathercock_single")
+    at = single["beads"].index(0.6)
+    return Found.of(f"{free:.3f} ± {free_error:.3f} rad/s times sin of the angle (lambda_s v of single rods: "
+                    f"{single['value'][at] * flow:.3f} ± {single['error'][at] * flow:.3f}); {held:.3f} ± "
+                    f"{held_error:.3f} with the beads held", free > 3 * free_error, abs(held) < 3 * held_error)
 
 
 def wake(rods):
