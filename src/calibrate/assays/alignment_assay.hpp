@@ -1,4 +1,4 @@
-// calibrate/alignment_assay.hpp: alignment of rods by contacts, without the flow that they drive.
+// calibrate/assays/alignment_assay.hpp: alignment of rods by contacts, without the flow that they drive.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

@@ -1,4 +1,4 @@
-// calibrate/damping.hpp: damping of bead flow by the plates.
+// calibrate/assays/damping.hpp: damping of bead flow by the plates.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

@@ -1,4 +1,4 @@
-// calibrate/diffusion.hpp: self-diffusion of beads and of single rods from mean-square displacements.
+// calibrate/assays/diffusion.hpp: self-diffusion of beads and of single rods from mean-square displacements.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

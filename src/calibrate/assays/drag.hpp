@@ -1,4 +1,4 @@
-// calibrate/drag.hpp: speed at which aligned rods drag the beads.
+// calibrate/assays/drag.hpp: speed at which aligned rods drag the beads.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

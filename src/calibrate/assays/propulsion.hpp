@@ -1,4 +1,4 @@
-// calibrate/propulsion.hpp: speed of single rods in the bed.
+// calibrate/assays/propulsion.hpp: speed of single rods in the bed.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

@@ -1,4 +1,4 @@
-// calibrate/relaxation.hpp: rotational diffusion of single rods in the bed.
+// calibrate/assays/relaxation.hpp: rotational diffusion of single rods in the bed.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

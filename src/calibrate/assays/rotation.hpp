@@ -1,4 +1,4 @@
-// calibrate/rotation.hpp: rotational diffusion of single rods from mean-square angles.
+// calibrate/assays/rotation.hpp: rotational diffusion of single rods from mean-square angles.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

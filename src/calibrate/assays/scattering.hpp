@@ -1,4 +1,4 @@
-// calibrate/scattering.hpp: alignment by contacts from collisions of two rods.
+// calibrate/assays/scattering.hpp: alignment by contacts from collisions of two rods.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

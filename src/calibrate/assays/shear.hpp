@@ -1,4 +1,4 @@
-// calibrate/shear.hpp: shear viscosity of the beads.
+// calibrate/assays/shear.hpp: shear viscosity of the beads.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

@@ -1,4 +1,4 @@
-// calibrate/stiffness.hpp: response of the bead density to a force.
+// calibrate/assays/stiffness.hpp: response of the bead density to a force.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

@@ -1,4 +1,4 @@
-// calibrate/weathercock.hpp: rotation of rods by bead flow.
+// calibrate/assays/weathercock.hpp: rotation of rods by bead flow.
 #pragma once
 #include "drover/base/schema.hpp"
 #include "drover/calibrate/assay.hpp"

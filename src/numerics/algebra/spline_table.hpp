@@ -1,4 +1,4 @@
-// numerics/spline_table.hpp: a smooth function of one or two numbers through values on a rectangular mesh.
+// numerics/algebra/spline_table.hpp: a smooth function of one or two numbers through values on a rectangular mesh.
 #pragma once
 #include <vector>
 

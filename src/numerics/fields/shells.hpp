@@ -1,4 +1,5 @@
-// numerics/shells.hpp: shells of |q|, sectors of its direction, and box windows; shared by measurement and theory.
+// numerics/fields/shells.hpp: shells of |q|, sectors of its direction, and box windows; shared by measurement and
+// theory.
 #pragma once
 #include <span>
 #include <vector>

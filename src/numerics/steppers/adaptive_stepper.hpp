@@ -1,4 +1,4 @@
-// numerics/adaptive_stepper.hpp: steps of fixed length, divided so that each part meets a tolerance.
+// numerics/steppers/adaptive_stepper.hpp: steps of fixed length, divided so that each part meets a tolerance.
 #pragma once
 #include <map>
 #include <memory>

@@ -1,4 +1,4 @@
-// numerics/effort.hpp: the work of a run, and what estimates of its errors may take of it.
+// numerics/steppers/effort.hpp: the work of a run, and what estimates of its errors may take of it.
 #pragma once
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// numerics/sundials_stepper.hpp: systems without noise integrated by CVODE and ARKODE of SUNDIALS.
+// numerics/steppers/sundials_stepper.hpp: systems without noise integrated by CVODE and ARKODE of SUNDIALS.
 #pragma once
 #include <cstdint>
 #include <memory>
