@@ -42,6 +42,16 @@ assert verdict["2k-n", "order at .60 of beads, none at .20"] == 2 * [paper.IN_PA
 crossing = "α/Γ grows, a/λ falls, they cross", "flocks begin where they cross"
 assert all(verdict["7b", says][0] == paper.AGREES for says in crossing)
 assert min(printed.plane[0.6, 0.11]) > 0.8 and max(printed.plane[0.2, 0.11]) < 0.35
+assert abs(paper.half_order(printed, 0.11) - float(printed.onset.groups["curves"]["mean"][0])) < 0.1
+missed = [figure for figure, _, _, _, found in rows if found.verdict == paper.MISSES]
+assert missed == ["2a", "3a-d", "3e-f", "S: flow", "Methods"]  # of the matched rods
+(_, free, free_error), (_, held, held_error) = matched.strays["free"], matched.strays["held"]
+assert free > 5 * free_error and abs(held) < 3 * held_error
+spread = {beads: paper.spread_of(matched, beads)[1] for beads in (0.2, 0.4, 0.6)}
+assert spread[0.2][-1] > 1.5 and spread[0.4][-1] > 1.2 and abs(spread[0.6] - 1).max() < 0.1
+about = [series["rod_velocity_azimuthal"][series["time"] > 30].mean() for _, series in matched.flowers.values()]
+assert min(sum(value > 1 for value in about), sum(value < -1 for value in about)) >= 4
+assert 0.5 < matched.order("matched-dense") < 0.9
 """),
     "theory-and-stability": (4, """
 assert abs(crossing / q_c - 1) < 0.005  # the theory has discrete wavenumbers

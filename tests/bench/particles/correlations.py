@@ -14,10 +14,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from flocks import RODS, Stopped, remove, run_or_resume, said, write
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from studies import version_of  # noqa: E402
+from flocks import RODS, Stopped, keep
 
 BEADS = (0.2, 0.4, 0.6)
 WHOLE = ("polar_order", "polar_order_binder", "polar_order_susceptibility", "bead_velocity_along_order")
@@ -49,7 +46,6 @@ def main():
     parser.add_argument("--seconds", type=float, default=200.0)
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
-    version = version_of(arguments.drover)
     for beads in arguments.beads:
         table = arguments.output / f"correlations-{beads}.csv"
         if table.exists():
@@ -57,14 +53,10 @@ def main():
         settings = {"beads.area_fraction": beads, "cell.lx": 90.0, "cell.ly": 90.0,
                     "time.end": arguments.seconds, "output.frame_every": 10.0, "output.sample_every": 0.1025,
                     **RODS[arguments.rods]}
-        archive = table.with_suffix(".h5")
         try:
-            run_or_resume(arguments.drover, "bead-flock", settings, archive)
+            keep(arguments.drover, table, "bead-flock", settings, rows_of)
         except Stopped:
             return 3
-        write(table, f"# bead-flock.toml {said(settings)}; {version}\n", list(rows_of(archive)))
-        remove(archive)
-        print(table, flush=True)
     return 0
 
 

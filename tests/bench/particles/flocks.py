@@ -190,6 +190,15 @@ def write(path, header, rows):
     beside.replace(path)
 
 
+def keep(program, table, scene, settings, rows_of):
+    """Runs a scene, or goes on where it was stopped, and keeps rows_of(archive) as a table in place of the archive."""
+    archive = table.with_suffix(".h5")
+    run_or_resume(program, scene, settings, archive)
+    write(table, f"# {scene}.toml {said(settings)}; {version_of(program)}\n", list(rows_of(archive)))
+    remove(archive)
+    print(table, flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drover", required=True, help="the program")

@@ -4,8 +4,8 @@ kept runs meet it: those of its rods as printed and those of the matched rods.
 Usage: verdicts.py [--data FOLDER]
 
 Prints a row for each claim; notebooks/paper.ipynb shows the same rows below its pictures.  A claim agrees, agrees in
-part or misses; its criterion is in its docstring and was the same before the runs of either kind of rods.  A claim
-whose runs are not kept is "not run"."""
+part or misses; its criterion is in its docstring and is the same for both kinds of rods.  A claim whose runs are
+not kept is "not run"."""
 import argparse
 import csv
 import json

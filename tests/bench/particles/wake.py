@@ -13,23 +13,20 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from flocks import RODS, Stopped, remove, run_or_resume, said, write
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from studies import version_of  # noqa: E402
+from flocks import RODS, Stopped, keep
 
 BEADS = (0.5, 0.6, 0.7)
 
 
 def flow(archive):
-    """Columns: place ahead of the rod and to its left, velocity along and across it."""
+    """Rows: place ahead of the rod and to its left, velocity along and across it."""
     with h5py.File(archive) as file:
         summary = file["summary"]
         along, across = (summary[f"flow_velocity_{part}"] for part in ("along", "across"))
         axes = [along.dims[axis][0][()] for axis in (0, 1)]
         x, y = np.meshgrid(*axes, indexing="ij")
         columns = np.column_stack([part.ravel() for part in (x, y, along[()], across[()])])
-    return columns[np.isfinite(columns).all(axis=1)]
+    return [["ahead_mm", "left_mm", "along_mm_s", "across_mm_s"], *columns[np.isfinite(columns).all(axis=1)]]
 
 
 def main():
@@ -40,7 +37,6 @@ def main():
     parser.add_argument("--seconds", type=float, default=200.0)
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
-    version = version_of(arguments.drover)
     for beads in BEADS:
         table = arguments.output / f"wake-{beads}.csv"
         if table.exists():
@@ -48,16 +44,10 @@ def main():
         settings = {"beads.area_fraction": beads, "cell.lx": 27.0, "cell.ly": 27.0, "forces.hold_beads": True,
                     "time.end": arguments.seconds, "output.frame_every": 0.1, "output.sample_every": 0.1,
                     **RODS[arguments.rods]}
-        archive = table.with_suffix(".h5")
         try:
-            run_or_resume(arguments.drover, "rod-in-beads", settings, archive)
+            keep(arguments.drover, table, "rod-in-beads", settings, flow)
         except Stopped:
             return 3
-        columns = flow(archive)
-        remove(archive)
-        write(table, f"# rod-in-beads.toml {said(settings)}; {version}\n",
-              [["ahead_mm", "left_mm", "along_mm_s", "across_mm_s"], *columns])
-        print(table, len(columns), flush=True)
     return 0
 
 
