@@ -106,6 +106,17 @@ Eigen::VectorXd Equations::uniform_rate_sizes(const UniformState& at) const {
     return sizes;
 }
 
+Eigen::MatrixXd Equations::uniform_slopes(const UniformState& at) const {
+    const CompiledEquations& c = *compiled_;
+    const std::vector<double> slots = c.slots_at(c.completed(at));
+    Symbol m = Symbol::Zero(c.components, c.components);
+    for (const Term& term : c.terms)
+        c.visit_slopes(term, slots, [&m](int row, const Derivative& derivative, double coefficient) {
+            if (derivative.order == Order{}) m(row, derivative.component) += coefficient;
+        });
+    return c.eliminated(m)(c.state, c.state).real();
+}
+
 Eigen::VectorXd CompiledEquations::uniform_rates(const UniformState& given, const std::vector<double>& factors,
                                                  Eigen::VectorXd* sizes) const {
     const UniformState at = balanced(given);

@@ -110,7 +110,7 @@ UniformEquations::Vector UniformEquations::values(const Vector& z) const {
 UniformEquations::Matrix UniformEquations::jacobian(const Vector& z) const {
     Matrix j(count() + conserved_.rows(), count());
     try {
-        j << model::LinearisedAt(equations_, state_of(z)).symbol({}).real(), conserved_;
+        j << equations_.uniform_slopes(state_of(z)), conserved_;
     } catch (const Error&) {  // an iterate outside the domain of a function, such as a root of a density below 0
         j.setConstant(std::numeric_limits<double>::quiet_NaN());
     }
