@@ -268,7 +268,7 @@ TEST(PhaseBoundaryStatistics, bands_cover_the_true_line_as_often_as_stated) {
             t.columns["weathercock.strength"].errors.push_back(0.01 + 0.005 * rho);
         }
     Threads threads(2);
-    const numerics::ContourOptions coarse{.cells = 12, .chord = 1e-3};
+    const numerics::ContourOptions coarse{.cells = 6, .chord = 1e-3};
     const std::vector<Uncertain> uncertain = table_errors(truth.model);
     ASSERT_EQ(uncertain.size(), 36u);
     constexpr int trials = 200;
