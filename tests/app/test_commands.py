@@ -1,5 +1,4 @@
 """tests/app/test_commands.py: the output of each command, and what a diverging run leaves behind."""
-import itertools
 import json
 import math
 import os
@@ -208,31 +207,6 @@ def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_j
 
 
 @not_sanitized
-def test_every_key_of_the_schema_is_accepted_and_its_range_is_enforced(tmp_path):
-    (tmp_path / "empty.toml").write_text("")
-    (tmp_path / "own.toml").write_text(
-        '[[field]]\nsymbol = "u"\n[[white_noise]]\nsymbol = "xi"\n[equations]\nu = "-u"\n'
-        '[[tabulated]]\nsymbol = "a"\nof = ["u"]\nfirst = [0, 1]\nvalues = [1, 2]\n')
-    own = {f"{section['name']}.{row['name']}" for section in drover_json(tmp_path, "schema")
-           if section.get("kinds") == ["model"] for row in section["rows"]}
-    without_default = ("[field].symbol", "[white_noise].symbol",
-                       *(f"[tabulated].{key}" for key in ("symbol", "of", "first", "values")))
-    rows = [("own.toml", re.sub(r"^\[(\w+)\]", r"\1[1]", key), row) if key in own else ("empty.toml", key, row)
-            for key, row in schema(tmp_path).items() if key not in without_default]
-    for _, table in itertools.groupby(rows, key=lambda row: (row[0], row[1].partition(".")[0])):
-        settings = [(scene, f"{key}={json.dumps(row['default'])}") for scene, key, row in table]
-        drover(tmp_path, "check", settings[0][0], *(word for _, setting in settings for word in ("--set", setting)))
-    for scene, key, row in rows:
-        beyond = [row["min"] - 1] if "min" in row else [row["more_than"]] if "more_than" in row else []
-        beyond += [row["max"] * 2 + 1] if "max" in row else []
-        beyond += ["nan", "inf"] if row["type"] == "a number" else []
-        beyond += ['"a word like no other"'] if "choices" in row else []
-        for value in beyond:
-            value = int(value) if row["type"] == "an integer" else value
-            ended = drover(tmp_path, "check", scene, "--set", f"{key}={value}", status=2)
-            assert f"{key} = " in ended.stderr and "expected" in ended.stderr, ended.stderr
-
-
 def test_run_and_info_report_the_same(tmp_path):
     write_scene(tmp_path, {**BRIEF, "time.end": 100.0})
     ran = drover_json(tmp_path, "run", "flock.toml")
