@@ -52,8 +52,9 @@ def test_the_terminal_shows_at_most_twenty_lines(page, monkeypatch, capsys):
 def test_the_kept_start_is_a_flock_and_stays_one(page):
     sentence = page[1][0].sentence
     order, flow = (float(number) for number in re.findall(r"(?:order is|velocities) (0\.\d+)", sentence))
-    # P = 0.8 in the run that the start comes from; bodies that fell or overlapped would stop within the first beats.
-    assert order > 0.7 and flow > 0.3
+    # P = 0.9 in the run that the start comes from; bodies that fell or overlapped would stop within the first beats.
+    # Directions of 2400 beads by chance have an order of 0.02.
+    assert order > 0.7 and flow > 0.15
 
 
 def test_the_map_shows_densities_that_are_not_negative(page):

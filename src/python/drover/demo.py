@@ -19,10 +19,9 @@ from drover.error import status_of
 from drover.figures.paper import STYLE
 from drover.text import printable
 
-FIELDS, PARTICLES, START = "noisy-flock.toml", "bead-flock.toml", "bead-flock-start.h5"
+FIELDS, PARTICLES, START = "noisy-flock.toml", "paper-flock.toml", "paper-flock-start.h5"
 TABLE, FLOCKS = "matched.calibration/table.h5", "matched.calibration/flocks.csv"
-POINT = 0.60, 0.11                       # area fractions of the particles
-SECONDS, EVERY, RATE = 6.0, 0.1, 20      # s of the particles, s between pictures, pictures per second
+SECONDS, EVERY, RATE = 4.0, 0.1, 16      # s of the particles, s between pictures, pictures per second
 PROGRAM = "build/release/drover"
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>drover: flocks carried by a passive medium</title>
@@ -102,12 +101,13 @@ def particles(run, film):
     draw_wheel(figure, (0.80, 0.70, 0.14, 0.14 * 7.4 / 5.6))
     poster = film.with_suffix(".png")
     picture(figure, poster, "")
-    sentence = (f"Particles: {counts[0]} rods among {counts[1]} beads, at the area fractions .11 and .60, move in one "
-                f"direction: their polar order is {order:.2f} and that of the bead velocities {flow:.2f}. The run "
-                f"continues a flock that formed from disorder, for {run.time:g} s; rods are coloured by direction.")
+    sentence = (f"Particles: {counts[0]} rods among {counts[1]} beads, at the area fractions .11 and .60 and with the "
+                f"numbers of Kumar et al. (2014), move in one direction: their polar order is {order:.2f} and that of "
+                f"the bead velocities {flow:.2f}. The run continues a flock that formed from disorder, for "
+                f"{run.time:g} s; rods are coloured by direction.")
     return Part("Rods and beads", f'<video src="{film.name}" poster="{poster.name}" controls autoplay muted loop '
-                "playsinline></video>", sentence, f"{PROGRAM} run models/bead-poor.toml --set time.end=20     "
-                "# a third of the beads: half of the order")
+                "playsinline></video>", sentence, f"{PROGRAM} run models/paper-poor.toml --set time.end=20     "
+                "# a third of the beads: no flock")
 
 
 def fields(run, output):
@@ -153,16 +153,13 @@ def boundary(models, output):
     keys, points = onset_figure.draw_onset(axes, field, runs)
     bar = figure.colorbar(points, cax=figure.add_axes((0.84, 0.10, 0.03, 0.72)))
     bar.set_label("polar order of the particles $P$")
-    is_here = (runs["bead_area_fraction"] == POINT[0]) & (runs["rod_area_fraction"] == POINT[1])
-    axes.annotate("the film above", POINT, (0, 9), textcoords="offset points", ha="center", fontsize=8.5)
-    assert is_here.sum() == 1
     figure.legend(handles=keys, loc="upper left", bbox_to_anchor=(0.1, 0.995), ncol=1, frameon=False)
     rods = line["line_rod_fraction"].values
     at = int(numpy.abs(rods - 0.05).argmin())
     place, error = float(line["mean"][at]), float(line["mean_error"][at])
-    sentence = (f"Theory: from coefficients measured on particles, flocks are predicted above a bead area fraction of "
-                f"{place:.2f} ± {error:.2f} where rods cover {rods[at]:.2f}; the experiment of Kumar et al. (2014) "
-                f"found {0.65 - 2 * rods[at]:.2f}.")
+    sentence = (f"Theory: from coefficients measured on particles, here rods with the speed of those in the experiment, "
+                f"flocks are predicted above a bead area fraction of {place:.2f} ± {error:.2f} where rods cover "
+                f"{rods[at]:.2f}; the experiment found {0.65 - 2 * rods[at]:.2f}.")
     shape = ' class="narrow"'
     return Part("Where flocks begin", picture(figure, output / "threshold.png", "flocking threshold with its error",
                                               shape), sentence,

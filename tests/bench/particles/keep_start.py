@@ -1,7 +1,7 @@
 """keep_start.py ARCHIVE FRAME START: writes one frame of a particle run as a small file for packing.file.
 
-models/bead-flock-start.h5 is frame 40 (t = 80 s) of `drover run models/bead-flock.toml`; models/paper-flock-start.h5 is
-the last frame, at 60 s, of start.h5, which stray.py makes of the rods as printed:
+models/bead-flock-start.h5 is frame 40 (t = 80 s) of `drover run models/bead-flock.toml`, models/paper-flock-start.h5
+frame 30 (t = 60 s) of `drover run models/paper-flock.toml`:
 
     keep_start.py bead-flock.h5 40 models/bead-flock-start.h5
 
