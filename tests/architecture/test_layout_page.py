@@ -42,3 +42,10 @@ def test_every_file_that_it_names_is_there():
                  *(ROOT / "src").rglob(Path(file).name), *(ROOT / "include").rglob(Path(file).name),
                  *(ROOT / "tests").rglob(Path(file).name)]
         assert any(path.is_file() for path in found), file
+
+
+def test_every_model_that_a_page_names_is_in_the_repository():
+    tracked = rules.tracked_files(ROOT)
+    pages = [(ROOT / path).read_text(encoding="utf-8") for path in tracked if path.suffix == ".md"]
+    named = {Path(name) for page in pages for name in re.findall(r"\bmodels/[\w./-]+\.(?:toml|h5|csv)\b", page)}
+    assert len(named) > 20 and not named - set(tracked)

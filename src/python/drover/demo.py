@@ -157,9 +157,9 @@ def boundary(models, output):
     rods = line["line_rod_fraction"].values
     at = int(numpy.abs(rods - 0.05).argmin())
     place, error = float(line["mean"][at]), float(line["mean_error"][at])
-    sentence = (f"Theory: from coefficients measured on particles, here rods with the speed of those in the experiment, "
-                f"flocks are predicted above a bead area fraction of {place:.2f} ± {error:.2f} where rods cover "
-                f"{rods[at]:.2f}; the experiment found {0.65 - 2 * rods[at]:.2f}.")
+    sentence = (f"Theory: from coefficients measured on particles, here rods with the speed of those in the "
+                f"experiment, flocks are predicted above a bead area fraction of {place:.2f} ± {error:.2f} where rods "
+                f"cover {rods[at]:.2f}; the experiment found {0.65 - 2 * rods[at]:.2f}.")
     shape = ' class="narrow"'
     return Part("Where flocks begin", picture(figure, output / "threshold.png", "flocking threshold with its error",
                                               shape), sentence,
