@@ -376,6 +376,8 @@ def damping(rods):
 
 def chirality(rods):
     """As many flowers turn one way as the other, within two deviations of even chances."""
+    if len(rods.flowers) < 5:  # four that all turn one way are two deviations from even chances
+        raise NotKept("flower-5")
     about = [series["rod_velocity_azimuthal"][series["time"] > 30].mean() for _, series in rods.flowers.values()]
     one, other = sum(value > 1 for value in about), sum(value < -1 for value in about)
     return Found.of(f"faster than 1 mm/s: {one} counter-clockwise, {other} clockwise of {len(about)}",
