@@ -139,12 +139,13 @@ TEST(Campaign, goes_on_when_more_is_wanted) {
 TEST(Campaign, processes_share_the_units_and_none_runs_twice) {
     const Folder folder;
     constexpr int shares = 4;
-    constexpr std::size_t count = 60;
+    constexpr std::size_t count = 24;
+    constexpr auto each = std::chrono::milliseconds(200);  // so that a look at the records is cheap beside a unit
     std::vector<pid_t> children;
     for (int i = 1; i <= shares; ++i) {
         const pid_t child = ::fork();
         if (child == 0) {
-            Units units(folder, count, std::chrono::milliseconds(30));
+            Units units(folder, count, each);
             run_campaign(units.plan(), options(folder, {.number = i, .count = shares}));
             ::_exit(0);
         }
