@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rejection import rejected
 from support import (DROVER, MODELS, SMALL, assert_same_bytes, checkpoint_step, checkpoints, drover, drover_json,
-                     environment, not_sanitized, scene_text, settings, write_scene)
+                     environment, scene_text, settings, write_scene)
 
 COMMANDS = {
     "run": ["scene", "--set", "--output", "--threads", "--overwrite", "--json", "--quiet"],
@@ -206,7 +206,6 @@ def test_the_text_of_the_schema_is_a_scene_of_all_defaults_and_agrees_with_its_j
                                                              "true or false")
 
 
-@not_sanitized
 def test_run_and_info_report_the_same(tmp_path):
     write_scene(tmp_path, {**BRIEF, "time.end": 100.0})
     ran = drover_json(tmp_path, "run", "flock.toml")
