@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "dem/bodies/rotation.hpp"
@@ -79,14 +80,18 @@ void move_freely(Rod& rod, const Shape& shape, const Vector& acceleration, doubl
 /// Overlaps of a rod with the plates, from tail to head, of each sphere the base before the lid.
 void find_plates(const Rod& rod, const RodKind& kind, const PlateState& base, const PlateMotion& plates,
                  std::vector<RodPlateOverlap>& found) {
-    const Shape& shape = kind.shape;
     const double low = base.height - rod.position.z,
                  high = plates.lid() ? base.height + plates.gap() - rod.position.z : never;
     found.clear();
-    for (const std::uint32_t k : kind.bearing) {
-        const double z = shape.at[k] * rod.axis.z, radius = shape.radius[k];
-        if (z - radius < low) found.push_back({k, 1.0, low - z + radius});
-        if (z + radius > high) found.push_back({k, -1.0, z + radius - high});
+    for (std::size_t four = 0; four < kind.at.size(); ++four) {  // at a time, as most meet no plate
+        const Vec4d z = kind.at[four] * rod.axis.z, radius = kind.radius[four];
+        unsigned meet = bits((z - radius < low) | (z + radius > high));
+        for (; meet != 0; meet &= meet - 1) {
+            const int k = std::countr_zero(meet);
+            const std::uint32_t sphere = kind.bearing[4 * four + static_cast<std::size_t>(k)];
+            if (z[k] - radius[k] < low) found.push_back({sphere, 1.0, low - z[k] + radius[k]});
+            if (z[k] + radius[k] > high) found.push_back({sphere, -1.0, z[k] + radius[k] - high});
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 #include "dem/flight/rod_flight.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "dem/bodies/rotation.hpp"
 #include "dem/impact/closing_time.hpp"
@@ -144,7 +145,8 @@ void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, c
 }  // namespace
 
 RodKind make_rod_kind(const Shape& shape, double restitution, double friction, bool all_bear) {
-    RodKind kind{.shape = shape, .bearing = {}, .restitution = restitution, .friction = friction};
+    RodKind kind{
+        .shape = shape, .bearing = {}, .at = {}, .radius = {}, .restitution = restitution, .friction = friction};
     const std::size_t count = shape.at.size();
     for (std::size_t k = 0; k < count; ++k) {
         // A sphere inside the cone of two others does not reach the hull.
@@ -154,7 +156,16 @@ RodKind make_rod_kind(const Shape& shape, double restitution, double friction, b
                 const double part = (shape.at[k] - shape.at[i]) / (shape.at[j] - shape.at[i]);
                 covered = shape.radius[k] <= (1.0 - part) * shape.radius[i] + part * shape.radius[j] + 1e-12;
             }
-        if (!covered) kind.bearing.push_back(static_cast<std::uint32_t>(k));
+        if (covered) continue;
+        const std::size_t place = kind.bearing.size() % 4;
+        if (place == 0) {
+            constexpr double none = -std::numeric_limits<double>::infinity();
+            kind.at.emplace_back();
+            kind.radius.push_back(Vec4d{none, none, none, none});
+        }
+        kind.at.back()[place] = shape.at[k];
+        kind.radius.back()[place] = shape.radius[k];
+        kind.bearing.push_back(static_cast<std::uint32_t>(k));
     }
     return kind;
 }

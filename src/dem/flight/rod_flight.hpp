@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "dem/bodies/plate_motion.hpp"
+#include "dem/bodies/vec4d.hpp"
 #include "dem/impact/impact.hpp"
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/world.hpp"
@@ -14,6 +15,7 @@ namespace drover::dem {
 struct RodKind {
     Shape shape;
     std::vector<std::uint32_t> bearing;  ///< spheres that can touch a plate, from tail to head
+    std::vector<Vec4d> at, radius;       ///< the same of `bearing`, four by four; beyond the last: 0 and -infinity
     double restitution = 0.0, friction = 0.0;
 };
 /// The bearing spheres are all, or those on the convex hull (rods.bearing).  In exact contact no other sphere can touch
