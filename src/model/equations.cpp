@@ -106,17 +106,6 @@ Eigen::VectorXd Equations::uniform_rate_sizes(const UniformState& at) const {
     return sizes;
 }
 
-Eigen::MatrixXd Equations::uniform_slopes(const UniformState& at) const {
-    const CompiledEquations& c = *compiled_;
-    const std::vector<double> slots = c.slots_at(c.completed(at));
-    Symbol m = Symbol::Zero(c.components, c.components);
-    for (const Term& term : c.terms)
-        c.visit_slopes(term, slots, [&m](int row, const Derivative& derivative, double coefficient) {
-            if (derivative.order == Order{}) m(row, derivative.component) += coefficient;
-        });
-    return c.eliminated(m)(c.state, c.state).real();
-}
-
 Eigen::VectorXd CompiledEquations::uniform_rates(const UniformState& given, const std::vector<double>& factors,
                                                  Eigen::VectorXd* sizes) const {
     const UniformState at = balanced(given);
@@ -203,10 +192,15 @@ Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wa
 }
 
 Symbol Equations::symbol(const UniformState& about, const Wavevector& q) const {
-    Symbol m = Symbol::Zero(components(), components());
-    for (std::size_t n = 0; n < terms().size(); ++n) m += term_symbol(n, about, q);
-    compiled_->add_pressure(m, q);
-    return compiled_->eliminated(m);
+    const CompiledEquations& c = *compiled_;
+    const std::vector<double> slots = c.slots_at(c.completed(about));
+    Symbol m = Symbol::Zero(c.components, c.components);
+    for (const Term& term : c.terms)
+        c.visit_slopes(term, slots, [&](int row, const Derivative& derivative, double coefficient) {
+            m(row, derivative.component) += coefficient * factor_of(derivative.order, q);
+        });
+    c.add_pressure(m, q);
+    return c.eliminated(m);
 }
 
 std::string Equations::latex(std::size_t index) const {

@@ -110,7 +110,8 @@ UniformEquations::Vector UniformEquations::values(const Vector& z) const {
 UniformEquations::Matrix UniformEquations::jacobian(const Vector& z) const {
     Matrix j(count() + conserved_.rows(), count());
     try {
-        j << equations_.uniform_slopes(state_of(z)), conserved_;
+        const std::vector<int>& state = equations_.state_components();
+        j << equations_.symbol(state_of(z), {})(state, state).real(), conserved_;
     } catch (const Error&) {  // an iterate outside the domain of a function, such as a root of a density below 0
         j.setConstant(std::numeric_limits<double>::quiet_NaN());
     }
@@ -152,7 +153,7 @@ bool UniformEquations::waves_turn(const model::UniformState& state, double angle
     const double c = std::cos(angle), s = std::sin(angle);
     const auto symbol = [this](const model::UniformState& about, const numerics::Wavevector& at) -> model::Symbol {
         const std::vector<int>& members = equations_.state_components();
-        return equations_.symbol(equations_.completed(about), at)(members, members);
+        return equations_.symbol(about, at)(members, members);
     };
     const model::Symbol expected = symbol(state, q),
                         found = symbol(turned_state(model(), state, angle), {c * q.x - s * q.y, s * q.x + c * q.y});

@@ -49,10 +49,8 @@ public:
     Eigen::VectorXd uniform_rates(const UniformState& at, const std::vector<double>& factors = {}) const;
     /// For each component the sum of the absolute values of its terms in a uniform state: rounding is relative to it.
     Eigen::VectorXd uniform_rate_sizes(const UniformState& at) const;
-    /// The derivatives of the rates in a uniform state by the components of a state, also through fields in balance:
-    /// LinearisedAt::symbol at q = 0, for searches that need no other q.  Throws as LinearisedAt.
-    Eigen::MatrixXd uniform_slopes(const UniformState& at) const;
     /// The linearisation about any uniform state.  Fields in balance are eliminated: their rows and columns are zero.
+    /// LinearisedAt is faster for many q.
     /// Throws an input Error for a term that depends on position or time.
     Symbol symbol(const UniformState& about, const numerics::Wavevector& q) const;
     /// The mass of a field in a uniform state, at x = y = t = 0; 1 unless it varies.
