@@ -117,7 +117,7 @@ void add_calibrate(CLI::App& program, Action& action) {
                        .status = "Print how far all processes have come: measurements and trials done, trials failed "
                                  "and running, their rate and the time left",
                        .slurm = "Print a script that runs N shares on Slurm and makes the table"});
-    add_max_time(*command);
+    add_stop_options(*command);
     command->add_flag("--json", options->json, "Print the table as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->callback([options, &action] { action = [options] { return calibrate_scene(*options); }; });

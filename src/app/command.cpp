@@ -7,6 +7,7 @@
 
 #include "base/duration.hpp"
 #include "base/log.hpp"
+#include "jobs/stop_rules.hpp"
 #include "report/json.hpp"
 #include "run/kind.hpp"
 #include "run/signals.hpp"
@@ -62,6 +63,15 @@ void add_max_time(CLI::App& command) {
             "Stop after this time, with all that is needed to resume, and with status 3: 3600, 90m, 2h, mm:ss, "
             "hh:mm:ss or d-hh:mm:ss")
         ->type_name("TIME");
+}
+
+void add_stop_options(CLI::App& command) {
+    add_max_time(command);
+    command
+        .add_option_function<std::vector<std::string>>(
+            "--stop-when", [](const std::vector<std::string>& rules) { jobs::set_stop_rules(rules); },
+            "Stop as at --max-time when a rule is met; repeatable.  " + jobs::stop_rules_help())
+        ->type_name("RULE=LIMIT");
 }
 
 io::Scene scene_of(const SceneOptions& options) {

@@ -58,6 +58,8 @@ struct ShareHelp {
 void add_share_options(CLI::App& command, ShareOptions& options, const ShareHelp& help);
 /// --max-time, of a command that can be resumed.
 void add_max_time(CLI::App& command);
+/// The same and --stop-when, of a command with many jobs.
+void add_stop_options(CLI::App& command);
 /// The scene with all its overrides.
 io::Scene scene_of(const SceneOptions& options);
 

@@ -42,7 +42,7 @@ void add_tradeoff(CLI::App& program, Action& action) {
                        .status = "Print how far all processes have come: trials done, failed and running, and their "
                                  "core time",
                        .slurm = "Print a script that runs N shares on Slurm, and then the result"});
-    add_max_time(*command);
+    add_stop_options(*command);
     command->add_flag("--json", options->json, "Print the result as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->callback([options, &action] {

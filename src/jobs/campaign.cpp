@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <map>
 #include <set>
 #include <thread>
@@ -11,6 +12,7 @@
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
 #include "files/archive_reader.hpp"
+#include "jobs/stop_rules.hpp"
 #include "jobs/worker_pool.hpp"
 #include "run/exit_status.hpp"
 #include "run/provenance.hpp"
@@ -140,7 +142,9 @@ private:
     std::string claim_of(const std::string& key) const { return plan_.claim ? plan_.claim(key) : key; }
 
     /// Of a unit.
-    double mean_seconds() const { return ran_ > 0 ? ran_seconds_ / static_cast<double>(ran_) : group_seconds; }
+    double mean_seconds() const {
+        return ran_ > 0 ? progress_.core_seconds / static_cast<double>(ran_) : group_seconds;
+    }
 
     std::vector<std::string> gather() {
         const auto limit = static_cast<std::size_t>(
@@ -195,8 +199,10 @@ private:
         released_.insert(claim_of(record.key));
         ++outcome_.ran;
         ++ran_;
-        ran_seconds_ += record.seconds;
+        progress_.core_seconds += record.seconds;
+        if (record.state != UnitState::done) ++progress_.failed;
         take(record);
+        if (const std::string rule = met_rule(progress_); !rule.empty()) run::request_stop(SIGALRM, rule);
     }
 
     void end(std::size_t job, int status) {
@@ -248,7 +254,7 @@ private:
     std::set<std::string> released_;          ///< claims that go with the next flush
     std::vector<std::vector<std::string>> groups_;
     std::size_t ran_ = 0;
-    double ran_seconds_ = 0.0;
+    Progress progress_;
     bool is_new_ = true;         ///< something happened since nothing was wanted
     Clock::duration reading_{};  ///< how long the last look at the records of others took
     Clock::time_point gathered_ = {}, refreshed_ = {}, flushed_ = Clock::now(), reported_ = Clock::now();

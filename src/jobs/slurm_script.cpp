@@ -2,6 +2,7 @@
 #include "jobs/slurm_script.hpp"
 
 #include "drover/base/text.hpp"
+#include "jobs/stop_rules.hpp"
 
 namespace drover::jobs {
 
@@ -11,6 +12,7 @@ std::string slurm_script(const SlurmPlan& plan) {
                                shell_word(std::filesystem::absolute(plan.folder).string()));
     for (const std::string& setting : plan.overrides) command += " --set " + shell_word(setting);
     for (const std::string& word : plan.options) command += " " + shell_word(word);
+    for (const std::string& rule : stop_rules()) command += " --stop-when " + shell_word(rule);
     return text(R"(#!/bin/sh
 # Runs drover {2} as {0} array tasks of Slurm, and a last job, which runs what they left and writes the result.
 # Run it with sh; options are passed to sbatch, as in

@@ -16,6 +16,11 @@ volatile std::sig_atomic_t requested = 0;
 Clock::time_point deadline = Clock::time_point::max();  // set before there are threads
 std::atomic<bool> host_handles_signals = false;         // a property of the process, as the handlers are
 
+std::string& reason_of_alarm() {
+    static std::string reason = "--max-time";
+    return reason;
+}
+
 extern "C" void handle_signal(int signal) {
     if (requested != 0 && signal == SIGINT) {
         std::signal(SIGINT, SIG_DFL);
@@ -46,7 +51,7 @@ StopSignals::~StopSignals() {
 int stop_signal() { return requested == 0 && Clock::now() >= deadline ? SIGALRM : requested; }
 
 std::string stop_reason(int signal) {
-    return signal == SIGALRM ? "--max-time" : signal == 0 ? "a signal" : text("signal {}", signal);
+    return signal == SIGALRM ? reason_of_alarm() : signal == 0 ? "a signal" : text("signal {}", signal);
 }
 
 void stop_after(double seconds) {
@@ -61,7 +66,10 @@ void check_stop_signal() {
 
 void leave_signals_to_host(bool leave) { host_handles_signals = leave; }
 
-void request_stop(int signal) { requested = signal; }
+void request_stop(int signal, const std::string& reason) {
+    reason_of_alarm() = reason;
+    requested = signal;
+}
 
 void ignore_file_size_signal() { std::signal(SIGXFSZ, SIG_IGN); }
 

@@ -28,7 +28,7 @@ private:
 /// The signal that requested a stop, or 0; SIGALRM when the time of stop_after() is up.
 int stop_signal();
 
-/// "signal 15" or "--max-time"; "a signal" for 0, that of another process.
+/// "signal 15", "--max-time" or what request_stop() gave; "a signal" for 0, that of another process.
 std::string stop_reason(int signal);
 
 /// From now on stop_signal() requests a stop after so many seconds, also in processes that are started by fork().
@@ -41,8 +41,9 @@ void check_stop_signal();
 /// them alone, and the host calls request_stop().  `leave` = false: as in a program of our own.
 void leave_signals_to_host(bool leave = true);
 
-/// What a signal does while StopSignals lives.  0: the work has stopped, and other work may begin.
-void request_stop(int signal);
+/// What a signal does while StopSignals lives.  0: the work has stopped, and other work may begin.  reason: what
+/// stop_reason() says of SIGALRM from now on.
+void request_stop(int signal, const std::string& reason = "--max-time");
 
 /// From now on, a write beyond the file-size limit fails, as on a full disk, instead of ending the process.
 void ignore_file_size_signal();

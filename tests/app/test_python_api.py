@@ -17,7 +17,8 @@ PACKAGE = Path(drover.__file__).parent
 # Each command with its Python function, and each of its options with the parameter of that function, or with how else
 # Python does it, which begins with a capital letter.
 EVERYWHERE = {"scene": "Scene.load", "--set": "Scene.set", "--help": "Docstrings", "--json": "The value returned",
-              "--max-time": "Ctrl-C, after which it can be resumed"}
+              "--max-time": "Ctrl-C, after which it can be resumed",
+              "--stop-when": "Ctrl-C, after which it can be resumed"}
 COMMANDS = {
     "run": (drover.Scene.run, {"--accuracy": "accuracy", "--output": "output", "--threads": "threads",
                                "--overwrite": "overwrite",

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from rejection import rejected
 from support import (assert_same_bytes, drover, drover_json, end_group, not_sanitized, start,
                      wait_until, write_scene)
 
@@ -153,6 +154,17 @@ def test_a_failed_run_does_not_affect_the_others(tmp_path):
     rows = table_of(tmp_path / "flock.sweep")
     assert [row["seeds"] for row in rows] == ["1", "0", "1"]
     assert rows[0]["polar_order [1]"] and rows[2]["polar_order [1]"] and not rows[1].get("polar_order [1]")
+
+
+def test_a_sweep_stops_when_enough_of_its_runs_have_failed_and_tries_them_again(tmp_path):
+    scene = write_scene(tmp_path, {**BRIEF, "initial.kind": "random", "initial.amplitude": 0.1, "time.end": 100.0})
+    words = ["sweep", scene, "--vary", "relaxation.rate = -200, -201, 0.5", "--workers", "1"]
+    ended = drover(tmp_path, *words, "--stop-when", "failures = 1", status=3)
+    assert "stopped by --stop-when failures = 1 after checkpoints" in ended.stderr
+    assert "1 jobs failed" not in ended.stderr and ended.stderr.count("lost its meaning") == 1
+    drover(tmp_path, *words, "--stop-when", "failures = 3", "--stop-when", "core-time = 1h", status=1)
+    assert [row["seeds"] for row in table_of(tmp_path / "flock.sweep")] == ["0", "0", "1"]
+    rejected(tmp_path, [*words, "--stop-when", "failed=1"], ["failures, core-time"])
 
 
 @not_sanitized

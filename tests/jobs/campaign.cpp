@@ -14,6 +14,8 @@
 #include "drover/base/error.hpp"
 #include "files/support.hpp"
 #include "jobs/run_record.hpp"
+#include "jobs/stop_rules.hpp"
+#include "run/signals.hpp"
 
 namespace drover::jobs::campaign_tests {
 namespace {
@@ -105,6 +107,51 @@ TEST(Campaign, goes_on_to_other_units_where_another_process_has_done_those_that_
     const CampaignOutcome outcome = run_campaign(plan, options(folder));
     EXPECT_EQ(outcome.ran, 2u);
     expect_complete(folder, 3);
+}
+
+/// Rules of the process, and the request to stop that one of them made, are gone at its end.
+struct StopRules {
+    explicit StopRules(const std::string& rule) { set_stop_rules({rule}); }
+    ~StopRules() {
+        set_stop_rules({});
+        run::request_stop(0);
+    }
+};
+
+TEST(Campaign, stops_when_a_rule_is_met_and_the_next_call_goes_on) {
+    for (const auto& [rule, expected] : {std::pair{"failures=3", 6u}, {"core-time=0.1s", 4u}}) {
+        const Folder folder;
+        {
+            const StopRules rules(rule);
+            Units units(folder, 20, std::chrono::milliseconds(30));
+            UnitPlan plan = units.plan([](std::size_t unit) {  // every other one fails
+                if (unit % 2 == 1) fail_run("no such unit");
+            });
+            CampaignOptions one_by_one = options(folder);
+            one_by_one.max_group = 1;
+            const CampaignOutcome outcome = run_campaign(plan, one_by_one);
+            EXPECT_TRUE(outcome.stopped);
+            // After 0, 1, ... 5 three have failed; of 30 ms and more each, a tenth of a second is over after at most 7.
+            if (expected == 6u) EXPECT_EQ(outcome.ran, 6u);
+            else EXPECT_THAT(outcome.ran, testing::AllOf(testing::Ge(1u), testing::Le(8u)));
+            EXPECT_EQ(run::stop_reason(run::stop_signal()), text("--stop-when {}", rule));
+        }
+        Units units(folder, 20, {});
+        EXPECT_FALSE(run_campaign(units.plan(), options(folder)).stopped);
+        expect_complete(folder, 20);
+    }
+}
+
+TEST(StopRules, that_are_none_are_refused_with_those_that_there_are) {
+    for (const char* wrong : {"failures", "failures=", "failures=0", "failures=1.5", "=3", "seconds=3", "core-time=x"})
+        EXPECT_THROW(set_stop_rules({wrong}), Error) << wrong;
+    try {
+        set_stop_rules({"failure=3"});
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("expected NAME=LIMIT with one of failures, core-time"));
+    }
+    EXPECT_TRUE(stop_rules().empty());
 }
 
 TEST(Campaign, every_unit_runs_once_and_none_when_it_is_repeated) {
