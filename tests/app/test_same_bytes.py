@@ -18,7 +18,7 @@ GRIDS = {
     "4 by 6 in 1 by 5": {"grid.nx": 4, "grid.ny": 6, "grid.lx": 1.0, "grid.ly": 5.0},
     "64 by 64 in 20 by 50": {"grid.nx": 64, "grid.ny": 64, "grid.lx": 20.0, "grid.ly": 50.0},
 }
-STARTS = {"stationary": {}, "random": {"initial.kind": "random", "initial.amplitude": 0.3}}
+RANDOM = {"initial.kind": "random", "initial.amplitude": 0.3}  # in place of the stationary state
 
 
 def run(folder, output, *words, **changes):
@@ -28,10 +28,8 @@ def run(folder, output, *words, **changes):
     return folder / (output + ".h5")
 
 
-@pytest.mark.parametrize("grid", GRIDS)
-@pytest.mark.parametrize("beginning", STARTS)
-def test_400_steps_equal_200_steps_and_a_restart_to_400(grid, beginning, tmp_path):
-    keys = {**GRIDS[grid], **STARTS[beginning]}
+@pytest.mark.parametrize("keys", [*GRIDS.values(), RANDOM], ids=[*GRIDS, "a random start"])
+def test_400_steps_equal_200_steps_and_a_restart_to_400(keys, tmp_path):
     whole = run(tmp_path, "whole", **keys)
     parts = run(tmp_path, "parts", **{**keys, "time.end": 20.0})
     assert frame_count(whole) == 9 and frame_count(parts) == 5
@@ -114,7 +112,7 @@ def run_beads(folder, output, *words, **changes):
 def test_rods_and_beads_restart_to_the_same_bytes_with(evolution, tmp_path):
     keys = EVOLUTIONS[evolution]
     whole = run_beads(tmp_path, "whole", **keys)
-    for end in (0.5, 4.0, 20.0):
+    for end in (0.5, 20.0):  # in the start of a multistep method, and after it
         parts = run_beads(tmp_path, f"parts-{end:g}", **{**keys, "time.end": end})
         drover(tmp_path, "restart", parts, "--set", "time.end=40.0", "--quiet")
         assert_same_bytes(whole, parts)
@@ -182,7 +180,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_different_bytes(tmp
         assert a[name] == other[name], name
 
 
-LONG = {"time.end": 4000.0, "output.frame_every": 50.0}  # some seconds: long enough for a signal half-way
+LONG = {"time.end": 2000.0, "output.frame_every": 25.0}  # a second or two: long enough for a signal half-way
 
 
 def stopped(folder, name, sent):

@@ -66,9 +66,17 @@ def the_stability_of_a_flock_that_bands(tmp_path_factory):
     return archive(tmp_path_factory.mktemp("bands"), "stability", SMALL, BANDING)
 
 
-@pytest.fixture(scope="module", name="plane")
+@pytest.fixture(scope="module", name="report")
 def the_boundaries_of_a_table(tmp_path_factory):
-    return archive(tmp_path_factory.mktemp("plane"), "boundary", TABLE)
+    """What the command prints, with the folder of its archive."""
+    folder = tmp_path_factory.mktemp("plane")
+    printed = drover_json(folder, "boundary", write_scene(folder, {}, base=TABLE), "--output", "theory.h5")
+    return folder, printed
+
+
+@pytest.fixture(scope="module", name="plane")
+def the_archive_of_these_boundaries(report):
+    return report[0] / "theory.h5"
 
 
 def draw(path, *arguments, status=0):
@@ -216,9 +224,8 @@ def test_a_band_is_where_16_to_84_percent_of_the_draws_are_unstable(plane):
     assert not boundary_panels.draw_band(axes, replace(band, deviation=numpy.full_like(band.deviation, 3.0)))
 
 
-def test_vertices_agree_with_the_report(plane):
-    report = drover_json(plane.parent, "boundary", "flock.toml")
-    lines = [(traced, line) for traced in report["traced"] for line in traced["lines"]]
+def test_vertices_agree_with_the_report(plane, report):
+    lines = [(traced, line) for traced in report[1]["traced"] for line in traced["lines"]]
     read = boundary_panels.lines_of(opened(plane, "boundary"))
     assert len(read) == len(lines) >= 2
     limits = ["onset", "phase-separation", "banding", "oblique"]

@@ -2,13 +2,12 @@
 
 Usage: stray.py --drover PROGRAM --output FOLDER [--rods matched | printed] [--seconds T] [--only free held]
 
-Runs models/bead-flock.toml on from a flock: with free beads, and with the mean velocity of the beads held at zero.  The
-flock of the matched rods is kept; the rods as printed make their own in 60 s (FOLDER/start.h5).
+Runs models/bead-flock.toml on from a kept flock of these rods: with free beads, and with the mean velocity of the beads
+held at zero.
 FOLDER/turning-free.csv and turning-held.csv get a row for each bin of the angle from the mean direction: how fast rods
 turn towards it [rad/s], with its standard error, over 0.5 s in which no other rod was close enough to touch them.
 FOLDER/images.csv gets the bodies around one rod of the free run that turns back by more than 90 degrees without a
-touch.  A run that was stopped goes on.  A few minutes of one core each with matched rods, a quarter of an hour with
-those as printed. """
+touch.  A run that was stopped goes on.  A few minutes of one core each. """
 import argparse
 import sys
 from pathlib import Path
@@ -25,18 +24,9 @@ CELL = 45.0  # [mm]
 AXIS, APART, NEAR = np.linspace(-1.6, 2.1, 13), 1.25, 5.5  # [mm]
 FRAME, LAG = 0.1, 5  # [s] between frames, frames of one measurement
 BINS = np.linspace(0.0, np.pi, 7)
+FLOCKS = {"matched": "bead-flock-start.h5", "printed": "paper-flock-start.h5"}
 IMAGES = 4
 AROUND = 6.0  # [mm] shown to each side
-
-
-def flock_to_start(arguments):
-    """The archive of a flock of these rods."""
-    if arguments.rods == "matched":
-        return MODELS / "bead-flock-start.h5"
-    start = arguments.output / "start.h5"
-    run_or_resume(arguments.drover, "bead-flock", {**RODS[arguments.rods], "time.end": 60.0, "output.frame_every": 60.0,
-                                                   "output.sample_every": 0.1025}, start)
-    return start
 
 
 def wrapped(angle):
@@ -134,7 +124,7 @@ def main():
         archive = table.with_suffix(".h5")
         try:
             run_or_resume(arguments.drover, "bead-flock",
-                          {**settings, "packing.file": str(flock_to_start(arguments).resolve())}, archive)
+                          {**settings, "packing.file": str(MODELS / FLOCKS[arguments.rods])}, archive)
         except Stopped:
             return 3
         header = f"# bead-flock.toml {said(settings)}; {version}\n"
