@@ -143,7 +143,7 @@ private:
 
     /// Of a unit.
     double mean_seconds() const {
-        return ran_ > 0 ? progress_.core_seconds / static_cast<double>(ran_) : group_seconds;
+        return progress_.ended > 0 ? progress_.core_seconds / static_cast<double>(progress_.ended) : group_seconds;
     }
 
     std::vector<std::string> gather() {
@@ -198,7 +198,7 @@ private:
         busy_.erase(record.key);
         released_.insert(claim_of(record.key));
         ++outcome_.ran;
-        ++ran_;
+        ++progress_.ended;
         progress_.core_seconds += record.seconds;
         if (record.state != UnitState::done) ++progress_.failed;
         take(record);
@@ -253,7 +253,6 @@ private:
     std::map<std::string, HeldUnit> held_;    ///< wanted, but of other processes
     std::set<std::string> released_;          ///< claims that go with the next flush
     std::vector<std::vector<std::string>> groups_;
-    std::size_t ran_ = 0;
     Progress progress_;
     bool is_new_ = true;         ///< something happened since nothing was wanted
     Clock::duration reading_{};  ///< how long the last look at the records of others took

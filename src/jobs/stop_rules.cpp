@@ -28,9 +28,11 @@ struct StopRule {
 };
 
 constexpr std::array rules{
-    StopRule{"failures", "so many jobs of this command have failed", &count_of,
+    StopRule{"jobs", "so many jobs of this command have ended", &count_of,
+             [](const Progress& so_far) { return static_cast<double>(so_far.ended); }},
+    StopRule{"failures", "so many of them have failed", &count_of,
              [](const Progress& so_far) { return static_cast<double>(so_far.failed); }},
-    StopRule{"core-time", "its jobs have taken so long together, as 90min or 2h", &seconds_of,
+    StopRule{"core-time", "they have taken so long together, as 90min or 2h", &seconds_of,
              [](const Progress& so_far) { return so_far.core_seconds; }},
 };
 

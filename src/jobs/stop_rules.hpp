@@ -7,7 +7,8 @@ namespace drover::jobs {
 
 /// What this process has run so far.
 struct Progress {
-    std::size_t failed = 0;     ///< jobs
+    std::size_t ended = 0;      ///< jobs
+    std::size_t failed = 0;     ///< of them
     double core_seconds = 0.0;  ///< of all jobs together
 };
 

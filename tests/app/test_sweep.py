@@ -164,7 +164,7 @@ def test_a_sweep_stops_when_enough_of_its_runs_have_failed_and_tries_them_again(
     assert "1 jobs failed" not in ended.stderr and ended.stderr.count("lost its meaning") == 1
     drover(tmp_path, *words, "--stop-when", "failures = 3", "--stop-when", "core-time = 1h", status=1)
     assert [row["seeds"] for row in table_of(tmp_path / "flock.sweep")] == ["0", "0", "1"]
-    rejected(tmp_path, [*words, "--stop-when", "failed=1"], ["failures, core-time"])
+    rejected(tmp_path, [*words, "--stop-when", "failed=1"], ["jobs, failures, core-time"])
 
 
 @not_sanitized
