@@ -8,6 +8,7 @@
 #include "drover/theory/theory.hpp"
 #include "run/field_prediction.hpp"
 #include "run/scene_equations.hpp"
+#include "theory/placed_noise.hpp"
 
 namespace drover::analysis {
 
@@ -30,6 +31,8 @@ struct Component {
 AboutState about_state(const io::Scene& scene, const model::Equations& equations, const Means& means) {
     AboutState about;
     if (!equations.has_noise()) about.why_none = "the scene has no noise";
+    else if (const model::TermSummary* placed = theory::placed_noise(equations))
+        about.why_none = text("the noise \"{}\" depends on position or time", placed->text);
     if (!about.why_none.empty()) return about;
     const theory::StationaryStates found = run::stationary_states_of(scene, equations);
     if (found.states.empty()) {

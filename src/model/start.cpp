@@ -6,6 +6,7 @@
 #include "drover/model/linearised_at.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
+#include "numerics/fields/shells.hpp"
 #include "numerics/fields/start_formula.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "numerics/steppers/perturbation.hpp"
@@ -227,8 +228,9 @@ void warn_of_divergence(const Start& start, const Equations& equations, const nu
         double all = 0.0, removed = 0.0;
         for (int k = c; k < c + 2; ++k)
             for (std::size_t m = 1; m < as_given.size; ++m) {
-                all += std::norm(as_given[k][m]);
-                removed += std::norm(as_given[k][m] - without[k][m]);
+                const double weight = numerics::mode_weight(grid, m % numerics::columns(grid));
+                all += weight * std::norm(as_given[k][m]);
+                removed += weight * std::norm(as_given[k][m] - without[k][m]);
             }
         if (removed > 1e-6 * all)
             warnings.push_back(

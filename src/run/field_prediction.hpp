@@ -35,8 +35,8 @@ struct FieldPrediction {
     std::string why_none = {};                ///< why there is no prediction
 };
 
-/// Of a scene and its equations_of(): about the state nearest to the means of samples.  Where its direction is free,
-/// averaged over those of the samples.  degree: of the modes that are kept.
+/// Of a scene and its equations_of(): about the state nearest to the means of samples, with their conserved means.
+/// Where its direction is free, averaged over those of the samples.  degree: of the modes that are kept.
 FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations& equations,
                                  const std::vector<model::UniformState>& samples, const std::vector<PartPair>& pairs,
                                  int degree, Threads& threads);

@@ -17,6 +17,7 @@
 #include "run/scene_equations.hpp"
 #include "run/step_bias.hpp"
 #include "run/warning_parts.hpp"
+#include "theory/placed_noise.hpp"
 
 namespace drover::run {
 
@@ -220,6 +221,7 @@ double kept_modes(const numerics::Grid& grid, int degree) {
 
 /// Whether the noise of a density depends on it.
 bool multiplies_itself(const model::Equations& equations, int component) {
+    if (theory::placed_noise(equations) != nullptr) return false;  // not known without a uniform state
     const numerics::Wavevector q{1.0, 0.0};
     model::UniformState state = equations.reference(), thinner = state;
     thinner[static_cast<std::size_t>(component)] *= 0.999;  // not far away, where the strength may have no value
@@ -267,7 +269,8 @@ void add_few_particles(const files::ArchiveReader& archive, const io::Scene& sce
 }
 
 /// Of a run whose estimated error has exceeded time.max_error.
-void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
+void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene, bool has_product_noise,
+                    std::vector<std::string>& warnings) {
     const std::vector<double> errors = series_of(archive, "step_error"), times = series_of(archive, "time");
     if (errors.empty() || times.size() != errors.size() || scene.time.max_error == 0.0) return;
     const auto is_unknown = [](double error) { return std::isnan(error); };
@@ -297,8 +300,10 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
                  std::max(1e-3 * scene.time.tolerance, 0.5 * scene.time.tolerance * scene.time.max_error / *worst)));
         return;
     }
-    // With noise the methods have order 1.5 to 2.
-    const double order = io::has_noise(scene) ? 1.5 : numerics::time_method(scene.time.stepper).order;
+    // With noise the methods have order 1.5 to 2; noise that multiplies fields limits all of them to 1/2.
+    const double order = has_product_noise      ? 0.5
+                         : io::has_noise(scene) ? 1.5
+                                                : numerics::time_method(scene.time.stepper).order;
     constexpr double max_halvings = 20.0;  // of an error that is infinite
     const double halvings = std::min(max_halvings, std::ceil(std::log2(*worst / scene.time.max_error) / order));
     warnings.push_back(
@@ -308,7 +313,9 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
              scene.time.dt, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
              *worst >= 1.0 ? ", so the fields are unrelated to the exact ones, and at best their means are right" : "",
              scene.time.max_error, scene.time.dt * std::exp2(-halvings),
-             order < 4.0 && scene.time.stepper != "etdrk4-krogstad" ? ", or time.stepper = \"etdrk4-krogstad\"" : "",
+             order > 0.5 && order < 4.0 && scene.time.stepper != "etdrk4-krogstad"
+                 ? ", or time.stepper = \"etdrk4-krogstad\""
+                 : "",
              scene.time.chosen == "means" ? " if the fields matter; it was chosen for means, whose column is step"
                                           : ""));
 }
@@ -322,7 +329,7 @@ std::vector<std::string> field_warnings(const files::ArchiveReader& archive, con
     add_resolution(archive, scene, what, warnings);
     add_density_warnings(archive, scene, what, warnings);
     add_few_particles(archive, scene, what, warnings);
-    add_step_error(archive, scene, warnings);
+    add_step_error(archive, scene, what.equations.has_product_noise(), warnings);
     add_late_order(archive, scene, what, warnings);
     return warnings;
 }

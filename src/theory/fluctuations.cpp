@@ -7,6 +7,7 @@
 #include "numerics/algebra/dense.hpp"
 #include "numerics/algebra/lyapunov.hpp"
 #include "numerics/fields/wavenumbers.hpp"
+#include "theory/placed_noise.hpp"
 
 namespace drover::theory {
 
@@ -50,6 +51,10 @@ double solve_covariance(const model::LinearisedAt& at, const Wavevector& q, mode
 }
 
 Covariance covariance(const model::LinearisedAt& at, const Wavevector& q) {
+    if (const model::TermSummary* placed = placed_noise(at.equations()))
+        return {.matrix = {},
+                .why_none = text("the noise \"{}\" depends on position or time, so that no uniform state has it",
+                                 placed->text)};
     Covariance result;
     const double largest = solve_covariance(at, q, result.matrix);
     // Close to 0 the sign of the rate is not certain.

@@ -8,6 +8,7 @@
 
 #include "base/constants.hpp"
 #include "numerics/algebra/extremum.hpp"
+#include "theory/placed_noise.hpp"
 #include "theory/refined_wave.hpp"
 
 namespace drover::theory {
@@ -240,6 +241,7 @@ double direction_diffusion(const model::LinearisedAt& at, const LongWaves& waves
         }
         first += model::components(field);
     }
+    if (placed_noise(at.equations()) != nullptr) return std::numeric_limits<double>::quiet_NaN();
     const Eigen::VectorXd moved = at.moved()(members);
     const Eigen::VectorXd amplitudes = waves.left * moved.cwiseProduct(turn(members));  // a turn is a slow mode
     Eigen::MatrixXd by_rates = Eigen::MatrixXd::Zero(waves.left.rows(), at.moved().size());

@@ -243,6 +243,10 @@ def test_a_scene_without_divergence_runs_and_says_what_it_leaves_out_of_a_start(
     file.write_text(SCENE)
     said = program(tmp_path, "run", file)
     assert "0.5 of the variance of its start has a divergence" in said.stderr + said.stdout
+    # One wave across its own vector and one along it, of equal size; one of them is along x, the other along y.
+    other = program(tmp_path, "run", file, "-o", "other.h5", "--set", "initial.velocity_x=",
+                    "--set", "initial.velocity_y=\"0.1 cos(2 pi y / ly) + 0.1 sin(2 pi x / lx)\"")
+    assert "0.5 of the variance of its start has a divergence" in other.stderr + other.stdout
     with drover.open_run(tmp_path / "kolmogorov.h5") as run:
         frame = run.frames.isel(time=0)
         assert np.abs(frame.velocity_x.values).max() < 1e-16 and frame.velocity_y.values.max() > 0.09

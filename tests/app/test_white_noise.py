@@ -166,3 +166,45 @@ def test_a_drift_of_stratonovich_is_a_term_whose_number_is_printed(tmp_path):
         library.Model([library.Field("u", "-u")], calculus="stratonowich")
     again = scene.model.scene(points=12, side=6.0, dt=0.1, end=0.2)
     assert again["model.calculus"] == "stratonovich"
+
+
+PLACED = """field = [{symbol = "a"}]
+white_noise = [{symbol = "xi"}]
+grid = {nx = 16, ny = 16, lx = 8.0, ly = 8.0}
+time = {dt = 0.1, end = 5.0}
+equations = {a = "-a + lap a + (1 + 0.5 cos(2 pi x / 8)) xi"}
+"""
+
+
+def test_the_prediction_is_about_the_conserved_mean_of_the_start(tmp_path):
+    """A start of 40 where the reference is 20: S(q) = 40, exactly, in every direction and at every |q|."""
+    (tmp_path / "walkers.toml").write_text(WALKERS + "c0 = 20\n")
+    found = drover_json(tmp_path, "run", "walkers.toml", "--set", "initial.kind=formula",
+                        "--set", "initial.walkers=\"40\"", "--quiet")
+    factor = found["results"]["structure_factor_walkers"]
+    assert np.allclose(factor["linear"], 40.0, rtol=1e-12)
+    deviations = [(value["mean"] - 40.0) / value["error"] for value in factor["values"] if value["error"]]
+    assert len(deviations) >= 3 and np.abs(deviations).max() < 4.0  # standard errors
+
+
+def test_the_step_that_is_recommended_with_noise_that_multiplies_fields_is_of_order_a_half(tmp_path):
+    """No method is of a higher order along a path, so that none is recommended in its place."""
+    (tmp_path / "walkers.toml").write_text(WALKERS + "c0 = 40\n")
+    said = drover(tmp_path, "run", "walkers.toml", "--set", "time.dt=0.5").stderr
+    error, better = map(float, re.search(r"estimated error is (\S+) of .* choose time.dt = ([\d.]+)", said).groups())
+    assert better <= 0.5 * (0.01 / error)**2 * 1.1  # the error that is printed is rounded
+    assert "etdrk4-krogstad" not in said
+
+
+def test_noise_that_depends_on_the_place_has_no_prediction_and_all_else(tmp_path):
+    (tmp_path / "placed.toml").write_text(PLACED)
+    ended = drover(tmp_path, "run", "placed.toml")
+    assert "variance_a" in ended.stdout
+    assert "depends on position or time, so that no uniform state has it" in ended.stdout
+    drover(tmp_path, "restart", "placed.h5", "--set", "time.end=6")
+    assert "variance_a" in drover(tmp_path, "info", "placed.h5").stdout
+    drover(tmp_path, "stability", "placed.toml", "-o", "stability.h5")
+    with h5py.File(tmp_path / "stability.h5") as file:
+        names = []
+        file.visit(names.append)
+    assert not [name for name in names if "structure_factor" in name]

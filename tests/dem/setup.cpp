@@ -85,6 +85,9 @@ TEST(Setup, with_inconsistent_numbers_of_bodies_is_rejected) {
     EXPECT_REJECTED(s.beads.area_fraction = 0.9,
                     "at beads.area_fraction: beads cover 0.9001 and rods 0.1098 of the cell");
     EXPECT_REJECTED((s.beads.area_fraction = 0.0, s.forces.hold_beads = true), "at forces.hold_beads: ");
+    EXPECT_REJECTED(s.forces.bead_velocity_x = 2.0,
+                    "at forces.bead_velocity_x: forces.bead_velocity_x = 2 has no effect");
+    EXPECT_REJECTED(s.forces.held_waves = 1, "at forces.held_waves: forces.held_waves = 1 has no effect");
 }
 
 TEST(Setup, with_lists_of_different_length_is_rejected) {

@@ -137,6 +137,12 @@ void check_forces(const Setup& setup, double beads, const LocationOf& place) {
     const BodyForces& forces = setup.forces;
     require(!forces.hold_beads || beads > 0.0, place("forces.hold_beads"),
             "forces.hold_beads = true without beads; expected beads whose velocity it can hold");
+    for (const auto& [key, value] : {std::pair{"forces.bead_velocity_x", forces.bead_velocity_x},
+                                     std::pair{"forces.bead_velocity_y", forces.bead_velocity_y},
+                                     std::pair{"forces.held_waves", static_cast<double>(forces.held_waves)}})
+        require(forces.hold_beads || value == 0.0, place(key),
+                "{} = {} has no effect without forces.hold_beads; set forces.hold_beads = true, or leave it out", key,
+                value);
     for (const auto& [key, on] : {std::pair{"forces.held_waves", forces.hold_beads && forces.held_waves > 0},
                                   std::pair{"forces.push", forces.push != 0.0}})
         require(!on || is_periodic(setup.cell), place(key),
