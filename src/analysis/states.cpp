@@ -99,6 +99,25 @@ run::List curve_list(const std::vector<Point>& points, const StatesProblem& prob
     return list;
 }
 
+/// Adds whether a curve reaches the value that it was to follow, and where it ends else.
+void add_end_of_curve(const std::vector<TravellingState>& curve, const FollowedNumber& followed, int max_points,
+                      run::Record& root) {
+    const double first = curve.front().parameter, end = curve.back().parameter,
+                 covered = (end - first) / (followed.last - first);
+    root.entries.push_back({.name = "curve_is_complete",
+                            .unit = "1",
+                            .meaning = "1: the curve reaches the value that it was to follow",
+                            .value = covered >= 1.0,
+                            .shown = {.text = false}});
+    if (covered >= 1.0) return;
+    const bool is_cut = static_cast<int>(curve.size()) >= max_points;
+    root.footer.push_back(text(
+        "the curve ends at {} = {:.6g} and does not reach {:.6g}: {}", followed.key, end, followed.last,
+        covered < 0.0 ? "it came back beyond its start"
+        : is_cut      ? text("it has {} points; give a larger --points", max_points)
+                      : "beyond, Newton's method finds no state that depends on x; it may end in a uniform state"));
+}
+
 /// The fields on the points of the scene, the same on every row.
 run::Frames frames_of(const io::Scene& scene, const StatesProblem& problem, const std::vector<Point>& points) {
     run::Frames frames{.recording = problem.frames, .rows = {}};
@@ -152,7 +171,10 @@ run::Result make_states(const io::Scene& scene, const StatesOptions& options, Th
                             .meaning = "evaluated for the states, and for their perturbations",
                             .value = solver.right_hand_sides()});
     root.lists.push_back(perturbation_list(points.front()));
-    if (problem.followed) root.lists.push_back(curve_list(points, problem));
+    if (problem.followed) {
+        root.lists.push_back(curve_list(points, problem));
+        add_end_of_curve(states, *problem.followed, options.max_points, root);
+    }
     return {.root = std::move(root), .attributes = {}, .frames = frames_of(scene, problem, points)};
 }
 

@@ -77,8 +77,9 @@ std::string mean_cell(const measure::Estimate& estimate, double rounding = 0.0) 
 }
 
 /// (measured - predicted) in standard errors.
-std::string deviation_cell(const measure::Estimate& estimate, double predicted) {
+std::string deviation_cell(const measure::Estimate& estimate, double predicted, double rounding) {
     if (!estimate.error || !(*estimate.error > 0.0) || !std::isfinite(predicted)) return text("{:>7}", "-");
+    if (std::abs(estimate.mean - predicted) <= rounding) return text("{:>7}", "0.0");
     return text("{:>+7.1f}", (estimate.mean - predicted) / *estimate.error);
 }
 
@@ -132,7 +133,7 @@ void add_array(const Report& report, const measure::SummaryRow& row, std::string
         out += text("{:>{}.5g} {} {}", axis.values[i], width, mean_cell(row.estimates[i], rounding),
                     error_cell(row.estimates[i], rounding));
         if (is_of_fields)
-            out += text(" {} {}{}", cell(predicted), deviation_cell(row.estimates[i], predicted),
+            out += text(" {} {}{}", cell(predicted), deviation_cell(row.estimates[i], predicted, rounding),
                         step_cell(report, row, i));
         out += '\n';
     }
@@ -160,7 +161,7 @@ void add_boxes(const Report& report, const measure::MeasuredField& field, const 
         const double predicted = linear ? linear->values[b] : NAN;
         out += text("{} {} {} {} {} {}", cell(side), mean_cell(number->estimates[b]),
                     mean_cell(deviation->estimates[b]), error_cell(deviation->estimates[b]), cell(predicted),
-                    deviation_cell(deviation->estimates[b], predicted));
+                    deviation_cell(deviation->estimates[b], predicted, 0.0));
         if (b + 1 < number->estimates.size())
             out += text("   {} {} {}", exponent_cell(exponent->estimates[b].mean), error_cell(exponent->estimates[b]),
                         exponent_cell(linear_exponent ? linear_exponent->values[b] : NAN));

@@ -7,6 +7,19 @@
 
 namespace drover::theory {
 
+namespace {
+/// The part of a periodic line above a value, with straight lines between its points.
+double share_above(std::span<const double> values, double middle) {
+    double points = 0.0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const double here = values[i] - middle, next = values[(i + 1) % values.size()] - middle;
+        if (here > 0.0 && next > 0.0) points += 1.0;
+        else if (here > 0.0 || next > 0.0) points += std::max(here, next) / std::abs(here - next);
+    }
+    return points / static_cast<double>(values.size());
+}
+}  // namespace
+
 DensityProfile density_profile(std::span<const double> density, double lx) {
     const auto [least, most] = std::minmax_element(density.begin(), density.end());
     const double middle = 0.5 * (*least + *most), range = *most - *least;
@@ -15,7 +28,7 @@ DensityProfile density_profile(std::span<const double> density, double lx) {
     const std::size_t n = density.size();
     const auto above =
         static_cast<std::size_t>(std::count_if(density.begin(), density.end(), [&](double d) { return d > middle; }));
-    DensityProfile profile{.width = lx * static_cast<double>(above) / static_cast<double>(n)};
+    DensityProfile profile{.width = lx * share_above(density, middle)};
     constexpr double flat = 1e-3;  // of the range, over a quarter of the part
     const auto flattest = [&](bool is_high, std::size_t& place, bool& is_flat) {
         const std::size_t reach = (is_high ? above : n - above) / 8;

@@ -76,6 +76,7 @@ def test_the_curve_of_bands_turns_at_a_fold_where_their_stability_changes(tmp_pa
     density = np.array([point["parameter"] for point in curve])
     growth = np.array([point["growth_rate"] for point in curve])
     fold = density.argmin()
+    assert found["curve_is_complete"] is False  # it comes back from the fold
     assert [point["fold"] for point in curve].count(True) == 1 and curve[fold]["fold"]
     # Bands exist from above the binodal 5/6 (the cell is finite) and below the onset of order, 1.
     assert 5 / 6 < density[fold] < 0.95
