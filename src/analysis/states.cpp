@@ -111,10 +111,10 @@ void add_end_of_curve(const std::vector<TravellingState>& curve, const FollowedN
                             .shown = {.text = false}});
     if (covered >= 1.0) return;
     const bool is_cut = static_cast<int>(curve.size()) >= max_points;
-    root.footer.push_back(text(
-        "the curve ends at {} = {:.6g} and does not reach {:.6g}: {}", followed.key, end, followed.last,
-        covered < 0.0 ? "it came back beyond its start"
-        : is_cut      ? text("it has {} points; give a larger --points", max_points)
+    root.footer.push_back(
+        text("the curve ends at {} = {:.6g} and does not reach {:.6g}: {}", followed.key, end, followed.last,
+             covered < 0.0 ? "it came back beyond its start"
+             : is_cut      ? text("it has {} points; give a larger --points", max_points)
                       : "beyond, Newton's method finds no state that depends on x; it may end in a uniform state"));
 }
 

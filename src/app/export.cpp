@@ -4,6 +4,7 @@
 #include "app/command.hpp"
 #include "io/field_export.hpp"
 #include "io/xyz.hpp"
+#include "run/scene_support.hpp"
 
 namespace drover::app {
 
@@ -54,6 +55,7 @@ void add_export(CLI::App& program, Action& action) {
     command->add_flag("--overwrite", options->overwrite, "Replace an existing file");
     command->callback([options, &action] {
         action = [options] {
+            run::require_folder_of({.path = options->output, .where = {}, .name = "--output " + options->output});
             return io::is_field_export(options->output) ? export_fields(*options) : export_particles(*options);
         };
     });

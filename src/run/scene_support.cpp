@@ -35,12 +35,18 @@ std::vector<std::filesystem::path> inputs_of(const io::Scene& scene) {
     return inputs;
 }
 
-void check_output(const OutputFile& output, const std::vector<std::filesystem::path>& inputs) {
+void require_folder_of(const OutputFile& output) {
     const std::filesystem::path& path = output.path;
     const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
     std::error_code problem;
     require(std::filesystem::is_directory(folder, problem), output.where,
             "{}: the folder \"{}\" does not exist; make it first", output.name, folder.string());
+}
+
+void check_output(const OutputFile& output, const std::vector<std::filesystem::path>& inputs) {
+    require_folder_of(output);
+    const std::filesystem::path& path = output.path;
+    std::error_code problem;
     require(!std::filesystem::is_directory(path, problem), output.where, "{} is a folder; expected the name of a file",
             output.name);
     if (!std::filesystem::exists(path, problem)) return;

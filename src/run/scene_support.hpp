@@ -35,6 +35,9 @@ struct OutputFile {
     bool overwrite = false;
 };
 
+/// Throws an input Error unless the folder of the file exists.
+void require_folder_of(const OutputFile& output);
+
 /// Throws an input Error unless the file can be written there: in a folder that exists, over none of these inputs, and,
 /// where a file exists, with `overwrite` over an HDF5 file.
 void check_output(const OutputFile& output, const std::vector<std::filesystem::path>& inputs);

@@ -76,7 +76,8 @@ def test_one_frame_is_one_file_with_the_name_that_was_given(ran, tmp_path):
     (["-o", "flock.csv", "--bodies"], "--bodies is for particles"),
     (["-o", "kept.csv"], "exists; choose another name, or give --overwrite"),
     (["-o", "flock.xyz"], "holds no trajectory"),
-    (["-o", "no/flock.csv"], "cannot be written"),
+    (["-o", "no/flock.csv"], 'the folder "no" does not exist; make it first'),
+    (["-o", "no/flock.vtk"], 'the folder "no" does not exist; make it first'),
 ])
 def test_what_cannot_be_exported_is_an_error_and_leaves_no_file(words, message, ran, tmp_path):
     (tmp_path / "kept.csv").write_text("precious")

@@ -128,7 +128,9 @@ def test_what_cannot_be_run_is_rejected_with_a_remedy():
     for action, said in [(lambda: run.advance(0.25), "whole number of steps"), (lambda: run.set(q=1.0), "no"),
                          (lambda: run.set(s=np.nan), "finite"), (lambda: model.state(q=1.0), "not a field"),
                          (lambda: model.state(s=(1.0, 2.0)), "2 values; expected 1"),
-                         (lambda: model.start(7, 1.0, 0.1), "even"), (lambda: model.start(8, 1.0, 0.0), "dt = 0")]:
+                         (lambda: model.start(7, 1.0, 0.1), "even"), (lambda: model.start(8.9, 1.0, 0.1), "whole"),
+                         (lambda: run.set(s=lambda x, y: 1j * x), "complex"),
+                         (lambda: run.advance(np.nan), "finite"), (lambda: model.start(8, 1.0, 0.0), "dt = 0")]:
         with pytest.raises(drover.Error, match=said):
             action()
 

@@ -98,6 +98,11 @@ def test_frames_are_views_of_the_memory_of_the_run():
     assert (frame.rod_density == later.rod_density).all() and (frame.rod_density != before).any()
     with run.edit() as fields:
         assert address(fields.rod_density) == places["rod_density"]
+        fields.polar_order_x = 0.25  # the values of the array, not another attribute
+        assert address(fields.polar_order_x) == places["polar_order_x"]
+        with pytest.raises(AttributeError, match="no order; expected one of rod_density"):
+            fields.order = 1.0
+    assert run.frame.polar_order_x == pytest.approx(0.25, rel=1e-12)  # rounding of the transforms
     with pytest.raises(ValueError):
         frame.rod_density[0, 0] = 1.0
 

@@ -404,6 +404,8 @@ class ModelRun:
         from drover._drover import Evolution
 
         model._require_no_grid()
+        if any(count != int(count) for count in points):
+            raise Error(f"points = {', '.join(map(str, points))}; expected whole numbers")
         self.model, self.dt, self.side = model, dt, tuple(map(float, side))
         self._evolution = Evolution(model._equations, *map(int, points), *self.side, dt, method, seed, threads)
         names, kept = model._equations.components(), model._equations.state_components()
@@ -417,6 +419,8 @@ class ModelRun:
 
     def advance(self, duration):
         """Advances by a duration, a whole number of steps; returns the run."""
+        if not np.isfinite(duration):
+            raise Error(f"duration = {duration}; expected a finite number")
         steps = round(duration / self.dt)
         if abs(steps * self.dt - duration) > 1e-9 * abs(duration):
             raise Error(f"duration = {duration} is {duration / self.dt:.6g} steps of dt = {self.dt}; expected a whole "
@@ -459,6 +463,8 @@ class ModelRun:
                 given = (np.real(given), np.imag(given)) if fields[name].complex else given
                 if np.isscalar(given) or len(given) != 2:
                     raise Error(f"{name} has two components, {' and '.join(parts)}; expected a pair of values")
+            elif np.iscomplexobj(given):
+                raise Error(f"{name} has complex values; expected real ones")
             for part, value in zip(parts, given if len(parts) == 2 else (given,)):
                 values[self._names.index(part)] = value
         self._evolution.set_fields(values)

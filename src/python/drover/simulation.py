@@ -21,6 +21,8 @@ class Frame:
     frame that was taken.  Keep a state by to_xarray(), or by .copy() of an array.  Units: mm, s, mg.
     """
 
+    OWN = ("step", "time", "arrays", "spheres", "box", "_time_unit", "_about")
+
     def __init__(self, step, time, arrays, spheres, box, about, time_unit="s"):
         self.step, self.time, self._time_unit = step, time, time_unit
         self.arrays, self.spheres, self.box, self._about = arrays, spheres, box, about
@@ -30,6 +32,15 @@ class Frame:
         if name in arrays:
             return arrays[name]
         raise AttributeError(f"a frame of this run has no {name}; expected one of {', '.join(arrays)}, spheres")
+
+    def __setattr__(self, name, value):
+        """frame.rod_density = values is frame.rod_density[...] = values."""
+        if name in self.__dict__.get("arrays", {}):
+            self.arrays[name][...] = value
+        elif name in self.OWN:
+            super().__setattr__(name, value)
+        else:
+            raise AttributeError(f"a frame of this run has no {name}; expected one of {', '.join(self.arrays)}")
 
     def __getitem__(self, name):
         return self.arrays[name]
