@@ -34,11 +34,6 @@ AboutState about_state(const io::Scene& scene, const model::Equations& equations
     else if (const model::TermSummary* placed = theory::placed_noise(equations))
         about.why_none = text("the noise \"{}\" depends on position or time", placed->text);
     if (!about.why_none.empty()) return about;
-    const theory::StationaryStates found = run::stationary_states_of(scene, equations);
-    if (found.states.empty()) {
-        about.why_none = "there is no uniform stationary state: " + found.why_none;
-        return about;
-    }
     model::UniformState mean = equations.reference();
     std::size_t at = 0;
     for (const model::Field& field : equations.model().fields)
@@ -46,6 +41,11 @@ AboutState about_state(const io::Scene& scene, const model::Equations& equations
             if (const auto given = means.find(name); given != means.end()) mean[at] = given->second;
             ++at;
         }
+    const theory::StationaryStates found = run::states_of_run(scene, equations, {mean});
+    if (found.states.empty()) {
+        about.why_none = "there is no uniform stationary state: " + found.why_none;
+        return about;
+    }
     const theory::StationaryState* const nearest = theory::nearest_state(found, equations.model(), {mean});
     if (nearest->is_of_family) {
         about.why_none =

@@ -164,14 +164,14 @@ UniformState conserved_means_in(const model::Equations& equations, const Uniform
     }
     return means;
 }
+}  // namespace
 
-/// The uniform stationary states that a run can be about.
-theory::StationaryStates states_of(const io::Scene& scene, const model::Equations& equations,
-                                   const std::vector<UniformState>& samples) {
-    if (scene.kind != io::SceneKind::model || samples.empty()) return stationary_states_of(scene, equations);
+theory::StationaryStates states_of_run(const io::Scene& scene, const model::Equations& equations,
+                                       const std::vector<UniformState>& samples) {
+    if (scene.kind != io::SceneKind::model || samples.empty() || equations.placed_term() != nullptr)
+        return stationary_states_of(scene, equations);
     return theory::stationary_states(equations, conserved_means_in(equations, samples.back()));
 }
-}  // namespace
 
 FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations& equations,
                                  const std::vector<UniformState>& samples, const std::vector<PartPair>& pairs,
@@ -185,7 +185,7 @@ FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations&
         result.why_none = term + " depends on position or time: there is no uniform state";
         return result;
     }
-    const theory::StationaryStates found = states_of(scene, equations, samples);
+    const theory::StationaryStates found = states_of_run(scene, equations, samples);
     if (found.states.empty()) {
         result.why_none = "there is no uniform stationary state: " + found.why_none;
         return result;

@@ -25,6 +25,10 @@ int directing_component(const model::Model& model, const model::UniformState& st
 double turn_of(const model::Model& model, int directing, const model::UniformState& state,
                const model::UniformState& sample);
 
+/// The uniform stationary states that a run can be about: those with the conserved means in its samples.
+theory::StationaryStates states_of_run(const io::Scene& scene, const model::Equations& equations,
+                                       const std::vector<model::UniformState>& samples);
+
 /// Two of model::part_names(), by index.
 using PartPair = std::pair<std::size_t, std::size_t>;
 

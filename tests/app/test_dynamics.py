@@ -97,6 +97,18 @@ def test_the_theory_of_a_model_of_ones_own_is_that_of_its_symbol(tmp_path):
             assert value == pytest.approx((matrix @ numpy.diag([0.1, 0.3]) @ matrix.conj().T)[0, 0].real, rel=1e-10)
 
 
+def test_the_theory_of_walkers_is_about_the_mean_of_their_start(tmp_path):
+    # Independent walkers: S(q, omega) = c 2 D q^2/(omega^2 + D^2 q^4), proportional to their density c.
+    model = drover.Model([drover.Field("c", "D lap c + div(sqrt(2 D max(c, 0)) j)", conserved=True, reference=20.0)],
+                         noises=[drover.Noise("j", spin=1)], D=1.0)
+    scene = model.scene(points=16, side=16.0, dt=0.5, end=100.0, initial={"c": "40"}).set("output.frame_every", 0.5)
+    with scene.run(tmp_path / "walkers.h5") as run:
+        found = drover.dynamic_structure_factor(run, "c")
+    rate = found.wavenumber.values[:, None]**2
+    expected = 40.0 * 2.0 * rate / (found.frequency.values**2 + rate**2)
+    assert found.dynamic_structure_factor_c_linear.values == pytest.approx(expected, rel=1e-9)
+
+
 def test_a_scene_without_noise_has_no_theory_of_fluctuations(tmp_path):
     quiet = drover.Scene.from_dict({**SMALL, "noise.order": 0.0, "noise.rods": 0.0, "initial.kind": "uniform",
                                     "output.frame_every": 1.0})
