@@ -6,8 +6,8 @@ Usage: correlations.py --drover PROGRAM --output FOLDER [--rods matched | printe
 Each area fraction of beads is a run of models/bead-flock.toml in a cell of 90 mm, with the rods of RODS in flocks.py.
 FOLDER/correlations-FRACTION.csv gets the summary of its archive: a row for each number, with its place (a separation of
 rods or the side of a box [mm]; empty for numbers of the whole cell) and its standard error, after the warm-up that the
-summary leaves out.  A table that is there is not made again, and a run that was
-stopped goes on.  10 to 25 minutes of one core each with matched rods, an hour with those as printed. """
+summary leaves out.  A table that is there is not made again, and a run that was stopped goes on.  10 to 25 minutes of
+one core each with matched rods, half an hour to an hour with those as printed. """
 import argparse
 import sys
 from pathlib import Path
