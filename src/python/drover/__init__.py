@@ -37,7 +37,7 @@ from importlib import import_module
 # Imported when they are used: the package itself loads in milliseconds.
 HOMES = {
     "Calibration": "calibration", "DroverError": "error", "Error": "error", "Field": "model",
-    "Frame": "simulation", "Model": "model", "ModelRun": "model", "Noise": "model", "Table": "model",
+    "Frame": "simulation", "Model": "model", "ModelRun": "model_run", "Noise": "model", "Table": "model",
     "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping",
     "Tradeoff": "trading",
     "Theory": "theory", "calibrate": "calibration", "coefficients": "commands", "diff": "commands",

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drover.error import Error
+from drover.model_run import ModelRun, pair_of
 
 
 @dataclass(frozen=True)
@@ -162,7 +163,10 @@ def number_or_text(value):
 
 def waves_at(wavenumbers, angle):
     """(q_x, q_y) of each |q|, at an angle to the x axis."""
-    return [(q * np.cos(angle), q * np.sin(angle)) for q in np.atleast_1d(np.asarray(wavenumbers, dtype=float))]
+    numbers = np.atleast_1d(np.asarray(wavenumbers, dtype=float))
+    if not numbers.size:
+        raise Error("no wavenumbers; expected at least one")
+    return [(q * np.cos(angle), q * np.sin(angle)) for q in numbers]
 
 
 SCENE_KEYS = ("name", "unit", "meaning", "mass", "balance", "conserved", "solenoidal", "reference", "noise",
@@ -351,7 +355,7 @@ class Model:
         dt: the step; method: a name of `drover schema time`.  Runs of dt and dt/2 with one seed share their noise, so
         their difference measures the error of the step.
         """
-        return ModelRun(self, np.broadcast_to(points, 2), np.broadcast_to(side, 2), float(dt), method, seed, threads)
+        return ModelRun(self, pair_of("points", points), pair_of("side", side), float(dt), method, seed, threads)
 
     def scene(self, points, side, dt, end, *, initial=None, method="etdrk4-krogstad", seed=1, name="model"):
         """The Scene of a run of this model to the time `end`, which writes an archive: scene.run("model.h5").
@@ -367,7 +371,7 @@ class Model:
         """
         from drover.scene import Scene
 
-        (nx, ny), (lx, ly) = np.broadcast_to(points, 2).tolist(), np.broadcast_to(side, 2).tolist()
+        (nx, ny), (lx, ly) = pair_of("points", points).tolist(), pair_of("side", side).tolist()
         start = dict(initial or {})
         if not start.keys().isdisjoint(self.components):
             start = {"kind": "formula", **start}
@@ -395,103 +399,3 @@ class Model:
         if isinstance(state, dict):
             return self.state(**state)
         return self._equations.reference() if state is None else list(state)
-
-
-class ModelRun:
-    """A run of a model in memory; made by Model.start()."""
-
-    def __init__(self, model, points, side, dt, method, seed, threads):
-        from drover._drover import Evolution
-
-        model._require_no_grid()
-        if any(count != int(count) for count in points):
-            raise Error(f"points = {', '.join(map(str, points))}; expected whole numbers")
-        self.model, self.dt, self.side = model, dt, tuple(map(float, side))
-        self._evolution = Evolution(model._equations, *map(int, points), *self.side, dt, method, seed, threads)
-        names, kept = model._equations.components(), model._equations.state_components()
-        self._names = [names[k] for k in kept]
-        self._balanced = [name for k, name in enumerate(names) if k not in kept]
-
-    @property
-    def time(self):
-        """The time reached."""
-        return self._evolution.time()
-
-    def advance(self, duration):
-        """Advances by a duration, a whole number of steps; returns the run."""
-        if not np.isfinite(duration):
-            raise Error(f"duration = {duration}; expected a finite number")
-        steps = round(duration / self.dt)
-        if abs(steps * self.dt - duration) > 1e-9 * abs(duration):
-            raise Error(f"duration = {duration} is {duration / self.dt:.6g} steps of dt = {self.dt}; expected a whole "
-                        "number of steps")
-        self._evolution.advance(steps)
-        return self
-
-    @property
-    def fields(self):
-        """The fields now, those in balance too, a dataset of arrays (y, x) by component."""
-        import xarray
-
-        values = self._evolution.fields()
-        axes = {name: np.arange(size) * (side / size)
-                for name, size, side in zip(("x", "y"), values.shape[:0:-1], self.side)}
-        arrays = dict(zip(self._names, values))
-        if self._balanced:
-            arrays |= zip(self._balanced, self._evolution.balanced())
-        return xarray.Dataset({name: (("y", "x"), array) for name, array in arrays.items()}, axes,
-                              {"time": self.time})
-
-    def set(self, **arrays):
-        """Replaces components, or fields, by arrays (y, x), functions of x and y, or numbers; returns the run.
-
-        A complex field has complex values, any other field of two components a pair of values.
-
-        run.set(phi=lambda x, y: 0.1 * np.cos(2 * np.pi * x / 8.0), A=1.0 + 0.5j, p=(0.5, 0.0))
-        """
-        now = self.fields
-        values = np.array([now[name].values for name in self._names])
-        x, y = np.meshgrid(now.x, now.y)
-        fields = {name: field for field in self.model.fields for name in (field.symbol, field.name)}
-        for name, given in arrays.items():
-            parts = fields[name].components if name in fields and name not in self._names else (name,)
-            if not set(parts) <= set(self._names):
-                raise Error(f"{name} is not a component of this run with a rate; expected one of "
-                            + ", ".join(self._names))
-            given = given(x, y) if callable(given) else given
-            if len(parts) == 2:
-                given = (np.real(given), np.imag(given)) if fields[name].complex else given
-                if np.isscalar(given) or len(given) != 2:
-                    raise Error(f"{name} has two components, {' and '.join(parts)}; expected a pair of values")
-            elif np.iscomplexobj(given):
-                raise Error(f"{name} has complex values; expected real ones")
-            for part, value in zip(parts, given if len(parts) == 2 else (given,)):
-                values[self._names.index(part)] = value
-        self._evolution.set_fields(values)
-        return self
-
-    def structure_factor(self, name):
-        """|a_q|^2 times the area, averaged over shells of the width of the smallest |q|, by wavenumber.
-
-        Of the modes that the run keeps: |k| < N/(degree + 1) on each axis, by the degree of the products.
-        """
-        import xarray
-
-        if name not in self._names:
-            raise Error(f"{name} is not a component of this run; expected one of {', '.join(self._names)}")
-        values = self.fields[name].values
-        power = np.abs(np.fft.fft2(values) / values.size) ** 2 * self.side[0] * self.side[1]
-        wave = [2 * np.pi * np.fft.fftfreq(size, side / size) for size, side in zip(values.shape, self.side[::-1])]
-        q = np.hypot(*np.meshgrid(*wave, indexing="ij"))
-        width = 2 * np.pi / max(self.side)
-        degree = self.model._equations.degree()
-        number = [np.abs(np.fft.fftfreq(size, 1 / size)) for size in values.shape]
-        is_kept = np.logical_and.outer(*(k * (degree + 1) < max(k.size, 2) for k in number))
-        shell = np.rint(q[is_kept] / width).astype(int)
-        count, total, mean_q = (np.bincount(shell, weights) for weights in (None, power[is_kept], q[is_kept]))
-        kept = np.flatnonzero(count)[1:]
-        return xarray.DataArray(total[kept] / count[kept], dims="wavenumber",
-                                coords={"wavenumber": mean_q[kept] / count[kept]}, name=f"structure_factor_{name}")
-
-    def __repr__(self):
-        return f"<run of {', '.join(field.symbol for field in self.model.fields)} at t = {self.time:.6g}>"
