@@ -294,7 +294,7 @@ def test_an_impossible_export_is_rejected_and_leaves_no_file(ran, tmp_path):
     archive = ran / "tiny.h5"
     for words, says in ((["-o", "kept.xyz"], "exists"), (["-o", "kept.xyz", "--overwrite"], "not an XYZ file"),
                         (["-o", "new.xyz", "--frame", "11"], "has no frame 11; expected one of 0 to 10"),
-                        (["-o", "no/new.xyz"], "cannot be written"),
+                        (["-o", "no/new.xyz"], 'the folder "no" does not exist'),
                         (["-o", archive, "--overwrite"], "not an XYZ file")):
         rejected(tmp_path, ["export", archive, *words], [says])
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "0")
