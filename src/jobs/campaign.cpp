@@ -146,6 +146,13 @@ private:
         return progress_.ended > 0 ? progress_.core_seconds / static_cast<double>(progress_.ended) : group_seconds;
     }
 
+    /// Requests a stop where a rule is met.  Called where there is more to do: a job that is complete was not stopped.
+    bool stop_by_rule() const {
+        const std::string rule = met_rule(progress_);
+        if (!rule.empty()) run::request_stop(SIGALRM, rule);
+        return !rule.empty();
+    }
+
     std::vector<std::string> gather() {
         const auto limit = static_cast<std::size_t>(
             std::clamp(group_seconds / std::max(mean_seconds(), 1e-9), 1.0, static_cast<double>(options_.max_group)));
@@ -153,6 +160,7 @@ private:
         std::map<std::string, HeldUnit> held;
         plan_.wanted([&](const std::string& key) {
             if (is_over(key) || busy_.contains(key)) return true;
+            if (stop_by_rule()) return false;
             const auto before = held_.find(key);
             if (before != held_.end() && Clock::now() - before->second.looked < second_look) held.insert(*before);
             else if (const std::string name = claim_of(key); claims_.claim(name))
@@ -202,7 +210,7 @@ private:
         progress_.core_seconds += record.seconds;
         if (record.state != UnitState::done) ++progress_.failed;
         take(record);
-        if (const std::string rule = met_rule(progress_); !rule.empty()) run::request_stop(SIGALRM, rule);
+        if (!busy_.empty()) stop_by_rule();
     }
 
     void end(std::size_t job, int status) {

@@ -146,6 +146,15 @@ TEST(Campaign, stops_when_a_rule_is_met_and_the_next_call_goes_on) {
     }
 }
 
+TEST(Campaign, that_is_complete_was_not_stopped_by_a_rule_that_its_last_unit_meets) {
+    const Folder folder;
+    const StopRules rules("jobs=4");
+    Units units(folder, 4, {});
+    EXPECT_FALSE(run_campaign(units.plan(), options(folder)).stopped);
+    EXPECT_EQ(run::stop_signal(), 0);
+    expect_complete(folder, 4);
+}
+
 TEST(StopRules, that_are_none_are_refused_with_those_that_there_are) {
     for (const char* wrong : {"failures", "failures=", "failures=0", "failures=1.5", "=3", "seconds=3", "core-time=x"})
         EXPECT_THROW(set_stop_rules({wrong}), Error) << wrong;

@@ -18,7 +18,7 @@ DensityProfile profile_of(int points, double (*density)(double x)) {
     return density_profile(values, length);
 }
 
-/// Of straight lines between points of distance h: to second order in h, here 2 h^2 in mm and less.
+/// Straight lines between points a distance h apart are right to second order in h, here to h^2/2 in mm.
 TEST(DensityProfile, has_a_width_that_does_not_depend_on_where_the_points_are) {
     for (const int points : {32, 33, 100}) {
         const double h = length / points;
