@@ -129,6 +129,8 @@ def test_what_cannot_be_run_is_rejected_with_a_remedy():
                          (lambda: run.set(s=np.nan), "finite"), (lambda: model.state(q=1.0), "not a field"),
                          (lambda: model.state(s=(1.0, 2.0)), "2 values; expected 1"),
                          (lambda: model.start(7, 1.0, 0.1), "even"), (lambda: model.start(8.9, 1.0, 0.1), "whole"),
+                         (lambda: model.start(np.nan, 1.0, 0.1), "whole"),
+                         (lambda: Model([Field("p", "-p", spin=1)]).start(8, 1.0, 0.1).set(p=(1j, 0.0)), "complex"),
                          (lambda: model.start((8, 8, 8), 1.0, 0.1), "two along x and y"),
                          (lambda: model.start(8, 1.0, 0.1, seed=-1), "seed = -1"),
                          (lambda: run.set(s=np.zeros((3, 8))), "of shape \\(3, 8\\)"),

@@ -18,7 +18,7 @@ class ModelRun:
         from drover._drover import Evolution
 
         model._require_no_grid()
-        if any(count != int(count) for count in points):
+        if any(count % 1 != 0 for count in points):
             raise Error(f"points = {', '.join(map(str, points))}; expected whole numbers")
         if not 0 <= seed < 2**63:
             raise Error(f"seed = {seed}; expected an integer from 0 to 2^63 - 1")
@@ -79,9 +79,9 @@ class ModelRun:
                 given = (np.real(given), np.imag(given)) if fields[name].complex else given
                 if np.isscalar(given) or len(given) != 2:
                     raise Error(f"{name} has two components, {' and '.join(parts)}; expected a pair of values")
-            elif np.iscomplexobj(given):
-                raise Error(f"{name} has complex values; expected real ones")
             for part, value in zip(parts, given if len(parts) == 2 else (given,)):
+                if np.iscomplexobj(value):
+                    raise Error(f"{part} has complex values; expected real ones")
                 try:
                     values[self._names.index(part)] = value
                 except ValueError:
