@@ -43,10 +43,16 @@ run::Record instability_record(const theory::Instability& found, const std::stri
             run::number("wavenumber", "mm-1", "|q| of the fastest wave; 0: the uniform state itself changes", found.q),
             run::number("wavelength", "mm", "2 pi/|q| of the fastest wave", is_uniform ? nan : 2.0 * pi / found.q),
             run::number("angle", "degree", "angle of q from " + direction, found.angle / radians_per_degree),
-            run::number("grows_from", "mm-1",
-                        "smallest |q| that grows at this angle; 0: the smallest |q| searched grows", found.min),
-            run::number("grows_to", "mm-1",
-                        "largest |q| that grows at this angle; infinite: the largest |q| searched grows", found.max),
+            run::number(
+                "grows_from", "mm-1",
+                "smallest |q| that grows at this angle, or of the uniform state at any; 0: the smallest |q| searched "
+                "grows",
+                found.min),
+            run::number(
+                "grows_to", "mm-1",
+                "largest |q| that grows at this angle, or of the uniform state at any; infinite: the largest |q| "
+                "searched grows",
+                found.max),
             only_data({.name = "at_longest",
                        .unit = "1",
                        .meaning = "1: the growth rate is largest at the smallest |q| searched",

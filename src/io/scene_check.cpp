@@ -79,6 +79,14 @@ void check_time_method(const Scene& scene, bool has_noise, const LocationOf& at)
                                            : "noise.order, noise.velocity, noise.rods and noise.beads");
 }
 
+void check_approximation(const Approximation& approximation, const LocationOf& at) {
+    require(approximation.quasi_linear || approximation.quasi_linear_above == 0.0,
+            at("approximation.quasi_linear_above"),
+            "approximation.quasi_linear_above = {} has no effect without approximation.quasi_linear = true; set that, "
+            "or leave it out",
+            approximation.quasi_linear_above);
+}
+
 /// Before any check that visits every mode: the least a run of any scheme needs.
 void check_least_memory(const Scene& scene, std::size_t components, const LocationOf& at) {
     const double arrays = 4.0 * static_cast<double>(components);
@@ -94,9 +102,11 @@ void check_fields(const Scene& scene, const LocationOf& at) {
     check_least_memory(scene, physics::component_names(scene.model).size(), at);
     const physics::Equations rod_bead(scene.model);
     const model::Equations equations = rod_bead.solver();
+    check_unread(scene.initial, FormulasOf::rod_bead, at);
     check_noise_of_start(scene.initial, equations, at);
     model::check(scene.initial, equations, scene.grid, physics::kept_degree(rod_bead, scene.dealiasing), at);
     check_time_method(scene, physics::has_noise(scene.model), at);
+    check_approximation(scene.approximation, at);
 }
 
 /// The equations, the grid and the start of a declared model.
@@ -104,8 +114,10 @@ void check_declared(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     const model::Equations equations(model_of(scene.declared));
     check_least_memory(scene, equations.state_components().size(), at);
+    check_unread(scene.initial, FormulasOf::declared, at);
     model::check(scene.initial, equations, scene.grid, kept_degree(scene, equations), at);
     check_time_method(scene, equations.has_noise(), at);
+    check_approximation(scene.approximation, at);
 }
 
 void check_fractions(const std::vector<double>& fractions, const std::string& key, const LocationOf& at) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/unread_keys.hpp"
 #include "physics/model_file.hpp"
 
 namespace drover::io {
@@ -105,6 +106,21 @@ LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* 
         }
     }
     return formulas;
+}
+
+void check_unread(const model::Start& start, FormulasOf of, const LocationOf& at) {
+    const bool mode = start.kind == "mode", file = start.kind == "file";
+    const bool has_amplitude = mode || start.kind == "random" || start.kind == "formula";
+    const std::string modes = "initial.kind = \"mode\"", files = "initial.kind = \"file\"";
+    reject_unread(start, "initial", text("initial.kind = \"{}\"", start.kind),
+                  {{"amplitude", {has_amplitude, "initial.kind = \"random\", \"mode\" or \"formula\""}},
+                   {"field", {mode, modes}},
+                   {"mode_x", {mode, modes}},
+                   {"mode_y", {mode, modes}},
+                   {"phase", {mode, modes}},
+                   {"file", {file, files}},
+                   {"frame", {file, files}}},
+                  at, start_without_keys(of));
 }
 
 void check_noise_of_start(const model::Start& start, const model::Equations& equations, const LocationOf& at) {

@@ -17,40 +17,82 @@ std::string cell(double value, double rounding = 0.0) {
     return text("{:>11.{}g}", value, std::clamp(static_cast<int>(digits), 1, 5));
 }
 
-/// The largest number in the table of the same unit.
-double largest_of_unit(const Report& report, const std::string& unit) {
+/// Whether a row is a ratio, whose value no other row of the unit 1 has a part in.
+bool is_ratio(const measure::SummaryRow& row) {
+    return row.name == "step_error" || row.name.starts_with("spectral_tail_") || row.name.ends_with("_binder");
+}
+
+/// The square of a field whose mean may be zero.
+bool is_square(const measure::SummaryRow& row) {
+    return row.name.starts_with("variance_") || row.name.starts_with("structure_factor_") ||
+           row.name.ends_with("_susceptibility");
+}
+
+/// The field of which a row is: that of the longest name in its own.
+const measure::MeasuredField* field_of(const Report& report, const measure::SummaryRow& row) {
+    const std::string words = "_" + row.name + "_";
+    const measure::MeasuredField* found = nullptr;
+    std::size_t longest = 0;
+    for (const measure::MeasuredField& field : report.setting.fields)
+        for (const std::string& name : {field.name, field.short_name})
+            if (name.size() > longest && words.find("_" + name + "_") != std::string::npos) {
+                found = &field;
+                longest = name.size();
+            }
+    return found;
+}
+
+std::string unit_of(const Report& report, const measure::MeasuredField& field) {
+    return io::renamed(field.unit, report.scene.units);
+}
+
+/// Which numbers one may be a difference of: those of the field, or of its unit, and energies and powers of it; "":
+/// of itself alone.
+std::string summands_of(const Report& report, const measure::SummaryRow& row) {
+    if (is_ratio(row) || is_square(row)) return "";
+    const measure::MeasuredField* field = field_of(report, row);
+    if (field != nullptr && row.unit == unit_of(report, *field)) return "field " + field->name;
+    const bool is_energy = row.name.starts_with("energy") || row.name.starts_with("power");
+    return is_energy || row.unit != "1" ? "unit " + row.unit : "";
+}
+
+/// The largest of these numbers in the table.
+double largest_of(const Report& report, const std::string& summands) {
     double largest = 0.0;
     for (const measure::SummaryRow& row : report.summary.rows) {
-        if (!row.axes.empty() || row.unit != unit) continue;
-        if (const double mean = row.estimates.front().mean; std::isfinite(mean))
-            largest = std::max(largest, std::abs(mean));
+        const double mean = row.axes.empty() ? row.estimates.front().mean : 0.0;
+        if (std::isfinite(mean) && summands_of(report, row) == summands) largest = std::max(largest, std::abs(mean));
     }
     return largest;
 }
 
-/// The largest number of the unit of the field of which a variance or structure factor is; 1 of others.
-double amplitude_of(const Report& report, const std::string& row) {
-    const measure::MeasuredField* found = nullptr;
-    for (const measure::MeasuredField& field : report.setting.fields)
-        for (const std::string& name :
-             {"variance_" + field.name, "structure_factor_" + field.short_name, "size_mean_" + field.name})
-            if ((row == name || row.starts_with(name + "_")) &&
-                (found == nullptr || field.name.size() > found->name.size()))
-                found = &field;
-    return found ? largest_of_unit(report, io::renamed(found->unit, report.scene.units)) : 1.0;
+constexpr double rounding_error = 1e-12;  // of the largest of the numbers that a sum is of
+
+/// Of a row that is a square of a field, or the product of two.
+double rounding_of_square(const Report& report, const measure::SummaryRow& row) {
+    const auto amplitude = [&](const measure::MeasuredField* field) {
+        return rounding_error * (field ? largest_of(report, "field " + field->name) : 1.0);
+    };
+    const bool is_variance = row.name.starts_with("variance_");
+    const double area =
+        io::has_grid(report.scene.kind) ? numerics::area(report.scene.grid) : dem::area(report.scene.particles.cell);
+    for (const measure::MeasuredField& a : report.setting.fields)
+        for (const measure::MeasuredField& b : report.setting.fields)
+            if (row.name == "structure_factor_" + a.short_name + "_" + b.short_name)
+                return amplitude(&a) * amplitude(&b) * area;
+    const double one = amplitude(field_of(report, row));
+    return one * one * (is_variance ? 1.0 : area);
 }
 
 /// What a number may be that would be zero without rounding: fields and energies are sums of terms as large as the
-/// largest number of their unit, variances and structure factors are squares of fields.
+/// largest of them, variances and structure factors are squares of fields.
 double rounding_of(const Report& report, const measure::SummaryRow& row) {
-    constexpr double relative = 1e-12;
-    const bool is_variance = row.name.starts_with("variance_");
-    if (!is_variance && !row.name.starts_with("structure_factor_") && !row.name.ends_with("_susceptibility"))
-        return row.axes.empty() ? relative * largest_of_unit(report, row.unit) : 0.0;
-    const double amplitude = relative * amplitude_of(report, row.name);
-    const double area =
-        io::has_grid(report.scene.kind) ? numerics::area(report.scene.grid) : dem::area(report.scene.particles.cell);
-    return amplitude * amplitude * (is_variance ? 1.0 : area);
+    if (is_square(row)) return rounding_of_square(report, row);
+    if (!row.axes.empty() || is_ratio(row)) return 0.0;
+    const std::string summands = summands_of(report, row);
+    if (!summands.empty()) return rounding_error * largest_of(report, summands);
+    // Other numbers without a unit, such as an order parameter, are of the order of 1 where they are not zero.
+    return report.scene.kind == io::SceneKind::model ? 0.0 : rounding_error;
 }
 
 /// Whether a number without an error bar is zero up to rounding: its series is nothing but rounding.

@@ -171,14 +171,30 @@ Looks look_around(const Landscape& land, Threads& threads) {
     return looks;
 }
 
+/// The uniform state itself, and the shortest wave to which its growth extends at any angle.
+Instability uniform_change(const Landscape& land, int steps) {
+    const Growth uniform = growth(land.state, 0.0);
+    Instability found{.kind = kind_of_change(land), .rate = land.uniform, .frequency = uniform.frequency};
+    const auto shortest = [&](double angle) {
+        Instability one{.q = std::exp(land.log_q.front()), .angle = angle};
+        if (!land.grows(land.log_q.front(), angle)) return 0.0;
+        set_range(land, one);
+        return one.max;
+    };
+    std::vector<double> angles;
+    for (int a = 0; a <= steps; ++a) angles.push_back(a * step_angle);
+    const numerics::Largest largest = numerics::largest_of(angles, shortest);
+    found.max = std::isfinite(largest.value)
+                    ? std::max(largest.value, shortest(numerics::refined_maximum(angles, largest.place, shortest)))
+                    : largest.value;
+    return found;
+}
+
 std::vector<Instability> anisotropic_instabilities(const Landscape& land, const Looks& looks) {
     const std::vector<double>& log_q = land.log_q;
     const auto& [quarter, steps, best] = looks;
     std::vector<Instability> found;
-    if (land.uniform > 0.0) {
-        const Growth uniform = growth(land.state, 0.0);
-        found.push_back({.kind = kind_of_change(land), .rate = land.uniform, .frequency = uniform.frequency});
-    }
+    if (land.uniform > 0.0) found.push_back(uniform_change(land, steps));
     const auto add = [&](double x, double angle) {
         if (land.grows(x, angle) && land.is_wave(x, angle)) found.push_back(found_at(land, x, angle));
     };

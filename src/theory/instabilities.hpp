@@ -21,9 +21,10 @@ struct Instability {
     InstabilityKind kind = InstabilityKind::order;
     double rate = 0.0, frequency = 0.0;  ///< Re s, -Im s
     double q = 0.0, angle = 0.0;         ///< |q|, and its angle from the direction of the state [rad]; q = 0: uniform
-    double min = 0.0, max = 0.0;         ///< |q| that grow at this angle; 0 and infinite: beyond the search
-    bool at_longest = false;             ///< growth increases down to the smallest |q| searched
-    bool at_shortest = false;            ///< growth increases up to the largest |q| searched: no short-wave cutoff
+    /// |q| that grow at this angle, or where q = 0 at any; 0 and infinite: beyond the search.
+    double min = 0.0, max = 0.0;
+    bool at_longest = false;   ///< growth increases down to the smallest |q| searched
+    bool at_shortest = false;  ///< growth increases up to the largest |q| searched: no short-wave cutoff
 };
 
 struct GrowingWaves {

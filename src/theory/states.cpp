@@ -8,6 +8,7 @@
 
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
+#include "numerics/algebra/extremum.hpp"
 #include "theory/uniform_equations.hpp"
 
 namespace drover::theory {
@@ -201,19 +202,22 @@ private:
         roots_.push_back({.at = root, .is_of_family = is_of_family(equations_, root.z)});
     }
 
-    /// Newton's method for the equations times prod (1 + 1/|z - root|^2), which has none of the roots.
+    /// Newton's method for the equations times prod (1 + l^2/|z - root|^2), which has none of the roots.  l: the
+    /// distance at the start.
     std::optional<Vector> deflated(Vector z) const {
         if (roots_.empty()) return {};
+        std::vector<double> squares;
+        for (const Root& root : roots_) squares.push_back((z - root.at.z).squaredNorm());
         for (int step = 0; step < 60; ++step) {
             const Vector f = equations_.values(z);
             if (!f.allFinite()) return {};
             Vector change = newton_step(equations_.jacobian(z), f);
             double slope = 0.0;  // of the logarithm of the factor along the change
-            for (const Root& root : roots_) {
-                const Vector away = z - root.at.z;
+            for (std::size_t r = 0; r < roots_.size(); ++r) {
+                const Vector away = z - roots_[r].at.z;
                 const double square = away.squaredNorm();
                 if (square == 0.0) return {};
-                slope -= 2.0 * away.dot(change) / (square * (1.0 + square));
+                slope -= 2.0 * squares[r] * away.dot(change) / (square * (squares[r] + square));
             }
             change /= 1.0 - slope;
             if (!change.allFinite()) return {};
@@ -271,6 +275,50 @@ std::vector<Vector> starting_points(const UniformEquations& equations) {
     return starts;
 }
 
+/// Values of a component, from which lines of states are made: all sizes, and those from one to another root.
+std::vector<double> values_on_line(const std::vector<Roots::Root>& roots, Eigen::Index k) {
+    std::vector<double> values{0.0};
+    for (int n = -72; n <= 72; ++n)  // 1e-9 to 1e9
+        for (const double sign : {1.0, -1.0}) values.push_back(sign * std::pow(10.0, n / 8.0));
+    double low = 0.0, high = 0.0;
+    for (const Roots::Root& root : roots) low = std::min(low, root.at.z(k)), high = std::max(high, root.at.z(k));
+    constexpr int steps = 64;
+    for (int n = 0; n <= 2 * steps; ++n) values.push_back(low + (high - low) * n / steps);
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    return values;
+}
+
+/// Where the rate of one component changes its sign along its own values, through the reference and through each root:
+/// of one field, all its states that differ by more than the distance of the values.
+std::vector<Vector> changes_of_sign(const UniformEquations& equations, const std::vector<Roots::Root>& roots) {
+    std::vector<Vector> lines{equations.reference()}, starts;
+    if (equations.count() > 1)
+        for (const Roots::Root& root : roots) lines.push_back(root.at.z);
+    for (Eigen::Index k = 0; k < equations.count(); ++k) {
+        const std::vector<double> values = values_on_line(roots, k);
+        for (Vector z : lines) {
+            const auto rate_at = [&](double value) {
+                z(k) = value;
+                return equations.values(z)(k);
+            };
+            double before = 0.0, rate_before = std::numeric_limits<double>::quiet_NaN();
+            for (const double value : values) {
+                const double rate = rate_at(value);
+                if (rate == 0.0 && rate_before != 0.0) starts.push_back(z);
+                else if (rate * rate_before < 0.0) {
+                    z(k) =
+                        numerics::boundary_between(before, value, 1e-6, [&](double at) { return rate_at(at) > 0.0; });
+                    starts.push_back(z);
+                }
+                before = value;
+                rate_before = rate;
+            }
+        }
+    }
+    return starts;
+}
+
 bool has_order(const model::Model& model, const model::UniformState& state) {
     std::size_t place = 0;
     for (const model::Field& field : model.fields) {
@@ -302,6 +350,10 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
         for (const model::UniformState& guess : *guesses) roots.try_from(uniform.of_state(guess), false);
     } else {
         for (const Vector& start : starting_points(uniform)) roots.try_from(start, true);
+        for (std::size_t before = 0, rounds = 0; rounds < 4 && roots.found().size() > before; ++rounds) {
+            before = roots.found().size();
+            for (const Vector& start : changes_of_sign(uniform, roots.found())) roots.try_from(start, false);
+        }
     }
     const model::Model& model = equations.model();
     for (const Roots::Root& root : roots.found()) {

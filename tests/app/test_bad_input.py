@@ -107,6 +107,15 @@ SCENES = {
     "a start from a missing file": (
         "[initial]\nkind = \"file\"\nfile = \"lost.h5\"\n", ["bad.toml:3:1", "lost.h5", "does not exist"]),
     "a negative frame": ("[initial]\nframe = -2\n", ["bad.toml:2:1", "initial.frame = -2", ">= -1"]),
+    "an amplitude of a uniform start": (
+        "[initial]\namplitude = 0.1\n",
+        ["bad.toml:2:1", "initial.amplitude = 0.1 has no effect with initial.kind = \"uniform\"", "default, 0.0, or"]),
+    "a wave of a random start": ("[initial]\nkind = \"random\"\nmode_y = 2\n",
+                                 ["bad.toml:3:1", "initial.mode_y = 2 has no effect", 'kind = "mode"']),
+    "a file of a mode": ("[initial]\nkind = \"mode\"\nfile = \"a.h5\"\n",
+                         ["bad.toml:3:1", "initial.file = \"a.h5\" has no effect", 'kind = "file"']),
+    "long waves of a full model": ("[approximation]\nquasi_linear_above = 0.3\n",
+                                   ["bad.toml:2:1", "has no effect without approximation.quasi_linear = true"]),
     "a negative seed": ("[run]\nseed = -1\n", ["bad.toml:2:1", "run.seed = -1", ">= 0"]),
     "too many threads": ("[run]\nthreads = 5000\n", ["bad.toml:2:1", "run.threads = 5000", "1024"]),
     "negative threads": ("[run]\nthreads = -1\n", ["bad.toml:2:1", "run.threads = -1", ">= 0"]),

@@ -47,6 +47,21 @@ TEST(ModelInstabilities, of_a_scalar_that_reacts_are_a_pattern_and_a_change_of_t
     EXPECT_NEAR(whole[0].rate, 0.3, 1e-14);
 }
 
+TEST(ModelInstabilities, of_an_ordered_state_as_a_whole_end_with_the_shortest_wave_that_grows_at_any_angle) {
+    // At |p| = 1 its size grows by 2 - (1 + k cos^2) q^2 for waves along and across it.
+    for (const auto& [k, shortest] : {std::pair{0.0, std::sqrt(2.0)}, {0.7, std::sqrt(2.0)}, {-0.5, 2.0}}) {
+        const model::Equations equations(
+            {.fields = {spin(1, "p", "-p + p.p p + lap p + k grad div p")}, .coefficients = {{"k", k}}});
+        const std::vector<Instability> found = grows(model::LinearisedAt(equations, {1.0, 0.0}));
+        const auto whole =
+            std::find_if(found.begin(), found.end(), [](const Instability& one) { return one.q == 0.0; });
+        ASSERT_NE(whole, found.end());
+        EXPECT_NEAR(whole->rate, 2.0, 1e-13);
+        EXPECT_EQ(whole->min, 0.0);
+        EXPECT_NEAR(whole->max, shortest, 1e-12);  // a root by bisection, at a maximum over angles
+    }
+}
+
 TEST(ModelInstabilities, of_an_isotropic_state_are_listed_for_every_range_of_waves) {
     // 0.1 - (1 - q^2)^2 for u, 0.3 - (9 - q^2)^2 for v: two ranges that do not meet.
     const std::vector<Instability> found =

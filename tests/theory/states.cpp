@@ -1,6 +1,7 @@
 // tests/theory/states.cpp: the uniform states of declared models beside exact roots.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "theory/models.hpp"
@@ -30,6 +31,22 @@ TEST(ModelStates, of_a_quintic_scalar_are_all_its_roots_far_from_the_starting_po
     const std::vector<double> roots{-0.07, 0.011, 0.9, 0.97, 40.0};
     // Rounding of the products over the slope: cancellation in the factor of the root itself, some units in 1e-16.
     for (std::size_t k = 0; k < roots.size(); ++k) EXPECT_NEAR(found.states[k].values[0], roots[k], 1e-14 * 40.0);
+}
+
+TEST(ModelStates, of_a_scalar_are_all_its_roots_whatever_its_unit) {
+    for (const double unit : {1e-6, 1e-3, 1.0, 1e3, 1e6})
+        for (const auto& [low, high] : {std::pair{1.0, 2.0}, {30.0, 60.0}, {-0.2, 0.05}}) {
+            const model::Equations equations(
+                model::Model{.fields = {scalar("c", "(c - 1e-3 U)(c - l U)(h U - c)/U^2 + lap c")},
+                             .coefficients = {{"U", unit}, {"l", low}, {"h", high}}});
+            const StationaryStates found = stationary_states(equations);
+            ASSERT_EQ(found.states.size(), 3u) << unit << " " << low;
+            std::vector<double> roots{1e-3 * unit, low * unit, high * unit};
+            std::sort(roots.begin(), roots.end());
+            // Cancellation in the factor of a root, as above; Newton's last step is 1e-15 of the root.
+            for (std::size_t k = 0; k < 3; ++k)
+                EXPECT_NEAR(found.states[k].values[0], roots[k], 1e-14 * std::abs(high) * unit) << unit << " " << low;
+        }
 }
 
 TEST(ModelStates, of_a_flock_are_one_isotropic_and_one_ordered_along_x_whose_copies_count_once) {

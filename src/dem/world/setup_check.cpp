@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/unread_keys.hpp"
 #include "dem/packing/supply.hpp"
 #include "drover/base/text.hpp"
 #include "drover/dem/bodies.hpp"
@@ -107,6 +108,18 @@ void check_flower(const Cell& cell, const LocationOf& place) {
         cell.petal_radius, 2.0 * least, least);
 }
 
+void check_unread(const Cell& cell, const LocationOf& place) {
+    const bool has_sides = is_periodic(cell) || cell.shape == "rectangle", flower = cell.shape == "flower";
+    const std::string sides = "cell.shape = \"periodic\" or \"rectangle\"", petals = "cell.shape = \"flower\"";
+    reject_unread(cell, "cell", text("cell.shape = \"{}\"", cell.shape),
+                  {{"lx", {has_sides, sides}},
+                   {"ly", {has_sides, sides}},
+                   {"radius", {!has_sides, "cell.shape = \"circle\" or \"flower\""}},
+                   {"petals", {flower, petals}},
+                   {"petal_radius", {flower, petals}}},
+                  place);
+}
+
 /// Checks that bodies fit the cell in every direction.
 void check_cell_size(const Setup& setup, double thickest, double longest, const LocationOf& place) {
     const Cell& cell = setup.cell;
@@ -159,10 +172,6 @@ void check_unread(const ContactControl& contacts, const LocationOf& place) {
     const std::string chosen = !impulse      ? text("contacts.model = \"{}\"", contacts.model)
                                : slip_before ? "contacts.track_slip = false"
                                              : text("contacts.law = \"{}\"", contacts.law);
-    struct Reading {
-        bool is_read;
-        const char* readers;
-    };
     const char* const soft = "a contacts.model of soft bodies";
     const char* const by_groups = "a contacts.law with groups";
     const std::map<std::string, Reading> readings{
@@ -178,14 +187,7 @@ void check_unread(const ContactControl& contacts, const LocationOf& place) {
         {"rod_step", {pairwise, "contacts.law = \"pairwise\""}},
         {"stiffness", {!impulse, soft}},
         {"tangential_stiffness_ratio", {!impulse, soft}}};
-    const auto values = values_of(contacts), defaults = values_of(ContactControl{});
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        const auto found = readings.find(values[i].first);
-        const std::string key = "contacts." + values[i].first;
-        require(found == readings.end() || found->second.is_read || values[i].second == defaults[i].second, place(key),
-                "{} = {} has no effect with {}; expected its default, {}, or {}", key, toml_text(values[i].second),
-                chosen, toml_text(defaults[i].second), found == readings.end() ? "" : found->second.readers);
-    }
+    reject_unread(contacts, "contacts", chosen, readings, place);
 }
 
 void check_contacts(const Setup& setup, double thinnest, const LocationOf& place) {
@@ -220,6 +222,7 @@ void check_contacts(const Setup& setup, double thinnest, const LocationOf& place
 
 void check(const Setup& setup, const LocationOf& place) {
     check_rows(setup, place);
+    check_unread(setup.cell, place);
     check_flower(setup.cell, place);
     const double area_cell = area(setup.cell);
     const SupplySize beads = check_beads(setup.beads, area_cell, place),

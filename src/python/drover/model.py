@@ -49,6 +49,11 @@ class Field:
     energy: str = ""
     mass_unit: str = "1"
 
+    def __post_init__(self):
+        for key, value in list(vars(self).items()):
+            if np.ndim(value) == 0 and isinstance(value, (np.generic, np.ndarray)):
+                object.__setattr__(self, key, value.item())  # numbers of numpy are numbers
+
     @property
     def components(self):
         """Names of the components: ("p_x", "p_y") of a vector."""
