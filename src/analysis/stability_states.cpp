@@ -136,6 +136,7 @@ StabilityProblem stability_problem(const io::Scene& scene) {
                                  is_own ? run::words("model", "its name", scene.declared.name)
                                         : run::words("form", "fields of the model", physics::form_name(scene.model))}};
     if (!found.why_none.empty()) problem.footer.push_back("\nno uniform stationary state: " + found.why_none);
+    if (!found.kink.empty() && found.why_none.empty()) problem.footer.push_back("\nno linear theory: " + found.kink);
     if (!found.why_no_order.empty()) problem.footer.push_back("\nno ordered state: " + found.why_no_order);
     if (!is_own) add_slow_order(scene, problem);
     for (const auto& [name, why] : {std::pair{"no_state", found.why_none}, std::pair{"no_order", found.why_no_order}})

@@ -1,4 +1,7 @@
 // base/expression_calculus.cpp: values, derivatives and properties of expressions.
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
 
 #include "base/expression_graph.hpp"
@@ -125,7 +128,10 @@ Expression operator+(const Expression& a, const Expression& b) { return combined
 Expression operator-(const Expression& a, const Expression& b) { return combined(Operation::subtract, a, b); }
 Expression operator*(const Expression& a, const Expression& b) { return combined(Operation::multiply, a, b); }
 
-double evaluate(const Expression& expression, std::span<const double> slots) {
+namespace {
+/// function: the value of a node from those of its arguments.
+template <class Function>
+double evaluated(const Expression& expression, std::span<const double> slots, Function function) {
     const std::vector<Node>& nodes = expression.graph().nodes;
     std::array<double, 256> few;
     std::vector<double> many(nodes.size() > few.size() ? nodes.size() : 0);
@@ -134,9 +140,30 @@ double evaluate(const Expression& expression, std::span<const double> slots) {
         const Node& node = nodes[i];
         if (node.operation == Operation::number) values[i] = node.value;
         else if (node.operation == Operation::slot) values[i] = slots[static_cast<std::size_t>(node.left)];
-        else values[i] = apply(node.operation, values[node.left], is_binary(node) ? values[node.right] : 0.0);
+        else values[i] = function(node.operation, values[node.left], is_binary(node) ? values[node.right] : 0.0);
     }
     return values[nodes.size() - 1];
+}
+
+bool is_jump(Operation operation) { return operation == Operation::sign || operation == Operation::step; }
+}  // namespace
+
+double evaluate(const Expression& expression, std::span<const double> slots) {
+    return evaluated(expression, slots, apply);
+}
+
+bool jumps_at(const Expression& expression, std::span<const double> slots) {
+    const std::vector<Node>& nodes = expression.graph().nodes;
+    if (std::none_of(nodes.begin(), nodes.end(), [](const Node& node) { return is_jump(node.operation); }))
+        return false;
+    const auto beside = [&](double side) {
+        return evaluated(expression, slots, [side](Operation operation, double a, double b) {
+            return apply(operation, is_jump(operation) && a == 0.0 ? side : a, b);
+        });
+    };
+    const double above = beside(1.0), below = beside(-1.0);
+    constexpr double rounding = 1e-12;
+    return std::abs(above - below) > rounding * (std::abs(above) + std::abs(below));
 }
 
 int chain_rule(GraphBuilder& graph, int root, const std::function<int(int slot)>& slope_of_slot) {

@@ -121,9 +121,12 @@ struct CompiledEquations {
     std::set<int> slots_read(const Expression& expression) const;
     /// The slope of an expression by such a slot.
     Expression slope(const Expression& expression, int slot, const SourceLocation& where = {}) const;
-    /// A slope where the slots have these values.  Where its formula is 0/0, as that of |p| p at p = 0, it is the limit
-    /// from several sides; not finite where there is none, as of p/|p|.
-    double slope_at(const Expression& slope, const std::vector<double>& values) const;
+    /// An expression where the slots have these values.  Where it is 0/0, as the slope of |p| p at p = 0, it is the
+    /// limit from several sides; not finite where there is none, as of p/|p|.
+    double limit_at(const Expression& expression, const std::vector<double>& values) const;
+    /// The same of a slope; not finite either where it or its function jumps, as that of |u| at u = 0.
+    double slope_at(const PointFunction& function, const PointFunction::Slope& slope,
+                    const std::vector<double>& values) const;
     /// Whether all slopes of a term are finite there.
     bool has_slopes(const Term& term, const std::vector<double>& values) const;
     PointDegree degree_of(const Expression& expression) const;

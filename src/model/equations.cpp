@@ -169,15 +169,20 @@ void CompiledEquations::visit_slopes(
     for (std::size_t k = 0; k < term.rows.size(); ++k) {
         const int row = first_component[term.summary.field] + static_cast<int>(k);
         for (const auto& [derivative, coefficient] : term.rows[k].linear) visit(row, derivative, coefficient);
-        for (const PointFunction& function : term.rows[k].functions)
-            for (const PointFunction::Slope& slope : function.slopes) {
-                const double value = slope_at(slope.value, slots);
-                require(std::isfinite(value), term.summary.where,
+        for (const PointFunction& function : term.rows[k].functions) {
+            const auto require_slope = [&](bool holds) {
+                require(holds, term.summary.where,
                         "the term \"{}\" has no finite derivative in this uniform state; expected another state",
                         term.summary.text);
+            };
+            require_slope(!jumps_at(function.value, slots));
+            for (const PointFunction::Slope& slope : function.slopes) {
+                const double value = slope_at(function, slope, slots);
+                require_slope(std::isfinite(value));
                 for (const auto& [derivative, coefficient] : atoms[static_cast<std::size_t>(slope.slot - first_atom)])
                     visit(row, {derivative.component, derivative.order + function.order}, value * coefficient);
             }
+        }
     }
 }
 

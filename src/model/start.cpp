@@ -2,6 +2,7 @@
 #include "model/start.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "drover/model/linearised_at.hpp"
 #include "drover/numerics/stepper.hpp"
@@ -173,6 +174,21 @@ void remove_divergence(const Equations& equations, const numerics::Grid& grid, n
                 state[c + 1][m] -= q.y * along;
             }
     }
+}
+
+UniformState means_of_start(const Start& start, const Equations& equations, const numerics::Grid& grid) {
+    UniformState means = equations.reference();
+    if (start.kind != "formula") return means;
+    const std::vector<std::string> names = names_of(components_of_state(equations));
+    Threads one(1);
+    numerics::Fields cells(grid, 1);
+    for (const auto& [name, formula] : start.formulas) {
+        numerics::fill(formula_of(name, formula), grid, one, cells[0]);
+        const auto c = static_cast<std::size_t>(index_of(name, names));
+        means[static_cast<std::size_t>(equations.state_components()[c])] =
+            std::accumulate(cells[0].begin(), cells[0].end(), 0.0) / static_cast<double>(numerics::points(grid));
+    }
+    return means;
 }
 
 namespace {

@@ -64,7 +64,7 @@ Symbol CompiledEquations::product_symbol(const UniformState& uniform, const Wave
                         const LinearForm& form = driven.atoms[static_cast<std::size_t>(slope.slot - first_atom)];
                         if (std::any_of(form.begin(), form.end(),
                                         [&](const auto& e) { return e.first.component >= components; }))
-                            add(k, form, function.order, driven.slope_at(slope.value, slots));
+                            add(k, form, function.order, driven.limit_at(slope.value, slots));
                     }
             }
         }

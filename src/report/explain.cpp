@@ -213,6 +213,23 @@ void add_modes(const io::Scene& scene, const model::Integrated& what, const List
                  joined(beyond_linear)));
 }
 
+/// Where the start has other conserved means than the references, about which the modes are.
+void add_means_of_start(const io::Scene& scene, const model::Equations& equations, run::Record& root) {
+    if (scene.kind != io::SceneKind::model) return;
+    const model::UniformState means = run::conserved_start(scene, equations), references = equations.reference();
+    std::vector<std::string> apart;
+    for (const model::StateComponent& one : model::components_of_state(equations)) {
+        const auto at = static_cast<std::size_t>(model::first_components(equations.model())[one.field] + one.part);
+        if (means[at] != references[at])
+            apart.push_back(text("{} = {:.6g} for {:.6g}", one.name, means[at], references[at]));
+    }
+    if (!apart.empty())
+        root.footer.push_back(
+            text("the start has other conserved means than the references ({}): drover stability is "
+                 "about its means",
+                 joined(apart)));
+}
+
 run::Record explain_fields(const io::Scene& scene) {
     const model::Integrated what = run::integrated_of(scene);
     const ListedTerms of = listed_terms(scene, what.equations);
@@ -226,6 +243,7 @@ run::Record explain_fields(const io::Scene& scene) {
         root.entries.push_back(run::words("name", "of the model", scene.declared.name));
     add_steps(scene, what, root);
     add_modes(scene, what, of, root);
+    add_means_of_start(scene, what.equations, root);
     root.lists = {fields_of(scene, what.equations), terms_of(what.equations.model(), of),
                   coefficients_of(scene, what.equations.model())};
     if (what.long_waves < INFINITY)

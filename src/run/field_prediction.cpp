@@ -145,32 +145,11 @@ std::vector<UniformState> sampled_means(const model::Equations& equations, const
     return samples;
 }
 
-namespace {
-/// The references with the conserved means of a run, which its start may have set apart from them.
-UniformState conserved_means_in(const model::Equations& equations, const UniformState& sample) {
-    constexpr double rounding = 1e-9;  // of a mean over a run
-    const Eigen::MatrixXd kept = theory::conserved_means(equations);
-    const std::vector<int>& state = equations.state_components();
-    UniformState means = equations.reference();
-    Eigen::VectorXd apart(kept.cols());
-    for (Eigen::Index k = 0; k < apart.size(); ++k) {
-        const auto component = static_cast<std::size_t>(state[static_cast<std::size_t>(k)]);
-        apart(k) = sample[component] - means[component];
-    }
-    const Eigen::VectorXd moved = kept.transpose() * (kept * apart);
-    for (Eigen::Index k = 0; k < moved.size(); ++k) {
-        double& mean = means[static_cast<std::size_t>(state[static_cast<std::size_t>(k)])];
-        if (std::abs(moved(k)) > rounding * (mean != 0.0 ? std::abs(mean) : 1.0)) mean += moved(k);
-    }
-    return means;
-}
-}  // namespace
-
 theory::StationaryStates states_of_run(const io::Scene& scene, const model::Equations& equations,
                                        const std::vector<UniformState>& samples) {
     if (scene.kind != io::SceneKind::model || samples.empty() || equations.placed_term() != nullptr)
         return stationary_states_of(scene, equations);
-    return theory::stationary_states(equations, conserved_means_in(equations, samples.back()));
+    return theory::stationary_states(equations, with_conserved_means(equations, samples.back()));
 }
 
 FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations& equations,

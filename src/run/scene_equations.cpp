@@ -57,7 +57,34 @@ std::string placed_term_of(const io::Scene& scene, const model::Equations& equat
     return placed == nullptr ? "" : placed->text;
 }
 
+model::UniformState with_conserved_means(const model::Equations& equations, const model::UniformState& sample) {
+    constexpr double rounding = 1e-9;  // of a mean over a run or a grid
+    const Eigen::MatrixXd kept = theory::conserved_means(equations);
+    const std::vector<int>& state = equations.state_components();
+    model::UniformState means = equations.reference();
+    Eigen::VectorXd apart(kept.cols());
+    for (Eigen::Index k = 0; k < apart.size(); ++k) {
+        const auto component = static_cast<std::size_t>(state[static_cast<std::size_t>(k)]);
+        apart(k) = sample[component] - means[component];
+    }
+    const Eigen::VectorXd moved = kept.transpose() * (kept * apart);
+    for (Eigen::Index k = 0; k < moved.size(); ++k) {
+        double& mean = means[static_cast<std::size_t>(state[static_cast<std::size_t>(k)])];
+        if (std::abs(moved(k)) > rounding * (mean != 0.0 ? std::abs(mean) : 1.0)) mean += moved(k);
+    }
+    return means;
+}
+
+model::UniformState conserved_start(const io::Scene& scene, const model::Equations& equations) {
+    return with_conserved_means(equations, model::means_of_start(scene.initial, equations, scene.grid));
+}
+
 namespace {
+/// Of a model of one's own, with the conserved means of its start.
+theory::StationaryStates own_states(const io::Scene& scene, const model::Equations& equations) {
+    return theory::stationary_states(equations, conserved_start(scene, equations));
+}
+
 /// Of a model file, whose fields follow the order in one way alone: without a search where that is enough.
 theory::StationaryStates keyed_states(const physics::Equations& keyed, const model::Equations& equations) {
     std::optional<theory::StationaryStates> few;
@@ -73,12 +100,12 @@ theory::StationaryStates keyed_states(const physics::Equations& keyed, const mod
 }  // namespace
 
 theory::StationaryStates uniform_states_of(const io::Scene& scene, const model::Equations& equations) {
-    if (scene.kind == io::SceneKind::model) return theory::stationary_states(equations);
+    if (scene.kind == io::SceneKind::model) return own_states(scene, equations);
     return keyed_states(physics::Equations(scene.model), equations);
 }
 
 theory::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations) {
-    if (scene.kind == io::SceneKind::model) return theory::stationary_states(equations);
+    if (scene.kind == io::SceneKind::model) return own_states(scene, equations);
     const physics::Equations keyed(scene.model);
     if (const std::string term = physics::nonuniform_term(keyed); !term.empty())
         return {.states = {}, .why_none = term + " depends on position or time", .why_no_order = {}};

@@ -15,6 +15,11 @@ model::Equations equations_of(const io::Scene& scene);
 /// A term that depends on position or time, so that there is no uniform state; "": none.
 std::string placed_term_of(const io::Scene& scene, const model::Equations& equations);
 
+/// The references with the conserved means of a state, which a start may have set apart from them.
+model::UniformState with_conserved_means(const model::Equations& equations, const model::UniformState& sample);
+/// Those of the start of a scene: of its formulas, not of its file.
+model::UniformState conserved_start(const io::Scene& scene, const model::Equations& equations);
+
 /// Their uniform stationary states at the mean densities of the scene, without sources at points.
 theory::StationaryStates uniform_states_of(const io::Scene& scene, const model::Equations& equations);
 /// None where a term depends on position or time.

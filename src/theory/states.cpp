@@ -9,6 +9,7 @@
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/algebra/extremum.hpp"
+#include "theory/state_text.hpp"
 #include "theory/uniform_equations.hpp"
 
 namespace drover::theory {
@@ -23,6 +24,7 @@ struct Attempt {
     Vector z;
     double residual = std::numeric_limits<double>::infinity();
     Eigen::Index row = 0;  ///< of the largest residual
+    bool is_kink = false;  ///< stationary, and a rate has no derivative there
     bool is_root() const { return residual <= accepted_residual; }
 };
 
@@ -46,7 +48,11 @@ Attempt newton(const UniformEquations& equations, Vector z) {
     Attempt attempt{.z = z};
     if (!z.allFinite() || !f.allFinite()) return attempt;
     const Matrix slopes = equations.jacobian(z);
-    if (!slopes.allFinite()) return attempt;  // beyond the domain of a function, whatever the rates are there
+    if (!slopes.allFinite()) {  // a kink, or beyond the domain of a function, whatever the rates are there
+        attempt.is_kink =
+            f.norm() <= accepted_residual * equations.equations().uniform_rate_sizes(equations.state_of(z)).norm();
+        return attempt;
+    }
     attempt.residual = equations.relative(z, slopes).maxCoeff(&attempt.row);
     return attempt;
 }
@@ -185,13 +191,19 @@ public:
         bool is_of_family = false;
     };
     const std::vector<Root>& found() const { return roots_; }
+    const std::optional<Vector>& kink() const { return kink_; }
     const Attempt& nearest() const { return nearest_; }  ///< the smallest residual of all attempts
     int starts() const { return starts_; }
 
 private:
     void add(const Attempt& attempt) {
+        if (attempt.is_kink && !kink_) kink_ = attempt.z;
         if (!std::isfinite(attempt.residual)) return;
         Attempt root = cleaned(equations_, attempt);  // a field that decays is 0 but for rounding: relative to itself 1
+        if (root.is_root() && !equations_.jacobian(root.z).allFinite()) {
+            if (!kink_) kink_ = root.z;
+            return;
+        }
         if (root.residual < nearest_.residual) nearest_ = root;
         if (!root.is_root()) return;
         if (equations_.turns_freely()) root.z = turned_along_x(equations_, root.z);
@@ -231,6 +243,7 @@ private:
 
     const UniformEquations& equations_;
     std::vector<Root> roots_;
+    std::optional<Vector> kink_;
     Attempt nearest_;
     int starts_ = 0;
 };
@@ -376,7 +389,13 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
     });
     const bool is_ordered = !result.states.empty() && !result.states.back().is_isotropic;
     name_states(uniform, result.states);
-    if (result.states.empty())
+    if (roots.kink())
+        result.kink = text("the state with {} is stationary too, but a term has no derivative there",
+                           state_text(model, uniform.state_of(*roots.kink())));
+    if (result.states.empty() && roots.kink())
+        result.why_none = text("that with {} is stationary, but a term has no derivative there",
+                               state_text(model, uniform.state_of(*roots.kink())));
+    else if (result.states.empty())
         result.why_none = text(
             "Newton's method found no uniform stationary state from {} starting points; the smallest rate that "
             "remained is {:.3g} of its terms",

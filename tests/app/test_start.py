@@ -165,3 +165,25 @@ def test_formulas_of_an_own_model_are_taken_back_by_empty_ones(tmp_path):
               """--set 'initial.u=""' --set 'initial.w=""'"""])
     drover(tmp_path, "check", "own.toml", "--set", "initial.kind=random", "--set", 'initial.u=""', "--set",
            'initial.w=""')
+
+
+DEMIXING = """
+model = {name = "model B"}
+field = [{symbol = "phi", conserved = true}, {symbol = "u"}]
+equations = {phi = "lap(phi^3 - phi - lap phi)", u = "phi - u"}
+grid = {nx = 32, ny = 32, lx = 40.0, ly = 40.0}
+time = {dt = 0.05, end = 1.0}
+initial = {kind = "formula", phi = "0.8 + 0.3 cos(2 pi x/lx)", u = "5"}
+"""
+
+
+def test_stability_is_that_of_the_conserved_means_of_the_start(tmp_path):
+    (tmp_path / "b.toml").write_text(DEMIXING)
+    state = drover_json(tmp_path, "stability", "b.toml")["states"]
+    assert [(one["phi"], one["u"]) for one in state] == [(pytest.approx(0.8, rel=1e-14), pytest.approx(0.8, rel=1e-14))]
+    assert state[0]["instabilities"] == []  # 3 phi^2 - 1 > 0
+    footer = "other conserved means than the references (phi = 0.8 for 0)"
+    assert footer in drover(tmp_path, "explain", "b.toml").stdout
+    state = drover_json(tmp_path, "stability", "b.toml", "--set", "initial.phi=0.1*cos(2*pi*x/lx)")["states"]
+    assert state[0]["phi"] == 0.0 and state[0]["instabilities"][0]["rate"] == pytest.approx(0.25, rel=1e-12)
+    assert footer[:30] not in drover(tmp_path, "explain", "b.toml", "--set", "initial.phi=0.1*cos(2*pi*x/lx)").stdout

@@ -16,6 +16,23 @@ const std::array point{0.37, -0.82, 1.21, 0.7, 1.5, -0.5, 2.0, 3.0, 5.0};
 
 std::string derivative_text(const std::string& written) { return text_of(derivative(expression_of(written), 0)); }
 
+TEST(Jump, is_where_sign_and_step_change_and_the_value_with_them) {
+    const std::array at{0.0, 1.0, 1.0};
+    for (const auto& [written, jumps] : {std::pair{"sign(x)", true},
+                                         {"step(y - t)", true},
+                                         {"x*sign(x)", false},
+                                         {"sign(y)", false},
+                                         {"abs(x)", false},
+                                         {"max(y, t)", false},
+                                         {"2*sign(x)*sign(x)", false},
+                                         {"y + x*step(x)", false}})
+        EXPECT_EQ(jumps_at(expression_of(written), at), jumps) << written;
+    // Slopes of kinks jump, and those of their products with what vanishes there do not.
+    EXPECT_TRUE(jumps_at(derivative(expression_of("abs(x)"), 0), at));
+    EXPECT_TRUE(jumps_at(derivative(expression_of("max(y, t)"), 1), at));
+    EXPECT_FALSE(jumps_at(derivative(expression_of("x*abs(x)"), 0), at));
+}
+
 TEST(Derivative, equals_the_central_difference_of_random_expressions) {
     std::mt19937 random(7);
     int compared = 0;

@@ -49,6 +49,29 @@ TEST(ModelStates, of_a_scalar_are_all_its_roots_whatever_its_unit) {
         }
 }
 
+TEST(ModelStates, at_kinks_and_jumps_have_no_linear_theory) {
+    const auto of = [](const std::string& rate) {
+        return stationary_states(model::Equations(model::Model{.fields = {scalar("c", rate + " + lap c")}}));
+    };
+    for (const char* const rate : {"-c + 3 abs(c)", "-c + 3 max(c, 0)"}) {  // 2 c for c > 0: unstable
+        const StationaryStates found = of(rate);
+        EXPECT_TRUE(found.states.empty()) << rate;
+        EXPECT_NE(found.why_none.find("all fields 0 is stationary, but a term has no derivative"), std::string::npos);
+    }
+    for (const char* const rate : {"-c + sign(c)", "-c + c/abs(c)"}) {
+        const StationaryStates found = of(rate);
+        EXPECT_EQ(names(found), (std::vector<std::string>{"isotropic: c = -1", "isotropic: c = 1"})) << rate;
+    }
+    EXPECT_EQ(names(of("-c + sqrt(c)")), (std::vector<std::string>{"isotropic"}));  // c = 1
+    EXPECT_FALSE(of("-c + sqrt(c)").kink.empty());
+    const StationaryStates smooth = of("-c + abs(c) c");  // whose derivative at 0 is that of -c
+    EXPECT_EQ(smooth.states.size(), 3u);
+    EXPECT_TRUE(smooth.kink.empty());
+    const model::Equations beside(model::Model{.fields = {scalar("c", "1 - max(c, 2) + lap c")}});
+    for (const auto& [c, rate] : {std::pair{1.0, 0.0}, {3.0, -1.0}}) EXPECT_EQ(beside.symbol({c}, {})(0, 0), rate);
+    EXPECT_THROW(static_cast<void>(beside.symbol({2.0}, {})), Error);
+}
+
 TEST(ModelStates, of_a_flock_are_one_isotropic_and_one_ordered_along_x_whose_copies_count_once) {
     const double a = -0.7, b = 0.4;
     const model::Equations equations(

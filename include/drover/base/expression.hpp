@@ -69,6 +69,9 @@ Expression operator*(const Expression& a, const Expression& b);
 
 /// The value; infinite or NaN where a quotient, power or function is.  `slots` must reach beyond every slot in use.
 double evaluate(const Expression& expression, std::span<const double> slots);
+/// Whether the value jumps at `slots`: sign and step have their argument at 0 there, and the values on both sides of it
+/// differ.
+bool jumps_at(const Expression& expression, std::span<const double> slots);
 
 std::set<int> slots_of(const Expression& expression);
 

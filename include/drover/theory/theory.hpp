@@ -28,6 +28,7 @@ struct StationaryStates {
     std::vector<StationaryState> states;  ///< isotropic ones first, then by the size of the order and by values
     std::string why_none;                 ///< why there is no state; empty if there is one
     std::string why_no_order;  ///< why there is no ordered state; empty if there is one or no field has a spin
+    std::string kink = {};     ///< one that is stationary, but no linear theory is about it; empty if none was met
 };
 
 /// Combinations of the means of the components with a rate that no uniform state changes: one orthonormal row each.
