@@ -28,6 +28,12 @@ struct Analysis {
     Threads* threads;  ///< of maps; nullptr: no maps
 };
 
+/// A number with the name of its unit in the scene.
+std::string in_unit(const char* format, double value, const char* unit, const io::Units& units) {
+    const std::string name = io::renamed(unit, units);
+    return text(format, value) + (name == "1" ? "" : " " + (name.starts_with("1/") ? name.substr(1) : name));
+}
+
 run::Record instability_record(const theory::Instability& found, const std::string& direction) {
     const bool is_uniform = found.q == 0.0;
     return {
@@ -71,8 +77,8 @@ run::List instability_list(const Analysis& of, const std::vector<theory::Instabi
                    .row = "instability",
                    .meaning = "instabilities, fastest first",
                    .prefix = "instability_",
-                   .empty =
-                       text("stable against all waves from |q| = {:.3g} to {:.3g} /mm", of.search.min, of.search.max)};
+                   .empty = text("stable against all waves from |q| = {:.3g} to {}", of.search.min,
+                                 in_unit("{:.3g}", of.search.max, "/mm", of.scene.units))};
     for (const theory::Instability& one : found) list.rows.push_back(instability_record(one, of.problem.direction));
     return list;
 }
@@ -91,12 +97,13 @@ std::vector<std::string> instability_notes(const std::vector<theory::Instability
 }
 
 /// The share of each term in the rate of the fastest wave.
-run::List share_list(const model::LinearisedAt& at, const theory::FastestWave& fastest) {
+run::List share_list(const model::LinearisedAt& at, const theory::FastestWave& fastest, const io::Units& units) {
     const model::Equations& equations = at.equations();
     run::List list{.name = "shares",
                    .heading =
-                       text("terms in the rate {:.6g} /s of the fastest wave, |q| = {:.4g} /mm{}", fastest.growth.rate,
-                            fastest.q,
+                       text("terms in the rate {} of the fastest wave, |q| = {}{}",
+                            in_unit("{:.6g}", fastest.growth.rate, "/s", units),
+                            in_unit("{:.4g}", fastest.q, "/mm", units),
                             at.is_isotropic() ? "" : text(", at {:.4g} degrees", fastest.angle / radians_per_degree)),
                    .row = "term",
                    .meaning = "terms of the equations",
@@ -172,7 +179,7 @@ run::Record state_record(const Analysis& of, const AnalysedState& state) {
           .meaning = "D times the area of the cell; <theta^2> = 2 D t for the direction of the mean order",
           .value = diffusion,
           .shown = {.text = diffusion > 0.0}}});
-    record.lists = {instability_list(of, found), share_list(state.linear, fastest), std::move(slow)};
+    record.lists = {instability_list(of, found), share_list(state.linear, fastest, of.scene.units), std::move(slow)};
     if (fastest.shares.empty()) record.lists[1].shown.text = false;
     record.footer = instability_notes(found);
     if (diffusion > 0.0)

@@ -56,6 +56,10 @@ void add_export(CLI::App& program, Action& action) {
     command->callback([options, &action] {
         action = [options] {
             run::require_folder_of({.path = options->output, .where = {}, .name = "--output " + options->output});
+            const std::string ending = std::filesystem::path(options->output).extension().string();
+            require(io::is_field_export(options->output) || ending == ".xyz" || ending == ".extxyz",
+                    {.file = options->output},
+                    "the name ends with \"{}\"; expected .xyz of particles, or .vtk or .csv of fields", ending);
             return io::is_field_export(options->output) ? export_fields(*options) : export_particles(*options);
         };
     });

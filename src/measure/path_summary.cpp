@@ -36,19 +36,33 @@ RotationalDiffusion diffusion_of(const Paths& paths) {
     }
 }
 
-/// Standard deviation of the means of rods, with its error by the jackknife over rods.
+/// Standard deviation of the means of rods.  Its error is that by the jackknife, but at least that by moments, with var
+/// s^2 = (m_4 - s^4 (n - 3)/(n - 1))/n: where rods have two speeds, the jackknife finds all spreads without one equal.
 Estimate deviation_of(std::span<const double> of_rods) {
     const double count = static_cast<double>(of_rods.size());
-    double mean = 0.0;
+    double mean = 0.0, square = 0.0, fourth = 0.0;
     for (const double speed : of_rods) mean += speed / count;
     GroupSums groups(of_rods.size(), 2);
     // Relative to the mean: the squares of a large common speed would lose the spread to rounding.
     for (std::size_t r = 0; r < of_rods.size(); ++r) {
-        groups.add(r, 0, of_rods[r] - mean);
-        groups.add(r, 1, (of_rods[r] - mean) * (of_rods[r] - mean));
+        const double away = of_rods[r] - mean;
+        groups.add(r, 0, away);
+        groups.add(r, 1, away * away);
+        square += away * away / (count - 1.0);
+        fourth += away * away * away * away / count;
     }
-    return jackknife(groups.sums, groups.counts,
-                     [](auto means) { return std::sqrt(std::max(0.0, means[1] - means[0] * means[0])); });
+    Estimate result = jackknife(groups.sums, groups.counts,
+                                [](auto means) { return std::sqrt(std::max(0.0, means[1] - means[0] * means[0])); });
+    result.mean = std::sqrt(square);
+    if (of_rods.size() < 3) {
+        result.error.reset();
+        result.refusal = "no error estimate: two rods; expected three or more";
+    } else if (result.error && square > 0.0) {
+        const double variance = (fourth - square * square * (count - 3.0) / (count - 1.0)) / count;
+        result.error = std::max(*result.error * std::sqrt(count / (count - 1.0)),
+                                0.5 * std::sqrt(std::max(0.0, variance) / square));
+    }
+    return result;
 }
 
 Estimate head_first_fraction(std::span<const double> of_rods) {
@@ -97,6 +111,13 @@ void check_frame(const Paths& paths, std::span<const double> rod_position, std::
             "{} coordinates of beads; expected 3 for each", bead_position.size());
 }
 
+/// Beads flow together, so that their number says little of the error.
+Estimate bead_displacement_of(const Paths& paths) {
+    const Samples samples{.series = {paths.of_frames}, .spacing = paths.spacing};
+    const Estimate over_time = estimate_mean(samples, 0);
+    return over_time.error ? with_error_over_time(paths.of_beads, samples) : over_time;
+}
+
 }  // namespace
 
 Paths make_paths(double spacing, std::size_t frames, std::size_t rods, std::size_t beads) {
@@ -113,9 +134,7 @@ Paths make_paths(double spacing, std::size_t frames, std::size_t rods, std::size
     for (std::size_t k = 0; k < chosen; ++k) paths.followed.push_back(quasirandom_index(k, chosen, beads));
     std::sort(paths.followed.begin(), paths.followed.end());
     paths.followed.erase(std::unique(paths.followed.begin(), paths.followed.end()), paths.followed.end());
-    const GroupSums groups(paths.followed.size() * segments_per_body(paths.followed.size()), 1);
-    paths.sums = groups.sums;
-    paths.counts = groups.counts;
+    paths.of_beads = GroupSums(paths.followed.size(), 1);
     return paths;
 }
 
@@ -127,16 +146,16 @@ void add_frame(Paths& paths, std::span<const double> rod_position, std::span<con
         paths.rods[r].x.push_back(rod_position[3 * r]);
         paths.rods[r].y.push_back(rod_position[3 * r + 1]);
     }
-    const std::size_t segments = segments_per_body(paths.followed.size());
     std::vector<double> now;
     for (const std::size_t bead : paths.followed)
         now.insert(now.end(), {bead_position[3 * bead], bead_position[3 * bead + 1]});
+    double sum = 0.0;
     for (std::size_t b = 0; b < paths.followed.size() && paths.added > 0; ++b) {
         const double dx = now[2 * b] - paths.previous[2 * b], dy = now[2 * b + 1] - paths.previous[2 * b + 1];
-        const std::size_t group = b * segments + segment_of(paths.added - 1, paths.frames - 1, segments);
-        paths.sums[group][0] += dx * dx + dy * dy;
-        paths.counts[group][0] += 1.0;
+        paths.of_beads.add(b, 0, dx * dx + dy * dy);
+        sum += dx * dx + dy * dy;
     }
+    if (paths.added > 0) paths.of_frames.push_back(sum / static_cast<double>(paths.followed.size()));
     paths.previous = std::move(now);
     ++paths.added;
 }
@@ -159,7 +178,7 @@ std::vector<SummaryRow> path_rows(const Paths& paths) {
         rows.push_back(row_of("bead_displacement_squared", "mm2",
                               text("<|r(t + T) - r(t)|^2> in the plane over {} beads and times t, T = {} s",
                                    paths.followed.size(), paths.spacing),
-                              enough ? jackknife_means(paths.sums, paths.counts).front() : none));
+                              enough ? bead_displacement_of(paths) : none));
     return rows;
 }
 

@@ -15,13 +15,14 @@ inline constexpr std::size_t max_beads_followed = 2000;
 /// Paths of all rods; of the beads, which are many, only squared displacements from frame to frame, summed as frames
 /// come.
 struct Paths {
-    double spacing = 0.0;                           ///< between frames: the frame time [s]
-    std::size_t frames = 0, added = 0;              ///< expected, and added so far
-    std::vector<std::vector<double>> angles;        ///< of each rod, direction of n in the plane from x [rad]
-    std::vector<Path> rods;                         ///< centres of mass, not wrapped [mm]
-    std::vector<std::size_t> followed;              ///< indices of the beads followed
-    std::vector<double> previous;                   ///< their x and y in the previous frame [mm]
-    std::vector<std::vector<double>> sums, counts;  ///< [group][1] of squared displacements [mm^2]
+    double spacing = 0.0;                     ///< between frames: the frame time [s]
+    std::size_t frames = 0, added = 0;        ///< expected, and added so far
+    std::vector<std::vector<double>> angles;  ///< of each rod, direction of n in the plane from x [rad]
+    std::vector<Path> rods;                   ///< centres of mass, not wrapped [mm]
+    std::vector<std::size_t> followed;        ///< indices of the beads followed
+    std::vector<double> previous;             ///< their x and y in the previous frame [mm]
+    GroupSums of_beads{0, 1};                 ///< squared displacements of each [mm^2]
+    std::vector<double> of_frames;            ///< their mean over each frame [mm^2]
 };
 
 /// Throws an input Error unless the spacing is positive.
@@ -33,10 +34,11 @@ void add_frame(Paths& paths, std::span<const double> rod_position, std::span<con
                std::span<const double> bead_position);
 
 /// The rows, with errors as in measure/trajectories.hpp:
-///   rod_speed [mm/s], Speeds::mean over one frame;  rod_speed_deviation, among the means of rods (two rods or more);
+///   rod_speed [mm/s], Speeds::mean over one frame;  rod_speed_deviation, of the means of rods (two or more; an error
+///   from three on);
 ///   rod_head_first_fraction, the fraction of rods with a positive mean speed along n;
 ///   rotational_diffusion [rad2/s] and relaxation_time [s], its inverse;
-///   bead_displacement_squared [mm2], over one frame.
+///   bead_displacement_squared [mm2], over one frame; without an error where the frames are too few for one over time.
 /// With fewer than two frames all are NaN, and `refusal` gives the reason.
 std::vector<SummaryRow> path_rows(const Paths& paths);
 

@@ -1,37 +1,48 @@
 // measure/trajectories.cpp: speeds along rods.
 #include "measure/trajectories.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "drover/base/error.hpp"
 #include "measure/jackknife.hpp"
 
 namespace drover::measure {
 
+Estimate with_error_over_time(const GroupSums& groups, const Samples& samples) {
+    Estimate over_time = estimate_mean(samples, 0);
+    if (groups.sums.size() < 2) return over_time;
+    Estimate over_bodies = jackknife_means(groups.sums, groups.counts).front();
+    if (!over_bodies.error || (over_time.error && *over_time.error > *over_bodies.error)) {
+        over_time.mean = over_bodies.mean;
+        return over_time;
+    }
+    return over_bodies;
+}
+
 Speeds speeds_along(std::span<const Path> rods, std::span<const std::vector<double>> angles, double spacing) {
     require(spacing > 0.0, {}, "frames {} s apart; expected a positive time", spacing);
     require(rods.size() == angles.size(), {}, "{} paths and angles of {} rods; expected equal numbers", rods.size(),
             angles.size());
     Speeds result;
-    const std::size_t segments = segments_per_body(rods.size());
-    GroupSums groups(rods.size() * segments, 1);
+    GroupSums groups(rods.size(), 1);
+    std::vector<double> of_frames, rods_in_frame;  // the mean over rods
     for (std::size_t r = 0; r < rods.size(); ++r) {
         const Path& rod = rods[r];
         require(rod.x.size() == angles[r].size() && rod.y.size() == angles[r].size(), {},
                 "rod {}: {} positions and {} angles; expected equal numbers", r, rod.x.size(), angles[r].size());
         const std::size_t frames = angles[r].empty() ? 0 : angles[r].size() - 1;
-        std::vector<double> speeds;
+        of_frames.resize(std::max(of_frames.size(), frames));
+        rods_in_frame.resize(of_frames.size());
         for (std::size_t i = 0; i < frames; ++i) {
             const double vx = (rod.x[i + 1] - rod.x[i]) / spacing, vy = (rod.y[i + 1] - rod.y[i]) / spacing;
-            speeds.push_back(vx * std::cos(angles[r][i]) + vy * std::sin(angles[r][i]));
-            groups.add(r * segments + segment_of(i, frames, segments), 0, speeds.back());
+            const double speed = vx * std::cos(angles[r][i]) + vy * std::sin(angles[r][i]);
+            groups.add(r, 0, speed);
+            of_frames[i] += (speed - of_frames[i]) / ++rods_in_frame[i];
         }
-        if (frames > 0)
-            result.of_rods.push_back(std::accumulate(speeds.begin(), speeds.end(), 0.0) / static_cast<double>(frames));
+        if (frames > 0) result.of_rods.push_back(groups.sums[r][0] / groups.counts[r][0]);
     }
-    const std::vector<Estimate> means = jackknife_means(groups.sums, groups.counts);
-    if (!means.empty()) result.mean = means.front();
+    if (!of_frames.empty()) result.mean = with_error_over_time(groups, {.series = {of_frames}, .spacing = spacing});
     return result;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "drover/measure/statistics.hpp"
+#include "measure/jackknife.hpp"
 
 namespace drover::measure {
 
@@ -50,6 +51,11 @@ Estimate relaxation_time_of(const Estimate& diffusion);
 /// intercept for the initial loss.  The error is that of the slope under the jackknife over groups; there is none when
 /// groups are segments of time shorter than 3/D_r.
 RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlation, const RotationFit& fit = {});
+
+/// The mean of one quantity over bodies, groups, and over time, the samples: bodies keep their differences, such as
+/// their gaits, and what they do together does not average out over them.  The error is the larger of both; that over
+/// bodies alone where the samples are too short for one.
+Estimate with_error_over_time(const GroupSums& groups, const Samples& samples);
 
 /// Speeds of rods along themselves, d.n(t0)/T, d the displacement from t0 over a frame of length T.
 struct Speeds {

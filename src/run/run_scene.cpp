@@ -212,9 +212,15 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
             checkpoint.time, scene.time.end);
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
     std::optional<StopSignals> signals(std::in_place);
-    files::Archive archive =
-        files::Archive::resume(path, recordings_of(simulation), provenance(scene, threads.count()), rows,
-                               [&](const files::ArchiveReader& reader) { require_same_run(reader, path, checkpoint); });
+    std::vector<files::Attribute> attributes = provenance(scene, threads.count());
+    files::Archive archive = files::Archive::resume(path, recordings_of(simulation), attributes, rows,
+                                                    [&](const files::ArchiveReader& reader) {
+                                                        require_same_run(reader, path, checkpoint);
+                                                        for (auto& [attribute, value] :
+                                                             attributes)  // the archive knows the file of its scene
+                                                            if (attribute == "title" || attribute == "scene_file")
+                                                                value = reader.text_attribute(attribute);
+                                                    });
     require(
         checkpoint.row_checksums.empty() || archive.row_checksums() == checkpoint.row_checksums,
         {.file = path.string()},

@@ -9,7 +9,7 @@ from support import drover, write_scene
 
 # Slaved beads: their velocity is recorded, and is no field of the form.
 KEYS = {"fields.bead_density": True, "fields.bead_velocity": "slaved", "drag.coefficient": 1.0, "stiffness.beads": 1.0,
-        "driving.strength": 0.5, "noise.order": 0.0, "noise.rods": 0.0, "initial.kind": "uniform",
+        "driving.strength": 0.5, "noise.order": 0.0, "noise.rods": 0.0, "initial.kind": "random",
         "initial.amplitude": 0.01, "grid.ny": 8, "grid.lx": 8.0, "time.dt": 0.01, "time.end": 0.4,
         "output.frame_every": 0.2, "output.sample_every": 0.1}
 
@@ -76,6 +76,7 @@ def test_one_frame_is_one_file_with_the_name_that_was_given(ran, tmp_path):
     (["-o", "flock.csv", "--bodies"], "--bodies is for particles"),
     (["-o", "kept.csv"], "exists; choose another name, or give --overwrite"),
     (["-o", "flock.xyz"], "holds no trajectory"),
+    (["-o", "flock.nc"], 'the name ends with ".nc"; expected .xyz of particles, or .vtk or .csv of fields'),
     (["-o", "no/flock.csv"], 'the folder "no" does not exist; make it first'),
     (["-o", "no/flock.vtk"], 'the folder "no" does not exist; make it first'),
 ])

@@ -11,7 +11,7 @@ from matplotlib import image
 from pictures import overlaps
 from rejection import rejected
 from scipy import stats
-from support import (contents, drover, drover_json, end_group, environment, scene_text, settings,
+from support import (attributes, contents, drover, drover_json, end_group, environment, scene_text, settings,
                      slow_but, start, tree, wait_until, write_scene)
 
 import drover as package
@@ -88,6 +88,9 @@ def test_half_a_run_and_a_restart_equal_an_uninterrupted_run(ran, tmp_path):
     drover(tmp_path, "run", write_tiny(tmp_path, {"time.end": 0.011}), "--quiet")
     drover(tmp_path, "restart", "tiny.h5", "--set", "time.end=0.02", "--quiet")
     assert_same(ran / "tiny.h5", tmp_path / "tiny.h5")
+    whole, resumed = attributes(ran / "tiny.h5"), attributes(tmp_path / "tiny.h5")
+    other = {name for name in whole if whole[name] != resumed[name]}
+    assert other <= {"run_id", "start_time", "scene"}  # with its output.file
 
 
 @pytest.mark.parametrize("sent, status", slow_but([(signal.SIGTERM, 3), (signal.SIGKILL, -9)], (signal.SIGTERM, 3)))
@@ -295,7 +298,7 @@ def test_an_impossible_export_is_rejected_and_leaves_no_file(ran, tmp_path):
     for words, says in ((["-o", "kept.xyz"], "exists"), (["-o", "kept.xyz", "--overwrite"], "not an XYZ file"),
                         (["-o", "new.xyz", "--frame", "11"], "has no frame 11; expected one of 0 to 10"),
                         (["-o", "no/new.xyz"], 'the folder "no" does not exist'),
-                        (["-o", archive, "--overwrite"], "not an XYZ file")):
+                        (["-o", archive, "--overwrite"], 'the name ends with ".h5"')):
         rejected(tmp_path, ["export", archive, *words], [says])
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "0")
     drover(tmp_path, "export", archive, "-o", "new.xyz", "--frame", "1", "--overwrite")
@@ -315,7 +318,8 @@ def test_python_opens_a_run_of_particles(ran):
 
 @pytest.mark.parametrize("shape", ["rectangle", "circle", "flower"])
 def test_the_figure_draws_walls_of(shape, tmp_path):
-    write_tiny(tmp_path, {"cell.shape": shape, "cell.radius": 14.0, "time.end": 0.002})
+    radius = {} if shape == "rectangle" else {"cell.radius": 14.0}
+    write_tiny(tmp_path, {"cell.shape": shape, "time.end": 0.002, **radius})
     drover(tmp_path, "run", "tiny.toml", "--quiet")
     with package.open_run(tmp_path / "tiny.h5") as run:
         assert overlaps(particle_figure.draw(run)) == []

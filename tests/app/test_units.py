@@ -58,6 +58,8 @@ def test_units_are_called_as_the_scene_says(tmp_path):
     found = units_of(tmp_path / "cm.h5")
     assert (found["x"], found["time"], found["rod_density"], found["observables/wavenumber"]) == \
         ("cm", "h", "cm-2", "cm-1")
+    theory = program(tmp_path, "stability", scene).stdout
+    assert re.search(r"all waves from .* to [0-9.]+ /cm", theory) and not re.search(r"\bmm", theory)
     drawn = words_of(figure.draw_file(tmp_path / "cm.h5"))
     assert "$x$ [cm]" in drawn and "time $t$ [h]" in drawn
 

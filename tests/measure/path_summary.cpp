@@ -44,13 +44,60 @@ Paths rods_of(const std::vector<double>& speeds, std::size_t frames, double spac
 TEST(PathSummary, of_rods_with_known_speeds_has_their_mean_spread_and_head_first_fraction) {
     const auto rows = path_rows(rods_of({12.0, 13.0, -7.0, 14.0}, 41, 0.025, {}));
     EXPECT_NEAR(estimate_of(rows, "rod_speed").mean, 8.0, 1e-11);  // rounding
-    // Deviations of 4, 5, -15 and 6 from the mean, over n - 1: the jackknife corrects the bias of the root.
-    const Estimate deviation = estimate_of(rows, "rod_speed_deviation");
-    EXPECT_NEAR(deviation.mean, std::sqrt(302.0 / 3.0), *deviation.error);
+    // Deviations of 4, 5, -15 and 6 from the mean, over n - 1.
+    EXPECT_NEAR(estimate_of(rows, "rod_speed_deviation").mean, std::sqrt(302.0 / 3.0), 1e-11);
     const Estimate fraction = estimate_of(rows, "rod_head_first_fraction");
     EXPECT_NEAR(fraction.mean, 0.75, 1e-12);
     EXPECT_NEAR(fraction.error.value_or(0.0), std::sqrt(0.75 * 0.25 / 3.0), 1e-12);  // the binomial's
     for (const SummaryRow& row : rows) EXPECT_FALSE(row.unit.empty() || row.formula.empty()) << row.name;
+}
+
+TEST(PathSummary, of_few_rods_of_two_gaits_has_the_errors_of_so_few) {
+    const auto two = path_rows(rods_of({12.0, -8.0}, 401, 0.025, {}));
+    EXPECT_NEAR(estimate_of(two, "rod_speed").error.value_or(0.0), 10.0, 1e-10);  // |x - y|/2
+    EXPECT_NEAR(estimate_of(two, "rod_speed_deviation").mean, 20.0 / std::sqrt(2.0), 1e-10);
+    EXPECT_FALSE(estimate_of(two, "rod_speed_deviation").error.has_value());
+    const auto four = path_rows(rods_of({12.0, -8.0, 12.0, -8.0}, 401, 0.025, {}));
+    // s^2 = 4 100/3, m_4 = 1e4: var s^2 = (m_4 - s^4/3)/4.
+    const double square = 400.0 / 3.0, error = 0.5 * std::sqrt((1e4 - square * square / 3.0) / 4.0) / std::sqrt(square);
+    EXPECT_NEAR(estimate_of(four, "rod_speed_deviation").error.value_or(0.0), error, 1e-10);
+}
+
+TEST(PathSummaryStatistics, of_the_spread_among_rods_has_the_error_of_its_scatter) {
+    constexpr std::size_t repeats = 400, rods = 20;
+    double sum = 0.0, squares = 0.0, errors = 0.0;
+    for (std::size_t n = 0; n < repeats; ++n) {
+        const auto rows = path_rows(rods_of(normal_numbers(rods, 700 + n), 3, 1.0, {}));
+        const Estimate found = estimate_of(rows, "rod_speed_deviation");
+        sum += found.mean / repeats;
+        squares += found.mean * found.mean / repeats;
+        errors += *found.error / repeats;
+    }
+    // The scatter of 400 is known to 1/28.
+    EXPECT_NEAR(errors / std::sqrt(squares - sum * sum), 1.0, 0.11);
+}
+
+TEST(PathSummaryStatistics, of_beads_that_flow_together_has_the_error_of_the_flow) {
+    constexpr std::size_t repeats = 40, beads = 30, frames = 4001;
+    double sum = 0.0, squares = 0.0, errors = 0.0;
+    for (std::size_t n = 0; n < repeats; ++n) {
+        const std::vector<double> kicks = normal_numbers(frames, 40 + n), own = normal_numbers(frames * beads, 90 + n);
+        Paths paths = make_paths(1.0, frames, 0, beads);
+        std::vector<double> position(3 * beads);
+        double flow = 0.0;
+        for (std::size_t i = 0; i < frames; ++i) {
+            add_frame(paths, {}, {}, position);
+            flow += 0.3 * kicks[i] - 0.1 * flow;  // remembered for ten frames
+            for (std::size_t b = 0; b < beads; ++b) position[3 * b] += flow + 0.3 * own[i * beads + b];
+        }
+        const Estimate found = estimate_of(path_rows(paths), "bead_displacement_squared");
+        ASSERT_TRUE(found.error.has_value()) << found.refusal;
+        sum += found.mean / repeats;
+        squares += found.mean * found.mean / repeats;
+        errors += *found.error / repeats;
+    }
+    // The scatter of 40 is known to 1/9; over beads alone the error would be a tenth of it.
+    EXPECT_NEAR(errors / std::sqrt(squares - sum * sum), 1.0, 0.3);
 }
 
 TEST(PathSummary, weights_every_frame_equally_in_unequal_segments) {

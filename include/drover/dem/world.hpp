@@ -14,9 +14,9 @@ namespace drover::dem {
 /// Work and losses since the start [mg mm^2/s^2].  The kinetic energy is that at the start plus their sum: to rounding
 /// with the impulse law, to O(dt^2) with soft contacts.
 struct EnergyBalance {
-    double gravity = 0.0;   ///< work of gravity
+    double gravity = 0.0;   ///< work of gravity and of the constant forces on bodies
     double plates = 0.0;    ///< work of the moving base and lid on the bodies
-    double forces = 0.0;    ///< work of the other forces on bodies, the torque and the control of the mean velocity
+    double forces = 0.0;    ///< work of the torque, the push and the control of the mean velocity
     double kicks = 0.0;     ///< work of the kicks
     double impact = 0.0;    ///< lost along the normals, <= 0
     double friction = 0.0;  ///< lost to friction, <= 0; friction along the slip before an impact can gain some of what

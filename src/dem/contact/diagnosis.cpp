@@ -92,8 +92,8 @@ std::string cause_of_overlap(const Setup& setup, double depth, double radius, do
             "{} <= {:.2g}",
             closing, covered, step.key, step.length, step.key, 0.5 * setup.contacts.max_overlap * radius / closing);
     const std::string words = text(
-        "they approach at {:.3g} mm/s, {:.2g} mm a step of {} = {} s, so the overlap has grown "
-        "over many steps in which others press them together: ",
+        "they approach at {:.3g} mm/s, {:.2g} mm a step of {} = {} s, so the overlap was "
+        "there before, or has grown over many steps: ",
         std::max(0.0, closing), std::max(0.0, covered), step.key, step.length);
     if (PairwiseLaw::is_chosen(setup.contacts))
         return words +

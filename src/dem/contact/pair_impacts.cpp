@@ -44,7 +44,31 @@ void trace_back_to_contact(Overlap& overlap, const Vector& velocity, double dt) 
         overlap.since = std::min(dt, inside / (root - across));
     }
     const Vector then = overlap.apart - overlap.since * velocity;
-    if (!overlap.is_with_surface()) overlap.normal = 1.0 / length(then) * then;
+    overlap.normal = 1.0 / length(then) * then;
+}
+
+/// The same for a sphere at a wall, whose normal changes along the way of the sphere where it is curved.
+void trace_back_to_wall(Overlap& overlap, const Vec4d& place, const Vector& velocity, double dt, const Walls& walls) {
+    overlap.since = 0.0;
+    double distance = dot(overlap.apart, overlap.normal);
+    constexpr int steps = 4;  // Newton's, for a distance that is all but linear in time
+    constexpr double rounding = 1e-14;
+    for (int n = 0; n < steps && std::abs(overlap.reach - distance) > rounding * overlap.reach; ++n) {
+        const double closing = -dot(overlap.normal, velocity);
+        if (closing <= 0.0) return;
+        overlap.since = std::clamp(overlap.since + (overlap.reach - distance) / closing, 0.0, dt);
+        WallPoint points[4];
+        const double x = place[0] - overlap.since * velocity.x, y = place[1] - overlap.since * velocity.y;
+        const int count = walls.near(x, y, overlap.reach + dt * length(velocity), points);
+        const auto along = [&](const WallPoint& wall) {
+            return wall.nx * overlap.normal.x + wall.ny * overlap.normal.y;
+        };
+        const WallPoint* const same =
+            std::max_element(points, points + count, [&](const auto& a, const auto& b) { return along(a) < along(b); });
+        if (same == points + count) return;
+        distance = same->distance;
+        overlap.normal = {same->nx, same->ny, 0.0};
+    }
 }
 
 /// Normals with a larger vertical component press a body that rests on a plate into it.
@@ -107,7 +131,8 @@ void resolve_beads(Overlap& overlap, Spheres& spheres, const PairRules& rules, C
 /// Resolves any group.
 class GroupSolver {
 public:
-    GroupSolver(Spheres& spheres, const PairRules& rules) : spheres_(spheres), rules_(rules) {}
+    GroupSolver(const Walls& walls, Spheres& spheres, const PairRules& rules)
+        : walls_(walls), spheres_(spheres), rules_(rules) {}
 
     void resolve_group(std::span<Overlap*> overlaps, ContactReport& report) {
         bodies_.clear();
@@ -166,7 +191,8 @@ private:
             velocity =
                 velocity - velocity_of(spheres_, overlap.second, bodies_[static_cast<std::size_t>(contact.second)]);
         }
-        trace_back_to_contact(overlap, velocity, rules_.dt);
+        if (surface) trace_back_to_wall(overlap, spheres_.position[overlap.first], velocity, rules_.dt, walls_);
+        else trace_back_to_contact(overlap, velocity, rules_.dt);
         contact.normal = overlap.normal;
         contact.arm_first = from_centre(spheres_, overlap.first) - spheres_.position[overlap.first][3] * overlap.normal;
         if (!surface)
@@ -232,6 +258,7 @@ private:
         }
     }
 
+    const Walls& walls_;
     Spheres& spheres_;
     const PairRules& rules_;
     std::vector<std::uint32_t> indices_;  // of the bodies of the group
@@ -282,7 +309,7 @@ ContactReport PairImpacts::step(const Walls& walls, Spheres& spheres, const Neig
     const std::size_t groups = start_.size() - 1, chunks = groups / groups_per_chunk + 1;
     reports_.assign(chunks, {});
     threads.for_chunks(chunks, 1, [&](std::size_t first, std::size_t last) {
-        GroupSolver solver(spheres, rules);
+        GroupSolver solver(walls, spheres, rules);
         std::vector<Overlap*> members;
         for (std::size_t c = first; c < last; ++c) {
             ContactReport& report = reports_[c];

@@ -108,13 +108,12 @@ void check_flower(const Cell& cell, const LocationOf& place) {
         cell.petal_radius, 2.0 * least, least);
 }
 
+/// The sides of a cell may stay where --set gives it another shape.
 void check_unread(const Cell& cell, const LocationOf& place) {
-    const bool has_sides = is_periodic(cell) || cell.shape == "rectangle", flower = cell.shape == "flower";
-    const std::string sides = "cell.shape = \"periodic\" or \"rectangle\"", petals = "cell.shape = \"flower\"";
+    const bool flower = cell.shape == "flower";
+    const std::string petals = "cell.shape = \"flower\"";
     reject_unread(cell, "cell", text("cell.shape = \"{}\"", cell.shape),
-                  {{"lx", {has_sides, sides}},
-                   {"ly", {has_sides, sides}},
-                   {"radius", {!has_sides, "cell.shape = \"circle\" or \"flower\""}},
+                  {{"radius", {flower || cell.shape == "circle", "cell.shape = \"circle\" or \"flower\""}},
                    {"petals", {flower, petals}},
                    {"petal_radius", {flower, petals}}},
                   place);

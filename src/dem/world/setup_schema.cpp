@@ -137,7 +137,7 @@ template <>
 const std::vector<Row<Kick>>& schema<Kick>() {
     static const std::vector<Row<Kick>> rows{
         {"strength", &Kick::strength,
-         "epsilon: an impact of a rod on base or lid with normal approach speed v changes its spin about z by "
+         "epsilon: each contact of a rod with base or lid that approaches at the speed v changes its spin about z by "
          "+epsilon v or -epsilon v with equal probability",
          "rad/mm", not_negative},
     };
