@@ -10,7 +10,8 @@ BUILD := build/release
 DEMO := build/demo
 SOURCES = $(shell find include src tests -name '*.cpp' -o -name '*.hpp')
 
-.PHONY: help setup configure build product demo docs test test-slow bench format format-check package install clean
+.PHONY: help setup configure build product demo docs test test-thorough test-slow bench format \
+    format-check package install clean
 .NOTPARALLEL:
 
 help:  ## list the targets
@@ -39,6 +40,9 @@ docs: product  ## build the manual, build/docs/index.html (ten core-minutes the 
 
 test: build  ## run the fast tests
 	@ctest --test-dir $(BUILD) --label-regex fast --parallel $(JOBS) --output-on-failure --no-tests=error
+
+test-thorough: build  ## run the tests of faults, pages, pictures and studies, which every change must pass too
+	@ctest --test-dir $(BUILD) --label-regex thorough --parallel $(JOBS) --output-on-failure --no-tests=error
 
 test-slow: build  ## run the slow tests
 	@ctest --test-dir $(BUILD) --label-regex slow --parallel $(JOBS) --output-on-failure --no-tests=error

@@ -53,6 +53,26 @@ SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t 
     return row;
 }
 
+/// Gives the means of a product the errors of blocks that are long enough for its squares.
+void take_memory(const RecordedSeries& product, const std::array<const RecordedSeries*, 2>& squares, double spacing,
+                 std::size_t skip, SummaryRow& row) {
+    const Samples own = split(product, spacing, skip), first = split(*squares[0], spacing, skip),
+                  second = split(*squares[1], spacing, skip);
+    for (std::size_t k = 0; k < row.estimates.size(); ++k) {
+        Estimate& one = row.estimates[k];
+        if (!one.error || *one.error == 0.0) continue;
+        const Samples all{.series = {own.series[k], first.series[k], second.series[k]},
+                          .spacing = spacing,
+                          .skip = skip};
+        const Estimate long_blocks = estimate_function(all, [](auto means) { return means[0]; });
+        one.refusal = long_blocks.refusal;
+        one.autocorrelation_time = std::max(one.autocorrelation_time, long_blocks.autocorrelation_time);
+        if (long_blocks.error) one.error = std::max(*one.error, *long_blocks.error);
+        else one.error.reset();
+        if (long_blocks.error) one.blocks = long_blocks.blocks;
+    }
+}
+
 /// The mean rate of an observable that accumulates.
 SummaryRow rate_row(RecordedSeries series, double spacing, std::size_t skip) {
     series.values = rates(series.values, spacing);
@@ -149,6 +169,14 @@ Summary summarise(const Recorded& recorded) {
     summary.note = warm_up_note(automatic, summary.samples);
     for (const RecordedSeries& series : recorded.series)
         summary.rows.push_back(series.accumulates ? rate_row(series, spacing, skip) : mean_row(series, spacing, skip));
+    for (const Product& product : recorded.products) {
+        const std::array squares{find_row(recorded.series, product.squares[0]),
+                                 find_row(recorded.series, product.squares[1])};
+        const RecordedSeries* const series = find_row(recorded.series, product.name);
+        if (series == nullptr || squares[0] == nullptr || squares[1] == nullptr) continue;
+        const auto row = std::ranges::find(summary.rows, product.name, &SummaryRow::name);
+        take_memory(*series, squares, spacing, skip, *row);
+    }
     for (const Quotient& quotient : recorded.quotients) {
         const RecordedSeries *sum = find_row(recorded.series, quotient.sum),
                              *weight = find_row(recorded.series, quotient.weight);

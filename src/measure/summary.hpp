@@ -1,5 +1,6 @@
 // measure/summary.hpp: time means of recorded observables, with errors, and the results derived from them.
 #pragma once
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -31,6 +32,12 @@ struct Quotient {
     std::string sum, weight;  ///< names of the two observables
 };
 
+/// A product of two fields, which remembers as long as the squares of both, also where its own series does not show it.
+struct Product {
+    std::string name;
+    std::array<std::string, 2> squares;
+};
+
 /// Boxes whose number variance was recorded as <what>_number_variance<ending>.
 struct BoxSizes {
     std::string what;               ///< "rod"
@@ -45,6 +52,7 @@ struct Recorded {
     std::vector<RecordedSeries> series;
     double area = 0.0;  ///< of the cell [mm2]
     std::vector<Quotient> quotients = {};
+    std::vector<Product> products = {};
     std::vector<BoxSizes> boxes = {};
     std::vector<std::string> orders = {};              ///< the series of sizes of an order, which have a susceptibility
     std::vector<std::vector<double>> indicators = {};  ///< series whose longest warm-up is left out of all means

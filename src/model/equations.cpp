@@ -172,8 +172,8 @@ void CompiledEquations::visit_slopes(
         for (const PointFunction& function : term.rows[k].functions) {
             const auto require_slope = [&](bool holds) {
                 require(holds, term.summary.where,
-                        "the term \"{}\" has no finite derivative in this uniform state; expected another state",
-                        term.summary.text);
+                        "the term \"{}\" has no finite derivative in this uniform state; expected another state{}",
+                        term.summary.text, calls.empty() ? "" : ", within the nodes of all tables");
             };
             require_slope(!jumps_at(function.value, slots));
             for (const PointFunction::Slope& slope : function.slopes) {

@@ -261,5 +261,47 @@ TEST(ParticleSummary, boxes_of_poisson_numbers_have_the_exponent_one_half) {
     EXPECT_EQ(exponent.estimates[2].refusal, "there is no larger box");
 }
 
+/// The mean of a b, whose squares are known to the summary: b is remembered for 100 samples, and most of the variance
+/// of a b is that of the fast part of a.
+Estimate mean_of_product(std::size_t samples, std::uint64_t seed, bool with_squares) {
+    const std::vector<double> fast = normal_numbers(samples, seed), kicks = normal_numbers(samples, 900 + seed);
+    Recorded recorded{.series = {{.name = "ab"}, {.name = "aa"}, {.name = "bb"}}, .warm_up = 0};
+    double b = kicks[0];
+    for (std::size_t i = 0; i < samples; ++i) {
+        b += -0.01 * b + std::sqrt(0.0199) * kicks[i];
+        const double a = 3.0 * fast[i] + b;
+        const std::array products{a * b, a * a, b * b};
+        for (std::size_t k = 0; k < 3; ++k) recorded.series[k].values.push_back(products[k]);
+    }
+    for (RecordedSeries& series : recorded.series) series.unit = "1";
+    if (with_squares) recorded.products = {{.name = "ab", .squares = {"aa", "bb"}}};
+    return find_row(summarise(recorded), "ab")->estimates[0];
+}
+
+TEST(SummaryStatistics, of_a_product_has_the_error_of_the_slower_factor) {
+    constexpr std::size_t repeats = 60;
+    double sum = 0.0, squares = 0.0, errors = 0.0;
+    for (std::size_t n = 0; n < repeats; ++n) {
+        const Estimate found = mean_of_product(20000, 10 + n, true);
+        ASSERT_TRUE(found.error.has_value()) << found.refusal;
+        sum += found.mean / repeats;
+        squares += found.mean * found.mean / repeats;
+        errors += *found.error / repeats;
+    }
+    EXPECT_NEAR(errors / std::sqrt(squares - sum * sum), 1.0, 0.25);  // the scatter of 60 is known to 1/11
+}
+
+TEST(Summary, of_a_product_has_no_error_where_that_of_its_slower_factor_is_not_known) {
+    std::size_t own = 0, with_squares = 0;
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {  // runs of 12 times the memory of b
+        own += mean_of_product(1200, seed, false).error.has_value() ? 1u : 0u;
+        const Estimate found = mean_of_product(1200, seed, true);
+        with_squares += found.error.has_value() ? 1u : 0u;
+        EXPECT_EQ(found.refusal.empty(), found.error.has_value());
+    }
+    EXPECT_GE(own, 10u);
+    EXPECT_LE(with_squares, 2u);
+}
+
 }  // namespace
 }  // namespace drover::measure::summary_tests

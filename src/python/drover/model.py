@@ -357,8 +357,8 @@ class Model:
         """A run in memory, at time 0 with all fields at their reference.
 
         points, side: of the periodic grid; one number, or two along x and y (1 point along y: a line).
-        dt: the step; method: a name of `drover schema time`.  Runs of dt and dt/2 with one seed share their noise, so
-        their difference measures the error of the step.
+        dt: the step; method: a name of `drover schema time` but cvode-* and arkode-*, which a scene has.  Runs of dt
+        and dt/2 with one seed share their noise, so their difference measures the error of the step.
         """
         return ModelRun(self, pair_of("points", points), pair_of("side", side), float(dt), method, seed, threads)
 
