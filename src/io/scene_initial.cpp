@@ -109,17 +109,16 @@ LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* 
 }
 
 void check_unread(const model::Start& start, FormulasOf of, const LocationOf& at) {
-    const bool mode = start.kind == "mode", file = start.kind == "file";
-    const bool has_amplitude = mode || start.kind == "random" || start.kind == "formula";
-    const std::string modes = "initial.kind = \"mode\"", files = "initial.kind = \"file\"";
-    reject_unread(start, "initial", text("initial.kind = \"{}\"", start.kind),
-                  {{"amplitude", {has_amplitude, "initial.kind = \"random\", \"mode\" or \"formula\""}},
-                   {"field", {mode, modes}},
-                   {"mode_x", {mode, modes}},
-                   {"mode_y", {mode, modes}},
-                   {"phase", {mode, modes}},
-                   {"file", {file, files}},
-                   {"frame", {file, files}}},
+    if (start.kind != "uniform") return;  // --set gives a scene another kind, and its other keys stay
+    const std::string mode = "initial.kind = \"mode\"", file = "initial.kind = \"file\"";
+    reject_unread(start, "initial", "initial.kind = \"uniform\"",
+                  {{"amplitude", {false, "initial.kind = \"random\", \"mode\" or \"formula\""}},
+                   {"field", {false, mode}},
+                   {"mode_x", {false, mode}},
+                   {"mode_y", {false, mode}},
+                   {"phase", {false, mode}},
+                   {"file", {false, file}},
+                   {"frame", {false, file}}},
                   at, start_without_keys(of));
 }
 

@@ -28,7 +28,7 @@ std::vector<std::pair<std::string, Value>> initial_values(const model::Start& st
 LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* declared,
                            std::map<std::string, SourceLocation>& places);
 
-/// Throws an input Error for a key of [initial] that the kind of start does not read.
+/// Throws an input Error for a key of [initial] that a uniform start, the default, does not read.
 void check_unread(const model::Start& start, FormulasOf of, const LocationOf& at);
 
 /// Throws an input Error for a stationary start without noise, with the keys of the noise of rods and beads.

@@ -82,6 +82,11 @@ SlowSpace slow_space(const Expansion& at) {
                      .left = svd.left.rightCols(slow).transpose() * rows.asDiagonal()};
     for (Eigen::Index k = 0; k < slow; ++k) result.right.col(k).normalize(), result.left.row(k).normalize();
     const MatrixXd overlap = result.left * moved.asDiagonal() * result.right;
+    for (Eigen::Index k = 0; k < n; ++k)  // such as a stream function
+        if (moved(k) == 0.0 && m.row(k).isZero(0.0) && m.col(k).isZero(0.0))
+            return {.why_none =
+                        "a balance leaves its field free at q = 0, where long waves are expanded; expected that "
+                        "field as a divergence-free one, such as the velocity of a stream function"};
     if (slow > 0 && numerics::dense_svd(overlap).values.minCoeff() < 1e-9)
         return {.why_none = "at q = 0 a slow mode drives another one without limit, and s is no power series in q"};
     if (slow > 0) result.left = numerics::inverse(overlap) * result.left;

@@ -318,8 +318,7 @@ def test_python_opens_a_run_of_particles(ran):
 
 @pytest.mark.parametrize("shape", ["rectangle", "circle", "flower"])
 def test_the_figure_draws_walls_of(shape, tmp_path):
-    radius = {} if shape == "rectangle" else {"cell.radius": 14.0}
-    write_tiny(tmp_path, {"cell.shape": shape, "time.end": 0.002, **radius})
+    write_tiny(tmp_path, {"cell.shape": shape, "cell.radius": 14.0, "time.end": 0.002})
     drover(tmp_path, "run", "tiny.toml", "--quiet")
     with package.open_run(tmp_path / "tiny.h5") as run:
         assert overlaps(particle_figure.draw(run)) == []

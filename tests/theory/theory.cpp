@@ -354,6 +354,13 @@ TEST(ModelSlowModes, of_a_flock_are_the_sound_of_toner_and_tu) {
     }
 }
 
+TEST(ModelSlowModes, of_a_balance_that_is_empty_at_q_0_are_refused_for_that_reason) {
+    model::Model model{.fields = {scalar("u", "-u + lap u + lap psi"), scalar("psi", "lap psi + lap u")}};
+    model.fields[1].left = model::LeftSide::balance;
+    const SlowModes slow = slow_modes(model::LinearisedAt(model::Equations(model), {0.0, 0.0}));
+    EXPECT_NE(slow.why_none.find("a balance leaves its field free at q = 0"), std::string::npos) << slow.why_none;
+}
+
 TEST(ModelSlowModes, of_coupled_diffusion_are_the_eigenvalues_of_its_matrix) {
     model::Model model{.fields = {scalar("u", "2 lap u + 0.5 lap v"), scalar("v", "0.4 lap u + lap v - 0.1 lap lap v"),
                                   scalar("w", "-3 w + lap u")}};

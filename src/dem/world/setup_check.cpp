@@ -108,14 +108,14 @@ void check_flower(const Cell& cell, const LocationOf& place) {
         cell.petal_radius, 2.0 * least, least);
 }
 
-/// The sides of a cell may stay where --set gives it another shape.
+/// Of a periodic cell, the default: --set gives a scene another shape, and the other dimensions stay.
 void check_unread(const Cell& cell, const LocationOf& place) {
-    const bool flower = cell.shape == "flower";
+    if (!is_periodic(cell)) return;
     const std::string petals = "cell.shape = \"flower\"";
-    reject_unread(cell, "cell", text("cell.shape = \"{}\"", cell.shape),
-                  {{"radius", {flower || cell.shape == "circle", "cell.shape = \"circle\" or \"flower\""}},
-                   {"petals", {flower, petals}},
-                   {"petal_radius", {flower, petals}}},
+    reject_unread(cell, "cell", "cell.shape = \"periodic\"",
+                  {{"radius", {false, "cell.shape = \"circle\" or \"flower\""}},
+                   {"petals", {false, petals}},
+                   {"petal_radius", {false, petals}}},
                   place);
 }
 
