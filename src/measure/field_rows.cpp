@@ -244,8 +244,7 @@ void add_numbers(const FieldSetting& setting, std::size_t n, FieldRows& rows) {
 }
 
 void add_pair(const FieldSetting& setting, const MeasuredField& a, const MeasuredField& b, FieldRows& rows) {
-    add(rows, "structure_factor_" + a.short_name + "_" + b.short_name, unit_product({a.unit, b.unit, "mm2"}),
-        {shell_axis(setting)},
+    add(rows, cross_name(a, b), unit_product({a.unit, b.unit, "mm2"}), {shell_axis(setting)},
         text("cross structure factor of {} and {}: area Re({}_q^* {}_q), mean over a shell of |q|", words_of(a),
              words_of(b), a.symbol, b.symbol),
         [first = a.first, second = b.first](const FieldMoment& moment) {

@@ -24,6 +24,11 @@ struct MeasuredField {
     bool name_first = false;     ///< model::Observed
 };
 
+/// The name of the cross structure factor of two fields.
+inline std::string cross_name(const MeasuredField& a, const MeasuredField& b) {
+    return "structure_factor_" + a.short_name + "_" + b.short_name;
+}
+
 /// A vector of bodies: the order of rods, the flow of beads.
 struct BodyVector {
     int first = 0;        ///< its first component

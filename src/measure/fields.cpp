@@ -207,11 +207,10 @@ Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries
     for (const MeasuredField& field : setting.fields)
         if (!setting.order && field.spin > 0) recorded.orders.push_back("size_mean_" + field.name);
     for (const MeasuredField& a : setting.fields)
-        for (const MeasuredField& b : setting.fields) {
-            const auto factor = [](const std::string& of) { return "structure_factor_" + of; };
-            recorded.products.push_back({.name = factor(a.short_name + "_" + b.short_name),
-                                         .squares = {factor(a.short_name), factor(b.short_name)}});
-        }
+        for (const MeasuredField& b : setting.fields)
+            recorded.products.push_back(
+                {.name = cross_name(a, b),
+                 .squares = {"structure_factor_" + a.short_name, "structure_factor_" + b.short_name}});
     for (const MeasuredField& field : setting.fields) {
         if (field.first >= setting.of_state) continue;  // what is in balance follows the others
         if (field.short_name == field.name) {

@@ -67,9 +67,12 @@ void take_memory(const RecordedSeries& product, const std::array<const RecordedS
         const Estimate long_blocks = estimate_function(all, [](auto means) { return means[0]; });
         one.refusal = long_blocks.refusal;
         one.autocorrelation_time = std::max(one.autocorrelation_time, long_blocks.autocorrelation_time);
-        if (long_blocks.error) one.error = std::max(*one.error, *long_blocks.error);
-        else one.error.reset();
-        if (long_blocks.error) one.blocks = long_blocks.blocks;
+        if (long_blocks.error) {
+            one.error = std::max(*one.error, *long_blocks.error);
+            one.blocks = long_blocks.blocks;
+        } else {
+            one.error.reset();
+        }
     }
 }
 

@@ -124,9 +124,10 @@ struct CompiledEquations {
     /// An expression where the slots have these values.  Where it is 0/0, as the slope of |p| p at p = 0, it is the
     /// limit from several sides; not finite where there is none, as of p/|p|.
     double limit_at(const Expression& expression, const std::vector<double>& values) const;
-    /// The same of a slope; not finite either where it or its function jumps, as that of |u| at u = 0.
-    double slope_at(const PointFunction& function, const PointFunction::Slope& slope,
-                    const std::vector<double>& values) const;
+    /// The same of a slope; not finite either where it jumps, as that of |u| at u = 0.
+    double slope_at(const Expression& slope, const std::vector<double>& values) const;
+    /// Whether a function neither jumps there nor is 0/0 without a limit.
+    bool is_continuous_at(const PointFunction& function, const std::vector<double>& values) const;
     /// Whether all slopes of a term are finite there.
     bool has_slopes(const Term& term, const std::vector<double>& values) const;
     PointDegree degree_of(const Expression& expression) const;

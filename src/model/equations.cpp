@@ -175,9 +175,9 @@ void CompiledEquations::visit_slopes(
                         "the term \"{}\" has no finite derivative in this uniform state; expected another state{}",
                         term.summary.text, calls.empty() ? "" : ", within the nodes of all tables");
             };
-            require_slope(!jumps_at(function.value, slots));
+            require_slope(is_continuous_at(function, slots));
             for (const PointFunction::Slope& slope : function.slopes) {
-                const double value = slope_at(function, slope, slots);
+                const double value = slope_at(slope.value, slots);
                 require_slope(std::isfinite(value));
                 for (const auto& [derivative, coefficient] : atoms[static_cast<std::size_t>(slope.slot - first_atom)])
                     visit(row, {derivative.component, derivative.order + function.order}, value * coefficient);

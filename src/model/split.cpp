@@ -56,21 +56,21 @@ double CompiledEquations::limit_at(const Expression& slope, const std::vector<do
     return std::abs(limit) <= rounding ? 0.0 : limit;
 }
 
-double CompiledEquations::slope_at(const PointFunction& function, const PointFunction::Slope& slope,
-                                   const std::vector<double>& values) const {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    if (jumps_at(function.value, values) || jumps_at(slope.value, values)) return none;
-    // A function that is 0/0 there, such as u/|u|, may jump as well.
-    if (!std::isfinite(limit_at(function.value, values))) return none;
-    return limit_at(slope.value, values);
+double CompiledEquations::slope_at(const Expression& slope, const std::vector<double>& values) const {
+    return jumps_at(slope, values) ? std::numeric_limits<double>::quiet_NaN() : limit_at(slope, values);
+}
+
+bool CompiledEquations::is_continuous_at(const PointFunction& function, const std::vector<double>& values) const {
+    if (jumps_at(function.value, values)) return false;
+    return function.slopes.empty() || std::isfinite(limit_at(function.value, values));
 }
 
 bool CompiledEquations::has_slopes(const Term& term, const std::vector<double>& values) const {
     for (const Row& row : term.rows)
         for (const PointFunction& function : row.functions) {
-            if (jumps_at(function.value, values)) return false;
+            if (!is_continuous_at(function, values)) return false;
             for (const PointFunction::Slope& slope : function.slopes)
-                if (!std::isfinite(slope_at(function, slope, values))) return false;
+                if (!std::isfinite(slope_at(slope.value, values))) return false;
         }
     return true;
 }
@@ -266,9 +266,9 @@ private:
 
     /// Moves the slopes of a function about the reference to the linear form, where they are finite.
     int without_slopes(const PointFunction& function, int node, LinearForm& linear) {
-        for (const PointFunction::Slope& one : function.slopes) {
-            const int slot = one.slot;
-            const double value = c_.slope_at(function, one, slots_);
+        if (!c_.is_continuous_at(function, slots_)) return node;
+        for (const auto& [slot, slope] : function.slopes) {
+            const double value = c_.slope_at(slope, slots_);
             if (value == 0.0 || !std::isfinite(value)) continue;
             for (const auto& [derivative, coefficient] : c_.atoms[static_cast<std::size_t>(slot - first_atom)])
                 linear[{derivative.component, derivative.order + function.order}] += value * coefficient;

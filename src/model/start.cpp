@@ -178,7 +178,6 @@ void remove_divergence(const Equations& equations, const numerics::Grid& grid, n
 
 UniformState means_of_start(const Start& start, const Equations& equations, const numerics::Grid& grid) {
     UniformState means = equations.reference();
-    if (start.kind != "formula") return means;
     const std::vector<std::string> names = names_of(components_of_state(equations));
     Threads one(1);
     numerics::Fields cells(grid, 1);

@@ -214,8 +214,8 @@ void add_modes(const io::Scene& scene, const model::Integrated& what, const List
 }
 
 /// Where the start has other conserved means than the references, about which the modes are.
-void add_means_of_start(const io::Scene& scene, const model::Equations& equations, run::Record& root) {
-    if (scene.kind != io::SceneKind::model) return;
+void add_means_of_start(const io::Scene& scene, const model::Equations& equations, run::Record& root) try {
+    if (scene.kind != io::SceneKind::model || equations.placed_term() != nullptr) return;
     const model::UniformState means = run::conserved_start(scene, equations), references = equations.reference();
     std::vector<std::string> apart;
     for (const model::StateComponent& one : model::components_of_state(equations)) {
@@ -228,6 +228,8 @@ void add_means_of_start(const io::Scene& scene, const model::Equations& equation
             text("the start has other conserved means than the references ({}): drover stability is "
                  "about its means",
                  joined(apart)));
+} catch (const Error& error) {  // the rates are not finite about the references, and there is no such theory
+    if (error.fault() != Fault::input) throw;
 }
 
 run::Record explain_fields(const io::Scene& scene) {

@@ -78,8 +78,7 @@ double rounding_of_square(const Report& report, const measure::SummaryRow& row) 
         io::has_grid(report.scene.kind) ? numerics::area(report.scene.grid) : dem::area(report.scene.particles.cell);
     for (const measure::MeasuredField& a : report.setting.fields)
         for (const measure::MeasuredField& b : report.setting.fields)
-            if (row.name == "structure_factor_" + a.short_name + "_" + b.short_name)
-                return amplitude(&a) * amplitude(&b) * area;
+            if (row.name == measure::cross_name(a, b)) return amplitude(&a) * amplitude(&b) * area;
     const double one = amplitude(field_of(report, row));
     return one * one * (is_variance ? 1.0 : area);
 }

@@ -213,14 +213,13 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
     std::optional<StopSignals> signals(std::in_place);
     std::vector<files::Attribute> attributes = provenance(scene, threads.count());
-    files::Archive archive = files::Archive::resume(path, recordings_of(simulation), attributes, rows,
-                                                    [&](const files::ArchiveReader& reader) {
-                                                        require_same_run(reader, path, checkpoint);
-                                                        for (auto& [attribute, value] :
-                                                             attributes)  // the archive knows the file of its scene
-                                                            if (attribute == "title" || attribute == "scene_file")
-                                                                value = reader.text_attribute(attribute);
-                                                    });
+    const auto check_and_keep_names = [&](const files::ArchiveReader& reader) {
+        require_same_run(reader, path, checkpoint);
+        for (auto& [name_of, value] : attributes)  // the archive knows the file of its scene
+            if (name_of == "title" || name_of == "scene_file") value = reader.text_attribute(name_of);
+    };
+    files::Archive archive =
+        files::Archive::resume(path, recordings_of(simulation), attributes, rows, check_and_keep_names);
     require(
         checkpoint.row_checksums.empty() || archive.row_checksums() == checkpoint.row_checksums,
         {.file = path.string()},

@@ -76,6 +76,7 @@ model::UniformState with_conserved_means(const model::Equations& equations, cons
 }
 
 model::UniformState conserved_start(const io::Scene& scene, const model::Equations& equations) {
+    if (scene.initial.formulas.empty()) return equations.reference();
     return with_conserved_means(equations, model::means_of_start(scene.initial, equations, scene.grid));
 }
 

@@ -390,11 +390,9 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
     const bool is_ordered = !result.states.empty() && !result.states.back().is_isotropic;
     name_states(uniform, result.states);
     if (roots.kink())
-        result.kink = text("the state with {} is stationary too, but a term has no derivative there",
+        result.kink = text("the state with {} is stationary, but a term has no derivative there",
                            state_text(model, uniform.state_of(*roots.kink())));
-    if (result.states.empty() && roots.kink())
-        result.why_none = text("that with {} is stationary, but a term has no derivative there",
-                               state_text(model, uniform.state_of(*roots.kink())));
+    if (result.states.empty() && roots.kink()) result.why_none = result.kink;
     else if (result.states.empty())
         result.why_none = text(
             "Newton's method found no uniform stationary state from {} starting points; the smallest rate that "

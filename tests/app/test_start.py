@@ -187,3 +187,18 @@ def test_stability_is_that_of_the_conserved_means_of_the_start(tmp_path):
     state = drover_json(tmp_path, "stability", "b.toml", "--set", "initial.phi=0.1*cos(2*pi*x/lx)")["states"]
     assert state[0]["phi"] == 0.0 and state[0]["instabilities"][0]["rate"] == pytest.approx(0.25, rel=1e-12)
     assert footer[:30] not in drover(tmp_path, "explain", "b.toml", "--set", "initial.phi=0.1*cos(2*pi*x/lx)").stdout
+
+
+NOT_FINITE = """
+model = {name = "beyond the references"}
+field = [{symbol = "c", conserved = true}, {symbol = "u"}]
+equations = {c = "lap c", u = "log(u - 50) - u + lap u"}
+grid = {nx = 16, ny = 1, lx = 40.0, ly = 1.0}
+time = {dt = 0.005, end = 0.1}
+initial = {kind = "formula", c = "1", u = "60"}
+"""
+
+
+def test_explain_needs_no_theory_about_the_references(tmp_path):
+    (tmp_path / "far.toml").write_text(NOT_FINITE)
+    assert "other conserved means" not in drover(tmp_path, "explain", "far.toml").stdout

@@ -65,11 +65,11 @@ struct Samples {
     std::size_t skip = 0;  ///< samples of warm-up left out of every analysis
 };
 
-/// Errors of functions of trajectories come from groups of values that are taken as independent: bodies when there are
-/// min_groups or more of them, else segments of time of each body, at least min_groups in all.  In a flock rods are not
-/// independent: such errors are too small there; use runs with different seeds.  Each estimate is the jackknife over
-/// groups; `blocks` is their number: (mean - truth)/error is Student's t with blocks - 1 degrees of freedom.  With
-/// fewer than two groups there is no error, and `refusal` gives the reason.
+/// Errors of correlations along trajectories come from groups of values that are taken as independent: bodies when
+/// there are min_groups or more of them, else segments of time of each body, at least min_groups in all.  In a flock
+/// rods are not independent: such errors are too small there; use runs with different seeds.  Each estimate is the
+/// jackknife over groups; `blocks` is their number: (mean - truth)/error is Student's t with blocks - 1 degrees of
+/// freedom.  With fewer than two groups there is no error, and `refusal` gives the reason.
 inline constexpr std::size_t min_groups = 16;
 
 inline constexpr double autocorrelation_times_per_block = 10.0;
