@@ -1,10 +1,12 @@
 """tests/app/test_python.py: archives in Python: xarray, h5py, drover.open_run, drover.figure."""
+import fcntl
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 import h5py
@@ -15,7 +17,7 @@ import xarray
 from matplotlib import image
 
 import drover
-from drover import figure, results, typeset
+from drover import figure, results, stored, typeset
 from drover.figures import panels
 import pictures
 from pictures import share_of
@@ -210,6 +212,26 @@ def test_data_read_during_a_run_agree_with_the_final_archive(unfinished):
         assert opened.frames.sizes["time"] >= frames.sizes["time"] + 3
         assert opened.frames.isel(time=slice(0, frames.sizes["time"])).equals(frames)
         assert opened.observables.isel(time=slice(0, observables.sizes["time"])).equals(observables)
+
+
+def test_a_reader_waits_for_the_end_of_a_commit(copy, monkeypatch):
+    with h5py.File(copy) as file:
+        expected, chunk = file["observables/polar_order"][:], file["observables/polar_order"].id.get_chunk_info(0)
+    writer = os.open(copy, os.O_RDWR)
+    content = os.pread(writer, chunk.size, chunk.byte_offset)
+
+    def end_commit(_):
+        os.pwrite(writer, content, chunk.byte_offset)
+        fcntl.fcntl(writer, fcntl.F_OFD_SETLK, stored.lock_request(fcntl.F_UNLCK))
+
+    with drover.open_run(copy) as opened:  # before the commit, and again within it
+        fcntl.fcntl(writer, fcntl.F_OFD_SETLK, stored.lock_request(fcntl.F_WRLCK))
+        zeros = zlib.compress(bytes(8 * len(expected)))
+        os.pwrite(writer, zeros.ljust(chunk.size, b"\0"), chunk.byte_offset)  # what no filter of HDF5 rejects
+        with monkeypatch.context() as patch:
+            patch.setattr("drover.stored.time.sleep", end_commit)
+            assert numpy.array_equal(opened.observables.polar_order, expected)
+    os.close(writer)
 
 
 def test_arrays_are_read_when_they_are_used_and_not_from_a_closed_file(archive):

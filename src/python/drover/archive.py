@@ -86,6 +86,8 @@ def open_once(path, read):
     try:
         result = read(store, path)
         store.check()
+        store.require_sound()
+        store.unlock()
         return result
     except (*BROKEN, DroverError) as error:
         store.close()

@@ -3,8 +3,11 @@
 Files are not trusted: links, filters that load plugins, and arrays larger than their stored bytes allow are rejected.
 (Certain damaged metadata can still crash HDF5 itself, and the process with it.)
 """
+import errno
+import fcntl
 import io
 import os
+import struct
 import time
 
 import h5py
@@ -17,6 +20,8 @@ from drover.error import DroverError
 from drover.locks import require_usable_hdf5
 
 COMMIT_SECONDS = 2.0    # much longer than a commit of a run in progress
+PATIENCE_SECONDS = 0.2  # for which a commit waits for readers that hold its lock
+COMMIT_BYTE = 1 << 62   # of a file: readers lock it, and a run locks it while it overwrites others
 QUIET_SECONDS = 0.1     # a file unmodified for this long is not being written to (file times are coarse)
 BROKEN = (OSError, RuntimeError, LookupError, TypeError, ValueError, AttributeError)  # raised by h5py on such files
 MAX_INFLATION = 1032    # largest compression ratio of deflate
@@ -53,23 +58,31 @@ class CheckedStream(io.FileIO):
 class Store:
     """An archive open for reading, while its run may continue to write.
 
-    Existing rows never change, but HDF5 caches their location; if a read fails, the file is opened again.  The cached
-    location may also contain another array of the same size, which no checksum detects; so two readings must agree
-    while a file is being written.
+    Existing rows never change, but HDF5 caches where they are, and later commits write other arrays there, which no
+    checksum detects.  So while a file is being written it is opened again for each reading, with a lock for which
+    commits wait a little.  Where that is not enough, or cannot be had, two readings must agree.
     """
 
     def __init__(self, path):
         self.path, self.file, self.stream, self.state, self.quiet = path, None, None, None, False
-        self.process = None
+        self.process, self.locked = None, None
         self.open()
 
     def open(self):
+        """Opens the file, locked until unlock() if it may be being written."""
         require_usable_hdf5()
-        wait_for_journal(self.path)
-        self.state, self.process = state_of(self.path), os.getpid()
-        self.quiet = is_quiet(self.state)
-        # A separate stream: HDF5 would share its cache with other uses of this file in the process.
-        self.stream = CheckedStream(self.path)
+        deadline = time.monotonic() + COMMIT_SECONDS
+        while True:
+            wait_for_journal(self.path)
+            self.state, self.process = state_of(self.path), os.getpid()
+            self.quiet = is_quiet(self.state)
+            # A separate stream: HDF5 would share its cache with other uses of this file in the process.
+            self.stream = CheckedStream(self.path)
+            self.locked = lock(self.stream, deadline)
+            # A commit that has begun since waits for the lock, or was killed.
+            if self.locked is None or not journal_of(self.path).exists() or time.monotonic() > deadline:
+                break
+            self.stream.close()
         try:
             self.file = h5py.File(self.stream, "r")
         except BaseException:
@@ -88,13 +101,33 @@ class Store:
         if self.file is not None:
             self.file.close()
             self.stream.close()
-        self.file = None
+        self.file, self.locked = None, None
+
+    def unlock(self):
+        if self.locked is not None:
+            fcntl.fcntl(self.stream, fcntl.F_OFD_SETLK, lock_request(fcntl.F_UNLCK))
+        self.locked = None
+
+    def is_sound(self):
+        """Whether no commit has changed what was read since the file was opened."""
+        now = state_of(self.path)
+        is_locked = self.locked is not None
+        return ((now == self.state and (self.quiet or is_locked))
+                or (is_locked and time.monotonic() - self.locked < PATIENCE_SECONDS)
+                or now is None or now[0] != self.state[0])  # a deleted or replaced file no longer changes
+
+    def require_sound(self):
+        """Raises DroverError if a commit may have changed what was read; not on a file system without locks."""
+        if self.locked is not None and not self.is_sound():
+            raise DroverError(f"{self.path} is being written faster than it can be read; try again, or wait for the "
+                              "end of its run")
 
     def read(self, name, key):
         if self.file is None:
             raise DroverError(f"{self.path} is closed and {name} had not been read; open it again with drover.open_run")
         require_usable_hdf5()
-        if self.process != os.getpid():  # after a fork, the stream has one position for parent and child
+        is_of_parent = self.process != os.getpid()  # after a fork: the stream has one position for both
+        if is_of_parent or (self.locked is None and not self.is_sound()):
             self.close()
             self.open()
         deadline = time.monotonic() + COMMIT_SECONDS
@@ -103,19 +136,19 @@ class Store:
             try:
                 values = self.file[name][key]
                 self.check()
-                now = state_of(self.path)
-                # A deleted or replaced file no longer changes.
-                if (self.quiet and now == self.state) or now is None or now[0] != self.state[0]:
+                if self.is_sound():
+                    self.unlock()
                     return values
                 if before is not None and numpy.array_equal(values, before, equal_nan=True):
+                    self.unlock()
                     return values
                 if before is not None and time.monotonic() > deadline:
                     raise OSError(f"two readings of {name} did not agree")
                 before = values
             except BROKEN:
                 self.check()  # the cause
-                now = state_of(self.path)
-                if now == self.state or now is None or now[0] != self.state[0] or time.monotonic() > deadline:
+                if self.is_sound() or time.monotonic() > deadline:
+                    self.unlock()
                     raise
             self.close()
             self.open()
@@ -164,9 +197,32 @@ def is_quiet(state):
     return state is not None and time.time() - 1e-9 * state[2] > QUIET_SECONDS
 
 
+def lock_request(kind):
+    """struct flock of fcntl for COMMIT_BYTE."""
+    return struct.pack("@hhqqi0q", kind, os.SEEK_SET, COMMIT_BYTE, 1, 0)
+
+
+def lock(stream, deadline):
+    """Makes commits wait for this reader, for PATIENCE_SECONDS: the time at which they began to, or None on a file
+    system without locks, or when a run was stopped within a commit."""
+    while True:
+        begin = time.monotonic()
+        try:
+            fcntl.fcntl(stream, fcntl.F_OFD_SETLK, lock_request(fcntl.F_RDLCK))
+            return begin
+        except OSError as error:
+            if error.errno not in (errno.EAGAIN, errno.EACCES) or time.monotonic() > deadline:
+                return None
+        time.sleep(0.001)
+
+
+def journal_of(path):
+    return path.with_name(path.name + ".journal")
+
+
 def wait_for_journal(path):
     """Waits until the last commit is complete: a journal exists until then."""
-    journal = path.with_name(path.name + ".journal")
+    journal = journal_of(path)
     deadline = time.monotonic() + COMMIT_SECONDS
     while journal.exists():
         if time.monotonic() > deadline:
