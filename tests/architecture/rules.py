@@ -49,6 +49,10 @@ HOMES = [
 # headers.
 PUBLIC_THIRD_PARTY = {layer: ("Eigen/*",) for layer in ("model", "theory", "physics")}
 
+# Imports of the Python package that may close a circle.  A scene has a model, and a model makes a scene: the public
+# interface has both.
+PYTHON_CIRCLES = {("drover.model", "drover.scene")}
+
 # Private headers of a module: header pattern, and the files that may include it.
 INTERNALS = [
     ("files/overlay.hpp", ("src/files/overlay.cpp", "src/files/lost_file.hpp", "src/files/hdf5_file.cpp")),
@@ -207,13 +211,38 @@ def cycle_through(graph, start):
 
 
 def check_cycles(tree):
-    """Components (header and source as one) that include each other in a circle."""
-    graph, reported = component_graph(tree), set()
-    for component in sorted(graph):
-        cycle = cycle_through(graph, component)
-        if cycle and not reported.intersection(cycle):
-            yield f"{cycle[0]}: component cycle: {' -> '.join([*cycle, cycle[0]])}; expected no cycle"
-        reported.update(cycle or ())
+    """Components of C++ (header and source as one) and modules of Python that include each other in a circle."""
+    for what, graph in (("component", component_graph(tree)), ("module", module_graph(tree))):
+        reported = set()
+        for component in sorted(graph):
+            cycle = cycle_through(graph, component)
+            if cycle and not reported.intersection(cycle):
+                yield f"{cycle[0]}: {what} cycle: {' -> '.join([*cycle, cycle[0]])}; expected no cycle"
+            reported.update(cycle or ())
+
+
+def module_graph(tree):
+    """{module: modules that it imports} of the Python package; imports within functions count as well."""
+    root = tree / "src/python"
+    names = {".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): path
+             for path in sorted((root / "drover").rglob("*.py"))}
+    graph = {}
+    for name, path in names.items():
+        package = name if path.stem == "__init__" else name.rpartition(".")[0]
+        imported = {target for node in ast.walk(ast.parse(path.read_text())) for target in imports_of(node, package)}
+        graph[name] = {target for target in imported & names.keys() - {name} if (name, target) not in PYTHON_CIRCLES}
+    return graph
+
+
+def imports_of(node, package):
+    """Names that an import may mean as modules."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    if not isinstance(node, ast.ImportFrom):
+        return []
+    above = package.split(".")[:len(package.split(".")) - node.level + 1] if node.level else []
+    module = ".".join([*above, *([node.module] if node.module else [])])
+    return [module, *(f"{module}.{alias.name}" for alias in node.names)]
 
 
 def check_columns(tree):

@@ -28,7 +28,8 @@ ALLOWED = {
 # Words that are sections of coefficients and something else, by the files in which they are that.
 ALLOWED_SECTIONS = {
     "model.py": {"noise"},                        # of a [[field]]
-    "typeset.py": {"noise", "current"},           # heading of a table; of the currents of the model file
+    "typeset.py": {"current"},                    # of the currents of the model file
+    "scene_page.py": {"noise"},                   # heading of a table
     "shown.py": {"noise"},                        # of a [[field]]
     "theory.py": {"drag"},                        # curves of a calibrated table
     "onset_figure.py": {"drag"},

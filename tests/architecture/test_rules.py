@@ -22,6 +22,7 @@ def tree_with(folder, texts):
         "src/files/overlay.hpp": FIRST_LINE,
         "src/io/scene.cpp": FIRST_LINE + "#include <toml++/toml.h>\n",
         "src/app/main.cpp": FIRST_LINE + '#include <CLI/CLI.hpp>\n#include "drover/numerics/grid.hpp"\n',
+        "src/python/drover/figures/map.py": "from drover import error\n",
         "README.md": "",
     }
     for name, text in {**good, **texts}.items():
@@ -147,6 +148,13 @@ def test_the_check_reports_the_location_of(rule, tmp_path, capsys):
 def test_the_check_reports_a_file_without_a_descriptive_first_line(first_line, tmp_path):
     found = rules.broken_rules(tree_with(tmp_path, {"tests/base/bad.cpp": first_line + "\n"}))
     assert len(found) == 1 and found[0].startswith("tests/base/bad.cpp:1: the first line is"), found
+
+
+def test_the_check_reports_a_circle_of_python_modules_by_an_import_within_a_function(tmp_path):
+    late = "from drover import _drover\n\n\ndef late():\n    from .figures import map\n"
+    tree = tree_with(tmp_path, {"src/python/drover/error.py": late})
+    circle = "drover.error -> drover.figures.map -> drover.error"
+    assert rules.broken_rules(tree) == [f"drover.error: module cycle: {circle}; expected no cycle"]
 
 
 def test_hidden_entries_the_build_folder_and_ignored_files_are_allowed_at_the_top_level(tmp_path):

@@ -40,11 +40,11 @@ HOMES = {
     "Frame": "simulation", "Model": "model", "ModelRun": "model_run", "Noise": "model", "Table": "model",
     "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping",
     "Tradeoff": "trading",
-    "Theory": "theory", "calibrate": "calibration", "coefficients": "commands", "diff": "commands",
+    "Theory": "theory", "calibrate": "calibration", "coefficients": "lookup", "diff": "lookup",
     "dynamic_structure_factor": "dynamics", "export": "commands",
     "film": "film", "fit": "commands",
-    "info": "commands", "onset": "commands", "open_run": "archive", "open_theory": "theory", "restart": "commands",
-    "schema": "commands", "serve": "server", "slurm_script": "calibration", "sweep": "sweeping", "tradeoff": "trading",
+    "info": "lookup", "onset": "commands", "open_run": "archive", "open_theory": "theory", "restart": "commands",
+    "schema": "lookup", "serve": "server", "slurm_script": "calibration", "sweep": "sweeping", "tradeoff": "trading",
 }
 __all__ = sorted(HOMES)
 

@@ -10,7 +10,7 @@ import xarray
 
 from drover.error import DroverError
 from drover.fields import fields_of
-from drover.particles import is_of_particles, read_particles
+from drover.particles import is_of_particles, read_particles, rows_of
 from drover.stored import (BROKEN, COMMIT_SECONDS, Store, StoreOwner, attributes_of, group_dataset, is_quiet, names_of,
                            state_of)
 
@@ -32,12 +32,6 @@ class Run(StoreOwner):
 
     def __repr__(self):
         return f"<drover.Run {self.path.name}: {', '.join(map(str, self.frames.data_vars))}, {rows_of(self)}>"
-
-
-def rows_of(run):
-    """What an open run holds, in a few words."""
-    return (f"{run.frames.sizes['time']} frames, {run.observables.sizes.get('time', 0)} samples"
-            + (", not finished" if run.summary is None else ""))
 
 
 def open_run(path):

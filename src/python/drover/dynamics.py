@@ -61,7 +61,6 @@ def predicted(run, field, along, wavenumber, frequency, frames):
     """S(q, omega) of the linear theory, and about which state it is, or why it is NaN."""
     from drover import _drover
     from drover.locks import hdf5
-    from drover.scene import Scene
     nothing = numpy.full((len(wavenumber), len(frequency)), numpy.nan)
     some = frames[::max(1, len(frames) // FRAMES_OF_STATE)]
     means = {name: float(loaded(values.isel(time=some), run.path).mean())
@@ -70,7 +69,7 @@ def predicted(run, field, along, wavenumber, frequency, frames):
     try:
         with hdf5():
             state, values, why_none = _drover.dynamic_structure(
-                Scene.parse(run.attributes["scene"], run.path.name)._native, means, field, waves, frequency)
+                _drover.Scene.parse(run.attributes["scene"], run.path.name, []), means, field, waves, frequency)
     except Error as error:  # such as a term that is a function of Python, which an archive does not hold
         return nothing, f"no linear theory: {error}"
     if why_none:

@@ -77,9 +77,11 @@ def rate_of_spreading(run, name):
 
     Waves of small amplitude about a uniform n decay at the rate k n q^2, and no other field drives them.
     """
-    from drover.scene import Scene
+    from drover import _drover
+    from drover.locks import hdf5
     try:
-        equations = Scene.parse(run.attributes["scene"])._native.equations
+        with hdf5():
+            equations = _drover.Scene.parse(run.attributes["scene"], "scene.toml", []).equations
     except (Error, KeyError):  # such as a term that is a function of Python, which an archive does not hold
         return None
     at, rates = equations.components().index(name), []

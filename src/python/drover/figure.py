@@ -13,12 +13,12 @@ import matplotlib
 import numpy
 
 from drover import live, new_file, results
-from drover.figures import (boundary_figure, calibration_figure, dynamics_figure, model_figure, model_panels,
-                            onset_figure, panels, particle_figure, smooth_panels, stability_figure, states_figure,
-                            sweep_figure, trade_panel)
+from drover.figures import (dynamics_figure, model_figure, model_panels, panels, particle_figure, smooth_panels,
+                            trade_panel)
 from drover.archive import Run, command_of, settled
 from drover.error import DroverError, status_of
 from drover.figures.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
+from drover.figures.theory_figures import draw_theory
 from drover.particles import ParticleRun
 from drover.roles import has_own_fields, maps_of
 from drover.stored import state_of
@@ -26,10 +26,6 @@ from drover.text import drawable, printable, scene_name
 from drover.theory import open_any
 
 WATCH_EVERY = 0.5  # s
-# Functions that draw archives other than runs, by the kind of archive, with the options that apply to them.
-FIGURES = {"boundary": (boundary_figure.draw, ()), "onset": (onset_figure.draw, ()), "sweep": (sweep_figure.draw, ()),
-           "stability": (stability_figure.draw, ("state",)), "states": (states_figure.draw, ("frame",)),
-           "calibrate": (calibration_figure.draw, ())}
 # Boxes of panels by shape of the cell: left, bottom, width, height in inches; the map is fitted into its box.
 SQUARE = {"map": (0.8, 3.2, 3.75, 3.75), "structure": (6.4, 3.2, 2.1, 3.75), "numbers": (9.3, 4.95, 2.1, 2.0),
           "exponents": (9.3, 3.2, 2.1, 1.4), "order": (0.8, 1.2, 10.6, 1.1)}
@@ -124,14 +120,6 @@ def draw_file(path, frame=None, state=None, dynamics=None):
             its_draw = particle_figure.draw if isinstance(opened, ParticleRun) else draw
             return its_draw(opened, -1 if frame is None else frame)
         return draw_theory(opened, state, frame)
-
-
-def draw_theory(theory, state=None, frame=None):
-    """Draws an archive other than a run; `state` applies to a stability analysis, `frame` to states."""
-    if theory.kind not in FIGURES:
-        raise DroverError(f"{theory.path}: there is no figure of drover {theory.kind}; draw an array of it by .plot()")
-    its_draw, options = FIGURES[theory.kind]
-    return its_draw(theory, *({"state": state, "frame": frame}[option] for option in options))
 
 
 def title(run, frame):

@@ -34,10 +34,15 @@ class ParticleRun(StoreOwner):
     store: Store
 
     def __repr__(self):
-        from drover.archive import rows_of
         sizes = self.frames.sizes
         counts = ", ".join(f"{sizes[name]} {name}s" for name in ("bead", "rod") if name in sizes)
         return f"<drover.ParticleRun {self.path.name}: {counts}, {rows_of(self)}>"
+
+
+def rows_of(run):
+    """What an open run holds, in a few words."""
+    return (f"{run.frames.sizes['time']} frames, {run.observables.sizes.get('time', 0)} samples"
+            + (", not finished" if run.summary is None else ""))
 
 
 def is_of_particles(scene):

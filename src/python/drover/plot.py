@@ -23,12 +23,13 @@ def figure(thing, frame=None, state=None):
     """
     from drover import figure as figures
     from drover.figures import particle_figure
+    from drover.figures.theory_figures import draw_theory
     from drover.particles import ParticleRun
     from drover.theory import Theory, open_any
     if hasattr(thing, "joinpath") or isinstance(thing, str):
         thing = open_any(thing)
     if isinstance(thing, Theory):
-        return figures.draw_theory(thing, state)
+        return draw_theory(thing, state)
     run = run_of(thing)
     return (particle_figure if isinstance(run, ParticleRun) else figures).draw(run, -1 if frame is None else frame)
 

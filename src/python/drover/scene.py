@@ -189,7 +189,7 @@ class Scene:
         return model_of(self.values, self._name)
 
     def _repr_html_(self):
-        from drover.typeset import keys_html, scene_html
+        from drover.scene_page import keys_html, scene_html
         return scene_html(self) if self.kind == "model" else keys_html(self)
 
     def check(self):

@@ -278,5 +278,5 @@ class ShownArchive(Shown):
                              side, {name: values.attrs.get("units", "1") for name, values in frame.data_vars.items()})
         self.publish(picture, run.observables.load(), "ended" if run.summary is not None else "running", error="")
         if run.summary is not None and not self.has_warned:
-            from drover.commands import info
+            from drover.lookup import info
             self.has_warned, self.warnings = True, info(self.path).get("warnings", [])

@@ -73,7 +73,7 @@ class Theory(StoreOwner):
 
     def plot(self, state=None):
         """The figure of python3 -P -m drover.figure; `state` chooses a uniform state of a stability analysis."""
-        from drover.figure import draw_theory
+        from drover.figures.theory_figures import draw_theory
         return draw_theory(self, state)
 
 

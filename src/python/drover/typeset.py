@@ -1,8 +1,7 @@
-"""drover/typeset.py: symbols and units in figures, and a scene with equations of its own as a page of a notebook."""
+"""drover/typeset.py: symbols and units in figures."""
 import re
-from html import escape
 
-from drover.text import drawable, printable
+from drover.text import drawable
 
 UNIT = re.compile(r"\s*(?:(?P<open>\()|(?P<close>\))|(?P<over>/)|(?P<times>[*.])|(?P<word>[^\W\d_]+|%|1))"
                   r"(?:\^?(?P<power>[-+]?\d+))?")
@@ -90,35 +89,6 @@ def symbol_text(symbol, spin):
     return "_".join([rf"\mathbf{{{stem}}}" if spin and len(stem) == 1 else stem, *index])
 
 
-def scene_html(scene):
-    """Equations, fields and coefficients of a scene with a model of its own."""
-    from drover import _drover
-
-    model = scene.model
-    names = {field.symbol: rf"\boldsymbol{{{_drover.latex_of_name(field.symbol)}}}" if field.spin == 1
-             else rf"\mathsf{{{_drover.latex_of_name(field.symbol)}}}" if field.spin
-             else _drover.latex_of_name(field.symbol) for field in model.fields}
-
-    def typeset(formula):
-        return f"${_drover.latex_of(str(formula), names)}$"
-
-    noises = dict(zip((part.symbol for part in model.parts), model.noise_strengths))
-    fields = [(typeset(field.symbol), field.name or field.symbol, rank_of(field), simple_unit(field.unit),
-               "" if field.spin else typeset(field.reference),
-               typeset(field.noise) + ", conserved" * field.conserved_noise if noises[field.parts[0].symbol] else "",
-               field.meaning) for field in model.fields]
-    parts = [f"<b>{escape(printable(scene.values['model'].get('name') or scene.name))}</b>",
-             f"$$\\displaystyle {escape(model.latex)}$$"]
-    if model.define:
-        rows = [(typeset(name), "$=$", typeset(text)) for name, text in model.define.items()]
-        parts.append(table(("definition", "", ""), rows))
-    parts.append(table(("field", "name", "rank", "unit", "reference", "noise", "meaning"), fields))
-    if model.coefficients:
-        parts.append(table(("coefficient", "value"),
-                           [(typeset(name), f"{value:g}") for name, value in model.coefficients.items()]))
-    return "".join(parts)
-
-
 def order_unit(unit, values):
     """A unit of a key with that of the order, [p], put in: a number per area where its current has no other density.
 
@@ -130,48 +100,3 @@ def order_unit(unit, values):
     current = model_file()["current"].get(values.get("current", {}).get("kind"), density.symbol)
     is_number = density.symbol not in current.split() and values.get("fields", {}).get(density.name, True)
     return simple_unit(unit.replace(f"[{order.symbol}]", "(1/mm2)" if is_number else "(1)"))
-
-
-# Sections of a scene of particles that say what it is of, not how it is computed.
-PARTICLES = {"cell", "plates", "beads", "rods", "restitution", "friction", "kick", "forces"}
-
-
-def keys_html(scene):
-    """The numbers of a scene that are not as by default, with units and meanings, and its cell and duration."""
-    from drover.commands import schema
-    from drover.shown import SETTINGS
-
-    values, rows = scene.values, []
-    for section in schema(scene.kind):
-        name = section["name"]
-        is_physics = name in PARTICLES if scene.kind == "particles" else name == "uniform" or name not in SETTINGS
-        for row in section["rows"] if is_physics else ():
-            value = values.get(section["name"], {}).get(row["name"])
-            if value is not None and value != row["default"]:
-                rows.append((f"{section['name']}.{row['name']}", value_words(value),
-                             order_unit(row.get("unit", "1"), values), row["doc"]))
-    length, time = (spaced(named(unit, values)) for unit in ("mm", "s"))
-    where = f"{values['time']['end']:g}{time}"
-    if scene.kind == "fields":
-        grid = values["grid"]
-        where = f"{grid['nx']} × {grid['ny']} points, {grid['lx']:g} × {grid['ly']:g}{length}, {where}"
-    return f"<b>{escape(printable(scene.name))}</b> ({where})" + table(("key", "value", "unit", "meaning"), rows)
-
-
-def value_words(value):
-    return f"{value:g}" if isinstance(value, float) else ", ".join(map(value_words, value)) \
-        if isinstance(value, list) else str(value)
-
-
-def rank_of(field):
-    words = "complex" if field.complex else {0: "scalar", 1: "vector", 2: "nematic"}.get(field.spin,
-                                                                                         f"spin {field.spin}")
-    return f"odd {words}" if field.odd else words
-
-
-def table(heads, rows):
-    def cell(tag, text):
-        return f'<{tag} style="text-align:left">{escape(printable(text))}</{tag}>'
-
-    lines = [[cell("th", head) for head in heads], *([cell("td", text) for text in row] for row in rows)]
-    return "<table>" + "".join(f"<tr>{''.join(line)}</tr>" for line in lines) + "</table>"

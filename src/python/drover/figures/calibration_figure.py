@@ -4,10 +4,10 @@ import math
 import matplotlib
 from matplotlib.ticker import MaxNLocator
 
-from .. import commands
 from drover.error import DroverError
 from drover.figures.panels import BLUE, GREY, STEPS, bracket
 from drover.figures.paper import STYLE, add_axes, new_figure, write_title_and_caption
+from drover.lookup import info, schema
 from drover.text import drawable, scene_name
 
 COLUMNS, ROWS = 4, 3
@@ -19,9 +19,9 @@ KNOWN = {"bead_area_fraction", "rod_area_fraction", "value", "error", "origin", 
 
 def coefficients_of(table):
     """{name: coefficient} of the numbers that scenes take, without those that are 0 everywhere."""
-    keys = {f"{part['name']}_{row['name']}" for part in commands.schema("fields") for row in part["rows"]}
-    keys |= {part["name"] for part in commands.schema("fields")}
-    return {name: one for name, one in commands.info(table)["coefficients"].items()
+    keys = {f"{part['name']}_{row['name']}" for part in schema("fields") for row in part["rows"]}
+    keys |= {part["name"] for part in schema("fields")}
+    return {name: one for name, one in info(table)["coefficients"].items()
             if name in keys and any(point["value"] for point in one["points"])}
 
 

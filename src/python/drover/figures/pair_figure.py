@@ -1,12 +1,13 @@
 """drover/figures/pair_figure.py: two runs of any kind side by side: their maps, and their order over time."""
 import matplotlib
 
-from . import model_panels, panels
+from . import model_panels, panels, particle_figure
 from drover.archive import loaded
 from drover.error import Error
 from drover.moments import run_of
 from drover.figures.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
 from drover.particles import ORDER, ParticleRun
+from drover.roles import has_own_fields, roles_of
 from drover.text import drawable
 
 MAPS = ((0.8, 3.25, 3.65, 3.65), (6.5, 3.25, 3.65, 3.65))  # inches
@@ -18,7 +19,6 @@ COLOURS = (panels.BLUE, panels.VERMILLION)
 @matplotlib.rc_context(STYLE)
 def draw(first, second, labels=None, frame=-1):
     """Draws two runs as a matplotlib Figure."""
-    from .. import plot
     runs = [run_of(first), run_of(second)]
     orders = [order_of(run) for run in runs]
     labels = labels or names_of(runs)
@@ -27,10 +27,7 @@ def draw(first, second, labels=None, frame=-1):
         if is_plane(run):
             box = fitted(box, run.scene["grid"]["lx"] / run.scene["grid"]["ly"])
         axes = add_axes(figure, box)
-        if is_plane(run):
-            model_panels.draw_map_with_arrows(axes, add_axes(figure, bar_box(box)), run, frame)
-        else:
-            plot.map(run, axes, frame)
+        draw_map(axes, add_axes(figure, bar_box(box)) if is_plane(run) else None, run, frame)
         axes.set_title(f"({letter}) {label}", loc="left")
     axes = add_axes(figure, SERIES)
     ends = [float(run.observables["time"][-1]) for run in runs]
@@ -46,6 +43,15 @@ def draw(first, second, labels=None, frame=-1):
     write_title_and_caption(figure, f"{labels[0]} and {labels[1]}", "(c) Dashed: means after the warm-up, with "
                             "standard errors where the runs are long enough.")
     return figure
+
+
+def draw_map(axes, bar, run, frame):
+    if isinstance(run, ParticleRun):
+        particle_figure.draw_map(axes, run, frame)
+    elif is_plane(run) or not has_own_fields(run):
+        model_panels.draw_map_with_arrows(axes, bar, run, frame)
+    else:
+        model_panels.draw_map(axes, bar, run, roles_of(run)[0], frame)
 
 
 def is_plane(run):

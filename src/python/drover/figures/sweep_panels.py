@@ -46,7 +46,7 @@ def label(sweep, name):
 
 def key_label(key, values=None):
     """A key of the scene with its unit, as in drover schema; the values of the scene give the unit of the order."""
-    from drover.commands import schema
+    from drover.lookup import schema
     section, _, name = key.partition(".")
     rows = [row for part in schema() if part["name"] == section for row in part["rows"] if row["name"] == name]
     unit = rows[0].get("unit", "1") if rows else "1"
