@@ -306,6 +306,10 @@ std::vector<std::string> step_warnings(const io::Scene& scene) {
 std::vector<std::string> particle_warnings(const io::Scene& scene) {
     std::vector<std::string> warnings = unit_warnings(scene.particles);
     for (std::string& warning : step_warnings(scene)) warnings.push_back(std::move(warning));
+    if (spheres_of(scene) == 0.0)
+        warnings.emplace_back(
+            "the cell has neither beads nor rods: nothing will move; give beads.area_fraction, rods.area_fraction or "
+            "their counts");
     return warnings;
 }
 

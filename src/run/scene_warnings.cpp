@@ -61,6 +61,48 @@ void add_growth(const io::Scene& scene, const model::Equations& equations, const
              growth.rate, growth.q, growth.rate * scene.time.end, limits.empty() ? "add a product that does" : limits,
              most / growth.rate));
 }
+/// What a scene declares for its equations.
+struct Declared {
+    std::string place;                  ///< for people
+    std::vector<std::string> names;     ///< in formulas
+    std::vector<std::string> formulas;  ///< of what it is
+};
+
+std::vector<Declared> declared_names(const io::DeclaredModel& model) {
+    std::vector<Declared> all;
+    for (const auto& [name, value] : model.coefficients) all.push_back({"coefficients." + name, {name}, {}});
+    for (const auto& [name, value] : model.definitions) all.push_back({"define." + name, {name}, {value.text}});
+    for (const io::DeclaredTable& table : model.tables)
+        all.push_back({"[[tabulated]] " + table.symbol, {table.symbol}, table.of});
+    for (const io::DeclaredNoise& noise : model.noises) {
+        all.push_back({"[[white_noise]] " + noise.symbol, {noise.symbol}, {}});
+        for (const int spin : {1, 2, 3})
+            for (std::string& name : component_names(model::Field{.symbol = noise.symbol, .spin = spin}))
+                all.back().names.push_back(std::move(name));
+    }
+    return all;
+}
+
+/// Where a scene declares what none of its equations has, directly or by another name.
+std::vector<std::string> without_effect(const io::DeclaredModel& model) {
+    std::vector<Declared> idle = declared_names(model);
+    std::vector<std::string> formulas;
+    for (const auto& [symbol, equation] : model.equations) formulas.push_back(equation.text);
+    for (const io::DeclaredField& field : model.fields)
+        formulas.insert(formulas.end(), {field.reference, field.noise, field.mass});
+    while (!formulas.empty()) {
+        const std::string formula = std::move(formulas.back());
+        formulas.pop_back();
+        std::erase_if(idle, [&](const Declared& one) {
+            const bool is_there = mentions(formula, one.names);
+            if (is_there) formulas.insert(formulas.end(), one.formulas.begin(), one.formulas.end());
+            return is_there;
+        });
+    }
+    std::vector<std::string> places;
+    for (Declared& one : idle) places.push_back(std::move(one.place));
+    return places;
+}
 }  // namespace
 
 bool calls_program(const io::Scene& scene) {
@@ -80,6 +122,10 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
         std::ranges::move(physics::function_remarks(physics::CompiledModel(scene.model)), std::back_inserter(warnings));
     if (!physics::missing_function(scene.model).empty()) return warnings;
     const numerics::System system = equations.linear_system(scene.grid, degree);
+    if (const std::vector<std::string> idle = without_effect(scene.declared); !idle.empty())
+        warnings.push_back(text("{} {} no effect: no equation has {}; use or delete {}", joined(idle),
+                                idle.size() == 1 ? "has" : "have", idle.size() == 1 ? "it" : "them",
+                                idle.size() == 1 ? "it" : "them"));
     if (scene.kind == io::SceneKind::model) {  // a flock is far from its references
         if (std::string cut = growing_waves_warning(system); !cut.empty()) warnings.push_back(std::move(cut));
         if (!equations.has_finite_degree())

@@ -94,3 +94,9 @@ def test_the_note_names_the_observable_that_needs_the_longest_run(tmp_path):
     rows = [line.split() for line in said.split("\n\n")[0].splitlines() if line.count(" n/a ") == 1]
     taus = {row[0]: float(row[row.index("n/a") + 1]) for row in rows}
     assert len(set(taus.values())) > 1 and f"note: {max(taus, key=taus.get)}: no error estimate" in said
+
+
+def test_a_cell_without_bodies_is_warned_of(tmp_path):
+    warnings = warnings_of(tmp_path, {"cell.lx": 10.0, "cell.ly": 10.0, "time.end": 0.001,
+                                      "output.sample_every": 0.001, "output.frame_every": 0.0})
+    assert [warning.split(":")[0] for warning in warnings] == ["the cell has neither beads nor rods"]

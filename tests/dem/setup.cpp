@@ -51,6 +51,14 @@ TEST(Setup, made_in_code_with_a_value_out_of_range_is_rejected) {
     EXPECT_REJECTED(s.packing.frame = -2, "at packing.frame: packing.frame = -2; expected ");
 }
 
+TEST(Setup, with_a_key_of_what_is_not_there_is_rejected) {
+    EXPECT_REJECTED(s.forces.push_waves = 2,
+                    "at forces.push_waves: forces.push_waves = 2 has no effect with forces.push = 0; expected its "
+                    "default, 1, or a forces.push other than 0");
+    EXPECT_REJECTED(s.forces.angle = 0.5, "at forces.angle: forces.angle = 0.5 has no effect");
+    EXPECT_REJECTED(s.packing.frame = 3, "at packing.frame: packing.frame = 3 has no effect with packing.kind");
+}
+
 TEST(Setup, with_force_waves_in_a_cell_that_is_not_periodic_is_rejected) {
     EXPECT_REJECTED((s.cell.shape = "circle", s.forces.push = 1.0),
                     "at forces.push: forces.push asks for waves in a cell of shape \"circle\"; expected \"periodic\"");

@@ -155,6 +155,10 @@ void check_forces(const Setup& setup, double beads, const LocationOf& place) {
         require(forces.hold_beads || value == 0.0, place(key),
                 "{} = {} has no effect without forces.hold_beads; set forces.hold_beads = true, or leave it out", key,
                 value);
+    reject_unread(forces, "forces", "forces.torque = 0", {{"angle", {forces.torque != 0.0, "a forces.torque > 0"}}},
+                  place);
+    reject_unread(forces, "forces", "forces.push = 0",
+                  {{"push_waves", {forces.push != 0.0, "a forces.push other than 0"}}}, place);
     for (const auto& [key, on] : {std::pair{"forces.held_waves", forces.hold_beads && forces.held_waves > 0},
                                   std::pair{"forces.push", forces.push != 0.0}})
         require(!on || is_periodic(setup.cell), place(key),
@@ -216,6 +220,8 @@ void check_contacts(const Setup& setup, double thinnest, const LocationOf& place
             "packing.kind = \"file\" without packing.file; name the file");
     require(packing.kind == "file" || packing.file.empty(), place("packing.file"),
             "packing.file is given with packing.kind = \"{}\"; expected \"file\"", packing.kind);
+    reject_unread(packing, "packing", text("packing.kind = \"{}\"", packing.kind),
+                  {{"frame", {packing.kind == "file", "packing.kind = \"file\""}}}, place);
 }
 }  // namespace
 
