@@ -68,7 +68,7 @@ def run(text, folder, drover, models, short=None):
 
     short = short or {}
     environment = set_up(folder, drover, models, short)
-    printed, names, load = [], {}, module.Scene.load
+    printed, names, load = [], {}, vars(module.Scene)["load"]
     loaded = load.__func__
 
     def shortened(cls, path):
