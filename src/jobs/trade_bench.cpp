@@ -260,7 +260,7 @@ std::vector<std::string> TradeBench::widen(const std::vector<std::string>& overr
         }
         const measure::Replicates seeds = measure::combine(means);
         const bool is_doubted = seeds.own_error == 0.0 || (measure::contradicts(seeds) && seeds.chi_squared > 1.0);
-        if (!is_doubted || seeds.deviation <= 0.5 * allowed[w]) continue;
+        if (!is_doubted) continue;
         // Twice this holds the truth with the probability of two standard errors, although few runs tell it.
         constexpr double two_sigma = 0.977249868051821;  // of a normal distribution, below mean + 2 sigma
         const auto freedom = static_cast<double>(runs.size() - 1);
