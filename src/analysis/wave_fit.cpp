@@ -132,15 +132,22 @@ run::Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options)
     const std::vector<calibrate::FittedNumber> numbers = problem.waves.numbers;
     const calibrate::WaveFit fit = calibrate::fit_waves(problem.waves, problem.record, problem.noise);
     std::optional<calibrate::WaveFit> sparse;
+    std::string no_sparse;
     if (problem.record.frames > 2 * calibrate::min_wave_pairs + 1) {
         for (std::size_t i = 0; i < numbers.size(); ++i) problem.waves.numbers[i].start = fit.values[i].value;
-        sparse = calibrate::fit_waves(problem.waves, calibrate::thinned(problem.record, 2), problem.noise);
+        try {
+            sparse = calibrate::fit_waves(problem.waves, calibrate::thinned(problem.record, 2), problem.noise);
+        } catch (const Error& error) {
+            no_sparse =
+                text("no estimate from every second frame, with which the first would be compared: {}", error.what());
+        }
     }
     run::List list{.name = "coefficients", .heading = {}};
     for (std::size_t i = 0; i < numbers.size(); ++i)
         list.rows.push_back(row_of(numbers[i].key, problem.units[i], numbers[i].start, fit.values[i],
                                    sparse ? std::optional(sparse->values[i]) : std::nullopt));
-    const std::vector<std::string> remarks = remarks_of(numbers, fit, sparse);
+    std::vector<std::string> remarks = remarks_of(numbers, fit, sparse);
+    if (!no_sparse.empty()) remarks.push_back(no_sparse);
     double largest = 0.0;
     for (const numerics::Wavevector& q : problem.record.q) largest = std::max(largest, std::hypot(q.x, q.y));
     run::Result result;

@@ -24,6 +24,15 @@ struct FrameTimes {
     double spacing = 0.0;
 };
 
+/// Whether the last frame, that of the end of a run, comes sooner after the one before than the others do.
+bool ends_off_schedule(const std::vector<double>& times, const std::vector<std::size_t>& numbers) {
+    const std::size_t count = numbers.size();
+    if (count < 3 || numbers.back() + 1 != times.size()) return false;
+    const double first = times[numbers[1]] - times[numbers[0]],
+                 last = times[numbers[count - 1]] - times[numbers[count - 2]];
+    return last < (1.0 - 1e-6) * first;
+}
+
 FrameTimes frames_of(const std::vector<double>& times, const std::string& name, const WaveChoice& choice) {
     require(choice.every >= 1, {name}, "every {} frames; expected at least 1", choice.every);
     const double end = choice.end > 0.0 ? choice.end : times.empty() ? 0.0 : times.back();
@@ -36,6 +45,7 @@ FrameTimes frames_of(const std::vector<double>& times, const std::string& name, 
             continue;
         frames.numbers.push_back(i);
     }
+    if (ends_off_schedule(times, frames.numbers)) frames.numbers.pop_back();
     const std::size_t count = frames.numbers.size();
     require(count > calibrate::min_wave_pairs, {name},
             "has {} frames from {:.6g} to {:.6g} s, one in {}; expected at least {}: run it with a smaller "

@@ -85,16 +85,24 @@ struct Step {
     Matrix propagator, noise;
 };
 
-/// Van Loan's block matrix gives both.
+/// Van Loan's block matrix gives both for a part of the spacing in which nothing decays by much: it contains exp(-M s),
+/// beside which they would be lost.  Two parts after each other make a longer one, without cancellation.
 Step step_of(const Matrix& m, const Matrix& noise, double spacing) {
     const Eigen::Index n = m.rows();
+    const double rates = spacing * m.cwiseAbs().rowwise().sum().maxCoeff();
+    const int doublings = rates > 1.0 ? static_cast<int>(std::ceil(std::log2(rates))) : 0;
+    const double part = std::ldexp(spacing, -doublings);
     Eigen::MatrixXcd block = Eigen::MatrixXcd::Zero(2 * n, 2 * n);
-    block.topLeftCorner(n, n) = -spacing * m;
-    block.topRightCorner(n, n) = spacing * noise;
-    block.bottomRightCorner(n, n) = spacing * m.adjoint();
+    block.topLeftCorner(n, n) = -part * m;
+    block.topRightCorner(n, n) = part * noise;
+    block.bottomRightCorner(n, n) = part * m.adjoint();
     const Eigen::MatrixXcd grown = block.exp();
-    const Matrix propagator = grown.bottomRightCorner(n, n).adjoint();
-    const Matrix covariance = propagator * grown.topRightCorner(n, n);
+    Matrix propagator = grown.bottomRightCorner(n, n).adjoint();
+    Matrix covariance = propagator * grown.topRightCorner(n, n);
+    for (int k = 0; k < doublings; ++k) {
+        covariance += Matrix(propagator * covariance * propagator.adjoint());
+        propagator = Matrix(propagator * propagator);
+    }
     return {.propagator = propagator, .noise = 0.5 * (covariance + covariance.adjoint())};
 }
 

@@ -235,6 +235,44 @@ TEST(WaveFit, does_not_depend_on_the_spacing_of_the_frames) {
     }
 }
 
+TEST(WaveFit, is_exact_where_a_field_decays_by_any_factor_between_two_frames) {
+    // Fields without coupling: the most likely strength of each is 2 k <|a' - e^{-ks} a|^2>/(1 - e^{-2ks}), to rounding.
+    // exp(+k s) of the fast one would overflow the digits of the other at k s = 40, and the numbers at 800.
+    for (const double fast : {1.0, 8.0, 40.0, 800.0}) {
+        constexpr double slow = 0.7;
+        WaveRecord record{.spacing = 1.0, .area = 80.0, .frames = 200, .q = {{0.3, 0.0}}, .amplitudes = {{}}};
+        std::vector<double> parts(4 * record.frames);
+        fill_normal({.seed = 5, .stream = Stream::stationary_state}, 0, 1, parts);
+        for (std::size_t k = 0; k < parts.size(); k += 2) record.amplitudes[0].emplace_back(parts[k], parts[k + 1]);
+        const WaveModel model{
+            .fields = {{}, {}},
+            .numbers = {{.key = "slow", .start = 1.0, .least = 0.0}, {.key = "fast", .start = 1.0, .least = 0.0}},
+            .at = [&](const std::vector<double>& strengths) {
+                const auto diagonal = [](double first, double second) {
+                    model::Symbol symbol = model::Symbol::Zero(2, 2);
+                    symbol(0, 0) = first;
+                    symbol(1, 1) = second;
+                    return symbol;
+                };
+                return LinearWaves{.symbol = [=](const auto&) { return diagonal(-slow, -fast); },
+                                   .noise = [=](const auto&) { return diagonal(strengths[0], strengths[1]); }};
+            }};
+        const WaveFit fit = fit_waves(model, record, NoiseOf::model);
+        for (const std::size_t field : {0u, 1u}) {
+            const double rate = field == 0 ? slow : fast, kept = std::exp(-rate);
+            double square = 0.0;
+            for (std::size_t k = 1; k < record.frames; ++k)
+                square +=
+                    std::norm(record.amplitudes[0][2 * k + field] - kept * record.amplitudes[0][2 * k - 2 + field]);
+            square /= static_cast<double>(record.frames - 1);
+            // The search ends within 1e-4 of an error, which is 7 % of the value here.
+            EXPECT_NEAR(fit.values[field].value, record.area * 2.0 * rate * square / (1.0 - kept * kept),
+                        1e-5 * fit.values[field].value)
+                << "of field " << field << " with " << fast;
+        }
+    }
+}
+
 TEST(WaveFit, of_a_flock_finds_what_stops_and_what_carries_its_order) {
     constexpr double weak = 1e-6;  // of a natural noise: waves of 1e-3 of the order, so that they are linear to 1e-6
     physics::Model model = rods();

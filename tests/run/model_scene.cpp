@@ -19,10 +19,11 @@ std::vector<std::string> warnings_of(const std::string& equation, const std::str
 const std::string random_start = "[initial]\nkind = \"random\"\namplitude = 0.1\n";
 
 TEST(ModelScene, that_declares_what_no_equation_has_is_warned_of) {
-    const std::string used = "[coefficients]\na = 1.0\nb = 1.0\nc = 1.0\nd = 1.0\n[define]\nmu = \"a g(u)\"\n"
-                             "[[tabulated]]\nsymbol = \"g\"\nof = [\"b u\"]\nfirst = [-2.0, 0.0, 1.0, 2.0]\n"
-                             "values = [1.0, 1.0, 1.0, 1.0]\n[[white_noise]]\nsymbol = \"xi\"\n" +
-                             random_start;
+    const std::string used =
+        "[coefficients]\na = 1.0\nb = 1.0\nc = 1.0\nd = 1.0\n[define]\nmu = \"a g(u)\"\n"
+        "[[tabulated]]\nsymbol = \"g\"\nof = [\"b u\"]\nfirst = [-2.0, 0.0, 1.0, 2.0]\n"
+        "values = [1.0, 1.0, 1.0, 1.0]\n[[white_noise]]\nsymbol = \"xi\"\n" +
+        random_start;
     const auto remark = [&](const std::string& equation) {
         std::string found;
         for (const std::string& warning : warnings_of(equation, used, "\"d\""))
