@@ -4,10 +4,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drover/base/error.hpp"
 #include "jobs/trade_axes.hpp"
 #include "jobs/trade_start.hpp"
 
 namespace drover::jobs {
+
+void require_relative(const Wish& wish, const Bias& mean) {
+    if (!wish.is_relative) return;
+    const SourceLocation where{.file = "--want " + wish.text};
+    require(mean.value != 0.0, where,
+            "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01", wish.text);
+    constexpr double clear = 3.0;  // standard errors
+    require(std::abs(mean.value) >= clear * mean.error, where,
+            "the mean is {:.2g} +- {:.2g} in a trial, which may be 0, of which a per cent is nothing; expected an "
+            "absolute error, such as {}={:.1g}, or a larger --budget",
+            mean.value, mean.error, wish.text, mean.error);
+}
 
 bool converges(const TradeBench& bench, const std::vector<LevelFound>& grids) {
     const std::size_t n = grids.size();

@@ -9,6 +9,9 @@
 
 namespace drover::jobs {
 
+/// Throws an input Error for a wish in per cent of a mean that is 0, or may be.
+void require_relative(const Wish& wish, const Bias& mean);
+
 /// Whether the last difference between noisy grids is small, or at most two thirds of the one before.
 bool converges(const TradeBench& bench, const std::vector<LevelFound>& grids);
 

@@ -93,9 +93,7 @@ private:
             found_.units.push_back(base.numbers[w].unit);
             found_.references.push_back(bench_.mean_of(base.numbers[w]));
             const Wish& wish = found_.wishes[w];
-            require(!wish.is_relative || found_.references[w].value != 0.0, {.file = "--want " + wish.text},
-                    "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01",
-                    wish.text);
+            require_relative(wish, found_.references[w]);
             require_unit(wish, base.numbers[w].unit, found_.references[w].value);
             bench_.allowed.push_back(wish.error * (wish.is_relative ? std::abs(found_.references[w].value) : 1.0));
         }

@@ -335,6 +335,20 @@ def test_a_model_of_ones_own_gets_the_cheapest_run_that_is_accurate_enough(tmp_p
     assert abs(found / exact - 1.0) < 1e-4
 
 
+def test_a_per_cent_of_a_mean_that_may_be_0_is_refused(tmp_path):
+    noisy = """
+field = [{symbol = "phi", noise = "0.1"}]
+equations = {phi = "lap phi - phi"}
+grid = {nx = 4, ny = 4, lx = 8, ly = 8}
+time = {dt = 0.5, end = 400}
+initial = {kind = "stationary"}
+output = {sample_every = 0.5}
+"""
+    ended = drover(tmp_path, "tradeoff", scene(tmp_path, noisy), "--want", "mean_phi=5%", "--budget", "2s", "--quiet",
+                   status=2)
+    assert "which may be 0, of which a per cent is nothing; expected an absolute error" in ended.stderr
+
+
 def test_a_number_that_fluctuates_more_slowly_than_the_trials_is_not_taken_for_known(tmp_path):
     # The slowest waves of the stationary start relax in 10^6 s: a trial sees one value of each, and seems to be exact.
     slow = """

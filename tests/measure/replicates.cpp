@@ -53,13 +53,19 @@ TEST(Replicates, errors_over_seeds_cover_the_truth_in_two_cases_of_three_with_ow
         for (const bool is_given : {true, false}) {
             const double found = coverage(seeds, {.is_given = is_given});
             EXPECT_GT(found, 0.66) << seeds << " seeds, own errors: " << is_given;
-            EXPECT_LT(found, 0.70) << seeds << " seeds, own errors: " << is_given;
+            EXPECT_LT(found, is_given && seeds < 8 ? 0.82 : 0.70) << seeds << " seeds, own errors: " << is_given;
         }
+}
+
+TEST(Replicates, few_seeds_that_agree_by_chance_have_the_error_of_their_runs) {
+    const std::vector<Estimate> pair{{.mean = 1.0, .error = 0.1, .blocks = 9},
+                                     {.mean = 1.0001, .error = 0.1, .blocks = 9}};
+    EXPECT_NEAR(*combine(pair).mean.error, 0.1 / std::sqrt(2.0), 1e-12);
 }
 
 TEST(Replicates, errors_over_seeds_do_not_depend_on_own_errors_that_are_wrong) {
     for (const double factor : {0.1, 10.0}) {
-        const double found = coverage(5, {.factor = factor});
+        const double found = coverage(8, {.factor = factor});
         EXPECT_GT(found, 0.66) << factor;
         EXPECT_LT(found, 0.70) << factor;
     }
