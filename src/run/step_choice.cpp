@@ -14,6 +14,7 @@
 #include "run/kind.hpp"
 #include "run/pilot.hpp"
 #include "run/scene_equations.hpp"
+#include "run/text_resolution.hpp"
 #include "run/warnings.hpp"
 
 namespace drover::run {
@@ -282,6 +283,13 @@ private:
     std::pair<std::string, double> roughest_;
     std::string failure_;
 };
+/// A pilot may end before a pulse in time, or step over it.
+void shorten_to_times(io::Scene& scene) {
+    constexpr double most_steps = 1e7;
+    const double chosen = scene.time.dt;
+    while (!resolves_time(scene) && scene.time.end / scene.time.dt < most_steps) scene.time.dt *= 0.5;
+    if (scene.time.dt < chosen) scene.time.pilot += text("; shortened from {:.4g} s to resolve the terms of t", chosen);
+}
 }  // namespace
 
 io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
@@ -307,6 +315,7 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
         Ladder ladder(result, pilot);
         if (const auto time = ladder.choose()) {
             result.time = *time;
+            shorten_to_times(result);
             return result;
         }
         failure = ladder.failure();

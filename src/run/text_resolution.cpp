@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <span>
 #include <utility>
@@ -68,17 +69,87 @@ private:
     Spectra state_;
 };
 
-/// Of the equations; functions of the calling program are not looked at.
+/// The formulas of the equations; functions of the calling program are not looked at.
+std::vector<std::string> formulas_of(const model::Model& model) {
+    std::vector<std::string> formulas;
+    for (const model::Definition& one : model.definitions) formulas.push_back(one.value.text);
+    for (const model::Field& field : model.fields) {
+        formulas.insert(formulas.end(), {field.equation.text, field.mass.text});
+        for (const model::WrittenTerm& term : field.further)
+            if (!term.scope || term.scope->functions.empty())
+                for (const model::Text& one : term.texts) formulas.push_back(one.text);
+    }
+    return formulas;
+}
+
 bool any_text_mentions(const io::Scene& scene, const std::vector<std::string>& names) {
-    const model::Model model = equations_of(scene).model();
-    const auto any = [&](const model::Text& one) { return mentions(one.text, names); };
-    const auto any_of_term = [&](const model::WrittenTerm& term) {
-        return (!term.scope || term.scope->functions.empty()) && std::ranges::any_of(term.texts, any);
-    };
-    return std::ranges::any_of(model.definitions, any, &model::Definition::value) ||
-           std::ranges::any_of(model.fields, [&](const model::Field& field) {
-               return any(field.equation) || any(field.mass) || std::ranges::any_of(field.further, any_of_term);
-           });
+    const std::vector<std::string> formulas = formulas_of(equations_of(scene).model());
+    return std::ranges::any_of(formulas, [&](const std::string& one) { return mentions(one, names); });
+}
+
+/// The numbers between 0 and `end` in formulas, and those that have names there: a pulse may be at one of them.
+std::vector<double> named_times(const model::Model& model, double end) {
+    std::vector<double> numbers;
+    for (const auto& [name, value] : model.coefficients) numbers.push_back(value);
+    for (const model::Field& field : model.fields)
+        for (const model::WrittenTerm& term : field.further)
+            if (term.scope)
+                for (const auto& [name, value] : term.scope->parameters) numbers.push_back(value);
+    for (const std::string& formula : formulas_of(model))
+        for (const char* at = formula.c_str(); *at != '\0';) {
+            char* after = nullptr;
+            const double number = std::isalpha(static_cast<unsigned char>(*at)) != 0 ? 0.0 : std::strtod(at, &after);
+            if (after == nullptr || after == at) {
+                ++at;
+                continue;
+            }
+            numbers.push_back(std::abs(number));
+            at = after;
+        }
+    std::erase_if(numbers, [&](double one) { return !(one > 0.0 && one < end); });
+    std::ranges::sort(numbers);
+    numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
+    constexpr std::size_t most = 16;
+    if (numbers.size() > most) numbers.resize(most);
+    return numbers;
+}
+
+/// Parts of a step whose middles sample a rate: equal ones, and ever shorter ones towards the named times in it.
+std::vector<std::pair<double, double>> parts_of_step(double begin, double dt, int equal,
+                                                     const std::vector<double>& named) {
+    std::vector<double> edges;
+    for (int k = 0; k <= equal; ++k) edges.push_back(begin + dt * k / equal);
+    constexpr int halvings = 30;
+    for (const double time : named)
+        for (int k = 0; k <= halvings; ++k)
+            for (const double side : {-1.0, 1.0}) edges.push_back(time + side * dt * std::exp2(-0.5 * k));
+    std::erase_if(edges, [&](double edge) { return edge < begin || edge > begin + dt; });
+    std::ranges::sort(edges);
+    std::vector<std::pair<double, double>> parts;  // middle and width
+    for (std::size_t k = 1; k < edges.size(); ++k)
+        if (edges[k] > edges[k - 1]) parts.emplace_back(0.5 * (edges[k] + edges[k - 1]), edges[k] - edges[k - 1]);
+    return parts;
+}
+
+/// Steps that are looked at: their first, and how many.
+struct Window {
+    std::int64_t first, count;
+};
+
+/// All steps of a short run, parts of a long one; and the steps about each named time.
+std::vector<Window> windows_of(std::int64_t steps, double dt, const std::vector<double>& named) {
+    constexpr std::int64_t in_window = 128, most_windows = 8, about = in_window / 2;
+    std::vector<Window> windows;
+    const std::int64_t count = std::min(most_windows, std::max<std::int64_t>(1, steps / in_window));
+    const std::int64_t length = count < most_windows ? steps / count : in_window;
+    for (std::int64_t window = 0; window < count; ++window)
+        windows.push_back({count == 1 ? 0 : (steps - length) * window / (count - 1), length});
+    if (count * length < steps)
+        for (const double time : named) {
+            const std::int64_t first = std::max<std::int64_t>(0, static_cast<std::int64_t>(time / dt) - about);
+            windows.push_back({first, std::min(2 * about + 1, steps - first)});
+        }
+    return windows;
 }
 
 /// Squares of amplitudes of one component.
@@ -193,15 +264,19 @@ public:
         largest_ = std::max(largest_, std::abs(wrong_));
         size_ += std::abs(exact);
     }
-    double relative() const {
+    double deviation() const {
         const auto steps = static_cast<double>(integral_.size());
         double deviation = 0.0;
         for (std::size_t i = 0; i < integral_.size(); ++i)
             deviation =
                 std::max(deviation, std::abs(integral_[i] - static_cast<double>(i + 1) / steps * integral_.back()));
+        return deviation;
+    }
+    /// To the deviation, and at least to `least`.
+    double relative(double least) const {
         constexpr double rounding = 1e-9;
-        const double scale = std::max(deviation, largest_);
-        return largest_ <= rounding * size_ || scale == 0.0 ? 0.0 : largest_ / std::max(deviation, rounding * size_);
+        const double scale = std::max({deviation(), rounding * size_, least});
+        return largest_ <= rounding * size_ ? 0.0 : largest_ / scale;
     }
 
 private:
@@ -232,25 +307,25 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
         }
         return values;
     };
-    constexpr std::int64_t in_window = 128, most_windows = 8;
-    const int parts = has_stages ? 21 : 7;  // a switch falls into one of them
     const auto steps = static_cast<std::int64_t>(std::llround(scene.time.end / dt));
-    const std::int64_t windows = std::min(most_windows, std::max<std::int64_t>(1, steps / in_window));
-    const std::int64_t length = windows < most_windows ? steps / windows : in_window;
-    double worst = 0.0, worst_time = 0.0;
-    for (std::int64_t window = 0; window < windows; ++window) {
-        const std::int64_t first = windows == 1 ? 0 : (steps - length) * window / (windows - 1);
-        std::vector<TimeError> errors(3 * static_cast<std::size_t>(count), TimeError(dt, scene.time.tolerance > 0.0));
-        std::vector<double> before = values_at((static_cast<double>(first) - 1.0) * dt),
-                            begin = values_at(static_cast<double>(first) * dt),
-                            end = values_at((static_cast<double>(first) + 1.0) * dt);
-        for (std::int64_t step = first; step < first + length; ++step) {
+    constexpr int fewest = 7, in_stages = 21, samples = 2048;  // a switch falls into one of the parts
+    const int parts = std::max(has_stages ? in_stages : fewest, static_cast<int>(samples / std::max(steps, {1})) | 1);
+    const std::vector<double> named = named_times(problem.integrated.equations.model(), scene.time.end);
+    const std::vector<Window> windows = windows_of(steps, dt, named);
+    std::vector<std::vector<TimeError>> all;
+    for (const Window& window : windows) {
+        std::vector<TimeError>& errors =
+            all.emplace_back(3 * static_cast<std::size_t>(count), TimeError(dt, scene.time.tolerance > 0.0));
+        const auto first = static_cast<double>(window.first);
+        std::vector<double> before = values_at((first - 1.0) * dt), begin = values_at(first * dt),
+                            end = values_at((first + 1.0) * dt);
+        for (std::int64_t step = window.first; step < window.first + window.count; ++step) {
             const double t = static_cast<double>(step) * dt;
-            std::vector<double> exact(errors.size(), 0.0), middle, after = values_at(t + 2.0 * dt);
-            for (int part = 0; part < parts; ++part) {
-                const std::vector<double> now = values_at(t + dt * (part + 0.5) / parts);
-                for (std::size_t k = 0; k < exact.size(); ++k) exact[k] += dt / parts * now[k];
-                if (2 * part + 1 == parts) middle = now;
+            std::vector<double> exact(errors.size(), 0.0), after = values_at(t + 2.0 * dt);
+            const std::vector<double> middle = values_at(t + 0.5 * dt);
+            for (const auto& [at, width] : parts_of_step(t, dt, parts, named)) {
+                const std::vector<double> now = values_at(at);
+                for (std::size_t k = 0; k < exact.size(); ++k) exact[k] += width * now[k];
             }
             std::vector<double> by_stages(errors.size(), 0.0);
             if (has_stages)
@@ -264,10 +339,16 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
             }
             before = std::exchange(begin, std::exchange(end, std::move(after)));
         }
-        for (const TimeError& error : errors)
-            if (const double relative = error.relative(); relative > worst) {
+    }
+    constexpr double matters = 0.01;  // of the largest change in any window
+    double worst = 0.0, worst_time = 0.0;
+    for (std::size_t k = 0; k < all.front().size(); ++k) {
+        double largest = 0.0;
+        for (const std::vector<TimeError>& errors : all) largest = std::max(largest, errors[k].deviation());
+        for (std::size_t n = 0; n < all.size(); ++n)
+            if (const double relative = all[n][k].relative(matters * largest); relative > worst) {
                 worst = relative;
-                worst_time = static_cast<double>(first) * dt;
+                worst_time = static_cast<double>(windows[n].first) * dt;
             }
     }
     constexpr double max_wrong = 0.03;  // a switch in the middle of 100 steps is wrong by 0.02, and its fields by less
@@ -288,6 +369,15 @@ bool mentions(const std::string& formula, const std::vector<std::string>& names)
         i += std::max<std::size_t>(1, name.size());
     }
     return false;
+}
+
+bool resolves_time(const io::Scene& scene) {
+    try {
+        return !time_warning(scene);
+    } catch (const Error& error) {
+        if (error.fault() != Fault::run) throw;
+        return true;  // not known, as below
+    }
 }
 
 std::vector<std::string> text_resolution_warnings(const io::Scene& scene) {

@@ -10,6 +10,10 @@ namespace drover::run {
 /// Whether one of these names occurs in a formula.
 bool mentions(const std::string& formula, const std::vector<std::string>& names);
 
+/// Whether the steps of a scene see its terms of t: they are compared with a finer sampling, also about each time that
+/// the formulas name.  True where that is not known.
+bool resolves_time(const io::Scene& scene);
+
 /// Of the terms written as text.  Those of x and y are compared with their values on twice the grid, those of t with a
 /// finer sampling of the time between steps, both at a smooth state; of a long run in windows of time.
 std::vector<std::string> text_resolution_warnings(const io::Scene& scene);
