@@ -7,6 +7,8 @@
 
 #include "analysis/states_problem.hpp"
 #include "drover/numerics/transform.hpp"
+#include "measure/fields.hpp"
+#include "numerics/fields/shells.hpp"
 #include "run/signals.hpp"
 
 namespace drover::analysis {
@@ -36,6 +38,40 @@ Point point_of(const TravellingState& at, const StatesProblem& problem, numerics
         rates.erase(std::min_element(rates.begin(), rates.end(),
                                      [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); }));
     return point;
+}
+
+/// The largest part of the variance of a component that is in the shortest waves of the grid.
+double tail_of(const TravellingState& at, const StatesProblem& problem) {
+    double largest = 0.0;
+    for (int c = 0; c < at.state.count(); ++c) {
+        double all = 0.0, tail = 0.0;
+        for (std::size_t column = 1; column < at.state.size; ++column) {
+            const double power = numerics::mode_weight(problem.grid, column) * std::norm(at.state[c][column]);
+            all += power;
+            if (measure::is_in_tail(problem.grid, problem.degree, column, 0)) tail += power;
+        }
+        if (all > 0.0) largest = std::max(largest, tail / all);
+    }
+    return largest;
+}
+
+/// Of the states, where it is too large for their digits to mean anything.
+void add_unresolved(const std::vector<TravellingState>& states, const StatesProblem& problem, run::Record& root) {
+    constexpr double most = 1e-6;  // waves of a thousandth of the state
+    const auto is_less = [&](const auto& a, const auto& b) { return tail_of(a, problem) < tail_of(b, problem); };
+    const TravellingState& worst = *std::max_element(states.begin(), states.end(), is_less);
+    root.entries.push_back({.name = "spectral_tail",
+                            .unit = "1",
+                            .meaning = "largest part of the variance of a component in the shortest waves of the grid",
+                            .value = tail_of(states.front(), problem),
+                            .digits = 2});
+    if (tail_of(worst, problem) <= most) return;
+    const std::string where =
+        problem.followed ? text(" at {} = {:.6g}", problem.followed->key, worst.parameter) : std::string();
+    root.footer.push_back(text(
+        "the grid does not resolve the state{}: {:.2g} of the variance of a field is in the shortest waves of the grid "
+        "(spectral_tail); expected less than {:.0e}: choose grid.nx = {}",
+        where, tail_of(worst, problem), most, 2 * problem.grid.nx));
 }
 
 double growth_of(const Point& point) {
@@ -170,6 +206,7 @@ run::Result make_states(const io::Scene& scene, const StatesOptions& options, Th
                             .unit = "1",
                             .meaning = "evaluated for the states, and for their perturbations",
                             .value = solver.right_hand_sides()});
+    add_unresolved(states, problem, root);
     root.lists.push_back(perturbation_list(points.front()));
     if (problem.followed) {
         root.lists.push_back(curve_list(points, problem));

@@ -44,6 +44,7 @@ private:
     ScheduledRecording frames();
     ScheduledRecording samples();
     void to_grid();
+    void check_step_error(std::int64_t step);
     Diagnosed diagnosed() { return {.evolution = evolution_, .problem = problem_, .dt = dt}; }
 
     io::Scene scene_;
@@ -55,8 +56,9 @@ private:
     numerics::Fields fields_, balanced_;  // on the grid, in arrays that keep their places: they are lent out
     FieldHealth health_;
     double time_ = 0.0;
-    std::vector<double> fresh_;       // saved by the evolution before any step
-    std::shared_ptr<StepBias> bias_;  // nullptr: not measured
+    std::optional<std::int64_t> too_large_since_;  // step from which on the error is larger than that of a chosen step
+    std::vector<double> fresh_;                    // saved by the evolution before any step
+    std::shared_ptr<StepBias> bias_;               // nullptr: not measured
 };
 
 bool makes_step_error(const FieldProblem& problem) { return problem.integrated.equations.has_explicit_part(); }
@@ -75,6 +77,7 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads)
       evolution_(problem_.integrated, scene_.grid,
                  {.method = scene_.time.stepper,
                   .dt = scene_.time.dt,
+                  .steps = steps,
                   .tolerance = scene_.time.tolerance,
                   .watches_error = scene_.time.max_error > 0.0 && makes_step_error(problem_),
                   .effort = effort_of_step_error(scene_),
@@ -304,9 +307,20 @@ void FieldSimulation::advance(std::int64_t step) {
 
 void FieldSimulation::check_health(std::int64_t step) {
     blame_chosen_step(scene_.time, [&] {
-        check_chosen_step(scene_.time, evolution_.step_error(), step);
+        check_step_error(step);
         check_field_health(diagnosed(), transform_, state_, step, health_);
     });
+}
+
+/// A field that grows from nothing by large factors a step has a large error for a while: it is that of a small part of
+/// what it will be.
+void FieldSimulation::check_step_error(std::int64_t step) {
+    const numerics::StepError::Relative error = evolution_.step_error();
+    if (!(error.error > scene_.time.max_error)) too_large_since_.reset();
+    else if (!too_large_since_) too_large_since_ = step;
+    const std::int64_t a_while = steps / 64;
+    if (too_large_since_ && (step == steps || step >= *too_large_since_ + a_while))
+        check_chosen_step(scene_.time, error, step);
 }
 
 /// The choices of the adaptive stepper.

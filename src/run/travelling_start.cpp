@@ -99,7 +99,7 @@ numerics::TravellingState find_state(const TravellingGuess& from, numerics::Trav
                 from.speed ? solver.find(settled, from.speed) : nearest_state(settled, solver);
             if (found.change > far)
                 log_warning(
-                    "warning: the state differs from its guess by {:.2g} of the variation of the guess, so that it may "
+                    "the state differs from its guess by {:.2g} of the variation of the guess, so that it may "
                     "be on another branch than the one meant; expected less than {}: give a nearer guess, --speed, or "
                     "--settle",
                     found.change, far);

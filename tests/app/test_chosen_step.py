@@ -100,6 +100,28 @@ def test_a_model_of_ones_own_without_a_step_has_the_error_that_is_asked_for(max_
     assert 0.0 < wrong < 1.5 * max_error
 
 
+# d_t u at one point, the end of the run, the start, and u at the end: fields that diverge soon after it, and a pulse
+# that is shorter than any step, beyond the end of the pilots.
+SUDDEN = {"square": ("u^2 + lap u", 9.9, 0.1, 10.0), "exponential": ("exp(u)/20 + lap u", 19.9, 0.0, -np.log(0.005)),
+          "pulse": ("-0.1 u + exp(-((t - 83.777)/0.01)^2)/0.01", 100.0, 0.0, np.sqrt(np.pi) * np.exp(-1.6223))}
+
+
+@pytest.mark.parametrize("name", SUDDEN)
+def test_what_happens_within_few_steps_is_seen(tmp_path, name):
+    equation, end, start, exact = SUDDEN[name]
+    (tmp_path / "sudden.toml").write_text(f"""
+field = [{{symbol = "u"}}]
+equations = {{u = "{equation}"}}
+grid = {{nx = 4, ny = 1, lx = 1.0, ly = 1.0}}
+time = {{end = {end}}}
+initial = {{kind = "formula", u = "{start}"}}
+output = {{frame_every = 0.0, sample_every = 0.0}}
+""")
+    drover(tmp_path, "run", "sudden.toml", "--quiet", "--output", "sudden.h5")
+    with h5py.File(tmp_path / "sudden.h5") as file:
+        assert abs(file["u"][-1].mean() / exact - 1.0) < 0.01  # time.max_error
+
+
 def test_a_step_is_foreseen_by_a_pilot_with_twice_the_step(tmp_path):
     (tmp_path / "own.toml").write_text(OSCILLATION)
     foreseen = 0
@@ -205,7 +227,7 @@ def test_a_run_that_no_chosen_step_brings_to_the_limit_ends_with_a_remedy(tmp_pa
     # A pilot to 64 s sees linear terms alone; the method, of first order, would then need steps of 1e-5 s.
     scene = write_scene(tmp_path, {**LATE, "time.max_error": 1e-5}, name="late.toml", base={})
     failed = drover(tmp_path, "run", scene, status=1)
-    assert "6 halvings of the step did not suffice" in failed.stderr and "give time.dt" in failed.stderr
+    assert re.search(r"\d halvings of the step did not suffice.*give time.dt", failed.stderr)
 
 
 DEMIX = """field = [{symbol = "phi", conserved = true}]

@@ -66,6 +66,7 @@ struct FieldSize {
     std::string name;
     double size = 0.0;     ///< root mean square now
     double largest = 0.0;  ///< the largest so far: a field that has all but vanished has no size of its own
+    double start = 0.0;    ///< at the start of the run
     double local = 0.0, local_low = 0.0;
     double memory = INFINITY;  ///< steps for which an error beyond the coarse grid persists
     // Of the moments so far: the steps they stand for, the sums of the mean squares and of the means over the cell.
@@ -87,6 +88,8 @@ struct FieldSize {
     }
     /// With its fluctuation: an oscillation that passes through 0 has errors as large as before.
     double scale() const { return std::max({size, moments > 0.0 ? fluctuation() : 0.0, 1e-3 * largest}); }
+    /// Whether it has grown from nearly nothing: its first step from 0 is wrong by a part that does not depend on dt.
+    bool has_begun_at_nothing() const { return start <= 0.05 * size; }
     double local_high() const { return std::sqrt(std::max(0.0, local * local - local_low * local_low)); }
 };
 inline double ratio(double error, double scale) { return error == 0.0 ? 0.0 : scale > 0.0 ? error / scale : INFINITY; }

@@ -18,10 +18,12 @@ struct ErrorEvolution {
     ErrorEquations equations;
     KeptGrid fine, coarse;
     double dt;
-    bool divides;  // waves may turn within dt and be resolved all the same
+    std::int64_t first_steps;  // after which a field that was 0 has a size of its own
+    bool divides;              // waves may turn within dt and be resolved all the same
     double own_change;
     std::int64_t stride = 1, since = 0;    // steps of the run in one of the error, and since its last
     std::int64_t last_moment = 0;          // step
+    std::int64_t steps = 0;                // so far
     double unforeseen = 0.0;               // angle between the last local error and what it was taken for [radians]
     bool follows = false;                  // whether it is known from the motion of the fields
     double turn_rate = 0.0;                // of the fields' motion, in a step of the run [radians]
@@ -67,6 +69,7 @@ struct ErrorEvolution {
     double relative_size(const Spectra& spectra) const;
     double local_size() const;
     Spectra error_now() const;
+    bool has_size(const FieldSize& field) const { return steps > first_steps || !field.has_begun_at_nothing(); }
     double growth() const;
     double size_without_phase(const FieldSize& field) const;
     void sample(const Spectra& fine_fields, Reference& into);

@@ -73,6 +73,7 @@ void StepError::start_local(const Spectra& before) {
     ErrorEvolution& w = *work_;
     if (w.fields.front().moments == 0.0) {
         w.measure_fluctuations(before, 1.0);
+        for (FieldSize& field : w.fields) field.start = field.size;
         w.sample(before, w.from);
     }
     for (int c = 0; c < w.start.count(); ++c)
@@ -89,6 +90,7 @@ void StepError::start_local(const Spectra& before) {
 
 void StepError::advance(std::int64_t step, const Spectra& fields) {
     ErrorEvolution& w = *work_;
+    w.steps = step;
     for (int c = 0; c < w.error.count(); ++c)
         for (const FastWave& wave : w.waves) {
             const std::size_t k = static_cast<std::size_t>(c) * w.error.size + wave.mode;
@@ -150,7 +152,7 @@ StepError::Relative StepError::largest() const {
         // Of the last step nothing has decayed yet.
         const double size = std::max(field.local, std::hypot(w.size_of(error, field), w.size_without_phase(field)));
         const double relative = (w.noisy ? random_errors : 1.0) * ratio(size, field.fluctuation());
-        if (relative > result.error) result = {std::min(relative, 1.0), field.name};
+        if (relative > result.error && w.has_size(field)) result = {std::min(relative, 1.0), field.name};
     }
     return result;
 }
@@ -180,7 +182,7 @@ bool StepError::follows_phases(std::int64_t steps) const {
 StepError::Relative StepError::largest_local() const {
     Relative result{.error = 0.0, .field = work_->fields.front().name};
     for (const FieldSize& field : work_->fields)
-        if (const double error = ratio(field.local, field.scale()); !(error <= result.error))
+        if (const double error = ratio(field.local, field.scale()); !(error <= result.error) && work_->has_size(field))
             result = {error, field.name};
     return result;
 }
@@ -189,10 +191,10 @@ namespace {
 /// The saved numbers of a field.
 template <class Field>
 auto saved_of(Field& field) {
-    return std::array{&field.size,    &field.largest,  &field.local,    &field.local_low, &field.moments,
-                      &field.squares, &field.means[0], &field.means[1], &field.variance};
+    return std::array{&field.size,    &field.largest, &field.start,    &field.local,    &field.local_low,
+                      &field.moments, &field.squares, &field.means[0], &field.means[1], &field.variance};
 }
-constexpr std::size_t saved_of_field = 9;
+constexpr std::size_t saved_of_field = 10;
 template <class Evolution>
 auto saved_spectra(Evolution& work) {
     return std::array{&work.error,       &work.local.last,   &work.local.before,
@@ -204,13 +206,14 @@ constexpr std::size_t saved_spectra_count = 11;
 }  // namespace
 
 std::size_t StepError::saved_numbers() const {
-    return 14 + saved_of_field * work_->fields.size() + (2 + 2 * saved_spectra_count) * work_->error.values.size();
+    return 15 + saved_of_field * work_->fields.size() + (2 + 2 * saved_spectra_count) * work_->error.values.size();
 }
 
 std::vector<double> StepError::save() const {
     std::vector<double> values{static_cast<double>(work_->stride),
                                static_cast<double>(work_->since),
                                static_cast<double>(work_->last_moment),
+                               static_cast<double>(work_->steps),
                                static_cast<double>(work_->taken),
                                static_cast<double>(work_->leap),
                                work_->perturbation_growth,
@@ -241,6 +244,7 @@ void StepError::restore(std::span<const double> values) {
     work_->stride = static_cast<std::int64_t>(*next++);
     work_->since = static_cast<std::int64_t>(*next++);
     work_->last_moment = static_cast<std::int64_t>(*next++);
+    work_->steps = static_cast<std::int64_t>(*next++);
     work_->taken = static_cast<std::int64_t>(*next++);
     work_->leap = static_cast<std::int64_t>(*next++);
     work_->perturbation_growth = *next++;

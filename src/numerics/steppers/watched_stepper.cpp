@@ -12,7 +12,9 @@ namespace drover::numerics {
 WatchedStepper::WatchedStepper(const StepControl& control, System system, std::uint64_t seed, Threads& threads,
                                const std::optional<ErrorEquations>& watched)
     : stepper_(control, std::move(system), seed, threads), observing_(control.work.observing) {
-    if (watched && stepper_.system().nonlinear) error_.emplace(*watched, stepper_.system().grid, control);
+    if (!watched || !stepper_.system().nonlinear) return;
+    error_.emplace(*watched, stepper_.system().grid, control);
+    sizes_.assign(2 * static_cast<std::size_t>(components(stepper_.system().layout)), 0.0);
 }
 
 void WatchedStepper::set_system(System system, const ErrorEquations::OnGrid& on_grid) {
@@ -27,14 +29,34 @@ std::int64_t steps_to_dear_check(std::int64_t step) { return std::clamp<std::int
 std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::int64_t>(step / 16, 1, 100); }
 }  // namespace
 
+namespace {
+/// Mean squares of each component: of all its modes, and without its mean.
+std::vector<double> mean_squares(const Spectra& state) {
+    std::vector<double> squares;
+    for (int c = 0; c < state.count(); ++c) {
+        double waves = 0.0;
+        for (std::size_t mode = 1; mode < state.size; ++mode) waves += std::norm(state[c][mode]);
+        squares.push_back(waves + std::norm(state[c][0]));
+        squares.push_back(waves);
+    }
+    return squares;
+}
+
+bool has_grown(const std::vector<double>& before, const std::vector<double>& now) {
+    constexpr double much = 1.5, negligible = 1e-10;  // of mean squares
+    const double least = negligible * *std::max_element(now.begin(), now.end());
+    for (std::size_t k = 0; k < now.size(); ++k)
+        if (now[k] > much * before[k] && now[k] > least) return true;
+    return false;
+}
+}  // namespace
+
 /// Between two checks the local errors follow the motion of the fields.  Where that is not what is found, checks follow
 /// sooner, since the sum of errors that turn is much larger than it would seem.
 std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t since_last) {
     const std::int64_t cheap = stepper_.steps_to_cheap_error();
     const std::int64_t longest = cheap > 0 ? std::max(cheap, steps_to_cheap_check(step)) : steps_to_dear_check(step);
-    const std::int64_t afforded =
-        error_->steps_to_afford(stepper_.steps_to_cheap_error() > 0 ? 0.0 : stepper_.work_of_error(),
-                                std::max<std::int64_t>(64, step));
+    const std::int64_t afforded = error_->steps_to_afford(work_of_check(), std::max<std::int64_t>(64, step));
     const std::int64_t shortest = std::clamp<std::int64_t>(step / 16, 10, 20);
     known_until_ = INT64_MAX;
     if (!error_->follows_phases(std::max({longest, shortest, afforded}))) return std::max(longest, afforded);
@@ -65,19 +87,31 @@ void WatchedStepper::advance(std::int64_t step, Spectra& state) {
 void WatchedStepper::watch(std::int64_t step, const Spectra& state) {
     if (!error_) return;
     if (is_checked_) measure_error(step, state);
+    else if (!stepper_.system().noise) check_growth(step, state);
     if (step > known_until_) error_->wait();
     error_->advance(step + 1, state);
 }
 
+double WatchedStepper::work_of_check() { return stepper_.steps_to_cheap_error() > 0 ? 0.0 : stepper_.work_of_error(); }
+
+/// Fields that have grown have larger local errors: the next step is checked.
+void WatchedStepper::check_growth(std::int64_t step, const Spectra& state) {
+    if (has_grown(sizes_, mean_squares(state)) && error_->steps_to_afford(work_of_check(), 2) == 1)
+        next_check_ = step + 1;
+}
+
 void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
     error_->start_local(before_);
+    const bool grows = !stepper_.system().noise && has_grown(mean_squares(before_), mean_squares(state));
     const std::int64_t since_last = std::max<std::int64_t>(1, step - last_check_);
     const bool is_repeated = stepper_.find_error(step, state, before_);
     error_->add_local(before_, state, is_repeated ? stepper_.work_of_error() : 0.0, since_last);
     const std::int64_t next = steps_to_next_check(step, since_last);
     error_->continue_local(static_cast<double>(next) / static_cast<double>(since_last));
     next_check_ = step + next;
+    if (grows && error_->steps_to_afford(work_of_check(), 2) == 1) next_check_ = step + 1;
     last_check_ = step;
+    sizes_ = mean_squares(state);
     const StepError::Relative local = error_->largest_local();
     // Fields that overflow have no error; the check of the fields says which of them failed first.
     double square = 0.0;
@@ -103,13 +137,14 @@ std::vector<double> WatchedStepper::save() const {
     const std::vector<double> history = stepper_.save_history();
     values.insert(values.end(), history.begin(), history.end());
     if (!error_) return values;
+    values.insert(values.end(), sizes_.begin(), sizes_.end());
     const std::vector<double> error = error_->save();
     values.insert(values.end(), error.begin(), error.end());
     return values;
 }
 
 void WatchedStepper::restore(std::span<const double> values) {
-    const std::size_t error_numbers = error_ ? error_->saved_numbers() : 0;
+    const std::size_t error_numbers = error_ ? sizes_.size() + error_->saved_numbers() : 0;
     constexpr std::size_t numbers = 5;
     require(values.size() >= numbers + error_numbers, {},
             "the checkpoint contains {} stepper values; expected {} or more", values.size(), numbers + error_numbers);
@@ -126,7 +161,10 @@ void WatchedStepper::restore(std::span<const double> values) {
     known_until_ = values[3] < 0x1p53 ? static_cast<std::int64_t>(values[3]) : INT64_MAX;
     work_done_ = values[4];
     stepper_.restore_history(values.subspan(numbers, values.size() - numbers - error_numbers));
-    if (error_) error_->restore(values.last(error_numbers));
+    if (!error_) return;
+    const std::span<const double> of_error = values.last(error_numbers);
+    std::copy_n(of_error.begin(), sizes_.size(), sizes_.begin());
+    error_->restore(of_error.subspan(sizes_.size()));
 }
 
 }  // namespace drover::numerics

@@ -46,11 +46,14 @@ public:
 
 private:
     void measure_error(std::int64_t step, const Spectra& state);
+    double work_of_check();
+    void check_growth(std::int64_t step, const Spectra& state);
     std::int64_t steps_to_next_check(std::int64_t step, std::int64_t since_last);
 
     AdaptiveStepper stepper_;
     std::optional<StepError> error_;
-    Spectra before_;  // the state before a step that is repeated in halves
+    Spectra before_;             // the state before a step that is repeated in halves
+    std::vector<double> sizes_;  // of the fields at the last check
     std::int64_t last_check_ = 0, next_check_ = 0, known_until_ = INT64_MAX;
     double observing_;  // work of each dt
     double work_done_ = 0.0;
