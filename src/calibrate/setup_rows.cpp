@@ -2,7 +2,9 @@
 #include "calibrate/setup_rows.hpp"
 
 #include <array>
+#include <cmath>
 
+#include "drover/base/text.hpp"
 #include "drover/dem/bodies.hpp"
 
 namespace drover::calibrate {
@@ -40,5 +42,15 @@ constexpr std::array<SetupRow, 6> rows_of_setups{
 std::span<const SetupRow> setup_rows() { return rows_of_setups; }
 
 double number_of(const SetupRow& row, const dem::Setup& setup) { return content_of(setup).*row.number; }
+
+std::string remark_on(const SetupRow& row, const dem::Setup& setup) {
+    if (row.number != &SetupContent::rods || setup.rods.area_fraction == 0.0) return "";
+    const SetupContent content = content_of(setup);
+    const double asked = setup.rods.area_fraction, covered = content.rods * content.rod_area;
+    constexpr double matters = 0.01;
+    if (std::abs(covered / asked - 1.0) <= matters) return "";
+    return text("{:.0f} rods cover {:.4g} of the cell, not {:.4g}: c and closures take their density as {:.4g}",
+                content.rods * dem::area(setup.cell), covered, asked, asked / content.rod_area);
+}
 
 }  // namespace drover::calibrate

@@ -1,6 +1,7 @@
 // calibrate/setup_rows.hpp: the rows of a table that follow from its setups alone.
 #pragma once
 #include <span>
+#include <string>
 
 #include "drover/dem/setup.hpp"
 
@@ -21,5 +22,9 @@ std::span<const SetupRow> setup_rows();
 
 /// The number of a row.  Throws as dem::make_bodies().
 double number_of(const SetupRow& row, const dem::Setup& setup);
+
+/// Of the density of rods: that a whole number of them covers another part of the cell than was asked for, by more than
+/// a hundredth; "" where it does not.
+std::string remark_on(const SetupRow& row, const dem::Setup& setup);
 
 }  // namespace drover::calibrate

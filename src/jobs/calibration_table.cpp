@@ -72,7 +72,9 @@ void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
             if (row.of_rods && population == calibrate::Population::beads) continue;
             TableEntry& entry = added.entries[calibrate::entry_index(table, added, unit.varied, unit.bead, unit.rod)];
             if (entry.origin == Origin::set) continue;
-            entry = {.value = calibrate::number_of(row, unit.conditions.setup), .origin = Origin::set};
+            entry = {.value = calibrate::number_of(row, unit.conditions.setup),
+                     .origin = Origin::set,
+                     .remark = calibrate::remark_on(row, unit.conditions.setup)};
         }
         if (added.entries.front().origin == Origin::set) table.rows.push_back(std::move(added));
     }

@@ -125,12 +125,14 @@ void predict(const model::Equations& equations, const Measured& measured, Report
 
 Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
     const model::Equations equations = equations_of(scene);
-    const Sampling sampling = sampling_of(archive, scene, field_samples_group);
+    Sampling sampling = sampling_of(archive, scene, field_samples_group);
+    // Exactly stationary: a start that was found in the samples would be a fluctuation, and bias the means.
+    const bool is_linear = !equations.has_explicit_part();
+    if (!sampling.warm_up && scene.initial.kind == "stationary" && is_linear) sampling.warm_up = 0;
     Measured measured = measured_in(archive, scene, equations, sampling);
     Report report = summary_report(scene, sampling, measured.recorded);
     report.setting = measured.setting;
-    report.step_bias =
-        step_biases(archive, scene, !equations.has_explicit_part(), std::move(measured.biased), report.summary);
+    report.step_bias = step_biases(archive, scene, is_linear, std::move(measured.biased), report.summary);
     if (const std::string missing = physics::missing_function(scene.model); !missing.empty()) {
         report.warnings = {missing + ": no linear theory and no warnings here; the archive has both"};
         return report;

@@ -36,6 +36,13 @@ def test_a_mode_that_relaxes_has_the_spectrum_of_its_exact_solution(tmp_path):
     assert total == pytest.approx(0.05, rel=0.15)
 
 
+def test_errors_of_few_segments_are_at_least_those_of_gaussian_noise(tmp_path):
+    with drover.Scene.from_dict(RELAXATION).run(tmp_path / "relaxation.h5") as run:
+        found = drover.dynamic_structure_factor(run, "polar_order_x", modes=4)
+    values, errors = (found[f"dynamic_structure_factor_polar_order_x{end}"].values for end in ("", "_error"))
+    assert (errors >= values / numpy.sqrt(8)).all()
+
+
 def test_waves_of_a_flock_have_the_spectrum_of_the_linear_theory(tmp_path):
     # Rods of a flock along x are carried at the speed u: S(q, omega) has one peak, at omega = u q, of width D q^2.
     # Noise so weak that the theory is exact; frames five times as often as the fastest wave that is seen.

@@ -29,6 +29,22 @@ def test_band_is_found_from_a_poor_guess_with_its_speed_and_both_binodals(tmp_pa
     assert found["max_polar_order"] == pytest.approx(1 / np.sqrt(3), abs=1e-6)
 
 
+def test_a_state_that_the_grid_does_not_resolve_is_said(tmp_path):
+    (tmp_path / "ks.toml").write_text("""
+field = [{symbol = "u", conserved = true}]
+equations = {u = "-d_x (u^2 / 2) - lap u - lap lap u - d_x lap u"}
+grid = {nx = 128, ny = 1, lx = 12.0, ly = 1.0}
+time = {dt = 0.01, end = 10.0}
+initial = {kind = "formula", u = "2 cos(2 pi x / 12)"}
+""")
+    speeds = {}
+    for points, is_told in ((128, False), (32, False), (16, True)):
+        done = drover(tmp_path, "states", "ks.toml", "--wave", "x", "--set", f"grid.nx={points}")
+        assert ("the grid does not resolve the state" in done.stdout) == is_told, points
+        speeds[points] = states(tmp_path, "ks.toml", "--set", f"grid.nx={points}")["speed"]
+    assert abs(speeds[32] / speeds[128] - 1.0) < 1e-9 < abs(speeds[16] / speeds[128] - 1.0)
+
+
 def test_binodals_follow_the_rate(tmp_path):
     found = states(tmp_path, BAND, *LONG, "--set", "relaxation.rate=0.8333333333333334", "--set",
                    'initial.rod_density="11/12 + 0.3 * (tanh((x - 50) / 6) - tanh((x - 170) / 3) - 1)"')

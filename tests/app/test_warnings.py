@@ -100,3 +100,15 @@ def test_a_cell_without_bodies_is_warned_of(tmp_path):
     warnings = warnings_of(tmp_path, {"cell.lx": 10.0, "cell.ly": 10.0, "time.end": 0.001,
                                       "output.sample_every": 0.001, "output.frame_every": 0.0})
     assert [warning.split(":")[0] for warning in warnings] == ["the cell has neither beads nor rods"]
+
+
+def test_the_stationary_start_of_linear_equations_has_no_warm_up(tmp_path):
+    linear = {"relaxation.rate": 0.1, "elasticity.stiffness": 1.0, "noise.order": 0.1, "grid.nx": 4, "grid.ny": 4,
+              "grid.lx": 1.0, "grid.ly": 1.0, "uniform.rod_density": 1.0, "diffusion.rods": 1.0, "noise.rods": 0.1,
+              "time.dt": 0.5, "time.end": 300.0, "initial.kind": "stationary", "output.frame_every": 0.0,
+              "output.sample_every": 0.5}
+    for seed in range(1, 5):  # of most, the search for a warm-up takes a fluctuation for one
+        write_scene(tmp_path, {"run.seed": seed}, base=linear)
+        drover(tmp_path, "run", "flock.toml", "-q", "--overwrite", "-o", "flock.h5")
+        with h5py.File(tmp_path / "flock.h5", "r") as file:
+            assert file["summary/warm_up"][()] == 0.0

@@ -9,6 +9,7 @@
 #include "base/refusal.hpp"
 #include "calibrate/alignment.hpp"
 #include "calibrate/field_model.hpp"
+#include "calibrate/setup_rows.hpp"
 
 namespace drover::calibrate::table_tests {
 namespace {
@@ -246,6 +247,18 @@ TEST(SmoothCoefficient, rejects_missing_entries_and_unknown_names) {
               "the table has no coefficient wethercock; did you mean weathercock?");
     EXPECT_EQ(refusal_of([&] { SmoothCoefficient(table, "weathercock", 1); }),
               "index 1 of a key that the table does not vary is out of range; expected an index below 1");
+}
+
+TEST(SetupRows, say_that_whole_rods_cover_another_part_than_was_asked_for) {
+    dem::Setup setup{.rods = {.area_fraction = 0.1}};
+    for (const auto& [side, is_told] : {std::pair{13.5, true}, {90.0, false}}) {
+        setup.cell.lx = setup.cell.ly = side;
+        std::string remark;
+        for (const SetupRow& row : setup_rows()) remark += remark_on(row, setup);
+        // 4 of 4.4 rods in 13.5 mm; 194.5 of them in 90 mm.
+        EXPECT_EQ(remark.starts_with("4 rods cover 0.09"), is_told) << remark;
+        EXPECT_EQ(remark.empty(), !is_told) << remark;
+    }
 }
 
 }  // namespace

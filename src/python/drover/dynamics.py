@@ -18,7 +18,7 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     `drover stability`.  `run`: an open archive of fields; `field`: one of run.frames, such as "rod_density".  q lies
     along "x" or "y", with 1 to `modes` waves in the cell.  Frames from `begin` [s] (default: the second half) are cut
     into `segments` that overlap by half (Welch's method, windows of Hann); the standard error, `..._error`, is that of
-    their scatter.  Frequencies go to pi over the interval of the frames: faster waves appear at lower ones.
+    their scatter, and at least that of Gaussian noise, as many powers of which scatter by S.  Frequencies go to pi over the interval of the frames: faster waves appear at lower ones.
     `..._linear` is the linear theory about the uniform state nearest to the frames, NaN where there is none.
 
     >>> from drover import Scene
@@ -120,10 +120,11 @@ def dataset(array, wavenumber, frequency, powers, scene):
     unit = array.attrs.get("units", "1")
     area = named("mm2 s", scene)
     units = area if unit == "1" else f"({unit})^2" + ("" if area == "1" else f" {area}")
-    error = numpy.sqrt(OVERLAP_LOSS * powers.var(axis=0, ddof=1) / len(powers))
+    mean = powers.mean(axis=0)
+    error = numpy.sqrt(OVERLAP_LOSS / len(powers)) * numpy.maximum(powers.std(axis=0, ddof=1), mean)
     dims = ("wavenumber", "frequency")
     return xarray.Dataset(
-        {name: (dims, powers.mean(axis=0), about(name, units, "S(q, omega)")),
+        {name: (dims, mean, about(name, units, "S(q, omega)")),
          f"{name}_error": (dims, error, about(f"{name}_error", units, f"standard error of {name}"))},
         {"wavenumber": ("wavenumber", wavenumber, about("wavenumber", named("mm-1", scene), "wavenumber |q|")),
          "frequency": ("frequency", frequency, about("frequency", named("s-1", scene), "angular frequency omega"))})
