@@ -47,7 +47,7 @@ std::string remark_on(const SetupRow& row, const dem::Setup& setup) {
     if (row.number != &SetupContent::rods || setup.rods.area_fraction == 0.0) return "";
     const SetupContent content = content_of(setup);
     const double asked = setup.rods.area_fraction, covered = content.rods * content.rod_area;
-    constexpr double matters = 0.01;
+    constexpr double matters = 0.02;
     if (std::abs(covered / asked - 1.0) <= matters) return "";
     return text("{:.0f} rods cover {:.4g} of the cell, not {:.4g}: c and closures take their density as {:.4g}",
                 content.rods * dem::area(setup.cell), covered, asked, asked / content.rod_area);

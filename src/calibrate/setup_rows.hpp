@@ -24,7 +24,7 @@ std::span<const SetupRow> setup_rows();
 double number_of(const SetupRow& row, const dem::Setup& setup);
 
 /// Of the density of rods: that a whole number of them covers another part of the cell than was asked for, by more than
-/// a hundredth; "" where it does not.
+/// a fiftieth; "" where it does not.
 std::string remark_on(const SetupRow& row, const dem::Setup& setup);
 
 }  // namespace drover::calibrate

@@ -11,9 +11,9 @@ namespace drover::measure {
 struct Replicates {
     /// Of two runs or more the error is half of the interval that covers the true mean in 68.3 % of all cases: the
     /// standard error of their scatter times the quantile of Student's t with so many degrees of freedom less one.  It
-    /// counts what the own errors of the runs do not see, such as a change slower than a run.  Fewer than eight runs may
-    /// agree by chance: their error is at least own_error.  `blocks` is the number of runs.  Of a single run it is that
-    /// run's own.
+    /// counts what the own errors of the runs do not see, such as a change slower than a run.  Fewer than eight runs
+    /// may agree by chance: their error is at least own_error.  `blocks` is the number of runs.  Of a single run it is
+    /// that run's own.
     Estimate mean;
     /// Of a single run, from their scatter: NaN for fewer than two.
     double deviation = 0.0;

@@ -236,7 +236,7 @@ TEST(WaveFit, does_not_depend_on_the_spacing_of_the_frames) {
 }
 
 TEST(WaveFit, is_exact_where_a_field_decays_by_any_factor_between_two_frames) {
-    // Fields without coupling: the most likely strength of each is 2 k <|a' - e^{-ks} a|^2>/(1 - e^{-2ks}), to rounding.
+    // Fields without coupling: the most likely strength of each is 2 k <|a' - e^{-ks} a|^2>/(1 - e^{-2ks}).
     // exp(+k s) of the fast one would overflow the digits of the other at k s = 40, and the numbers at 800.
     for (const double fast : {1.0, 8.0, 40.0, 800.0}) {
         constexpr double slow = 0.7;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "drover/base/error.hpp"
 #include "numerics/steppers/time_method.hpp"
@@ -96,8 +97,9 @@ double WatchedStepper::work_of_check() { return stepper_.steps_to_cheap_error() 
 
 /// Fields that have grown have larger local errors: the next step is checked.
 void WatchedStepper::check_growth(std::int64_t step, const Spectra& state) {
-    if (has_grown(sizes_, mean_squares(state)) && error_->steps_to_afford(work_of_check(), 2) == 1)
-        next_check_ = step + 1;
+    if (!has_grown(sizes_, mean_squares(state)) || error_->steps_to_afford(work_of_check(), 2) > 1) return;
+    next_check_ = step + 1;
+    is_for_growth_ = true;
 }
 
 void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
@@ -109,10 +111,14 @@ void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
     const std::int64_t next = steps_to_next_check(step, since_last);
     error_->continue_local(static_cast<double>(next) / static_cast<double>(since_last));
     next_check_ = step + next;
-    if (grows && error_->steps_to_afford(work_of_check(), 2) == 1) next_check_ = step + 1;
+    const bool was_for_growth =
+        std::exchange(is_for_growth_, grows && error_->steps_to_afford(work_of_check(), 2) == 1);
+    if (is_for_growth_) next_check_ = step + 1;
     last_check_ = step;
     sizes_ = mean_squares(state);
     const StepError::Relative local = error_->largest_local();
+    // What grows without a limit ends the run by its cause, not by the step.
+    if (was_for_growth) return;
     // Fields that overflow have no error; the check of the fields says which of them failed first.
     double square = 0.0;
     for (const Complex value : state.values) square += std::norm(value);
@@ -132,8 +138,12 @@ void WatchedStepper::begin_anew() {
 }
 
 std::vector<double> WatchedStepper::save() const {
-    std::vector<double> values{static_cast<double>(stepper_.division()), static_cast<double>(next_check_),
-                               static_cast<double>(last_check_), static_cast<double>(known_until_), work_done_};
+    std::vector<double> values{static_cast<double>(stepper_.division()),
+                               static_cast<double>(next_check_),
+                               static_cast<double>(last_check_),
+                               static_cast<double>(known_until_),
+                               work_done_,
+                               is_for_growth_ ? 1.0 : 0.0};
     const std::vector<double> history = stepper_.save_history();
     values.insert(values.end(), history.begin(), history.end());
     if (!error_) return values;
@@ -145,7 +155,7 @@ std::vector<double> WatchedStepper::save() const {
 
 void WatchedStepper::restore(std::span<const double> values) {
     const std::size_t error_numbers = error_ ? sizes_.size() + error_->saved_numbers() : 0;
-    constexpr std::size_t numbers = 5;
+    constexpr std::size_t numbers = 6;
     require(values.size() >= numbers + error_numbers, {},
             "the checkpoint contains {} stepper values; expected {} or more", values.size(), numbers + error_numbers);
     const double division = values[0], next = values[1], last = values[2];
@@ -160,6 +170,7 @@ void WatchedStepper::restore(std::span<const double> values) {
     last_check_ = static_cast<std::int64_t>(last);
     known_until_ = values[3] < 0x1p53 ? static_cast<std::int64_t>(values[3]) : INT64_MAX;
     work_done_ = values[4];
+    is_for_growth_ = values[5] != 0.0;
     stepper_.restore_history(values.subspan(numbers, values.size() - numbers - error_numbers));
     if (!error_) return;
     const std::span<const double> of_error = values.last(error_numbers);

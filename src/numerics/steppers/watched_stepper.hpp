@@ -57,7 +57,8 @@ private:
     std::int64_t last_check_ = 0, next_check_ = 0, known_until_ = INT64_MAX;
     double observing_;  // work of each dt
     double work_done_ = 0.0;
-    bool is_checked_ = false;  // the last step
+    bool is_checked_ = false;     // the last step
+    bool is_for_growth_ = false;  // the next check
 };
 
 }  // namespace drover::numerics

@@ -18,7 +18,8 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     `drover stability`.  `run`: an open archive of fields; `field`: one of run.frames, such as "rod_density".  q lies
     along "x" or "y", with 1 to `modes` waves in the cell.  Frames from `begin` [s] (default: the second half) are cut
     into `segments` that overlap by half (Welch's method, windows of Hann); the standard error, `..._error`, is that of
-    their scatter, and at least that of Gaussian noise, as many powers of which scatter by S.  Frequencies go to pi over the interval of the frames: faster waves appear at lower ones.
+    their scatter, and at least that of Gaussian noise, powers of which scatter by S.  Frequencies go to pi over the
+    interval of the frames: faster waves appear at lower ones.
     `..._linear` is the linear theory about the uniform state nearest to the frames, NaN where there is none.
 
     >>> from drover import Scene
