@@ -77,7 +77,6 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads)
       evolution_(problem_.integrated, scene_.grid,
                  {.method = scene_.time.stepper,
                   .dt = scene_.time.dt,
-                  .steps = steps,
                   .tolerance = scene_.time.tolerance,
                   .watches_error = scene_.time.max_error > 0.0 && makes_step_error(problem_),
                   .effort = effort_of_step_error(scene_),

@@ -44,6 +44,7 @@ Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error)
         if (quantity.axes.empty() && quantity.name != "step_error") pilot.names.push_back(quantity.name);
     pilot.series.resize(pilot.names.size());
     const auto stop = [&](std::int64_t step) { pilot.stopped = static_cast<double>(step) * simulation.dt; };
+    constexpr double beginning = 1.0 / 32.0;  // of the run
     std::int64_t step = 0;
     try {
         while (step < simulation.steps && !(pilot.step_error > max_step_error)) {
@@ -52,8 +53,12 @@ Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error)
                                  stop_reason(stop_signal()));
             simulation.advance(step++);
             const bool sampled = step % samples->every == 0;
+            // A field that is 0 at the start has a large error for a while, which no step avoids.
+            const bool counts = beginning * static_cast<double>(simulation.steps) <= static_cast<double>(step);
             if (is_checked(simulation, step)) simulation.check_health(step);
-            if (sampled) pilot.step_error = std::max(pilot.step_error, append_sample(*samples, pilot));
+            if (!sampled) continue;
+            const double error = append_sample(*samples, pilot);
+            if (counts) pilot.step_error = std::max(pilot.step_error, error);
         }
     } catch (const Error& error) {
         if (error.fault() != Fault::run || stop_signal() != 0) throw;

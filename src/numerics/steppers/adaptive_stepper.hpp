@@ -23,7 +23,6 @@ struct StepCount {
 struct StepControl {
     std::string method;         ///< name of a TimeMethod
     double dt = 0.0;            ///< [s]
-    std::int64_t steps = 0;     ///< of dt in the run; 0: not known
     double tolerance = 0.0;     ///< largest relative error of a part; 0: dt is never divided
     bool watches_error = true;  ///< whether the run estimates the error that its steps make: numerics::StepError
     double effort = INFINITY;   ///< that this may take: numerics::Effort::part

@@ -88,8 +88,6 @@ struct FieldSize {
     }
     /// With its fluctuation: an oscillation that passes through 0 has errors as large as before.
     double scale() const { return std::max({size, moments > 0.0 ? fluctuation() : 0.0, 1e-3 * largest}); }
-    /// Whether it has grown from nearly nothing: its first step from 0 is wrong by a part that does not depend on dt.
-    bool has_begun_at_nothing() const { return start <= 0.05 * size; }
     double local_high() const { return std::sqrt(std::max(0.0, local * local - local_low * local_low)); }
 };
 inline double ratio(double error, double scale) { return error == 0.0 ? 0.0 : scale > 0.0 ? error / scale : INFINITY; }

@@ -51,7 +51,6 @@ ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& 
       fine{grid, the_equations.degree},
       coarse(coarse_grid(grid, the_equations.degree, the_equations.noisy, the_equations.shortest)),
       dt(control.dt),
-      first_steps(std::min(std::max<std::int64_t>(4, control.steps / 32), control.steps / 4)),
       divides(control.tolerance > 0.0),
       own_change(time_method(control.method).order <= 2 && control.tolerance == 0.0 ? largest_own_change : 0.0),
       noisy(the_equations.noisy) {

@@ -18,8 +18,7 @@ struct ErrorEvolution {
     ErrorEquations equations;
     KeptGrid fine, coarse;
     double dt;
-    std::int64_t first_steps;  // after which a field that was 0 has a size of its own
-    bool divides;              // waves may turn within dt and be resolved all the same
+    bool divides;  // waves may turn within dt and be resolved all the same
     double own_change;
     std::int64_t stride = 1, since = 0;    // steps of the run in one of the error, and since its last
     std::int64_t last_moment = 0;          // step
@@ -69,7 +68,8 @@ struct ErrorEvolution {
     double relative_size(const Spectra& spectra) const;
     double local_size() const;
     Spectra error_now() const;
-    bool has_size(const FieldSize& field) const { return steps > first_steps || !field.has_begun_at_nothing(); }
+    /// Whether it is more than what so many first steps make of 0, of which a part is wrong whatever their length.
+    bool has_size(const FieldSize& field, std::int64_t first) const { return steps > first || field.start > 0.0; }
     double growth() const;
     double size_without_phase(const FieldSize& field) const;
     void sample(const Spectra& fine_fields, Reference& into);

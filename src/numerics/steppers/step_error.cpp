@@ -14,6 +14,9 @@ namespace {
 /// Fields are measured so often in the run so far, and at each check.
 constexpr std::int64_t min_moments = 64;
 
+/// Of fields that are 0 at the start; of the local error, which ends a run, more.
+constexpr std::int64_t first_steps = 4, first_local_steps = 16;
+
 /// Random errors of noisy steps are measured too large: on 60 random scenes with noise the estimate without this factor
 /// was 1.5 times the error in the median (tests/bench/step_error).
 constexpr double random_errors = 0.7;
@@ -152,7 +155,7 @@ StepError::Relative StepError::largest() const {
         // Of the last step nothing has decayed yet.
         const double size = std::max(field.local, std::hypot(w.size_of(error, field), w.size_without_phase(field)));
         const double relative = (w.noisy ? random_errors : 1.0) * ratio(size, field.fluctuation());
-        if (relative > result.error && w.has_size(field)) result = {std::min(relative, 1.0), field.name};
+        if (relative > result.error && w.has_size(field, first_steps)) result = {std::min(relative, 1.0), field.name};
     }
     return result;
 }
@@ -182,7 +185,8 @@ bool StepError::follows_phases(std::int64_t steps) const {
 StepError::Relative StepError::largest_local() const {
     Relative result{.error = 0.0, .field = work_->fields.front().name};
     for (const FieldSize& field : work_->fields)
-        if (const double error = ratio(field.local, field.scale()); !(error <= result.error) && work_->has_size(field))
+        if (const double error = ratio(field.local, field.scale());
+            !(error <= result.error) && work_->has_size(field, first_local_steps))
             result = {error, field.name};
     return result;
 }

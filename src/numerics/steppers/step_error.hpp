@@ -57,9 +57,9 @@ public:
 
     /// The error of a field, of all steps so far, relative to its fluctuation: the root mean square of its deviation
     /// from its mean over the cell and over time, or of that over the cell now if larger, and at least 1e-5 of the
-    /// largest root mean square of the field.  In the first 32nd of a run (4 steps, or a quarter of a shorter run), a
-    /// field that began at 0 does not count: its size is that of a few steps.  Local: relative to the root mean square
-    /// of the field, at least its fluctuation and a thousandth of its largest.
+    /// largest root mean square of the field.  In the first four steps a field that began at 0 does not count: its
+    /// size is that of these steps (local: 16 steps).  Local: relative to the root mean square of the field, at least
+    /// its fluctuation and a thousandth of its largest.
     struct Relative {
         double error = 0.0;
         std::string field;  ///< "rod_density", "bead_velocity", ...
