@@ -43,6 +43,9 @@ std::vector<double> mean_squares(const Spectra& state) {
     return squares;
 }
 
+/// A check for growth may take a 16th of what a regular one may, so that these can still be paid for.
+constexpr double spared = 16.0;
+
 bool has_grown(const std::vector<double>& before, const std::vector<double>& now) {
     constexpr double much = 1.5, negligible = 1e-10;  // of mean squares
     const double least = negligible * *std::max_element(now.begin(), now.end());
@@ -97,7 +100,7 @@ double WatchedStepper::work_of_check() { return stepper_.steps_to_cheap_error() 
 
 /// Fields that have grown have larger local errors: the next step is checked.
 void WatchedStepper::check_growth(std::int64_t step, const Spectra& state) {
-    if (!has_grown(sizes_, mean_squares(state)) || error_->steps_to_afford(work_of_check(), 2) > 1) return;
+    if (!has_grown(sizes_, mean_squares(state)) || error_->steps_to_afford(spared * work_of_check(), 2) > 1) return;
     next_check_ = step + 1;
     is_for_growth_ = true;
 }
@@ -112,7 +115,7 @@ void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
     error_->continue_local(static_cast<double>(next) / static_cast<double>(since_last));
     next_check_ = step + next;
     const bool was_for_growth =
-        std::exchange(is_for_growth_, grows && error_->steps_to_afford(work_of_check(), 2) == 1);
+        std::exchange(is_for_growth_, grows && error_->steps_to_afford(spared * work_of_check(), 2) == 1);
     if (is_for_growth_) next_check_ = step + 1;
     last_check_ = step;
     sizes_ = mean_squares(state);
