@@ -160,7 +160,9 @@ void WatchedStepper::restore(std::span<const double> values) {
     const std::size_t error_numbers = error_ ? sizes_.size() + error_->saved_numbers() : 0;
     constexpr std::size_t numbers = 6;
     require(values.size() >= numbers + error_numbers, {},
-            "the checkpoint contains {} stepper values; expected {} or more", values.size(), numbers + error_numbers);
+            "the checkpoint contains {} stepper values; expected {} or more: it is damaged, or of another version of "
+            "drover; restart with that version, or run the scene again",
+            values.size(), numbers + error_numbers);
     const double division = values[0], next = values[1], last = values[2];
     require(division >= 1.0 && division <= AdaptiveStepper::max_division && division == std::round(division), {},
             "the checkpoint contains {} parts of a step; expected an integer from 1 to {}; use the other checkpoint",
