@@ -90,7 +90,7 @@ struct Step {
 Step step_of(const Matrix& m, const Matrix& noise, double spacing) {
     const Eigen::Index n = m.rows();
     const double rates = spacing * m.cwiseAbs().rowwise().sum().maxCoeff();
-    const int doublings = rates > 1.0 ? static_cast<int>(std::ceil(std::log2(rates))) : 0;
+    const int doublings = rates > 1.0 && std::isfinite(rates) ? static_cast<int>(std::ceil(std::log2(rates))) : 0;
     const double part = std::ldexp(spacing, -doublings);
     Eigen::MatrixXcd block = Eigen::MatrixXcd::Zero(2 * n, 2 * n);
     block.topLeftCorner(n, n) = -part * m;
