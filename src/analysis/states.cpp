@@ -8,7 +8,6 @@
 #include "analysis/states_problem.hpp"
 #include "drover/numerics/transform.hpp"
 #include "measure/fields.hpp"
-#include "numerics/fields/shells.hpp"
 #include "run/signals.hpp"
 
 namespace drover::analysis {
@@ -43,15 +42,8 @@ Point point_of(const TravellingState& at, const StatesProblem& problem, numerics
 /// The largest part of the variance of a component that is in the shortest waves of the grid.
 double tail_of(const TravellingState& at, const StatesProblem& problem) {
     double largest = 0.0;
-    for (int c = 0; c < at.state.count(); ++c) {
-        double all = 0.0, tail = 0.0;
-        for (std::size_t column = 1; column < at.state.size; ++column) {
-            const double power = numerics::mode_weight(problem.grid, column) * std::norm(at.state[c][column]);
-            all += power;
-            if (measure::is_in_tail(problem.grid, problem.degree, column, 0)) tail += power;
-        }
-        if (all > 0.0) largest = std::max(largest, tail / all);
-    }
+    for (int c = 0; c < at.state.count(); ++c)
+        largest = std::max(largest, measure::tail_of(problem.grid, problem.degree, at.state, c, 1));
     return largest;
 }
 

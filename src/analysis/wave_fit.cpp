@@ -138,6 +138,7 @@ run::Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options)
         try {
             sparse = calibrate::fit_waves(problem.waves, calibrate::thinned(problem.record, 2), problem.noise);
         } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;
             no_sparse =
                 text("no estimate from every second frame, with which the first would be compared: {}", error.what());
         }

@@ -153,6 +153,18 @@ bool is_in_tail(const numerics::Grid& grid, int degree, std::size_t column, std:
     return static_cast<double>(column) > cut * grid.nx || std::abs(numerics::mode_number_y(grid, row)) > cut * grid.ny;
 }
 
+double tail_of(const numerics::Grid& grid, int degree, const numerics::Spectra& state, int first, int count) {
+    const std::size_t width = numerics::columns(grid);
+    double tail = 0.0, all = 0.0;
+    for (int c = first; c < first + count; ++c)
+        for (std::size_t m = 1; m < state.size; ++m) {
+            const double power = numerics::mode_weight(grid, m % width) * std::norm(state[c][m]);
+            all += power;
+            if (is_in_tail(grid, degree, m % width, m / width)) tail += power;
+        }
+    return all > 0.0 ? tail / all : 0.0;
+}
+
 std::span<const BoxFamily> box_families() {
     static constexpr BoxFamily families[] = {{"", "square box", &FieldSetting::boxes, 1, 1},
                                              {"_long_x", "box four times longer along x", &FieldSetting::long_boxes, 4,

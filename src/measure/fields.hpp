@@ -45,6 +45,8 @@ struct FieldMoment {
 
 /// Whether a mode lies beyond two thirds of the cut of the grid on either axis: observables spectral_tail_*.
 bool is_in_tail(const numerics::Grid& grid, int degree, std::size_t column, std::size_t row);
+/// The part of the variance of `count` components that is in these waves; 0 where they do not vary.
+double tail_of(const numerics::Grid& grid, int degree, const numerics::Spectra& state, int first, int count);
 
 /// The observables: of every field its mean, extremes, variance, spectral tail, structure factors and correlation; of
 /// densities the number fluctuations in boxes; of pairs of scalars the cross structure factors; of bodies their order

@@ -61,7 +61,7 @@ Replicates combine(std::span<const Estimate> runs) {
     result.deviation = std::sqrt(squares / (count - 1.0));
     mean.error = student(count - 1.0) * result.deviation / std::sqrt(count);
     add_own_errors(runs, result);
-    // A tenth of all pairs agree to an eighth of their errors.
+    // Of all pairs a tenth differ by less than an eighth of the error of their difference.
     constexpr std::size_t few = 8;
     if (runs.size() < few) mean.error = std::max(*mean.error, result.own_error.value_or(0.0));
     mean.refusal.clear();

@@ -69,15 +69,7 @@ std::vector<double> changes_between(const numerics::Grid& grid, const numerics::
 
 /// Fraction of the variance of a field in the shortest waves of the grid.
 double tail_of(const numerics::System& system, const numerics::Spectra& state, const FieldRange& field) {
-    const std::size_t width = numerics::columns(system.grid);
-    double tail = 0.0, all = 0.0;
-    for (int c = field.first; c < field.first + field.count; ++c)
-        for (std::size_t m = 1; m < state.size; ++m) {
-            const double power = numerics::mode_weight(system.grid, m % width) * std::norm(state[c][m]);
-            all += power;
-            if (measure::is_in_tail(system.grid, system.degree, m % width, m / width)) tail += power;
-        }
-    return all > 0.0 ? tail / all : 0.0;
+    return measure::tail_of(system.grid, system.degree, state, field.first, field.count);
 }
 
 /// The field that changed most in the last step before a failure.

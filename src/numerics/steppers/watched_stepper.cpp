@@ -107,7 +107,8 @@ void WatchedStepper::check_growth(std::int64_t step, const Spectra& state) {
 
 void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
     error_->start_local(before_);
-    const bool grows = !stepper_.system().noise && has_grown(mean_squares(before_), mean_squares(state));
+    sizes_ = mean_squares(state);
+    const bool grows = !stepper_.system().noise && has_grown(mean_squares(before_), sizes_);
     const std::int64_t since_last = std::max<std::int64_t>(1, step - last_check_);
     const bool is_repeated = stepper_.find_error(step, state, before_);
     error_->add_local(before_, state, is_repeated ? stepper_.work_of_error() : 0.0, since_last);
@@ -118,7 +119,6 @@ void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
         std::exchange(is_for_growth_, grows && error_->steps_to_afford(spared * work_of_check(), 2) == 1);
     if (is_for_growth_) next_check_ = step + 1;
     last_check_ = step;
-    sizes_ = mean_squares(state);
     const StepError::Relative local = error_->largest_local();
     // What grows without a limit ends the run by its cause, not by the step.
     if (was_for_growth) return;
