@@ -8,7 +8,6 @@
 #include <memory>
 #include <numeric>
 #include <optional>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
@@ -19,6 +18,10 @@ namespace {
 using Matrix = Eigen::MatrixXcd;  // of few rows, but types of fixed size take a minute to compile
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+// One product and one adjoint for all: each expression of Eigen would be compiled with kernels of its own.
+Matrix product(const Matrix& a, const Matrix& b) { return a.lazyProduct(b); }
+Matrix adjoint(const Matrix& a) { return a.adjoint(); }
 
 constexpr std::size_t segments = 32;  // of time, for the errors; each at least two pairs long
 
@@ -47,10 +50,10 @@ struct Wave {
 using Amplitudes = Eigen::Map<const Eigen::MatrixXcd>;  // a column for each frame
 
 PairSums sums_of(const Eigen::MatrixXcd& a, Eigen::Index begin, Eigen::Index end) {
-    const auto first = a.middleCols(begin, end - begin), second = a.middleCols(begin + 1, end - begin);
-    return {.first = first * first.adjoint(),
-            .second = second * second.adjoint(),
-            .crossed = second * first.adjoint(),
+    const Matrix first = a.middleCols(begin, end - begin), second = a.middleCols(begin + 1, end - begin);
+    return {.first = product(first, adjoint(first)),
+            .second = product(second, adjoint(second)),
+            .crossed = product(second, adjoint(first)),
             .pairs = static_cast<double>(end - begin)};
 }
 
@@ -76,8 +79,20 @@ Wave wave_of(const WaveRecord& record, std::size_t n, const std::vector<WaveMode
 }
 
 Matrix residual(const PairSums& sums, const Matrix& propagator) {
-    const Matrix crossed = propagator * sums.crossed.adjoint();
-    return sums.second - crossed - crossed.adjoint() + propagator * sums.first * propagator.adjoint();
+    const Matrix crossed = product(propagator, adjoint(sums.crossed));
+    return sums.second - crossed - adjoint(crossed) + product(product(propagator, sums.first), adjoint(propagator));
+}
+
+/// exp(m): its series on a part of norm 1/2 at most, to rounding, then squared.  (That of Eigen takes a minute to
+/// compile.)
+Matrix exponential(const Matrix& m) {
+    const double norm = 2.0 * m.cwiseAbs().rowwise().sum().maxCoeff();
+    const int squarings = norm > 1.0 && std::isfinite(norm) ? static_cast<int>(std::ceil(std::log2(norm))) : 0;
+    const Matrix part = std::ldexp(1.0, -squarings) * m, one = Matrix::Identity(m.rows(), m.cols());
+    Matrix sum = one;
+    for (int k = 14; k > 0; --k) sum = one + product(part, sum) / k;
+    for (int k = 0; k < squarings; ++k) sum = product(sum, sum);
+    return sum;
 }
 
 /// exp(M s), and the covariance of the noise over s.
@@ -96,12 +111,12 @@ Step step_of(const Matrix& m, const Matrix& noise, double spacing) {
     block.topLeftCorner(n, n) = -part * m;
     block.topRightCorner(n, n) = part * noise;
     block.bottomRightCorner(n, n) = part * m.adjoint();
-    const Eigen::MatrixXcd grown = block.exp();
+    const Matrix grown = exponential(block);
     Matrix propagator = grown.bottomRightCorner(n, n).adjoint();
-    Matrix covariance = propagator * grown.topRightCorner(n, n);
+    Matrix covariance = product(propagator, grown.topRightCorner(n, n));
     for (int k = 0; k < doublings; ++k) {
-        covariance += Matrix(propagator * covariance * propagator.adjoint());
-        propagator = Matrix(propagator * propagator);
+        covariance += product(product(propagator, covariance), adjoint(propagator));
+        propagator = product(propagator, propagator);
     }
     return {.propagator = propagator, .noise = 0.5 * (covariance + covariance.adjoint())};
 }
@@ -152,7 +167,7 @@ public:
             const std::optional<Whitening> white = whitening_of(step.noise);
             if (!white) return std::numeric_limits<double>::infinity();
             sum += wave.weight * (wave.all.pairs * white->log_determinant +
-                                  (white->inverse * residual(wave.all, step.propagator)).trace().real());
+                                  product(white->inverse, residual(wave.all, step.propagator)).trace().real());
         }
         return std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
     }
@@ -209,7 +224,7 @@ private:
             const Matrix noise = e.noise(wave.q)(wave.places, wave.places);
             return calibrate::step_of(m, noise / area_, spacing_);
         }
-        const Matrix propagator = (spacing_ * m).exp();
+        const Matrix propagator = exponential(spacing_ * m);
         return {.propagator = propagator, .noise = residual(wave.all, propagator) / wave.all.pairs};
     }
 
@@ -220,26 +235,27 @@ private:
         const auto n = static_cast<Eigen::Index>(slope.size());
         std::vector<Matrix> noise, turned;  // white slopes
         for (const Step& one : slope) {
-            noise.push_back(white.inverse * one.noise);
-            turned.push_back(white.inverse * one.propagator);
+            noise.push_back(product(white.inverse, one.noise));
+            turned.push_back(product(white.inverse, one.propagator));
         }
         for (std::size_t s = 0; s < segments; ++s) {
             const PairSums& sums = wave.parts[s];
-            const Matrix left = white.inverse * residual(sums, step.propagator);
-            const Matrix missed = sums.crossed - step.propagator * sums.first;  // of a' given a, with a
+            const Matrix left = product(white.inverse, residual(sums, step.propagator));
+            const Matrix missed = sums.crossed - product(step.propagator, sums.first);  // of a' given a, with a
             for (Eigen::Index i = 0; i < n; ++i) {
                 const auto k = static_cast<std::size_t>(i);
-                const std::complex<double> by_noise = sums.pairs * noise[k].trace() - (noise[k] * left).trace(),
-                                           by_step = (turned[k] * missed.adjoint()).trace();
+                const std::complex<double> by_noise = sums.pairs * noise[k].trace() - product(noise[k], left).trace(),
+                                           by_step = product(turned[k], adjoint(missed)).trace();
                 to.by_segment(i, static_cast<Eigen::Index>(s)) += wave.weight * (by_noise - 2.0 * by_step).real();
             }
         }
         for (Eigen::Index i = 0; i < n; ++i)
             for (Eigen::Index j = 0; j < n; ++j) {
                 const auto k = static_cast<std::size_t>(i), l = static_cast<std::size_t>(j);
-                const std::complex<double> by_noise = wave.all.pairs * (noise[k] * noise[l]).trace(),
+                const std::complex<double> by_noise = wave.all.pairs * product(noise[k], noise[l]).trace(),
                                            by_step =
-                                               (turned[k] * wave.all.first * slope[l].propagator.adjoint()).trace();
+                                               product(product(turned[k], wave.all.first), adjoint(slope[l].propagator))
+                                                   .trace();
                 to.information(i, j) += wave.weight * (by_noise + 2.0 * by_step).real();
             }
     }
