@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "base/clock.hpp"
+#include "files/archive_contents.hpp"
 #include "files/hdf5_file.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
@@ -115,26 +116,6 @@ void require_plain_file(const std::filesystem::path& file) {
             "is not a plain file; expected an archive of drover");
 }
 
-/// Whether each step of an absolute path is a hard link and the last one leads to an object of this type.  Other links
-/// are rejected: an external one could open any file.
-bool leads_to(hid_t file, const std::string& path, H5O_type_t type, const Hdf5Errors& errors) {
-    if (path.size() < 2 || path[0] != '/') return false;
-    for (std::size_t slash = 0; slash != std::string::npos;) {
-        slash = path.find('/', slash + 1);
-        const std::string step = path.substr(0, slash);
-        H5L_info_t link;
-        if (errors.check(H5Lexists(file, step.c_str(), H5P_DEFAULT), text("looking up {}", step)) == 0) return false;
-        errors.check(H5Lget_info(file, step.c_str(), &link, H5P_DEFAULT), text("inspecting {}", step));
-        require(link.type == H5L_TYPE_HARD, {errors.file},
-                "{} is a soft or external link; expected the data itself: links are not followed", step);
-        H5O_info_t object;
-        errors.check(H5Oget_info_by_name2(file, step.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
-                     text("inspecting {}", step));
-        if (object.type != (slash == std::string::npos ? type : H5O_TYPE_GROUP)) return false;
-    }
-    return true;
-}
-
 /// Allows the filters that drover writes and HDF5 contains; any other could load a plugin.
 void check_filters(hid_t creation, const std::string& name, const Hdf5Errors& errors) {
     const int count = errors.check(H5Pget_nfilters(creation), text("reading the filters of {}", name));
@@ -194,6 +175,22 @@ void check_type(hid_t dataset, const std::string& name, const Hdf5Errors& errors
     fail_input({errors.file}, "{} holds neither float64 nor int64 numbers; expected one of these types", name);
 }
 
+bool is_integer(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+    const Handle type = errors.own(H5Dget_type(dataset), H5Tclose, text("reading the type of {}", name));
+    return H5Tget_class(type) == H5T_INTEGER;
+}
+
+/// A whole array may be far larger than memory, but no larger than deflate can make its bytes.
+void check_inflation(hid_t dataset, const StoredArray& array, const Hdf5Errors& errors) {
+    constexpr double max_ratio = 1032.0;
+    double bytes = sizeof(double);
+    for (const std::size_t size : array.shape) bytes *= static_cast<double>(size);
+    const auto stored = static_cast<double>(H5Dget_storage_size(dataset));
+    require(bytes <= max_ratio * stored, {errors.file},
+            "{} claims {} but stores {}; expected at most {} times as many: it is damaged", array.path,
+            bytes_text(bytes), bytes_text(stored), max_ratio);
+}
+
 /// Reads rows into an array of matching size.
 void read_rows(hid_t dataset, const std::string& name, const RowRange& rows, std::uint64_t file_bytes,
                std::span<double> to, const Hdf5Errors& errors) {
@@ -238,62 +235,6 @@ std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t f
     return count;
 }
 
-/// A number or a fixed-length string; nothing for any other attribute.
-std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name, std::uint64_t file_bytes,
-                                        const Hdf5Errors& errors) {
-    const std::string doing = text("reading attribute {}", name);
-    const Handle type = errors.own(H5Aget_type(attribute), H5Tclose, doing);
-    const Handle space = errors.own(H5Aget_space(attribute), H5Sclose, doing);
-    if (H5Sget_simple_extent_npoints(space) != 1) return std::nullopt;
-    const H5T_class_t kind = H5Tget_class(type);
-    if (kind == H5T_INTEGER) {
-        std::int64_t value = 0;
-        errors.check(H5Aread(attribute, H5T_NATIVE_INT64, &value), doing);
-        return Attribute{name, value};
-    }
-    if (kind == H5T_FLOAT) {
-        double value = 0.0;
-        errors.check(H5Aread(attribute, H5T_NATIVE_DOUBLE, &value), doing);
-        return Attribute{name, value};
-    }
-    if (kind != H5T_STRING || H5Tis_variable_str(type) != 0) return std::nullopt;
-    const std::size_t size = H5Tget_size(type);
-    require(size <= file_bytes, {errors.file}, "attribute {} claims {}, more than the file contains; it is damaged",
-            name, bytes_text(static_cast<double>(size)));
-    std::string value(size, '\0');
-    errors.check(H5Aread(attribute, type, value.data()), doing);
-    if (H5Tget_strpad(type) == H5T_STR_NULLTERM) value.resize(std::min(value.size(), value.find('\0')));
-    value.resize(value.find_last_not_of('\0') + 1);
-    return Attribute{name, value};
-}
-
-/// The name of link i of a group.
-std::string link_name(hid_t file, const std::string& group, hsize_t i, const Hdf5Errors& errors) {
-    const auto name_into = [&](char* to, std::size_t size) {
-        return static_cast<std::size_t>(
-            errors.check(H5Lget_name_by_idx(file, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT),
-                         "listing " + group));
-    };
-    std::string name(name_into(nullptr, 0), '\0');
-    name_into(name.data(), name.size() + 1);
-    return name;
-}
-
-/// Appends the datasets of a group, "/" or "/a/", and of those within.
-void list_datasets(hid_t file, const std::string& group, std::size_t& objects, const Hdf5Errors& errors,
-                   std::vector<std::string>& found) {
-    constexpr std::size_t max_objects = 5000, max_path = 1000;  // hard links may form a cycle
-    H5G_info_t about;
-    errors.check(H5Gget_info_by_name(file, group.c_str(), &about, H5P_DEFAULT), "listing " + group);
-    require(about.nlinks <= max_objects && (objects += about.nlinks) <= max_objects && group.size() <= max_path,
-            {errors.file}, "has more than {} objects; expected at most that many: drover wrote fewer", max_objects);
-    for (hsize_t i = 0; i < about.nlinks; ++i) {
-        const std::string path = group + link_name(file, group, i, errors);
-        if (leads_to(file, path, H5O_TYPE_DATASET, errors)) found.push_back(path);
-        else if (leads_to(file, path, H5O_TYPE_GROUP, errors)) list_datasets(file, path + "/", objects, errors, found);
-    }
-}
-
 }  // namespace
 
 ArchiveReader::ArchiveReader(const std::filesystem::path& file, Writer writer) {
@@ -313,25 +254,8 @@ ArchiveReader::~ArchiveReader() {
 
 std::vector<Attribute> ArchiveReader::attributes() const {
     if (file_->memory) return {};
-    return file_->steady([](const View& view) {
-        const Hdf5Errors& errors = view.errors;
-        const hid_t file = view.hdf5.id();
-        H5O_info_t about;
-        errors.check(H5Oget_info2(file, &about, H5O_INFO_NUM_ATTRS), "counting attributes");
-        std::vector<Attribute> found;
-        for (hsize_t i = 0; i < about.num_attrs; ++i) {
-            const Handle attribute =
-                errors.own(H5Aopen_by_idx(file, "/", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                           text("opening attribute {}", i));
-            std::string name(static_cast<std::size_t>(
-                                 errors.check(H5Aget_name(attribute, 0, nullptr), "naming an attribute")),
-                             '\0');
-            errors.check(H5Aget_name(attribute, name.size() + 1, name.data()), "naming an attribute");
-            if (auto read = read_attribute(attribute, name, view.hdf5.length(), errors))
-                found.push_back(std::move(*read));
-        }
-        return found;
-    });
+    return file_->steady(
+        [](const View& view) { return attributes_of(view.hdf5.id(), view.hdf5.length(), view.errors); });
 }
 
 std::string ArchiveReader::text_attribute(const std::string& name) const {
@@ -371,10 +295,31 @@ std::vector<std::string> ArchiveReader::datasets() const {
         return names;
     }
     return file_->steady([&](const View& view) {
-        std::vector<std::string> found;
-        std::size_t objects = 0;
-        list_datasets(view.hdf5.id(), "/", objects, view.errors, found);
+        std::vector<std::string> found = objects_of(view.hdf5.id(), view.errors).datasets;
+        std::sort(found.begin(), found.end());
         return found;
+    });
+}
+
+Contents ArchiveReader::contents() const {
+    if (file_->memory) return {};
+    return file_->steady([&](const View& view) {
+        const Hdf5Errors& errors = view.errors;
+        const hid_t file = view.hdf5.id();
+        const std::uint64_t length = view.hdf5.length();
+        const Objects objects = objects_of(file, errors);
+        Contents all{.groups = objects.groups, .arrays = {}, .attributes = attributes_of(file, length, errors)};
+        for (const std::string& path : objects.datasets) {
+            const Handle dataset = open_dataset(file, path, errors);
+            check_type(dataset, path, errors);
+            StoredArray array{.path = path, .shape = shape_of(dataset, path, errors)};
+            check_inflation(dataset, array, errors);
+            array.is_integer = is_integer(dataset, path, errors);
+            array.axes = axes_of(dataset, path, array.shape.size(), length, errors);
+            array.attributes = attributes_of(dataset, length, errors);
+            all.arrays.push_back(std::move(array));
+        }
+        return all;
     });
 }
 
@@ -415,17 +360,25 @@ Array ArchiveReader::read_row(const std::string& dataset, std::size_t row) const
         return {.shape = {all.shape.begin() + 1, all.shape.end()},
                 .values = {begin, begin + static_cast<std::ptrdiff_t>(size)}};
     }
+    Array array = read(dataset, row, 1);
+    array.shape.erase(array.shape.begin());
+    return array;
+}
+
+Array ArchiveReader::read(const std::string& dataset, std::size_t first, std::size_t count) const {
     return file_->steady([&](const View& view) {
         const Hdf5Errors& errors = view.errors;
         const Handle open = open_dataset(view.hdf5.id(), dataset, errors);
         check_type(open, dataset, errors);
         const std::vector<std::size_t> shape = shape_of(open, dataset, errors);
         require(!shape.empty(), {errors.file}, "{} is a single number; expected an array with rows", dataset);
-        require(row < shape[0], {errors.file}, "{} has {} rows; expected one with the number {}, counted from 0",
-                dataset, shape[0], row);
-        Array array{.shape = {shape.begin() + 1, shape.end()}, .values = {}};
+        require(count <= shape[0] && first <= shape[0] - count, {errors.file},
+                "{} has {} rows; expected one with the number {}, counted from 0", dataset, shape[0],
+                first + std::max<std::size_t>(count, 1) - 1);
+        Array array{.shape = shape, .values = {}};
+        array.shape[0] = count;
         array.values.resize(checked_count(array.shape, view.hdf5.length(), dataset, errors));
-        read_rows(open, dataset, {shape, row, 1}, view.hdf5.length(), array.values, errors);
+        read_rows(open, dataset, {shape, first, count}, view.hdf5.length(), array.values, errors);
         return array;
     });
 }

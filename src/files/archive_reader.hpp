@@ -16,6 +16,22 @@ struct Array {
     std::vector<double> values;
 };
 
+/// A dataset in a file, not read yet.
+struct StoredArray {
+    std::string path;
+    std::vector<std::size_t> shape;
+    bool is_integer = false;
+    std::vector<std::string> axes;  ///< names of its dimension scales, its own if it is one; empty without them
+    std::vector<Attribute> attributes;
+};
+
+/// All that a file holds, as of one commit, in the order of creation.
+struct Contents {
+    std::vector<std::string> groups;
+    std::vector<StoredArray> arrays;
+    std::vector<Attribute> attributes;  ///< of the root
+};
+
 /// Decided by the first eight bytes, not by the name; false if the file does not exist.
 bool is_hdf5(const std::filesystem::path& file);
 
@@ -37,7 +53,7 @@ public:
     ArchiveReader(ArchiveReader&&) noexcept;
     ~ArchiveReader();
 
-    /// All root attributes that are one number or a fixed-length string, by name.
+    /// All root attributes that are one number or a string, by name.
     std::vector<Attribute> attributes() const;
     std::string text_attribute(const std::string& name) const;  ///< throws if absent or not a string
 
@@ -48,11 +64,16 @@ public:
     /// The paths of all datasets, by name.  Rejects links, and a file with more than some thousand objects.
     std::vector<std::string> datasets() const;
 
+    /// Throws if any dataset could not be read.  Of arrays in memory: nothing.
+    Contents contents() const;
+
     bool has(const std::string& dataset) const;  ///< "/observables/time"
     std::vector<std::size_t> shape(const std::string& dataset) const;
     Array read(const std::string& dataset) const;
     /// Row `row` of the first axis.
     Array read_row(const std::string& dataset, std::size_t row) const;
+    /// `count` rows from `first` on, of a file.
+    Array read(const std::string& dataset, std::size_t first, std::size_t count) const;
 
 private:
     struct File;

@@ -151,6 +151,15 @@ void add_box_rows(const BoxSizes& boxes, const RecordedSeries& variance, double 
     rows.insert(rows.end(), {number, deviation, exponent});
 }
 
+/// Samples until the start is forgotten: at the cut of warm_up_length what is left of it may be as large as the
+/// fluctuations of one run, which in the mean of many runs is no longer small.  Five autocorrelation times later it is
+/// less than a hundredth of them.
+std::size_t forgotten_after(std::span<const double> indicator, std::size_t cut) {
+    const double times = 5.0 * autocorrelation_time(indicator.subspan(cut));
+    if (!(times > 2.5)) return cut;  // not correlated, or not finite
+    return std::min(cut + static_cast<std::size_t>(std::ceil(times)), std::max(cut, indicator.size() / 2));
+}
+
 /// Non-empty when an automatic warm-up of so many of the samples may not have ended.
 std::string warm_up_note(std::size_t automatic, std::size_t samples) {
     if (automatic == 0 || 2 * automatic + 10 <= samples) return "";  // the last cut tried, up to the length of a batch
@@ -164,12 +173,15 @@ std::string warm_up_note(std::size_t automatic, std::size_t samples) {
 
 Summary summarise(const Recorded& recorded) {
     Summary summary{.samples = checked_samples(recorded), .warm_up = 0, .note = "", .rows = {}};
-    std::size_t automatic = 0;
-    for (const std::vector<double>& indicator : recorded.indicators)
-        if (!recorded.warm_up) automatic = std::max(automatic, warm_up_length(indicator));
+    std::size_t cut = 0, automatic = 0;
+    if (!recorded.warm_up)
+        for (const std::vector<double>& indicator : recorded.indicators) cut = std::max(cut, warm_up_length(indicator));
+    if (!recorded.warm_up)
+        for (const std::vector<double>& indicator : recorded.indicators)
+            automatic = std::max(automatic, forgotten_after(indicator, cut));
     const double spacing = recorded.spacing;
     const std::size_t skip = summary.warm_up = std::min(recorded.warm_up.value_or(automatic), summary.samples);
-    summary.note = warm_up_note(automatic, summary.samples);
+    summary.note = warm_up_note(cut, summary.samples);
     for (const RecordedSeries& series : recorded.series)
         summary.rows.push_back(series.accumulates ? rate_row(series, spacing, skip) : mean_row(series, spacing, skip));
     for (const Product& product : recorded.products) {

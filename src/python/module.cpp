@@ -475,6 +475,7 @@ PYBIND11_MODULE(_drover, module) {
     run::leave_signals_to_host();
     py::register_exception_translator(&translate);
     bind_term_function(module);
+    bind_archive(module);
     bind_model(module);
     bind_scene(module);
     bind_session(module);

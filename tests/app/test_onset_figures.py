@@ -190,8 +190,7 @@ def test_the_command_draws_the_figure(tmp_path):
     assert share_of(image.imread(tmp_path / "picture.png"), boundary_panels.PALE[3]) > 0.01
 
 
-def test_damaged_archives_and_wrong_requests_are_rejected_with_a_message(tmp_path, monkeypatch):
-    monkeypatch.setattr("drover.stored.COMMIT_SECONDS", 0.0)
+def test_damaged_archives_and_wrong_requests_are_rejected_with_a_message(tmp_path):
     path = write(tmp_path, numbers())
     with pytest.raises(package.DroverError, match="--frame 0 does not apply, since drover boundary wrote this archive"):
         figure.draw_file(path, frame=0)

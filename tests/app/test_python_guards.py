@@ -9,7 +9,6 @@ import pytest
 from support import SMALL, environment, slow_but
 
 import drover
-from drover.stored import names_of
 
 WALK = Path(__file__).resolve().parents[1] / "faults" / "walk_module.py"
 SHIM = os.environ.get("DROVER_SHIM")
@@ -129,65 +128,14 @@ assert status_of_child(lambda: drover.info("a.h5")) == 0
 """, tmp_path)
 
 
-def test_a_child_reads_an_open_archive_without_moving_the_position_of_its_parent(tmp_path):
+def test_a_child_and_its_parent_read_an_open_archive(tmp_path):
     python("""
 scene.run("a.h5").close()
 run, other = drover.open_run("a.h5"), drover.open_run("a.h5")
 expected = other.frames.rod_density.values.tobytes()
-def position():
-    return os.lseek(run.store.stream.fileno(), 0, os.SEEK_CUR)
-before = position()
 assert status_of_child(lambda: run.frames.rod_density.values.tobytes() == expected) == 0
-assert position() == before
 assert run.frames.rod_density.values.tobytes() == expected
 """, tmp_path)
-
-
-def test_each_read_of_an_archive_that_fails_is_an_error_and_the_process_ends_by_no_signal(tmp_path):
-    last, = python("""
-import io, itertools
-from drover import stored
-scene.run("a.h5").close()
-os.utime("a.h5", (0, 0))  # no run is writing to it, so that nothing is tried again
-
-class Failing(io.FileIO):
-    left = 0
-    def readinto(self, buffer):
-        Failing.left -= 1
-        if Failing.left == 0:
-            raise OSError(5, "Input/output error")
-        return super().readinto(buffer)
-
-class Checked(stored.CheckedStream, Failing):
-    pass
-
-def load():
-    with drover.open_run("a.h5") as run:
-        for part in (run.frames, run.observables, run.summary):
-            part.load()
-
-stored.CheckedStream = Checked
-for number in itertools.count(1, 6):  # names of one group take so many reads
-    Failing.left = number
-    reason = reason_of(load)
-    if Failing.left > 0:
-        assert reason == ""
-        break
-    assert "a.h5: the disk reports a failure: read: Input/output error; " in reason, (number, reason)
-print(number)
-""", tmp_path)
-    assert int(last) > 100  # as many reads as an archive has parts
-
-
-@pytest.mark.parametrize("count", [4, 40])  # of more than 8, HDF5 keeps an index
-@pytest.mark.parametrize("track_order", [True, False])
-def test_the_names_in_a_group_have_the_order_of_h5py(track_order, count, tmp_path):
-    with h5py.File(tmp_path / "a.h5", "w", track_order=track_order, libver="latest") as file:
-        for number in range(count):
-            file[f"β{number * 7 % count}"] = number
-        del file["β0"]
-        file["long name in its place"] = 1
-        assert names_of(file) == list(file)
 
 
 # --- threads
@@ -248,6 +196,7 @@ assert entered
     ("start:malloc", 12, "libfftw3"),  # FFTW would end the process
     ("start:malloc", 12, "drover8numerics"),
     ("open:open", 4, "_drover."),
+    ("open:pread", 40, "_drover."),
     ("run:pread", 3, "_drover."),
     ("run:malloc", 2, "libfftw3"),
     ("restart:pread", 2, "_drover."),

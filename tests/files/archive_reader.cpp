@@ -111,8 +111,55 @@ print("made")
     EXPECT_THAT(refusal("/overflowing"), HasSubstr("/overflowing claims "));
     EXPECT_THAT(sentence_of([&] { reader.read_row("/number", 0); }), HasSubstr("/number is a single number"));
     EXPECT_THAT(sentence_of([&] { reader.shape("/virtual"); }), HasSubstr("/virtual is a virtual dataset"));
-    EXPECT_EQ(reader.attributes(),
-              (std::vector<Attribute>{{"count", std::int64_t{-5}}, {"fixed", std::string("fixed")}}));
+    EXPECT_EQ(reader.attributes(), (std::vector<Attribute>{{"changing", std::string("of variable length")},
+                                                           {"count", std::int64_t{-5}},
+                                                           {"fixed", std::string("fixed")}}));
+    EXPECT_THAT(sentence_of([&] { reader.contents(); }), HasSubstr("is a soft or external link"));
+}
+
+TEST(ArchiveReader, contents_are_in_the_order_of_creation_with_axes_types_and_attributes) {
+    if (!has_python("h5py")) GTEST_SKIP() << "needs python3-h5py";
+    const Folder folder;
+    ASSERT_EQ(python(R"(
+import h5py, numpy, sys
+with h5py.File(sys.argv[1], "w", track_order=True, libver="latest") as file:
+    for name, size in ("y", 3), ("x", 2):
+        file[name] = numpy.arange(float(size))
+        file[name].make_scale(name)
+    for number in range(20):
+        file[f"b{number * 7 % 20}"] = number * numpy.ones((3, 2))
+        for axis, name in enumerate("yx"): file[f"b{number * 7 % 20}"].dims[axis].attach_scale(file[name])
+    file.create_group("empty")
+    file["group/whole"] = numpy.arange(4)
+    file["group/whole"].attrs["units"] = "mm"
+with h5py.File(sys.argv[1][:-3] + "-names.h5", "w", track_order=False) as file:
+    for name in "cab": file[name] = 1.0
+print("made")
+)",
+                     folder / "one.h5"),
+              "made\n");
+    const Contents all = ArchiveReader(folder / "one.h5").contents();
+    EXPECT_EQ(all.groups, (std::vector<std::string>{"/empty", "/group"}));
+    ASSERT_EQ(all.arrays.size(), 23u);
+    EXPECT_EQ(all.arrays[0].path, "/y");
+    EXPECT_EQ(all.arrays[0].axes, (std::vector<std::string>{"y"}));
+    for (std::size_t number = 0; number < 20; ++number) {
+        const StoredArray& array = all.arrays[2 + number];
+        EXPECT_EQ(array.path, "/b" + std::to_string(number * 7 % 20));
+        EXPECT_EQ(array.axes, (std::vector<std::string>{"y", "x"}));
+        EXPECT_EQ(array.shape, (std::vector<std::size_t>{3, 2}));
+        EXPECT_FALSE(array.is_integer);
+    }
+    const StoredArray& last = all.arrays.back();
+    EXPECT_EQ(last.path, "/group/whole");
+    EXPECT_TRUE(last.is_integer);
+    EXPECT_TRUE(last.axes.empty());
+    EXPECT_EQ(last.attributes, (std::vector<Attribute>{{"units", std::string("mm")}}));
+    const ArchiveReader other(folder / "one-names.h5");
+    EXPECT_EQ(other.contents().arrays[0].path, "/a");
+    EXPECT_EQ(ArchiveReader(folder / "one.h5").read("/group/whole", 1, 2).values, (std::vector<double>{1, 2}));
+    EXPECT_THAT(sentence_of([&] { ArchiveReader(folder / "one.h5").read("/group/whole", 3, 2); }),
+                HasSubstr("/group/whole has 4 rows; expected one with the number 4"));
 }
 
 TEST(ArchiveReader, every_allowed_storage_layout_reads_as_h5py_wrote_it) {
@@ -191,6 +238,7 @@ void read_everything(const std::filesystem::path& file) {
     attempt([&] {
         const ArchiveReader reader(file);
         attempt([&] { reader.attributes(); });
+        attempt([&] { reader.contents(); });
         for (const std::string name : {"/time", "/x", "/rod_density", "/polar_order_x", "/observables/time",
                                        "/observables/order", "/observables/spectrum_density", "/observables/shell"}) {
             attempt([&] { reader.read(name); });

@@ -82,6 +82,7 @@ const std::vector<Target>& targets() {
         {"archive",
          [](std::span<const char> bytes) {
              const File file(bytes);
+             reject_or_read([&] { files::ArchiveReader(file.base()).contents(); });
              reject_or_read([&] { run::make_report(files::ArchiveReader(file.base())); });
          }},
         {"table",

@@ -157,6 +157,23 @@ TEST(Summary, leaves_the_longest_warm_up_of_order_and_powers_out_of_all_means) {
     }
 }
 
+TEST(Summary, the_mean_of_many_runs_shows_nothing_of_their_start) {
+    // x' = r x + noise, of unit variance, from x = 20, in 400 runs of 200 autocorrelation times: their mean has the
+    // error sqrt(2 tau/(n runs)), and several times as much is left of the start where each run is cut at its own noise.
+    const int runs = 400, samples = 800;
+    const double rate = std::exp(-0.25), tau = 4.0, error = std::sqrt(2.0 * tau / (samples * runs));
+    double mean = 0.0;
+    for (int run = 0; run < runs; ++run) {
+        std::vector<double> values(samples);
+        fill_normal({.seed = static_cast<std::uint64_t>(run), .stream = Stream::test}, 0, 1, values);
+        double last = 20.0;
+        for (double& value : values) value = last = rate * last + std::sqrt(1.0 - rate * rate) * value;
+        const Summary summary = summarise({.series = {{.name = "x", .values = values}}, .indicators = {values}});
+        mean += summary.rows.front().estimates.front().mean / runs;
+    }
+    EXPECT_NEAR(mean, 0.0, 3.5 * error);
+}
+
 TEST(Summary, a_warm_up_that_does_not_end_is_reported) {
     Recording recording(1000, [](const std::string&, std::size_t) { return 1.0; });
     for (std::size_t i = 0; i < 1000; ++i) recording["polar_order"][i] = static_cast<double>(i);

@@ -6,7 +6,7 @@
 namespace drover::numerics {
 
 int kept_degree(int degree, const std::string& rule) {
-    if (degree == 1 || rule == "exact") return degree;
+    if (rule == "exact") return degree;
     return rule == "two-thirds" ? 2 : 1;
 }
 

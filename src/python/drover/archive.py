@@ -11,8 +11,10 @@ import xarray
 from drover.error import DroverError
 from drover.fields import fields_of
 from drover.particles import is_of_particles, read_particles, rows_of
-from drover.stored import (BROKEN, COMMIT_SECONDS, Store, StoreOwner, attributes_of, group_dataset, is_quiet, names_of,
-                           state_of)
+from drover.stored import Store, StoreOwner, group_dataset
+
+FIRST_FRAME = 2.0   # s in which a run that has begun writes its first frame
+JUST_WRITTEN = 0.1  # s
 
 
 @dataclass(frozen=True)
@@ -39,16 +41,12 @@ def open_run(path):
 
     Raises DroverError if the file is not such an archive, or is damaged.
     """
-    path = Path(path)
-    return settled(path, lambda: open_once(path, read_run))
+    return opened(Path(path), read_run)
 
 
 def loaded(array, path):
     """Loads an array of a run into memory; raises DroverError if the file is damaged, or a frame is not finite."""
-    try:
-        array.load()
-    except BROKEN as error:
-        raise DroverError(damaged(path, f"{array.name} cannot be read", error)) from error
+    array.load()
     is_of_frames = {"x", "y"} <= set(array.dims) or "component" in array.dims
     if is_of_frames and not numpy.isfinite(array.values).all():
         raise DroverError(f"{path}: {array.name} has values that are not finite, which drover never writes; the file "
@@ -56,51 +54,34 @@ def loaded(array, path):
     return array
 
 
-def settled(path, action):
-    """Result of an action on a file, which is repeated if the run wrote to the file meanwhile."""
-    deadline = time.monotonic() + COMMIT_SECONDS
+def opened(path, read):
+    """Opens an archive and returns the result of a reader; waits a little for a run that has just begun."""
+    deadline = time.monotonic() + FIRST_FRAME
     while True:
-        before = state_of(path)
+        check_is_file(path)
+        begun = time.time() - path.stat().st_mtime < JUST_WRITTEN
+        store = None
         try:
-            return action()
-        except DroverError:
-            now = state_of(path)
-            if now is None or (now == before and is_quiet(now)) or time.monotonic() > deadline:
+            store = Store(path)
+            return read(store, path)
+        except BaseException as error:
+            if store is not None:
+                store.close()
+            if not (begun and isinstance(error, DroverError)) or time.monotonic() > deadline:
                 raise
-            time.sleep(0.01)
-
-
-def open_once(path, read):
-    """Opens an archive and returns the result of a reader."""
-    check_is_file(path)
-    try:
-        store = Store(path)
-    except BROKEN as error:
-        raise DroverError(not_hdf5(path, error)) from error
-    try:
-        result = read(store, path)
-        store.check()
-        store.require_sound()
-        store.unlock()
-        return result
-    except (*BROKEN, DroverError) as error:
-        store.close()
-        store.check()  # the cause
-        if isinstance(error, DroverError):
-            raise
-        raise DroverError(damaged(path, "cannot be read", error)) from error
+        time.sleep(0.01)
 
 
 def read_head(store, path):
     """Attributes of an archive and its scene."""
-    attributes = attributes_of(store.file)
+    attributes = store.attributes
     if "drover_version" not in attributes or not isinstance(attributes.get("scene"), str):
         raise DroverError(f"{path} is HDF5 but not a drover archive (its root has no attributes drover_version and "
                           "scene); expected an archive written by drover run")
     try:
         return attributes, tomllib.loads(attributes["scene"])
     except tomllib.TOMLDecodeError as error:
-        raise DroverError(damaged(path, "its scene is not TOML", error)) from error
+        raise DroverError(f"{path}: its scene is not TOML ({error}); the file is damaged: use another copy") from error
 
 
 def kind_of(attributes):
@@ -126,7 +107,7 @@ def read_run(store, path):
     if is_of_particles(scene):
         return read_particles(store, path, attributes, scene)
     frames, observables = (group_dataset(store, group) for group in ("/", "/observables"))
-    summary = group_dataset(store, "/summary") if "summary" in store.file else None
+    summary = group_dataset(store, "/summary") if "/summary" in store.groups else None
     for name in (name for field in fields_of(scene) for name in field.components):
         if name not in frames or frames[name].dims != ("time", "y", "x"):
             raise DroverError(f"{path} has no field {name} over time, y and x; expected one for this form: the file "
@@ -144,7 +125,7 @@ def check_is_no_table(path, kind):
 
 
 def example_group(store):
-    return next(reversed(names_of(store.file)), "map")
+    return store.groups[-1].strip("/") or "map"
 
 
 def check_is_file(path):
@@ -156,26 +137,8 @@ def check_is_file(path):
         raise DroverError(f"{path} is not a plain file; expected an archive, such as isotropic.h5")
     if not os.access(path, os.R_OK):
         raise DroverError(f"{path} cannot be read: permission denied; check the permissions of the file")
-
-
-def not_hdf5(path, error):
-    """Message for a file that HDF5 cannot open."""
-    reason, size = one_line(error), path.stat().st_size if path.exists() else 0
     if path.suffix == ".toml":
-        return f"{path} is a scene; expected an archive: drover run {path} writes one"
-    if size == 0:
-        return f"{path} is empty; expected an archive, such as isotropic.h5: run its scene again with drover run"
-    if "truncated" in reason:
-        return f"{path} is truncated: it has only {size} bytes; copy it again, or run its scene again"
-    if "signature" in reason:
-        return f"{path} is not an HDF5 file; expected an archive, such as isotropic.h5, which drover run writes"
-    return damaged(path, "cannot be read as HDF5", error)
-
-
-def damaged(path, what, error):
-    return (f"{path}: {what} ({one_line(error)}); the file is damaged, or its run is writing to it: try again, "
-            "then use another copy")
-
-
-def one_line(error):
-    return " ".join(str(error).split())
+        raise DroverError(f"{path} is a scene; expected an archive: drover run {path} writes one")
+    if path.stat().st_size == 0:
+        raise DroverError(f"{path} is empty; expected an archive, such as isotropic.h5: run its scene again with "
+                          "drover run")

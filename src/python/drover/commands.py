@@ -68,8 +68,9 @@ def fit(archive, keys, *, scene=None, max_wavenumber=0.0, begin=0.0, end=None, e
     True
     """
     native = None if scene is None else scene._native
+    keys = [keys] if isinstance(keys, str) else list(keys)
     with hdf5():
-        return json.loads(_drover.fit(os.fspath(archive), list(keys), native, max_wavenumber, begin, end or 0.0, every))
+        return json.loads(_drover.fit(os.fspath(archive), keys, native, max_wavenumber, begin, end or 0.0, every))
 
 
 def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=False):

@@ -15,7 +15,7 @@ import numpy
 from drover import live, new_file, results
 from drover.figures import (dynamics_figure, model_figure, model_panels, panels, particle_figure, smooth_panels,
                             trade_panel)
-from drover.archive import Run, command_of, settled
+from drover.archive import Run, command_of
 from drover.error import DroverError, status_of
 from drover.figures.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
 from drover.figures.theory_figures import draw_theory
@@ -196,7 +196,7 @@ def watch(path):
     while screen.is_open:
         now = state_of(path)
         if now != shown:
-            screen.show(settled(path, lambda: draw_file(path)))
+            screen.show(draw_file(path))
             shown = now
         screen.wait(WATCH_EVERY)
 
@@ -224,8 +224,7 @@ def main(arguments=None):
         if options.watch:
             watch(options.archive)
             return
-        write(settled(options.archive, lambda: draw_file(options.archive, options.frame, options.state,
-                                                                    options.dynamics)), output)
+        write(draw_file(options.archive, options.frame, options.state, options.dynamics), output)
         print(printable(output))
     return status_of(act)
 

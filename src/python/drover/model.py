@@ -248,6 +248,7 @@ class Model:
                  coefficients=None, **more):
         from drover._drover import Equations
 
+        fields = (fields,) if isinstance(fields, Field) else fields
         self.fields, self.noises, self.tables = tuple(fields), tuple(noises), tuple(tables)
         self.coefficients = {**(coefficients or {}), **more}
         self.define, self.chiral, self.calculus = dict(define or {}), chiral, calculus

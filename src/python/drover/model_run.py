@@ -11,6 +11,16 @@ def pair_of(name, given):
     return np.broadcast_to(given, 2)
 
 
+def on_grid(name, given, fields):
+    """The values of a DataArray over y and x, whatever the order of its dimensions."""
+    if {*given.dims} != {"y", "x"} and given.ndim:
+        raise Error(f"{name} has the dimensions {', '.join(map(str, given.dims))}; expected y and x")
+    for axis in set(given.coords) & {"x", "y"}:
+        if given[axis].shape != fields[axis].shape or not np.allclose(given[axis], fields[axis], rtol=1e-9):
+            raise Error(f"{name} has other values of {axis} than this run; expected those of its fields")
+    return given.transpose("y", "x").values if given.ndim else given.values
+
+
 class ModelRun:
     """A run of a model in memory; made by Model.start()."""
 
@@ -65,6 +75,8 @@ class ModelRun:
 
         run.set(phi=lambda x, y: 0.1 * np.cos(2 * np.pi * x / 8.0), A=1.0 + 0.5j, p=(0.5, 0.0))
         """
+        import xarray
+
         now = self.fields
         values = np.array([now[name].values for name in self._names])
         x, y = np.meshgrid(now.x, now.y)
@@ -75,6 +87,8 @@ class ModelRun:
                 raise Error(f"{name} is not a component of this run with a rate; expected one of "
                             + ", ".join(self._names))
             given = given(x, y) if callable(given) else given
+            if isinstance(given, xarray.DataArray):
+                given = on_grid(name, given, now)
             if len(parts) == 2:
                 given = (np.real(given), np.imag(given)) if fields[name].complex else given
                 if np.isscalar(given) or len(given) != 2:

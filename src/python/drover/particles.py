@@ -2,17 +2,16 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy
 import xarray
 from xarray.core import indexing
 
 from drover.error import DroverError
-from drover.stored import Store, StoreOwner, StoredArray, attributes_of, check_dataset, group_dataset, names_of
+from drover.stored import Store, StoreOwner, StoredArray, group_dataset
 
 # Groups of the file: prefix of their arrays in the dataset, and the particle dimension.
-BODIES = {"bodies/beads": ("bead_", "bead"), "bodies/rods": ("rod_", "rod")}
-SPHERES, SERIES = "particles/spheres", "series"
+BODIES = {"/bodies/beads": ("bead_", "bead"), "/bodies/rods": ("rod_", "rod")}
+SPHERES, SERIES = "/particles/spheres", "/series"
 COMPONENTS = ["x", "y", "z"]
 ORDER = "polar_order"  # the series of the order of the rods
 
@@ -54,69 +53,57 @@ def read_particles(store, path, attributes, scene):
     spheres = trajectory(store, path, SPHERES, "", "sphere")
     frames = xarray.Dataset(coords={"time": spheres["time"], "step": spheres["step"]})
     for group, (start, axis) in BODIES.items():
-        if group in store.file:
+        if group in store.groups:
             frames = frames.merge(trajectory(store, path, group, start, axis), join="inner")
     if frames.sizes.get("time", 0) == 0:
         raise DroverError(f"{path} contains no frames: its run ended at the start; run its scene again")
-    if SERIES not in store.file:
+    if SERIES not in store.groups:
         raise DroverError(f"{path} holds frames without series: a start for other runs, not a run; run a scene with "
                           f'packing.kind = "file" and packing.file = "{path.name}"')
-    summary = group_dataset(store, "/summary") if "summary" in store.file else None
-    return ParticleRun(path, frames, spheres, group_dataset(store, f"/{SERIES}"), summary, scene, attributes, store)
+    summary = group_dataset(store, "/summary") if "/summary" in store.groups else None
+    return ParticleRun(path, frames, spheres, group_dataset(store, SERIES), summary, scene, attributes, store)
 
 
-def trajectory(store, path, name, start, axis):
+def trajectory(store, path, group, start, axis):
     """Reads an H5MD group as a dataset: time-dependent and fixed arrays."""
-    group = store.file.get(name)
-    if not isinstance(group, h5py.Group):
-        raise DroverError(f"{path} has no group {name}, which a particle run has: the file is damaged, or from "
+    if group not in store.groups:
+        raise DroverError(f"{path} has no group {group}, which a particle run has: the file is damaged, or from "
                           "another version of drover")
-    variables, times = {}, None
-    for key in names_of(group):
-        link = group.get(key, getlink=True)
-        if not isinstance(link, h5py.HardLink):
-            raise DroverError(f"{path}: {name}/{key} is a link; expected the data itself, since links are not followed")
-        item = group[key]
-        if isinstance(item, h5py.Group) and key != "box":
-            if times is None:
-                times = {part: read_times(item, part, path) for part in ("time", "step")}
-                rows = min(map(len, times.values()))
-            variables[start + key] = stored(store, path, item, "value", ("time", axis, "component"), rows)
-        elif isinstance(item, h5py.Dataset):
-            dims = (axis, f"{axis}_sphere")[:item.ndim]
-            variables[start + key] = stored(store, path, group, key, dims)
-    if times is None:
-        raise DroverError(f"{path}: {name} contains no positions; the file is damaged: use another copy")
+    elements = [name for name in store.groups_in(group) if name != "box"]
+    if not elements:
+        raise DroverError(f"{path}: {group} contains no positions; the file is damaged: use another copy")
+    times = {part: store.read(array_of(store, f"{group}/{elements[0]}/{part}", 1)) for part in ("time", "step")}
+    rows = min(map(len, times.values()))
+    variables = {}
+    for name in elements:
+        array = array_of(store, f"{group}/{name}/value", 3)
+        if array.shape[0] < rows or array.shape[2] != len(COMPONENTS):
+            raise DroverError(f"{path}: {array.path} has the shape {array.shape}; expected {rows} rows of three "
+                              "components: the file is damaged")
+        variables[start + name] = lazy(store, array, ("time", axis, "component"), (rows, *array.shape[1:]))
+    for array in store.arrays_in(group):
+        variables[start + array.name] = lazy(store, array, (axis, f"{axis}_sphere")[:len(array.shape)], array.shape)
     coordinates = {part: ("time", values[:rows]) for part, values in times.items()}
     coordinates["time"] = ("time", times["time"][:rows], {"units": "s"})
     return xarray.Dataset(variables, {**coordinates, "component": COMPONENTS})
 
 
-def read_times(group, name, path):
-    if not isinstance(group.get(name), h5py.Dataset) or group[name].ndim != 1:
-        raise DroverError(f"{path}: {group.name} has no {name}; the file is damaged: use another copy")
-    check_dataset(group[name], path, "fi")
-    return group[name][:]
+def array_of(store, name, rank):
+    """An array of the file with this number of axes."""
+    array = store.arrays.get(name)
+    if array is None or len(array.shape) != rank:
+        raise DroverError(f"{store.path} has no array {name} over {rank} axes; the file is damaged, or from another "
+                          "version of drover")
+    return array
 
 
-def stored(store, path, group, name, dims, rows=None):
-    """A lazily read dataset; for a time-dependent one, the rows up to the recorded times."""
-    dataset = group.get(name)
-    sound = isinstance(dataset, h5py.Dataset) and dataset.ndim == len(dims) and (rows is None or (
-        dataset.shape[0] >= rows and dataset.shape[2] == len(COMPONENTS)))
-    if not sound:
-        raise DroverError(f"{path}: {group.name}/{name} is not an array over {', '.join(dims)}; the file is damaged, "
-                          f"or from "
-                          "another version of drover")
-    check_dataset(dataset, path, "fi")
-    shape = dataset.shape if rows is None else (rows, *dataset.shape[1:])
-    return xarray.Variable(dims, indexing.LazilyIndexedArray(StoredArray(store, dataset, shape)),
-                           attributes_of(dataset))
+def lazy(store, array, dims, shape):
+    return xarray.Variable(dims, indexing.LazilyIndexedArray(StoredArray(store, array, shape)), array.attributes)
 
 
 def sides_of(run):
     """Sides of the bounding rectangle of the cell, which is centred on x = y = 0 [mm]."""
     if run.store is None:  # in memory
         return run.attributes["sides"]
-    edges = run.store.read(f"/{SPHERES}/box/edges/value", (0,))
-    return numpy.diag(edges)[:2]
+    edges = run.store.read(array_of(run.store, f"{SPHERES}/box/edges/value", 3), (0, 1))
+    return numpy.diag(edges[0])[:2]

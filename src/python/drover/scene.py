@@ -230,7 +230,7 @@ class Scene:
         if accuracy:
             from drover.trading import with_accuracy
             scene = with_accuracy(scene, accuracy, quiet)
-        from drover.archive import open_run  # before the run: it imports h5py, see locks.py
+        from drover.archive import open_run
         if scene._functions:
             with hdf5():
                 done = _drover.run_scene(scene._native, overwrite, quiet)

@@ -21,10 +21,10 @@ class Frame:
     frame that was taken.  Keep a state by to_xarray(), or by .copy() of an array.  Units: mm, s, mg.
     """
 
-    OWN = ("step", "time", "arrays", "spheres", "box", "_time_unit", "_about")
+    OWN = ("step", "time", "arrays", "spheres", "box", "_time_unit", "_about", "_step_now")
 
-    def __init__(self, step, time, arrays, spheres, box, about, time_unit="s"):
-        self.step, self.time, self._time_unit = step, time, time_unit
+    def __init__(self, step, time, arrays, spheres, box, about, time_unit="s", step_now=None):
+        self.step, self.time, self._time_unit, self._step_now = step, time, time_unit, step_now
         self.arrays, self.spheres, self.box, self._about = arrays, spheres, box, about
 
     def __getattr__(self, name):
@@ -52,8 +52,11 @@ class Frame:
         return f"<drover.Frame t = {self.time:g} s: {', '.join(self.arrays)}>"
 
     def to_xarray(self):
-        """A copy, as a dataset with coordinates and units."""
+        """A copy, as a dataset with coordinates and units; of a frame that is the last one taken."""
         import xarray
+        if self._step_now and self._step_now() != self.step:
+            raise Error(f"this frame is of t = {self.time:g}, but the run, whose memory it shows, has gone on; call "
+                        "to_xarray() before the next step to keep a state")
         variables, axes = self._about
         coordinates = {name: (name, values.copy(), about) for name, (values, about) in axes.items()}
         data = {name: (dims, self.arrays[name].copy(), about) for name, (dims, about) in variables.items()}
@@ -107,15 +110,20 @@ class Simulation:
         self._sample_steps = self._sample_steps or self.whole_steps(self._scene["output.sample_every"])
         if self._sample_steps < 1:
             raise Error("the scene takes no samples; expected output.sample_every > 0")
-        self._own[name] = function, unit, [], []
+        own = function, unit, [], []
         if self.step % self._sample_steps == 0:
-            self._sample([name])
+            self._sample({name: own})
+        self._own[name] = own  # once it has given a number
 
-    def _sample(self, names):
+    def _sample(self, observables):
         frame = self.frame
-        for name in names:
-            function, _, times, values = self._own[name]
-            values.append(float(function(frame)))
+        for name, (function, _, times, values) in observables.items():
+            value = function(frame)
+            try:
+                values.append(float(value))
+            except (TypeError, ValueError):
+                raise Error(f'the observable "{name}" gave {type(value).__name__} of shape '
+                            f"{getattr(value, 'shape', ())}; expected one number") from None
             times.append(self.time)
 
     @property
@@ -159,6 +167,8 @@ class Simulation:
         Traceback (most recent call last):
         drover.error.ArgumentError: steps = -1; expected a whole number, 1 or more: a run does not go back
         """
+        if steps is not None and duration is not None:
+            raise ArgumentError(f"duration = {duration} and steps = {steps}; expected one of them")
         if steps is None:
             steps = max(self.steps - self.step, 0) if duration is None else self.whole_steps(duration)
         elif not isinstance(steps, Integral) or steps < 1:
@@ -245,7 +255,8 @@ class Simulation:
                     variables[start + name] = ((axis, f"{axis}_sphere")[:values.ndim], about(name, unit, meaning))
         box = spheres.pop("box/edges", None)
         all_spheres = Frame(self.step, self.time, spheres, None, box, ({}, {})) if spheres else None
-        return Frame(self.step, self.time, arrays, all_spheres, box, (variables, axes), self._session.time_unit)
+        return Frame(self.step, self.time, arrays, all_spheres, box, (variables, axes), self._session.time_unit,
+                     lambda: self.step)
 
     @contextmanager
     def edit(self):

@@ -138,9 +138,9 @@ def finished(scene, folder, options):
 
 def dataset_of(file, keys):
     """A table.nc in memory, with the keys of the scene as its axes."""
-    from drover.archive import open_once
+    from drover.archive import opened
     from drover.stored import group_dataset
-    store, data = open_once(Path(file), lambda store, _: (store, group_dataset(store, "/").load()))
+    store, data = opened(Path(file), lambda store, _: (store, group_dataset(store, "/").load()))
     store.close()
     if "branch" in data.coords:
         data = data.assign_coords(branch=["down" if branch else "up" for branch in data.branch.values])

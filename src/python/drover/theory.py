@@ -2,11 +2,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
-
-from drover.archive import check_is_no_table, kind_of, open_once, read_head, read_run, settled
+from drover.archive import check_is_no_table, kind_of, opened, read_head, read_run
 from drover.error import DroverError
-from drover.stored import Store, StoreOwner, group_dataset, names_of
+from drover.stored import Store, StoreOwner, group_dataset
 
 BRANCH, SLOW, BAND = ("angle", "wavenumber", "branch"), ("angle", "slow_mode"), ("band_line", "band_y", "band_x")
 # Required arrays with their axes, by command or, for drover boundary, by group.
@@ -79,22 +77,19 @@ class Theory(StoreOwner):
 
 def open_theory(path):
     """Opens an archive of drover stability, boundary or states.  Raises DroverError if it is not one, or is damaged."""
-    path = Path(path)
-    return settled(path, lambda: open_once(path, read_theory))
+    return opened(Path(path), read_theory)
 
 
 def open_any(path):
     """Opens a Run, a Theory or, as one without groups, a table of coefficients.  Raises DroverError if the file is not
     an archive, or is damaged."""
-    path = Path(path)
-
     def read(store, path):
         attributes, scene = read_head(store, path)
         if (kind := kind_of(attributes)) == "calibrate":
             return Theory(path, kind, {}, scene, attributes, store)
         return read_run(store, path) if kind == "run" else read_theory(store, path)
 
-    return settled(path, lambda: open_once(path, read))
+    return opened(Path(path), read)
 
 
 def read_theory(store, path):
@@ -106,14 +101,12 @@ def read_theory(store, path):
                           "drover.open_run")
     check_is_no_table(path, kind)
     if kind == "states":
-        groups = {name: group_dataset(store, name) for name in ("state", "curve") if name in store.file}
+        groups = {name: group_dataset(store, name) for name in ("state", "curve") if f"/{name}" in store.groups}
         check_states(path, groups)
         groups["frames"] = group_dataset(store, "/").rename(time="state")
         return Theory(path, kind, groups, scene, attributes, store)
-    names = [name for name in names_of(store.file)
-             if isinstance(store.file.get(name, getlink=True), h5py.HardLink)]
-    names = [name for name in names if isinstance(store.file[name], h5py.Group)]
-    groups = {name: group_dataset(store, name) for name in names if kind == "stability" or name in NEEDED}
+    groups = {name: group_dataset(store, name) for name in store.groups_in("/")
+              if kind == "stability" or name in NEEDED}
     of_model = any("state" in group or "stable_states" in group for group in groups.values())
     needed = {**NEEDED, **OF_MODEL} if of_model else NEEDED
     for name, group in groups.items():

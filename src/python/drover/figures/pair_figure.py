@@ -1,4 +1,4 @@
-"""drover/figures/pair_figure.py: two runs of any kind side by side: their maps, and their order over time."""
+"""drover/figures/pair_figure.py: two runs of any kind side by side: their maps, and order or variance over time."""
 import matplotlib
 
 from . import model_panels, panels, particle_figure
@@ -34,8 +34,9 @@ def draw(first, second, labels=None, frame=-1):
     scaled = max(ends) > MUCH_LONGER * min(ends) > 0.0
     most = draw_orders(axes, runs, orders, labels, ends if scaled else (1.0, 1.0))
     axes.margins(x=0.0)
-    axes.set_ylim(0.0, 1.5 * most if most > model_panels.NO_ORDER else 1.0)  # space for the legend
-    words = "order" if orders[0][0] != orders[1][0] else orders[0][0]
+    has_range = most > (0.0 if "variance" in words else model_panels.NO_ORDER)
+    axes.set_ylim(0.0, 1.5 * most if has_range else 1.0)  # space for the legend
+    words = "order or variance" if orders[0][0] != orders[1][0] else orders[0][0]
     axes.set_title(f"(c) {words}", loc="left")
     axes.set_xlabel("time over duration $t/T$" if scaled else panels.with_unit("time $t$", runs[0].observables["time"]))
     axes.set_ylabel(words)
@@ -59,13 +60,16 @@ def is_plane(run):
 
 
 def order_of(run):
-    """Words for the order of a run, and its series."""
+    """Words for the order of a run, and its series; of a run without order the variance of its first field."""
     if isinstance(run, ParticleRun):
         return "polar order", loaded(run.observables[ORDER], run.path)
     label, _, series = next(iter(model_panels.orders_of(run)), (None,) * 3)
-    if series is None:
-        raise Error(f"{run.path} has no vector or nematic, whose order could be drawn: see drover.plot.map of each run")
-    return label, series
+    if series is not None:
+        return label, series
+    variances = [name for name in run.observables.data_vars if str(name).startswith("variance_")]
+    if not variances:
+        raise Error(f"{run.path} has no order or variance over time; expected a run with output.sample_every > 0")
+    return variances[0].replace("_", " of ", 1).replace("_", " "), loaded(run.observables[variances[0]], run.path)
 
 
 def draw_orders(axes, runs, orders, labels, units):
