@@ -159,7 +159,7 @@ TEST(Summary, leaves_the_longest_warm_up_of_order_and_powers_out_of_all_means) {
 
 TEST(Summary, the_mean_of_many_runs_shows_nothing_of_their_start) {
     // x' = r x + noise, of unit variance, from x = 20, in 400 runs of 200 autocorrelation times: their mean has the
-    // error sqrt(2 tau/(n runs)), and several times as much is left of the start where each run is cut at its own noise.
+    // error sqrt(2 tau/(n runs)); several times as much is left of the start where each run is cut at its own noise.
     const int runs = 400, samples = 800;
     const double rate = std::exp(-0.25), tau = 4.0, error = std::sqrt(2.0 * tau / (samples * runs));
     double mean = 0.0;
