@@ -4,7 +4,6 @@
 #include "base/constants.hpp"
 #include "base/draws.hpp"
 #include "base/log.hpp"
-#include "run/model_coefficients.hpp"
 #include "run/scene_equations.hpp"
 
 namespace drover::analysis {

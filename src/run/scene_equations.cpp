@@ -7,7 +7,6 @@
 #include "model/energy.hpp"
 #include "model/start.hpp"
 #include "physics/integrated.hpp"
-#include "run/model_coefficients.hpp"
 
 namespace drover::run {
 
@@ -111,6 +110,16 @@ theory::StationaryStates stationary_states_of(const io::Scene& scene, const mode
     if (const std::string term = physics::nonuniform_term(keyed); !term.empty())
         return {.states = {}, .why_none = term + " depends on position or time", .why_no_order = {}};
     return keyed_states(keyed, equations);
+}
+
+std::string coefficient_of(const io::Scene& scene, const std::string& list, const std::string& key,
+                           const SourceLocation& where) {
+    const std::string section = own_section, name = key.starts_with(section) ? key.substr(section.size()) : key;
+    std::vector<std::string> names;
+    for (const auto& [known, value] : scene.declared.coefficients) names.push_back(section + known);
+    require(scene.declared.coefficients.contains(name), where, "{} names {}; expected {}", list, key,
+            names.empty() ? "a coefficient of the model, which has none" : "one of " + joined(names));
+    return name;
 }
 
 SceneNumber number_of(const io::Scene& scene, const std::string& list, const std::string& key,

@@ -25,6 +25,11 @@ theory::StationaryStates uniform_states_of(const io::Scene& scene, const model::
 /// None where a term depends on position or time.
 theory::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations);
 
+/// The coefficient that a key names, "coefficients.a" or "a".  Throws an input Error at `where`, which begins with
+/// `list`, for any other key.
+std::string coefficient_of(const io::Scene& scene, const std::string& list, const std::string& key,
+                           const SourceLocation& where);
+
 /// A number of its equations.
 struct SceneNumber {
     std::string key;  ///< "relaxation.rate", "coefficients.a"

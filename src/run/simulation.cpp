@@ -21,8 +21,4 @@ bool is_checked(const Simulation& simulation, std::int64_t step) {
                                [&](const ScheduledRecording& scheduled) { return is_due(scheduled, step); });
 }
 
-std::size_t scheduled_rows(const ScheduledRecording& recording, std::int64_t step) {
-    return 1 + (recording.every == 0 ? 0 : static_cast<std::size_t>(step / recording.every));
-}
-
 }  // namespace drover::run

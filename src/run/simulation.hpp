@@ -65,8 +65,4 @@ inline bool is_due(const ScheduledRecording& scheduled, std::int64_t step) {
     return scheduled.every == 0 ? step == 0 : step % scheduled.every == 0;
 }
 
-/// Number of scheduled rows of a recording up to `step`.  The last row of a recording with every = 0, and a last row
-/// off the schedule, are not counted.
-std::size_t scheduled_rows(const ScheduledRecording& recording, std::int64_t step);
-
 }  // namespace drover::run
