@@ -79,9 +79,8 @@ private:
         if (found == operands.end()) {
             std::vector<std::string> names;
             for (const auto& [known, slot] : operands) names.push_back(known);
-            const std::string near = nearest_name(operand.name, names);
             source_.fail(operand.at, text("the operand of {}: one of {}{}", f.name, joined(names),
-                                          near.empty() ? "" : text(" (did you mean {}?)", near)));
+                                          suggestion(operand.name, names, "", " (did you mean {}?)")));
         }
         return graph_.slot(found->second, text("{}({})", f.name, operand.name));
     }
@@ -94,8 +93,7 @@ private:
         for (const FunctionName& function : function_names) functions.emplace_back(function.name);
         std::vector<std::string> all = names;
         all.insert(all.end(), functions.begin(), functions.end());
-        const std::string near = nearest_name(name, all);
-        return text("{}one of {}, or a function: {}", near.empty() ? "" : text("{} (did you mean that?), ", near),
+        return text("{}one of {}, or a function: {}", suggestion(name, all, "", "{} (did you mean that?), "),
                     joined(names), joined(functions));
     }
 

@@ -107,9 +107,8 @@ Value checked_value(const Description& row, const std::string& section, const Lo
             if (!in_range(row.range, number)) reject();
     const auto check_word = [&](const std::string& word) {
         if (row.choices.empty() || std::find(row.choices.begin(), row.choices.end(), word) != row.choices.end()) return;
-        const std::string near = nearest_name(word, row.choices);
         fail_input(found.where, "{} = {}; expected {}{}", key, toml_text(value), expected_text(row),
-                   near.empty() ? "" : text("; did you mean \"{}\"?", near));
+                   suggestion(word, row.choices, "", "; did you mean \"{}\"?"));
     };
     if (const auto* word = std::get_if<std::string>(&value)) check_word(*word);
     if (const auto* words = std::get_if<std::vector<std::string>>(&value))
@@ -122,10 +121,9 @@ void reject_unknown_keys(const LocatedTable& table, const std::string& section, 
     for (const Description& row : rows) names.push_back(row.name);
     for (const auto& [key, value] : table.values) {
         if (std::find(names.begin(), names.end(), key) != names.end()) continue;
-        const std::string near = nearest_name(key, names);
         fail_input(value.where, "unknown key {}.{}; {}", section, key,
-                   near.empty() ? text("expected one of {}", joined(names))
-                                : text("did you mean {}.{}?", section, near));
+                   suggestion(key, names, text("expected one of {}", joined(names)),
+                              text("did you mean {}.{{}}?", section)));
     }
 }
 

@@ -58,6 +58,12 @@ std::string nearest_name(std::string_view name, std::span<const std::string> kno
     return nearest;
 }
 
+std::string suggestion(std::string_view name, std::span<const std::string> known, std::string_view otherwise,
+                       std::string_view question) {
+    const std::string nearest = nearest_name(name, known);
+    return nearest.empty() ? std::string(otherwise) : text(question, nearest);
+}
+
 std::string trimmed(std::string words) {
     words.erase(0, words.find_first_not_of(" \t"));
     words.erase(words.find_last_not_of(" \t") + 1);

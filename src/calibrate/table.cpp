@@ -92,11 +92,9 @@ const TableRow& complete_row(const Table& table, const std::string& name, std::s
     std::vector<std::string> names;
     for (const TableRow& row : table.rows) names.push_back(row.name);
     const TableRow* row = find_row(table, name);
-    if (row == nullptr) {
-        const std::string near = nearest_name(name, names);
+    if (row == nullptr)
         fail_input({}, "the table has no coefficient {}; {}", name,
-                   near.empty() ? text("expected one of {}", joined(names)) : text("did you mean {}?", near));
-    }
+                   suggestion(name, names, text("expected one of {}", joined(names))));
     require(varied < table.varied.size(), {}, "index {} of {} is out of range; expected an index below {}", varied,
             table.varied_key.empty() ? "a key that the table does not vary" : table.varied_key, table.varied.size());
     const std::size_t count = row->entries.size() / table.varied.size();

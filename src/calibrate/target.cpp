@@ -238,9 +238,8 @@ std::vector<Input> closure_inputs(const Target& target, std::vector<std::string>
         names.push_back(closure.row);
     }
     names.insert(names.end(), {"onset", row_name(contact)});
-    const std::string near = nearest_name(target.row, names);
     fail_input({}, "a calibration has no number {}; {}expected onset, alignment or another row of its table",
-               target.row, near.empty() ? "" : "did you mean " + near + "? ");
+               target.row, suggestion(target.row, names, "", "did you mean {}? "));
 }
 }  // namespace
 

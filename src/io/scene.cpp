@@ -204,9 +204,8 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
     };
     for (const auto& [name, table] : tables) {
         if (is_read(name)) continue;
-        const std::string near = nearest_name(name, sections);
         fail_input(table.where, "unknown table [{}]; {}", name,
-                   near.empty() ? text("expected one of {}", joined(sections)) : text("did you mean [{}]?", near));
+                   suggestion(name, sections, text("expected one of {}", joined(sections)), "did you mean [{}]?"));
     }
     return scene;
 }
@@ -242,10 +241,8 @@ ModelNumber model_number(const std::string& key, const SourceLocation& where, co
                         .range = one.description.range,
                         .in = [key](physics::ModelValues& m) -> double& { return physics::number_in(m, key); }};
         }
-    const std::string near = nearest_name(key, numbers);
     fail_input(where, "{} is not a number of the model; {}", key,
-               near.empty() ? text("expected one such as {} (see drover schema)", "driving.strength")
-                            : text("did you mean {}?", near));
+               suggestion(key, numbers, "expected one such as driving.strength (see drover schema)"));
 }
 
 void require_kind(const Scene& scene, SceneKind kind, const std::string& command) {

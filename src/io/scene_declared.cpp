@@ -87,11 +87,10 @@ void check_equations(const DeclaredModel& declared) {
     for (const DeclaredField& field : declared.fields) symbols.push_back(field.symbol);
     for (const auto& [symbol, equation] : declared.equations) {
         if (std::find(symbols.begin(), symbols.end(), symbol) != symbols.end()) continue;
-        const std::string near = nearest_name(symbol, symbols);
         fail_input(equation.where, "equations.{} is the equation of no field; {}", symbol,
-                   symbols.empty() ? text("expected [[field]] with symbol = \"{}\"", symbol)
-                   : near.empty()  ? text("expected one of {}", joined(symbols))
-                                   : text("did you mean {}?", near));
+                   suggestion(symbol, symbols,
+                              symbols.empty() ? text("expected [[field]] with symbol = \"{}\"", symbol)
+                                              : text("expected one of {}", joined(symbols))));
     }
     for (std::size_t n = 0; n < symbols.size(); ++n)
         require(declared.equations.contains(symbols[n]), place_of(declared, n, "symbol"),

@@ -197,9 +197,8 @@ void require_declared(const Setting& setting, const LocatedTables& tables) {
     if (setting.section != "coefficients" || table->second.values.contains(setting.key)) return;
     std::vector<std::string> names;
     for (const auto& [name, value] : table->second.values) names.push_back(name);
-    const std::string near = nearest_name(setting.key, names);
     fail_input(setting.where, "the scene has no coefficient {}; {}", setting.key,
-               near.empty() ? text("expected one of {}", joined(names)) : text("did you mean {}?", near));
+               suggestion(setting.key, names, text("expected one of {}", joined(names))));
 }
 
 /// Sets the value, read as TOML if it is valid TOML, else as a text.

@@ -453,9 +453,9 @@ std::string Names::expected(const std::string& name) const {
 }
 
 std::string expected_name(const std::string& name, const std::vector<std::string>& known) {
-    const std::string near = name.size() < 3 ? "" : nearest_name(name, known);  // any letter is near another
+    const bool is_short = name.size() < 3;  // any letter is near another
     return text("{}one of {}, pi, e_x, e_y, an operator such as grad or lap, a function, or a coefficient with a value",
-                near.empty() ? "" : text("{} (did you mean that?), ", near), joined(known));
+                is_short ? "" : suggestion(name, known, "", "{} (did you mean that?), "), joined(known));
 }
 
 }  // namespace drover::model

@@ -47,7 +47,6 @@ ProgramFunction program_function(const CompiledModel& model, const TextTerm& wri
     for (const auto& [name, value] : model.model.parameters) names.push_back(name);
     for (const std::string& name : written.arguments) {
         Argument argument;
-        const std::string near = nearest_name(name, names);
         if (const auto found = model.model.parameters.find(name); found != model.model.parameters.end())
             argument = {.kind = Argument::Kind::number, .value = found->second};
         else if (name == "t") argument = {.kind = Argument::Kind::number};
@@ -56,7 +55,7 @@ ProgramFunction program_function(const CompiledModel& model, const TextTerm& wri
             require(fields.count(name) > 0, written.where,
                     "{} has the argument {}; {}expected fields of the model (order_x, ...), their derivatives "
                     "(d_x_order_x, lap_order_x, div_order, ...), x, y, t, or numbers given with the term",
-                    f.name, name, near.empty() ? "" : text("did you mean {}? ", near));
+                    f.name, name, suggestion(name, names, "", "did you mean {}? "));
         if (argument.kind == Argument::Kind::field) {
             argument.scale = scale_of_name(model.model, name);
             const std::vector<const FieldRow*> means = densities(*model.model.file);

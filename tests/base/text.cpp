@@ -16,6 +16,14 @@ TEST(Text, values_replace_braces_in_order) {
     EXPECT_THROW(text("{} {}", 1), std::runtime_error);
 }
 
+TEST(Text, a_suggestion_asks_for_the_nearest_name_or_says_something_else) {
+    const std::vector<std::string> names{"relaxation", "noise"};
+    EXPECT_EQ(suggestion("nosie", names, "expected one of two"), "did you mean noise?");
+    EXPECT_EQ(suggestion("nosie", names, "", " (did you mean [{}]?)"), " (did you mean [noise]?)");
+    EXPECT_EQ(suggestion("gravity", names, "expected one of two"), "expected one of two");
+    EXPECT_EQ(suggestion("gravity", names), "");
+}
+
 TEST(Text, nearest_name_finds_a_similar_name_or_none) {
     const std::vector<std::string> names{"relaxation", "elasticity", "noise"};
     EXPECT_EQ(nearest_name("relaxtion", names), "relaxation");

@@ -44,6 +44,11 @@ std::string text(std::string_view pattern, const Values&... values) {
 /// for "did you mean".
 std::string nearest_name(std::string_view name, std::span<const std::string> known);
 
+/// What a message says after a name that is not known, "did you mean kappa?": `question` with the nearest known name in
+/// place of {}, or `otherwise` where none is near.
+std::string suggestion(std::string_view name, std::span<const std::string> known, std::string_view otherwise = "",
+                       std::string_view question = "did you mean {}?");
+
 /// The items joined by a separator: "a, b, c".
 std::string joined(std::span<const std::string> items, std::string_view separator = ", ");
 
