@@ -27,7 +27,7 @@ void check_boundary(const io::Scene& scene) {
 run::Result make_boundary(const io::Scene& scene, Threads& threads, const BoundaryWork& work) {
     const PlannedBoundary planned = plan_boundary(scene);
     const BoundaryProblem problem = boundary_problem(scene, planned, work.quiet);
-    const ComputeAll compute = compute_of(work, threads);
+    const ComputeAll compute = work.compute ? work.compute : on_threads(threads);
     const DescribedPlane plane{.x = planned.x, .y = planned.y, .draws = problem.draws, .cells = scene.boundary.cells};
     const numerics::Rectangle rectangle{.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to};
     run::List traced{.name = "traced"};

@@ -1,10 +1,17 @@
 // analysis/boundary.hpp: phase boundaries in a plane of two numbers of a scene's model.
 #pragma once
-#include "analysis/boundary_work.hpp"
+#include "base/compute_all.hpp"
 #include "io/scene.hpp"
 #include "run/result.hpp"
 
 namespace drover::analysis {
+
+/// Who computes the lines of a plane, and how much of it.
+struct BoundaryWork {
+    ComputeAll compute = {};  ///< of the lines and their errors; empty: the threads
+    bool lines_alone = false;
+    bool quiet = true;  ///< else progress is shown where it takes minutes
+};
 
 /// The lines of each limit and convention of lambda; in an archive the plane, the vertices of all lines and the map of
 /// regimes.  Throws an input Error, at boundary.x, .y, .lines, .conventions or .errors, for a plane that cannot be

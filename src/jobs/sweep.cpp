@@ -13,7 +13,6 @@
 #include "jobs/run_record.hpp"
 #include "jobs/sweep_dataset.hpp"
 #include "jobs/sweep_plan.hpp"
-#include "jobs/sweep_results.hpp"
 #include "run/kind.hpp"
 #include "run/memory_run.hpp"
 #include "run/provenance.hpp"

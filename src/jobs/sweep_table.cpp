@@ -1,11 +1,89 @@
-// jobs/sweep_table.cpp: the table of a sweep as text.
+// jobs/sweep_table.cpp: means over seeds, and where they contradict the errors of the runs; the table as text.
 #include "jobs/sweep_table.hpp"
 
 #include <algorithm>
 
-#include "drover/base/text.hpp"
+#include "base/constants.hpp"
+#include "drover/base/error.hpp"
+#include "measure/trajectories.hpp"
 
 namespace drover::jobs {
+
+namespace {
+/// The mean over the seeds of a point.
+measure::Replicates over_seeds(const std::vector<measure::Estimate>& runs) {
+    if (!runs.empty()) return measure::combine(runs);
+    return {.mean = {.mean = nan, .refusal = "no run of this point has this observable"},
+            .deviation = nan,
+            .own_error = {},
+            .chi_squared = nan,
+            .chance = nan};
+}
+
+/// The relaxation time of a point is the inverse of its mean rotational diffusion: the inverse of a single short run is
+/// too noisy.
+void invert_diffusion(const std::vector<std::string>& names, std::vector<measure::Replicates>& results) {
+    const auto column = [&](const char* name) {
+        return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    };
+    const std::size_t from = column("rotational_diffusion"), to = column("relaxation_time");
+    if (from >= results.size() || to >= results.size()) return;
+    results[to].mean = measure::relaxation_time_of(results[from].mean);
+}
+
+void add_contradictions(const SweepRow& row, SweepTable& table) {
+    std::vector<std::string> wide, narrow;
+    for (std::size_t column = 0; column < row.results.size(); ++column)
+        if (const measure::Replicates& result = row.results[column]; measure::contradicts(result))
+            (result.chi_squared > 1.0 ? wide : narrow).push_back(table.names[column]);
+    std::string at;
+    for (std::size_t k = 0; k < row.point.values.size(); ++k)
+        at += text("{}{} = {:.6g}", k == 0 ? "" : ", ", table.keys[k], row.point.values[k]);
+    if (!wide.empty())
+        table.warnings.push_back(
+            text("at {}: the seeds differ by far more than their errors in {}; the runs are shorter than their slowest "
+                 "change, or end in different states: give longer runs; the error in the table is that of the scatter",
+                 at, joined(wide)));
+    if (!narrow.empty())
+        table.warnings.push_back(
+            text("at {}: the seeds differ by far less than their errors in {}; the error in the "
+                 "table is that of the scatter",
+                 at, joined(narrow)));
+}
+}  // namespace
+
+SweepTable sweep_table(const SweepLayout& layout, const std::map<std::string, RunResults>& results) {
+    SweepTable table{.keys = layout.keys, .names = {}, .units = {}, .rows = {}};
+    std::vector<std::vector<std::vector<measure::Estimate>>> found(layout.points.size());  // [point][observable][seed]
+    std::vector<int> seeds(layout.points.size(), 0);
+    for (const SweepRun& run : layout.runs) {
+        const auto ended = results.find(run.name);
+        if (ended == results.end()) continue;
+        ++seeds[run.point];
+        for (const std::string& warning : ended->second.warnings) table.warnings.push_back(run.name + ": " + warning);
+        for (const measure::SummaryRow& row : ended->second.rows) {
+            if (!row.axes.empty()) continue;
+            // By name: runs may differ in their observables, such as those of beads.
+            const auto named = std::find(table.names.begin(), table.names.end(), row.name);
+            const auto column = static_cast<std::size_t>(named - table.names.begin());
+            if (named == table.names.end()) {
+                table.names.push_back(row.name);
+                table.units.push_back(row.unit);
+            }
+            if (found[run.point].size() <= column) found[run.point].resize(column + 1);
+            found[run.point][column].push_back(row.estimates.front());
+        }
+    }
+    for (std::size_t point = 0; point < layout.points.size(); ++point) {
+        SweepRow row{.point = layout.points[point], .seeds = seeds[point], .results = {}};
+        if (row.seeds > 0) found[point].resize(table.names.size());
+        for (const auto& runs : found[point]) row.results.push_back(over_seeds(runs));
+        add_contradictions(row, table);
+        invert_diffusion(table.names, row.results);
+        table.rows.push_back(std::move(row));
+    }
+    return table;
+}
 
 std::string table_text(const SweepTable& table) {
     // The columns of a phase diagram; table.csv has all of them.

@@ -1,9 +1,11 @@
 // jobs/sweep_table.hpp: the runs of a sweep and the table of their results.
 #pragma once
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "jobs/run_record.hpp"
 #include "measure/replicates.hpp"
 
 namespace drover::jobs {
@@ -44,6 +46,9 @@ struct SweepTable {
     std::vector<SweepRow> rows;
     std::vector<std::string> warnings = {};  ///< other versions of drover; of the runs: "point-0000-seed-7: ..."
 };
+
+/// Of the runs that have ended, by name.
+SweepTable sweep_table(const SweepLayout& layout, const std::map<std::string, RunResults>& results);
 
 /// For people.
 std::string table_text(const SweepTable& table);

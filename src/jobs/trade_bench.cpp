@@ -23,6 +23,11 @@ double size_of(const io::Scene& scene) {
                                     : scene.particles.cell.lx * scene.particles.cell.ly;
 }
 
+double unit_of_time(const io::Scene& scene) {
+    return scene.kind == io::SceneKind::particles && scene.output.frame_every > 0.0 ? scene.output.frame_every
+                                                                                    : scene.output.sample_every;
+}
+
 std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
     for (Bias& bias : biases) bias = {factor * bias.value, std::abs(factor) * bias.error};
     return biases;

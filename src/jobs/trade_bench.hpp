@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "drover/measure/statistics.hpp"
-#include "jobs/tradeoff_options.hpp"
 #include "jobs/trials.hpp"
 
 namespace drover::jobs {
@@ -33,6 +32,8 @@ struct Fluctuation {
 
 /// Points of a grid; of particles the area of the cell.
 double size_of(const io::Scene& scene);
+/// Durations of a scene are whole numbers of this [s].
+double unit_of_time(const io::Scene& scene);
 
 /// Steps that are wrong by half a field may stop a run on another path of the noise: such runs count as failed.  Where
 /// the error of all runs is as large, the fields are chaotic: it says nothing of the step.

@@ -1,6 +1,8 @@
-// jobs/trade_checks.hpp: whether what trials show holds on finer grids, and for longer than they last.
+// jobs/trade_checks.hpp: what the trials of a study start from, and whether what they show holds on finer grids, and
+// for longer than they last.
 #pragma once
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +10,19 @@
 #include "jobs/trade_front.hpp"
 
 namespace drover::jobs {
+
+/// The scene with a step, few frames, and no limit on the estimate of its error.  Throws an input Error for a scene
+/// without samples.
+io::Scene trial_scene(const io::Scene& scene);
+
+/// What the trials of a study have in common.
+struct TrialStart {
+    io::Scene scene;        ///< without noise on the finest grid on which a trial takes at most a fifth of the budget
+    double duration = 0.0;  ///< of a noisy scene as its budget allows; else that of the run [s]
+};
+/// Both follow from timings, so all processes in the folder take what the first has found.  Nothing when a signal came.
+/// Throws a run Error where no grid is coarse enough.
+std::optional<TrialStart> trial_start(TradeBench& bench);
 
 /// Throws an input Error for a wish in per cent of a mean that is 0, or may be.
 void require_relative(const Wish& wish, const Bias& mean);

@@ -5,7 +5,6 @@
 
 #include "drover/base/error.hpp"
 #include "io/scene_text.hpp"
-#include "jobs/trade_start.hpp"
 
 namespace drover::jobs {
 

@@ -83,6 +83,9 @@ struct Findings {
     bool stopped = false;            ///< by a signal
 };
 
+/// Makes the trials of a study, axis by axis, within the budget.
+Findings find_tradeoff(const io::Scene& scene, const TradeoffOptions& options);
+
 /// All combinations that follow, cheapest first for their error: none is both cheaper and better than another.
 /// `only`: those of one model.
 std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, const LevelFound* only = nullptr);

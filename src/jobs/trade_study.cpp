@@ -1,13 +1,10 @@
 // jobs/trade_study.cpp: the trials of a study, axis by axis.
-#include "jobs/trade_study.hpp"
-
 #include <algorithm>
 #include <utility>
 
 #include "drover/base/error.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/trade_checks.hpp"
-#include "jobs/trade_start.hpp"
 
 namespace drover::jobs {
 

@@ -9,7 +9,7 @@
 #include "files/new_file.hpp"
 #include "files/record_folder.hpp"
 #include "io/scene_text.hpp"
-#include "jobs/trade_study.hpp"
+#include "jobs/trade_front.hpp"
 #include "run/cost.hpp"
 #include "run/grid_run.hpp"
 #include "run/memory_run.hpp"

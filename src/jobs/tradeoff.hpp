@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/scene.hpp"
-#include "jobs/tradeoff_options.hpp"
+#include "jobs/trials.hpp"
 #include "run/result.hpp"
 
 namespace drover::jobs {

@@ -10,6 +10,7 @@
 
 #include "io/scene.hpp"
 #include "jobs/campaign.hpp"
+#include "jobs/wish.hpp"
 
 namespace drover::jobs {
 
@@ -30,6 +31,18 @@ struct TrialResult {
     std::string run_id;          ///< of the archive
     std::string failure;         ///< why the run failed; else ""
     double seconds() const { return start_seconds + step_seconds; }
+};
+
+/// What a study of speed and accuracy is asked.
+struct TradeoffOptions {
+    std::vector<Wish> wishes;
+    double budget = 0.0;           ///< core seconds of all trials
+    double run_budget = 0.0;       ///< core seconds of the recommended run
+    std::filesystem::path folder;  ///< of the trials, which are kept
+    Share share = {};              ///< any number of processes, on any machines, may work in one folder
+    int workers = 0;               ///< simultaneous trials; 0: the cores that the process may use
+    bool collect = false;          ///< runs nothing: the result of the trials that have ended
+    bool quiet = false;
 };
 
 struct TrialOptions {

@@ -4,7 +4,7 @@
 
 #include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"
-#include "run/warning_parts.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 

@@ -7,7 +7,7 @@
 #include "physics/whole_rate.hpp"
 #include "run/field_prediction.hpp"
 #include "run/scene_equations.hpp"
-#include "run/warning_parts.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 

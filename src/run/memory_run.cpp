@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <map>
 
-#include "run/halved_steps.hpp"
 #include "run/kind.hpp"
 #include "run/run_scene.hpp"
 #include "run/signals.hpp"

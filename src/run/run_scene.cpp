@@ -15,7 +15,6 @@
 #include "files/run_id.hpp"
 #include "io/scene_text.hpp"
 #include "run/field_simulation.hpp"
-#include "run/halved_steps.hpp"
 #include "run/kind.hpp"
 #include "run/provenance.hpp"
 #include "run/report.hpp"

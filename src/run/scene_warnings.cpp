@@ -11,7 +11,6 @@
 #include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"
 #include "run/text_resolution.hpp"
-#include "run/warning_parts.hpp"
 #include "run/warnings.hpp"
 
 namespace drover::run {

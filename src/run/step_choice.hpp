@@ -1,6 +1,9 @@
-// run/step_choice.hpp: the time step of a scene of fields that leaves time.dt out.
+// run/step_choice.hpp: the time step of a scene of fields that leaves time.dt out, and runs with ever shorter steps.
 #pragma once
-#include "io/scene.hpp"
+#include <cmath>
+
+#include "base/log.hpp"
+#include "run/field_simulation.hpp"
 
 namespace drover::run {
 
@@ -12,5 +15,26 @@ namespace drover::run {
 /// points.  A scene with a time step is returned as it is.  Unless quiet it logs that it has begun.  Throws a run Error
 /// where no step is found, and on a stop signal.
 io::Scene with_chosen_step(const io::Scene& scene, bool quiet);
+
+/// What `run` returns for the scene or, while the step error asks for it, for the same with a halved step.
+template <class Run>
+auto with_halved_steps(io::Scene scene, bool quiet, Run run) {
+    for (int halvings = 0;;) {
+        try {
+            return run(scene);
+        } catch (const StepTooLong& error) {
+            // The error of a chaotic run exceeds any limit, however short the step.
+            constexpr int max_halvings = 6;
+            if (halvings >= max_halvings)
+                fail_run(
+                    "{}; {} halvings of the step did not suffice: the fields may be chaotic, or the grid too coarse: "
+                    "give time.dt, and compare means with those of half of it, or more points",
+                    error.what(), halvings);
+            if (!quiet) log_information("{}; doing so now", error.what());
+            halvings += error.halvings;
+            scene.time.dt = std::ldexp(scene.time.dt, -error.halvings);
+        }
+    }
+}
 
 }  // namespace drover::run

@@ -16,7 +16,6 @@
 #include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"
 #include "run/step_bias.hpp"
-#include "run/warning_parts.hpp"
 #include "theory/placed_noise.hpp"
 
 namespace drover::run {

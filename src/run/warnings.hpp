@@ -5,6 +5,7 @@
 
 #include "files/archive_reader.hpp"
 #include "io/scene.hpp"
+#include "model/field_evolution.hpp"
 
 namespace drover::run {
 
@@ -24,5 +25,20 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene);
 /// Those, and what its archive shows.  Every reader of an archive gets the same: a run,
 /// a restart, drover info.
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene);
+
+/// Whether terms are functions of the calling program, which may fail where a run does not ask them.
+bool calls_program(const io::Scene& scene);
+/// Whether a run starts in a uniform stationary state, and has no noise.
+bool stays_at_start(const io::Scene& scene, const model::Equations& equations);
+
+/// Negative densities, and values beyond a table.
+void add_density_warnings(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
+                          std::vector<std::string>& warnings);
+/// Order that has not grown yet.
+void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
+                    std::vector<std::string>& warnings);
+
+/// The recorded values of an observable of a run of fields; empty in archives without it.
+std::vector<double> series_of(const files::ArchiveReader& archive, const std::string& name);
 
 }  // namespace drover::run
