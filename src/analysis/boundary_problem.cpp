@@ -116,32 +116,19 @@ DescribedLines described_line(const PlannedBoundary& planned, const std::string&
     const bool has_states = std::any_of(planned.lines.begin(), planned.lines.end(), is_of_state);
     if (std::all_of(planned.lines.begin(), planned.lines.end(), is_of_state))
         return {.heading = text("the {} state becomes unstable", name),
-                .names = {{.name = "state",
-                           .unit = "",
-                           .meaning = "the uniform state that becomes unstable",
-                           .value = name,
-                           .choices = {isotropic_line, ordered_line},
-                           .shown = {.text = false}}},
+                .names = {run::data_only(run::choice("state", "the uniform state that becomes unstable", name,
+                                                     {isotropic_line, ordered_line}))},
                 .shows_angles = name == ordered_line,
                 .shows_waves = true};
-    DescribedLines described{.heading =
-                                 convention.empty() ? name : text("{} ({} convention of lambda)", name, convention),
-                             .names = {{.name = "limit",
-                                        .unit = "",
-                                        .meaning =
-                                            "the instability that begins, or binodal: densities of phases that coexist",
-                                        .value = name,
-                                        .choices = line_names(),
-                                        .shown = {.text = false}}},
-                             .shows_angles = name == theory::limit_name(Limit::oblique) || name == ordered_line,
-                             .shows_waves = has_states};
+    DescribedLines described{
+        .heading = convention.empty() ? name : text("{} ({} convention of lambda)", name, convention),
+        .names = {run::data_only(run::choice(
+            "limit", "the instability that begins, or binodal: densities of phases that coexist", name, line_names()))},
+        .shows_angles = name == theory::limit_name(Limit::oblique) || name == ordered_line,
+        .shows_waves = has_states};
     if (!convention.empty())
-        described.names.push_back({.name = "convention",
-                                   .unit = "",
-                                   .meaning = "convention of lambda",
-                                   .value = convention,
-                                   .choices = {"mean", "single-rod"},
-                                   .shown = {.text = false}});
+        described.names.push_back(
+            run::data_only(run::choice("convention", "convention of lambda", convention, {"mean", "single-rod"})));
     return described;
 }
 

@@ -10,40 +10,29 @@ namespace drover::analysis {
 namespace {
 
 std::vector<run::Entry> wave_entries(const theory::Margin& at) {
-    return {{.name = "wavenumber",
-             .unit = "mm-1",
-             .meaning = "|q| of the wave that becomes unstable; 0: the limit of long waves, or a uniform change",
-             .value = at.q},
-            {.name = "wave_frequency",
-             .unit = "s-1",
-             .meaning = "its angular frequency, -Im s; 0 in the limit of long waves",
-             .value = at.frequency}};
+    return {run::number("wavenumber", "mm-1",
+                        "|q| of the wave that becomes unstable; 0: the limit of long waves, or a uniform change", at.q),
+            run::number("wave_frequency", "s-1", "its angular frequency, -Im s; 0 in the limit of long waves",
+                        at.frequency)};
 }
 
 run::Record point_record(const DescribedPlane& plane, const DescribedLines& described,
                          const theory::BoundaryPoint& point) {
     const auto end = [&](const char* name, const DescribedAxis& axis, const char* words, double value) {
-        return run::Entry{.name = name,
-                          .unit = axis.udunits,
-                          .meaning = words,
-                          .value = value,
-                          .digits = 4,
-                          .shown = {.text = plane.draws > 0}};
+        return run::shown_as(run::number(name, axis.udunits, words, value, 4), {.text = plane.draws > 0});
     };
     run::Record record{
-        .entries = {{.name = "x", .unit = plane.x.udunits, .meaning = plane.x.name, .value = point.x, .digits = 8},
-                    {.name = "y", .unit = plane.y.udunits, .meaning = plane.y.name, .value = point.y, .digits = 8},
+        .entries = {run::number("x", plane.x.udunits, plane.x.name, point.x, 8),
+                    run::number("y", plane.y.udunits, plane.y.name, point.y, 8),
                     end("x_low", plane.x, "smallest x of the error band (16 to 84 % of the draws unstable) at this y",
                         point.band.x_low),
                     end("x_high", plane.x, "largest x of the error band at this y", point.band.x_high),
                     end("y_low", plane.y, "smallest y of the error band at this x", point.band.y_low),
                     end("y_high", plane.y, "largest y of the error band at this x", point.band.y_high),
-                    {.name = "angle",
-                     .unit = "degree",
-                     .meaning = "angle from the order of the wave that becomes unstable",
-                     .value = point.at.angle / radians_per_degree,
-                     .digits = 3,
-                     .shown = {.text = described.shows_angles}}}};
+                    run::shown_as(run::number("angle", "degree",
+                                              "angle from the order of the wave that becomes unstable",
+                                              point.at.angle / radians_per_degree, 3),
+                                  {.text = described.shows_angles})}};
     if (described.shows_waves)
         for (run::Entry& entry : wave_entries(point.at)) record.entries.push_back(std::move(entry));
     return record;
@@ -61,11 +50,7 @@ run::List line_list(const DescribedPlane& plane, const DescribedLines& described
             points.rows.push_back(point_record(plane, described, point));
         lines.rows.push_back(
             {.heading = text("{} line of {} points", line.closed ? "closed" : "open", line.points.size()),
-             .entries = {{.name = "closed",
-                          .unit = "1",
-                          .meaning = "1: the line ends where it begins",
-                          .value = line.closed,
-                          .shown = {.text = false}}},
+             .entries = {run::data_only(run::flag("closed", "1: the line ends where it begins", line.closed))},
              .lists = {std::move(points)}});
     }
     return lines;
@@ -78,21 +63,15 @@ run::List singular_point_list(const DescribedPlane& plane, const theory::Boundar
                    .meaning = "cusps, double points and corners that are not resolved further",
                    .prefix = "singular_"};
     for (const numerics::PlanePoint& point : boundary.singular_points)
-        list.rows.push_back(
-            {.entries = {
-                 {.name = "x", .unit = plane.x.udunits, .meaning = plane.x.name, .value = point.x, .digits = 8},
-                 {.name = "y", .unit = plane.y.udunits, .meaning = plane.y.name, .value = point.y, .digits = 8}}});
+        list.rows.push_back({.entries = {run::number("x", plane.x.udunits, plane.x.name, point.x, 8),
+                                         run::number("y", plane.y.udunits, plane.y.name, point.y, 8)}});
     return list;
 }
 
 /// What the draws say about the lines of one kind.
 void add_draws(const DescribedPlane& plane, const theory::Boundary& boundary, run::Record& record) {
     const auto add = [&](const char* name, const char* meaning, double value) {
-        record.entries.push_back({.name = name,
-                                  .unit = "1",
-                                  .meaning = meaning,
-                                  .value = value,
-                                  .shown = {.text = false, .archive = false}});
+        record.entries.push_back(run::json_only(run::number(name, "1", meaning, value)));
     };
     if (!boundary.field) return;
     const theory::DrawField& field = *boundary.field;
@@ -109,13 +88,9 @@ void add_draws(const DescribedPlane& plane, const theory::Boundary& boundary, ru
 }
 
 run::Record axis_record(const DescribedAxis& axis) {
-    const auto end = [&](const char* name, const char* which, double value) {
-        return run::Entry{.name = name, .unit = axis.udunits, .meaning = which + axis.name, .value = value};
-    };
-    return {.entries = {{.name = "name", .unit = "", .meaning = "", .value = axis.name},
-                        {.name = "unit", .unit = "", .meaning = "", .value = axis.unit},
-                        end("from", "smallest ", axis.from),
-                        end("to", "largest ", axis.to)},
+    return {.entries = {run::words("name", "", axis.name), run::words("unit", "", axis.unit),
+                        run::number("from", axis.udunits, "smallest " + axis.name, axis.from),
+                        run::number("to", axis.udunits, "largest " + axis.name, axis.to)},
             .shown = {.text = false}};
 }
 }  // namespace
@@ -125,16 +100,10 @@ run::Record traced_record(const DescribedPlane& plane, const DescribedLines& des
     run::Record record{.heading = text("{}: {} line{}", described.heading, boundary.lines.size(),
                                        boundary.lines.size() == 1 ? "" : "s"),
                        .entries = described.names};
-    record.entries.push_back({.name = "complete",
-                              .unit = "1",
-                              .meaning = "1: the lines are refined to boundary.chord",
-                              .value = boundary.complete,
-                              .shown = {.text = false, .archive = false}});
-    record.entries.push_back({.name = "evaluations",
-                              .unit = "1",
-                              .meaning = "evaluations of the stability margin",
-                              .value = static_cast<std::int64_t>(boundary.evaluations),
-                              .shown = {.text = false, .archive = false}});
+    record.entries.push_back(
+        run::json_only(run::flag("complete", "1: the lines are refined to boundary.chord", boundary.complete)));
+    record.entries.push_back(
+        run::json_only(run::count("evaluations", "evaluations of the stability margin", boundary.evaluations)));
     record.lists = {line_list(plane, described, boundary), singular_point_list(plane, boundary)};
     add_draws(plane, boundary, record);
     if (!boundary.complete)
@@ -152,16 +121,11 @@ run::Record plane_record(const DescribedPlane& plane, bool complete, run::List t
                             "rounding",
                             plane.cells)},
             .group = "/plane",
-            .entries = {{.name = "draws",
-                         .unit = "1",
-                         .meaning = "draws of all numbers with errors, from which the error bands follow",
-                         .value = static_cast<std::int64_t>(plane.draws),
-                         .shown = {.text = plane.draws > 0}},
-                        {.name = "complete",
-                         .unit = "1",
-                         .meaning = "1: every line is refined to boundary.chord",
-                         .value = complete,
-                         .shown = {.text = false}}},
+            .entries = {run::shown_as(run::count("draws",
+                                                 "draws of all numbers with errors, from which the error bands follow",
+                                                 plane.draws),
+                                      {.text = plane.draws > 0}),
+                        run::data_only(run::flag("complete", "1: every line is refined to boundary.chord", complete))},
             .parts = {{"x", axis_record(plane.x)}, {"y", axis_record(plane.y)}},
             .lists = {std::move(traced)}};
 }
@@ -200,16 +164,9 @@ void BandMaps::add_to(run::Record& root) const {
     }
     for (std::size_t i = 0; i < names_.front().size(); ++i) {
         std::vector<double> codes;
-        for (const std::vector<run::Entry>& names : names_) {
-            const auto& word = std::get<std::string>(names[i].value);
-            const std::vector<std::string>& all = names[i].choices;
-            codes.push_back(static_cast<double>(std::find(all.begin(), all.end(), word) - all.begin()));
-        }
-        std::string known;
-        for (std::size_t c = 0; c < names_.front()[i].choices.size(); ++c)
-            known += text("{}{} {}", c > 0 ? ", " : "", c, names_.front()[i].choices[c]);
-        table.quantities.push_back(
-            {names_.front()[i].name, "1", names_.front()[i].meaning + ": " + known, {"band_line"}});
+        for (const std::vector<run::Entry>& names : names_) codes.push_back(run::stored_value(names[i]));
+        const run::Entry& first = names_.front()[i];
+        table.quantities.push_back({first.name, "1", run::stored_meaning(first), {"band_line"}});
         table.values.push_back(std::move(codes));
     }
     root.parts.push_back({"band", {.group = "/band", .maps = std::move(table), .shown = {.text = false}}});

@@ -33,30 +33,25 @@ run::Record crossing_record(const calibrate::Crossings& crossings, Convention co
     const calibrate::Crossing first =
         found != all.end() ? *found : calibrate::Crossing{.bead_fraction = none, .low = none, .high = none};
     const auto entry = [&](const char* name, const std::string& meaning, double value, int digits) {
-        return run::Entry{.name = name, .unit = "1", .meaning = meaning, .value = value, .digits = digits};
+        return run::number(name, "1", meaning + words, value, digits);
     };
-    run::Record record{
+    return {
         .entries = {
-            entry("bead_area_fraction", "flocking threshold Phi_b, the first from few beads on" + words,
-                  first.bead_fraction, 4),
-            entry("low", "lower end of its error band (16 to 84 % of the draws predict flocks)" + words, first.low, 3),
-            entry("high", "upper end of its error band" + words, first.high, 3),
-            entry("error", "half of the width of its error band" + words, 0.5 * (first.high - first.low), 2),
-            entry("crossings", "number of thresholds, at which flocks begin or end" + words,
-                  static_cast<double>(all.size()), 3),
-            entry("share", "fraction of the draws that have a threshold" + words, crossings.any, 3),
-            entry("share_as_many", "fraction of the draws that have as many thresholds" + words, crossings.as_many, 3),
-            entry("share_more", "fraction of the draws that have more thresholds" + words, crossings.more, 3),
-            {.name = "above_all",
-             .unit = "1",
-             .meaning = "1: flocks are predicted at the smallest Phi_b of the table already" + words,
-             .value = crossings.above_all,
-             .dataset = "above"}}};
-    record.entries.front().dataset = "";
-    for (const char* hidden : {"error", "share_as_many", "share_more"})
-        for (run::Entry& one : record.entries)
-            if (one.name == hidden) one.shown.text = false;
-    return record;
+            run::stored_as("", entry("bead_area_fraction", "flocking threshold Phi_b, the first from few beads on",
+                                     first.bead_fraction, 4)),
+            entry("low", "lower end of its error band (16 to 84 % of the draws predict flocks)", first.low, 3),
+            entry("high", "upper end of its error band", first.high, 3),
+            run::data_only(entry("error", "half of the width of its error band", 0.5 * (first.high - first.low), 2)),
+            entry("crossings", "number of thresholds, at which flocks begin or end", static_cast<double>(all.size()),
+                  3),
+            entry("share", "fraction of the draws that have a threshold", crossings.any, 3),
+            run::data_only(
+                entry("share_as_many", "fraction of the draws that have as many thresholds", crossings.as_many, 3)),
+            run::data_only(entry("share_more", "fraction of the draws that have more thresholds", crossings.more, 3)),
+            run::stored_as("above",
+                           run::flag("above_all",
+                                     "1: flocks are predicted at the smallest Phi_b of the table already" + words,
+                                     crossings.above_all))}};
 }
 
 std::string percent(double share) { return text("{:.3g} %", 100.0 * share); }
@@ -86,7 +81,11 @@ std::string threshold_text(const calibrate::Crossings& crossings) {
 }
 
 run::Entry rod_entry(double fraction, const char* dataset) {
-    return {.name = "rod_area_fraction", .unit = "1", .meaning = "Phi_r", .value = fraction, .dataset = dataset};
+    return run::stored_as(dataset, run::number("rod_area_fraction", "1", "Phi_r", fraction));
+}
+
+run::Entry bead_entry(double fraction) {
+    return run::stored_as("bead_fraction", run::number("bead_area_fraction", "1", "Phi_b", fraction));
 }
 
 void add_crossings(const calibrate::OnsetCurve& curve, bool in_text, run::Record& record) {
@@ -98,23 +97,13 @@ void add_crossings(const calibrate::OnsetCurve& curve, bool in_text, run::Record
 }
 
 run::Record curve_point(const calibrate::OnsetCurve& curve, std::size_t i, double bead_fraction, bool is_node) {
-    const auto speed = [](const char* name, const char* meaning, double value, int digits) {
-        return run::Entry{.name = name, .unit = "mm s-1", .meaning = meaning, .value = value, .digits = digits};
-    };
-    return {.entries = {{.name = "bead_area_fraction",
-                         .unit = "1",
-                         .meaning = "Phi_b",
-                         .value = bead_fraction,
-                         .dataset = "bead_fraction"},
-                        speed("drag", "alpha/Gamma", curve.drag[i].value, 4),
-                        speed("drag_error", "standard error of alpha/Gamma", curve.drag[i].error, 2),
-                        speed("threshold", "(a - c sigma)/lambda", curve.threshold[i].value, 4),
-                        speed("threshold_error", "standard error of (a - c sigma)/lambda", curve.threshold[i].error, 2),
-                        {.name = "gain",
-                         .unit = "1",
-                         .meaning = "g = 2 (lambda alpha/Gamma + c sigma)/a",
-                         .value = curve.alignment[i],
-                         .digits = 3}},
+    const std::string unit = "mm s-1";
+    return {.entries = {bead_entry(bead_fraction), run::number("drag", unit, "alpha/Gamma", curve.drag[i].value, 4),
+                        run::number("drag_error", unit, "standard error of alpha/Gamma", curve.drag[i].error, 2),
+                        run::number("threshold", unit, "(a - c sigma)/lambda", curve.threshold[i].value, 4),
+                        run::number("threshold_error", unit, "standard error of (a - c sigma)/lambda",
+                                    curve.threshold[i].error, 2),
+                        run::number("gain", "1", "g = 2 (lambda alpha/Gamma + c sigma)/a", curve.alignment[i], 3)},
             .shown = {.text = is_node}};
 }
 
@@ -129,9 +118,8 @@ run::Record curve_record(const calibrate::Onset& onset, const calibrate::Table& 
         points.rows.push_back(curve_point(curve, i, bead, is_node));
     }
     run::Record record{.heading = text("rod area fraction {}", curve.rod_fraction),
-                       .entries = {rod_entry(curve.rod_fraction, "rod_fraction")},
+                       .entries = {run::data_only(rod_entry(curve.rod_fraction, "rod_fraction"))},
                        .lists = {std::move(points)}};
-    record.entries.front().shown.text = false;
     add_crossings(curve, false, record);
     for (const Convention convention : conventions)
         record.footer.push_back(
@@ -153,22 +141,15 @@ run::List crossing_list(const calibrate::Onset& onset) {
             for (const calibrate::Crossing& one : crossings_of(point, convention).all)
                 list.rows.push_back(
                     {.entries = {rod_entry(point.rod_fraction, "crossing_rod_fraction"),
-                                 {.name = "convention",
-                                  .unit = "",
-                                  .meaning = "convention of lambda",
-                                  .value = std::string(calibrate::convention_name(convention)),
-                                  .choices = {"mean", "single-rod"}},
+                                 run::choice("convention", "convention of lambda",
+                                             calibrate::convention_name(convention), {"mean", "single-rod"}),
                                  run::number("bead_area_fraction", "1", "Phi_b", one.bead_fraction),
                                  run::number("low", "1", "lower end of its error band; NaN below the table", one.low),
                                  run::number("high", "1", "upper end of its error band; NaN above the table", one.high),
-                                 {.name = "begins",
-                                  .unit = "1",
-                                  .meaning = "1: flocks are predicted above it; 0: below it",
-                                  .value = one.begins},
-                                 {.name = "alone",
-                                  .unit = "1",
-                                  .meaning = "1: no other threshold is in its error band; 0: within errors of none",
-                                  .value = one.is_alone}}});
+                                 run::flag("begins", "1: flocks are predicted above it; 0: below it", one.begins),
+                                 run::flag("alone",
+                                           "1: no other threshold is in its error band; 0: within errors of none",
+                                           one.is_alone)}});
     return list;
 }
 
@@ -178,8 +159,7 @@ run::List field_list(const calibrate::Onset& onset) {
     for (const calibrate::OnsetCurve& row : onset.plane) {
         run::List points{.name = "points", .group = "/field", .coordinate = "bead_area_fraction"};
         for (std::size_t i = 0; i < onset.bead_fractions.size(); ++i) {
-            run::Record point{.entries = {run::number("bead_area_fraction", "1", "Phi_b", onset.bead_fractions[i])}};
-            point.entries.front().dataset = "bead_fraction";
+            run::Record point{.entries = {bead_entry(onset.bead_fractions[i])}};
             for (const Convention convention : conventions) {
                 const calibrate::Crossings& at = crossings_of(row, convention);
                 const std::string words = ", " + convention_text(convention);
@@ -215,17 +195,14 @@ run::Result onset_result(const calibrate::Onset& onset, const calibrate::Table& 
         add_crossings(point, true, record);
         line.rows.push_back(std::move(record));
     }
-    return {.root = {.header = {"flocks form where the gain g = 2 (lambda alpha/Gamma + c sigma)/a exceeds 2: where "
-                                "drag = alpha/Gamma, the bead speed at P = 1, exceeds threshold = (a - c "
-                                "sigma)/lambda",
-                                text("errors and bands: 16 to 84 % of {} draws of the table within its errors",
-                                     onset.draws)},
-                     .entries = {{.name = "draws",
-                                  .unit = "1",
-                                  .meaning = "draws of the table within its errors",
-                                  .value = static_cast<std::int64_t>(onset.draws),
-                                  .shown = {.text = false}}},
-                     .lists = {std::move(curves), std::move(line), crossing_list(onset), field_list(onset)}}};
+    return {
+        .root = {.header = {"flocks form where the gain g = 2 (lambda alpha/Gamma + c sigma)/a exceeds 2: where "
+                            "drag = alpha/Gamma, the bead speed at P = 1, exceeds threshold = (a - c "
+                            "sigma)/lambda",
+                            text("errors and bands: 16 to 84 % of {} draws of the table within its errors",
+                                 onset.draws)},
+                 .entries = {run::data_only(run::count("draws", "draws of the table within its errors", onset.draws))},
+                 .lists = {std::move(curves), std::move(line), crossing_list(onset), field_list(onset)}}};
 }
 
 namespace {
@@ -239,7 +216,7 @@ run::List cell_list(const std::vector<std::pair<calibrate::StatePoint, calibrate
         .meaning = "point",
         .group = "/cells"};
     const auto number = [](const char* name, const char* meaning, double value, int digits) {
-        return run::Entry{.name = name, .unit = "1", .meaning = meaning, .value = value, .digits = digits};
+        return run::number(name, "1", meaning, value, digits);
     };
     for (const auto& [point, cell] : cells)
         list.rows.push_back(

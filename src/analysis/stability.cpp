@@ -15,11 +15,6 @@ namespace drover::analysis {
 namespace {
 using std::numbers::pi;
 
-run::Entry only_data(run::Entry entry) {
-    entry.shown.text = false;
-    return entry;
-}
-
 /// Where and how a state is analysed.
 struct Analysis {
     const io::Scene& scene;
@@ -38,12 +33,8 @@ run::Record instability_record(const theory::Instability& found, const std::stri
     const bool is_uniform = found.q == 0.0;
     return {
         .entries = {
-            {.name = "name",
-             .unit = "",
-             .meaning = "kind of instability",
-             .value = theory::name_of(found.kind),
-             .choices = {theory::instability_names.begin(), theory::instability_names.end()},
-             .dataset = "kind"},
+            run::stored_as("kind", run::choice("name", "kind of instability", theory::name_of(found.kind),
+                                               {theory::instability_names.begin(), theory::instability_names.end()})),
             run::number("rate", "s-1", "largest growth rate, Re s", found.rate),
             run::number("frequency", "s-1", "angular frequency of the fastest wave, -Im s", found.frequency),
             run::number("wavenumber", "mm-1", "|q| of the fastest wave; 0: the uniform state itself changes", found.q),
@@ -59,14 +50,10 @@ run::Record instability_record(const theory::Instability& found, const std::stri
                 "largest |q| that grows at this angle, or of the uniform state at any; infinite: the largest |q| "
                 "searched grows",
                 found.max),
-            only_data({.name = "at_longest",
-                       .unit = "1",
-                       .meaning = "1: the growth rate is largest at the smallest |q| searched",
-                       .value = found.at_longest}),
-            only_data({.name = "at_shortest",
-                       .unit = "1",
-                       .meaning = "1: the growth rate still increases at the largest |q| searched",
-                       .value = found.at_shortest}),
+            run::data_only(run::flag("at_longest", "1: the growth rate is largest at the smallest |q| searched",
+                                     found.at_longest)),
+            run::data_only(run::flag("at_shortest", "1: the growth rate still increases at the largest |q| searched",
+                                     found.at_shortest)),
         }};
 }
 
@@ -161,24 +148,21 @@ run::Record state_record(const Analysis& of, const AnalysedState& state) {
     const double diffusion =
         state.has_free_direction ? theory::direction_diffusion(state.linear, theory::long_waves(state.linear)) : 0.0;
     run::Record record{.heading = state.heading, .group = state.group};
-    record.entries = {only_data(run::words("name", "name of the state", state.name))};
-    for (const run::Entry& entry : state.entries) record.entries.push_back(only_data(entry));
+    record.entries = {run::data_only(run::words("name", "name of the state", state.name))};
+    for (const run::Entry& entry : state.entries) record.entries.push_back(run::data_only(entry));
     record.entries.insert(
         record.entries.end(),
-        {only_data({.name = "free_direction",
-                    .unit = "1",
-                    .meaning = "1: turned copies of the state are states too",
-                    .value = state.has_free_direction}),
-         only_data(
-             {.name = "stable", .unit = "1", .meaning = "1: no wave of the search grows", .value = found.empty()}),
-         only_data(run::number("fastest_rate", "s-1", "the largest growth rate", fastest.growth.rate)),
-         only_data(run::number("fastest_wavenumber", "mm-1", "its |q|", fastest.q)),
-         {.name = "slow_modes_undefined", .unit = "", .meaning = "", .value = no_slow_modes},
-         {.name = "direction_diffusion_times_area",
-          .unit = "rad2 mm2 s-1",
-          .meaning = "D times the area of the cell; <theta^2> = 2 D t for the direction of the mean order",
-          .value = diffusion,
-          .shown = {.text = diffusion > 0.0}}});
+        {run::data_only(
+             run::flag("free_direction", "1: turned copies of the state are states too", state.has_free_direction)),
+         run::data_only(run::flag("stable", "1: no wave of the search grows", found.empty())),
+         run::data_only(run::number("fastest_rate", "s-1", "the largest growth rate", fastest.growth.rate)),
+         run::data_only(run::number("fastest_wavenumber", "mm-1", "its |q|", fastest.q)),
+         run::words("slow_modes_undefined", "", no_slow_modes),
+         run::shown_as(
+             run::number("direction_diffusion_times_area", "rad2 mm2 s-1",
+                         "D times the area of the cell; <theta^2> = 2 D t for the direction of the mean order",
+                         diffusion),
+             {.text = diffusion > 0.0})});
     record.lists = {instability_list(of, found), share_list(state.linear, fastest, of.scene.units), std::move(slow)};
     if (fastest.shares.empty()) record.lists[1].shown.text = false;
     record.footer = instability_notes(found);

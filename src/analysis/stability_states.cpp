@@ -99,15 +99,8 @@ AnalysedState analysed(const io::Scene& scene, const model::Equations& equations
     return result;
 }
 
-run::Entry only_in_data(run::Entry entry) {
-    entry.shown.text = false;
-    return entry;
-}
-
 run::Entry row_entry(const calibrate::ResultRow& row) {
-    run::Entry entry = run::number(row.name, row.unit, row.meaning, row.value);
-    entry.shown.text = row.applies;
-    return entry;
+    return run::shown_as(run::number(row.name, row.unit, row.meaning, row.value), {.text = row.applies});
 }
 
 /// What only rods and beads have.
@@ -117,7 +110,7 @@ void add_slow_order(const io::Scene& scene, StabilityProblem& problem) {
     const std::vector<std::string> notes = calibrate::stability_remarks(equations, slow);
     for (const calibrate::ResultRow& row : calibrate::density_rows(equations))
         problem.entries.push_back(row_entry(row));
-    problem.entries.push_back(only_in_data({.name = "notes", .unit = "", .meaning = "", .value = notes}));
+    problem.entries.push_back(run::data_only(run::words("notes", "", notes)));
     run::Record record{.heading = "effective coefficients"};
     for (const calibrate::ResultRow& row : calibrate::slow_order_rows(equations, slow))
         record.entries.push_back(row_entry(row));
@@ -140,7 +133,7 @@ StabilityProblem stability_problem(const io::Scene& scene) {
     if (!found.why_no_order.empty()) problem.footer.push_back("\nno ordered state: " + found.why_no_order);
     if (!is_own) add_slow_order(scene, problem);
     for (const auto& [name, why] : {std::pair{"no_state", found.why_none}, std::pair{"no_order", found.why_no_order}})
-        problem.entries.push_back(only_in_data(run::words(name, "", why)));
+        problem.entries.push_back(run::data_only(run::words(name, "", why)));
     for (const theory::StationaryState& state : found.states)
         problem.states.push_back(analysed(scene, equations, state, problem.states.size() + 1));
     return problem;

@@ -52,11 +52,9 @@ void add_unresolved(const std::vector<TravellingState>& states, const StatesProb
     constexpr double most = 1e-6;  // waves of a thousandth of the state
     const auto is_less = [&](const auto& a, const auto& b) { return tail_of(a, problem) < tail_of(b, problem); };
     const TravellingState& worst = *std::max_element(states.begin(), states.end(), is_less);
-    root.entries.push_back({.name = "spectral_tail",
-                            .unit = "1",
-                            .meaning = "largest part of the variance of a component in the shortest waves of the grid",
-                            .value = tail_of(states.front(), problem),
-                            .digits = 2});
+    root.entries.push_back(run::number("spectral_tail", "1",
+                                       "largest part of the variance of a component in the shortest waves of the grid",
+                                       tail_of(states.front(), problem), 2));
     if (tail_of(worst, problem) <= most) return;
     const std::string where =
         problem.followed ? text(" at {} = {:.6g}", problem.followed->key, worst.parameter) : std::string();
@@ -79,10 +77,9 @@ std::vector<run::Entry> state_entries(const Point& point, const StatesProblem& p
                                      .rounding = point.at.speed_error}};
     const std::vector<run::Entry> more = problem.entries(point.at, point.fields);
     entries.insert(entries.end(), more.begin(), more.end());
-    entries.push_back({.name = "growth_rate",
-                       .unit = "s-1",
-                       .meaning = "of the fastest perturbation that depends on x alone; > 0: the state is unstable",
-                       .value = growth_of(point)});
+    entries.push_back(run::number("growth_rate", "s-1",
+                                  "of the fastest perturbation that depends on x alone; > 0: the state is unstable",
+                                  growth_of(point)));
     return entries;
 }
 
@@ -96,11 +93,8 @@ run::List perturbation_list(const Point& point) {
                    .empty = "the rates of perturbations were not computed: the grid has too many points"};
     for (const std::complex<double>& rate : point.perturbations)
         list.rows.push_back(
-            {.entries = {{.name = "rate", .unit = "s-1", .meaning = "growth rate", .value = rate.real()},
-                         {.name = "frequency",
-                          .unit = "s-1",
-                          .meaning = "angular frequency in the frame of the state",
-                          .value = rate.imag()}}});
+            {.entries = {run::number("rate", "s-1", "growth rate", rate.real()),
+                         run::number("frequency", "s-1", "angular frequency in the frame of the state", rate.imag())}});
     return list;
 }
 
@@ -115,10 +109,8 @@ run::List curve_list(const std::vector<Point>& points, const StatesProblem& prob
     for (std::size_t i = 0; i < points.size(); ++i) {
         const auto at = [&](std::size_t k) { return points[k].at.parameter; };
         const bool turns = i > 0 && i + 1 < points.size() && (at(i) - at(i - 1)) * (at(i + 1) - at(i)) < 0.0;
-        run::Record row{
-            .entries = {
-                {.name = "parameter", .unit = followed.unit, .meaning = followed.key, .value = at(i), .digits = 10},
-                {.name = "fold", .unit = "1", .meaning = "1: the curve turns here", .value = turns}}};
+        run::Record row{.entries = {run::number("parameter", followed.unit, followed.key, at(i), 10),
+                                    run::flag("fold", "1: the curve turns here", turns)}};
         std::vector<run::Entry> entries = state_entries(points[i], problem);
         for (run::Entry& entry : entries) entry.digits = 7;
         row.entries.insert(row.entries.end(), entries.begin(), entries.end());
@@ -132,11 +124,8 @@ void add_end_of_curve(const std::vector<TravellingState>& curve, const FollowedN
                       run::Record& root) {
     const double first = curve.front().parameter, end = curve.back().parameter,
                  covered = (end - first) / (followed.last - first);
-    root.entries.push_back({.name = "curve_is_complete",
-                            .unit = "1",
-                            .meaning = "1: the curve reaches the value that it was to follow",
-                            .value = covered >= 1.0,
-                            .shown = {.text = false}});
+    root.entries.push_back(run::data_only(
+        run::flag("curve_is_complete", "1: the curve reaches the value that it was to follow", covered >= 1.0)));
     if (covered >= 1.0) return;
     const bool is_cut = static_cast<int>(curve.size()) >= max_points;
     root.footer.push_back(
@@ -185,19 +174,12 @@ run::Result make_states(const io::Scene& scene, const StatesOptions& options, Th
                             .value = states.front().residual,
                             .digits = 2,
                             .rounding = 1e-14});
-    root.entries.push_back({.name = "change",
-                            .unit = "1",
-                            .meaning = "of the fields from their guess, in parts of the variation of the guess",
-                            .value = states.front().change,
-                            .digits = 2});
-    root.entries.push_back({.name = "iterations",
-                            .unit = "1",
-                            .meaning = "of Newton's method",
-                            .value = std::int64_t{states.front().iterations}});
-    root.entries.push_back({.name = "right_hand_sides",
-                            .unit = "1",
-                            .meaning = "evaluated for the states, and for their perturbations",
-                            .value = solver.right_hand_sides()});
+    root.entries.push_back(run::number("change", "1",
+                                       "of the fields from their guess, in parts of the variation of the guess",
+                                       states.front().change, 2));
+    root.entries.push_back(run::count("iterations", "of Newton's method", states.front().iterations));
+    root.entries.push_back(run::count("right_hand_sides", "evaluated for the states, and for their perturbations",
+                                      solver.right_hand_sides()));
     add_unresolved(states, problem, root);
     root.lists.push_back(perturbation_list(points.front()));
     if (problem.followed) {

@@ -61,20 +61,13 @@ std::vector<run::Entry> entries_of(const numerics::TravellingState& at, const nu
             continue;
         }
         if (line.kind == io::SceneKind::model)
-            entries.push_back({.name = "mean_" + one.name,
-                               .unit = one.unit,
-                               .meaning = "mean",
-                               .value = at.state[c][0].real(),
-                               .digits = 10});
+            entries.push_back(run::number("mean_" + one.name, one.unit, "mean", at.state[c][0].real(), 10));
         if (one.part == 0) continue;
         double largest = 0.0;
         for (std::size_t i = 0; i < fields.size; ++i)
             largest = std::max(largest, std::hypot(fields[c - 1][i], fields[c][i]));
-        entries.push_back({.name = "max_" + field.name,
-                           .unit = one.unit,
-                           .meaning = text("largest |{}| on a point", field.symbol),
-                           .value = largest,
-                           .digits = 10});
+        entries.push_back(
+            run::number("max_" + field.name, one.unit, text("largest |{}| on a point", field.symbol), largest, 10));
     }
     return entries;
 }

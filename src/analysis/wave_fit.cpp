@@ -19,21 +19,20 @@ run::Record row_of(const std::string& key, const std::string& unit, double start
                    const std::optional<FittedValue>& sparse) {
     const double nothing = std::numeric_limits<double>::quiet_NaN();
     const auto entry = [](const char* name, const char* meaning, double value) {
-        return run::Entry{.name = name, .unit = "", .meaning = meaning, .value = value, .digits = 4};
+        return run::number(name, "", meaning, value, 4);
     };
     run::Record row;
-    row.entries = {{.name = "key", .unit = "", .meaning = "number of the model", .value = key},
+    row.entries = {run::words("key", "number of the model", key),
                    entry("value", "estimate", found.value),
                    entry("error", "standard error, from the scatter of 32 segments of time", found.error),
                    entry("error_of_model", "the standard error that the model predicts", found.error_of_model),
                    entry("scene", "value in the scene", start),
                    entry("at_twice_the_spacing", "estimate from every second frame", sparse ? sparse->value : nothing),
-                   {.name = "unit", .unit = "", .meaning = "of the number", .value = unit},
-                   {.name = "at_bound",
-                    .unit = "1",
-                    .meaning = "1: the value is the least allowed, and the waves would prefer a smaller one",
-                    .value = found.at_bound,
-                    .shown = {.text = false}},
+                   run::words("unit", "of the number", unit),
+                   run::data_only(run::flag("at_bound",
+                                            "1: the value is the least allowed, and the waves would prefer a smaller "
+                                            "one",
+                                            found.at_bound)),
                    {.name = "correlations",
                     .unit = "1",
                     .meaning = "of the error with those of all values, in the order of the list",
@@ -72,38 +71,14 @@ std::vector<std::string> remarks_of(const std::vector<calibrate::FittedNumber>& 
 std::vector<run::Entry> entries_of(const WaveProblem& problem, double largest,
                                    const std::vector<std::string>& remarks) {
     const WaveRecord& record = problem.record;
-    std::vector<run::Entry> entries{{.name = "about",
-                                     .unit = "",
-                                     .meaning = "uniform state of the waves",
-                                     .value = problem.about,
-                                     .shown = {.text = false}}};
+    std::vector<run::Entry> entries{run::data_only(run::words("about", "uniform state of the waves", problem.about))};
     entries.insert(entries.end(), problem.state.begin(), problem.state.end());
-    const std::vector<run::Entry> rest{{.name = "waves",
-                                        .unit = "1",
-                                        .meaning = "wavevectors, one of each pair q and -q",
-                                        .value = static_cast<std::int64_t>(record.q.size()),
-                                        .shown = {.text = false}},
-                                       {.name = "max_wavenumber",
-                                        .unit = "mm-1",
-                                        .meaning = "largest |q|",
-                                        .value = largest,
-                                        .shown = {.text = false}},
-                                       {.name = "frames",
-                                        .unit = "1",
-                                        .meaning = "frames used",
-                                        .value = static_cast<std::int64_t>(record.frames),
-                                        .shown = {.text = false}},
-                                       {.name = "spacing",
-                                        .unit = "s",
-                                        .meaning = "time between them",
-                                        .value = record.spacing,
-                                        .shown = {.text = false}},
-                                       {.name = "remarks",
-                                        .unit = "",
-                                        .meaning = "what the estimates do not show by themselves",
-                                        .value = remarks,
-                                        .shown = {.text = false}}};
-    entries.insert(entries.end(), rest.begin(), rest.end());
+    for (const run::Entry& entry : {run::count("waves", "wavevectors, one of each pair q and -q", record.q.size()),
+                                    run::number("max_wavenumber", "mm-1", "largest |q|", largest),
+                                    run::count("frames", "frames used", record.frames),
+                                    run::number("spacing", "s", "time between them", record.spacing),
+                                    run::words("remarks", "what the estimates do not show by themselves", remarks)})
+        entries.push_back(run::data_only(entry));
     return entries;
 }
 }  // namespace

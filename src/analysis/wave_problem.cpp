@@ -226,8 +226,7 @@ WaveProblem wave_problem(const io::Scene& scene, const std::vector<std::string>&
     const model::UniformState whole = equations.completed(about);
     for (const model::Field& field : equations.model().fields)
         for (const std::string& name : model::dataset_names(field))
-            problem.state.push_back(
-                {.name = name, .unit = field.unit, .meaning = name + " of the uniform state", .value = whole[at++]});
+            problem.state.push_back(run::number(name, field.unit, name + " of the uniform state", whole[at++]));
     return problem;
 }
 

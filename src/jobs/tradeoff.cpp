@@ -13,7 +13,6 @@
 #include "run/cost.hpp"
 #include "run/grid_run.hpp"
 #include "run/memory_run.hpp"
-#include "run/result_json.hpp"
 #include "run/run_scene.hpp"
 #include "run/scene_equations.hpp"
 #include "run/step_choice.hpp"
@@ -92,27 +91,19 @@ run::Record candidate_record(const Findings& found, const Candidate& one) {
     const Parts& parts = one.parts[wish];
     const bool theory = one.step == nullptr;
     run::Record row{
-        .entries = {
-            {.name = "cost", .unit = "s", .meaning = "core time, predicted", .value = one.seconds, .digits = 3},
-            {.name = "error_of_allowed",
-             .unit = "1",
-             .meaning = "the largest error of a wish, with a probability of 95 %, over what it allows",
-             .value = one.ratio,
-             .digits = 2},
-            {.name = "model", .unit = "", .meaning = "", .value = theory ? "linear theory" : one.model->level.name},
-            {.name = "grid", .unit = "", .meaning = "", .value = theory ? "-" : grid_name(one)},
-            {.name = "step", .unit = "", .meaning = "", .value = theory ? "-" : one.step->level.name},
-            {.name = "duration", .unit = "", .meaning = "", .value = theory ? "-" : duration_of(found, one)}}};
+        .entries = {run::number("cost", "s", "core time, predicted", one.seconds, 3),
+                    run::number("error_of_allowed", "1",
+                                "the largest error of a wish, with a probability of 95 %, over what it allows",
+                                one.ratio, 2),
+                    run::words("model", "", theory ? "linear theory" : one.model->level.name),
+                    run::words("grid", "", theory ? "-" : grid_name(one)),
+                    run::words("step", "", theory ? "-" : one.step->level.name),
+                    run::words("duration", "", theory ? "-" : duration_of(found, one))}};
     for (const auto& [name, size] : named_parts(parts))
-        row.entries.push_back({.name = std::string(name) + "_error",
-                               .unit = found.units[wish],
-                               .meaning = "part of the error, with twice its standard error",
-                               .value = size,
-                               .digits = 2});
-    row.entries.push_back({.name = "checked",
-                           .unit = "1",
-                           .meaning = "1: the biases are those of a trial of this combination",
-                           .value = parts.whole.has_value()});
+        row.entries.push_back(run::number(std::string(name) + "_error", found.units[wish],
+                                          "part of the error, with twice its standard error", size, 2));
+    row.entries.push_back(
+        run::flag("checked", "1: the biases are those of a trial of this combination", parts.whole.has_value()));
     return row;
 }
 
@@ -150,33 +141,22 @@ std::string short_text(const std::string& sentence) {
 void add_levels(const Findings& found, const std::string& axis, const std::vector<LevelFound>& levels,
                 run::List& list) {
     for (const LevelFound& level : levels) {
-        run::Record row{.entries = {{.name = "axis", .unit = "", .meaning = "", .value = axis},
-                                    {.name = "level", .unit = "", .meaning = "", .value = level.level.name}}};
+        run::Record row{.entries = {run::words("axis", "", axis), run::words("level", "", level.level.name)}};
         for (std::size_t w = 0; w < found.wishes.size(); ++w) {
             const std::string name = found.wishes.size() == 1 ? "" : text("_{}", w + 1);
             const Bias bias = level.is_measured() && level.is_compared ? level.biases[w] : Bias{NAN, NAN};
-            row.entries.push_back({.name = "bias" + name,
-                                   .unit = found.units[w],
-                                   .meaning = "of " + found.wishes[w].text,
-                                   .value = bias.value,
-                                   .digits = 3});
-            row.entries.push_back({.name = "error" + name,
-                                   .unit = found.units[w],
-                                   .meaning = "standard error of the bias",
-                                   .value = bias.error,
-                                   .digits = 2});
+            row.entries.push_back(
+                run::number("bias" + name, found.units[w], "of " + found.wishes[w].text, bias.value, 3));
+            row.entries.push_back(
+                run::number("error" + name, found.units[w], "standard error of the bias", bias.error, 2));
         }
-        row.entries.push_back({.name = "per_second",
-                               .unit = "1",
-                               .meaning = "core seconds per second of the scene; of grids and models relative to the "
+        row.entries.push_back(run::number("per_second", "1",
+                                          "core seconds per second of the scene; of grids and models relative to the "
                                           "given one",
-                               .value = level.is_measured() ? level.step_seconds : NAN,
-                               .digits = 3});
+                                          level.is_measured() ? level.step_seconds : NAN, 3));
         row.entries.push_back(
-            {.name = "remark",
-             .unit = "",
-             .meaning = "",
-             .value = level.is_measured() && !level.is_compared ? "bias not measured" : short_text(level.failure)});
+            run::words("remark", "",
+                       level.is_measured() && !level.is_compared ? "bias not measured" : short_text(level.failure)));
         list.rows.push_back(std::move(row));
     }
 }
@@ -203,37 +183,23 @@ run::List wish_list(const Findings& found, const Candidate* best) {
         const auto bias_or_nan = [&](const std::vector<Bias>& biases) {
             return biases.empty() ? NAN : biases[w].value;
         };
+        const std::string& unit = found.units[w];
         list.rows.push_back(
-            {.entries = {{.name = "observable", .unit = "", .meaning = "", .value = found.wishes[w].text},
+            {.entries = {run::words("observable", "", found.wishes[w].text),
                          {.name = "value",
-                          .unit = found.units[w],
+                          .unit = unit,
                           .meaning = "best value of the trials",
                           .value = measured_text(found.references[w].value, found.references[w].error)},
-                         {.name = "allowed",
-                          .unit = found.units[w],
-                          .meaning = "error",
-                          .value = found.allowed[w],
-                          .digits = 2},
-                         {.name = "expected",
-                          .unit = found.units[w],
-                          .meaning = "error of the recommended run, with a probability of 95 %",
-                          .value = best == nullptr ? NAN : best->parts[w].bound(),
-                          .digits = 2},
-                         {.name = "rounding",
-                          .unit = found.units[w],
-                          .meaning = "change of the value when all operations round up",
-                          .value = bias_or_nan(found.rounding),
-                          .digits = 2},
-                         {.name = "cell",
-                          .unit = found.units[w],
-                          .meaning = "value less that in a cell of twice the sides: not an error of the run",
-                          .value = bias_or_nan(found.cell),
-                          .digits = 2},
-                         {.name = "cell_error",
-                          .unit = found.units[w],
-                          .meaning = "its standard error",
-                          .value = found.cell.empty() ? NAN : found.cell[w].error,
-                          .digits = 2}}});
+                         run::number("allowed", unit, "error", found.allowed[w], 2),
+                         run::number("expected", unit, "error of the recommended run, with a probability of 95 %",
+                                     best == nullptr ? NAN : best->parts[w].bound(), 2),
+                         run::number("rounding", unit, "change of the value when all operations round up",
+                                     bias_or_nan(found.rounding), 2),
+                         run::number("cell", unit,
+                                     "value less that in a cell of twice the sides: not an error of the run",
+                                     bias_or_nan(found.cell), 2),
+                         run::number("cell_error", unit, "its standard error",
+                                     found.cell.empty() ? NAN : found.cell[w].error, 2)}});
     }
     return list;
 }

@@ -22,7 +22,7 @@ run::List value_list(const WantPlan& plan) {
                              "by what few trials leave uncertain in it",
                              finite_or_none(value.cautious_error), 2),
                  run::number("wanted_error", "", "error to reach", finite_or_none(result.allowed), 2),
-                 {.name = "reached", .unit = "1", .meaning = "whether it is", .value = value.reached},
+                 run::flag("reached", "whether it is", value.reached),
                  run::words("note", "why it was not reached", value.note)}});
     }
     return list;

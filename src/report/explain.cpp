@@ -6,7 +6,6 @@
 
 #include "numerics/solvers/fastest_growth.hpp"
 #include "numerics/steppers/time_method.hpp"
-#include "report/explain_particles.hpp"
 #include "run/cost.hpp"
 #include "run/kind.hpp"
 #include "run/run_scene.hpp"
@@ -15,10 +14,6 @@
 namespace drover::report {
 
 namespace {
-run::Entry count(const char* name, const char* meaning, std::int64_t value) {
-    return {.name = name, .unit = "1", .meaning = meaning, .value = value};
-}
-
 /// The terms of the equations and what they are called.
 struct ListedTerms {
     model::Equations equations;  ///< of rods and beads without the mass, by which all forces are divided
@@ -47,13 +42,13 @@ run::List fields_of(const io::Scene& scene, const model::Equations& equations) {
         const model::Field& field = equations.model().fields[n];
         if (field.left == model::LeftSide::given) continue;
         const std::string rank = field.spin > 2 ? text("spin {}", field.spin) : ranks[field.spin];
-        list.rows.push_back({.entries = {run::words("name", "in figures and archives", field.name),
-                                         run::words("symbol", "in equations", field.symbol),
-                                         run::words("rank", "how it turns", (field.odd ? "odd " : "") + rank),
-                                         run::words("unit", "its unit", io::renamed(field.unit, scene.units)),
-                                         run::words("meaning", "what it is", field.meaning),
-                                         run::words("latex", "its equation as LaTeX", equations.latex(n))}});
-        list.rows.back().entries.back().shown.text = false;
+        list.rows.push_back(
+            {.entries = {run::words("name", "in figures and archives", field.name),
+                         run::words("symbol", "in equations", field.symbol),
+                         run::words("rank", "how it turns", (field.odd ? "odd " : "") + rank),
+                         run::words("unit", "its unit", io::renamed(field.unit, scene.units)),
+                         run::words("meaning", "what it is", field.meaning),
+                         run::data_only(run::words("latex", "its equation as LaTeX", equations.latex(n)))}});
     }
     return list;
 }
@@ -89,8 +84,7 @@ run::List terms_of(const model::Model& model, const ListedTerms& of) {
 }
 
 run::Record number_row(const std::string& name, const run::EntryValue& value) {
-    return {.entries = {run::words("name", "in equations", name),
-                        {.name = "value", .unit = "", .meaning = "its value", .value = value}}};
+    return {.entries = {run::words("name", "in equations", name), run::words("value", "its value", value)}};
 }
 
 run::List coefficients_of(const io::Scene& scene, const model::Model& model) {
@@ -139,7 +133,7 @@ void add_steps(const io::Scene& scene, const model::Integrated& what, run::Recor
     const model::TransformCount transforms = model::transforms_of(what);
     const auto per_step = [&](const char* name, const char* meaning, int each) {
         return is_nonlinear && stages == 0 ? run::number(name, "1", meaning, NAN)
-                                           : count(name, meaning, is_nonlinear ? stages * each : 0);
+                                           : run::count(name, meaning, is_nonlinear ? stages * each : 0);
     };
     const bool is_divided = has_tolerance && (is_nonlinear || !method.is_exponential);
     root.entries.insert(
@@ -157,8 +151,8 @@ void add_steps(const io::Scene& scene, const model::Integrated& what, run::Recor
          per_step("transforms_per_step", "real transforms", transforms.inverse + transforms.forward)});
     root.parts.push_back({"transforms_per_right_hand_side",
                           {.heading = "real transforms per right-hand side",
-                           .entries = {count("inverse", "to the grid", transforms.inverse),
-                                       count("forward", "from the grid", transforms.forward)}}});
+                           .entries = {run::count("inverse", "to the grid", transforms.inverse),
+                                       run::count("forward", "from the grid", transforms.forward)}}});
 }
 
 /// Which modes the grid keeps, and their rates by the linear part about the references.
@@ -181,7 +175,7 @@ void add_modes(const io::Scene& scene, const model::Integrated& what, const List
     const auto largest_kept = [&](int points) { return (points - 1) / (system.degree + 1); };
     root.entries.insert(
         root.entries.end(),
-        {count("degree", "of the products: modes with |k| < N/(degree + 1) on an axis are kept", system.degree),
+        {run::count("degree", "of the products: modes with |k| < N/(degree + 1) on an axis are kept", system.degree),
          run::number("fastest_rate", "s-1", "|s|max of the linear terms", fastest),
          run::number("dt_times_fastest_rate", "1", is_exact ? "dt |s|max, exact for any dt" : "dt |s|max, implicit",
                      scene.time.dt * fastest),
@@ -191,8 +185,8 @@ void add_modes(const io::Scene& scene, const model::Integrated& what, const List
                                          : "neutral: a mode neither grows nor decays about the references",
                      growth.rate),
          run::number("growth_wavenumber", "mm-1", "|q| of that mode", growth.q),
-         {.name = "terms_without_degree", .unit = "", .meaning = "", .value = without_degree, .shown = {.text = false}},
-         {.name = "growth_leaves_out", .unit = "", .meaning = "", .value = beyond_linear, .shown = {.text = false}}});
+         run::data_only(run::words("terms_without_degree", "", without_degree)),
+         run::data_only(run::words("growth_leaves_out", "", beyond_linear))});
     if (what.equations.has_product_noise())
         root.entries.push_back(
             run::number("noise_modes_per_area", "mm-2",
@@ -200,8 +194,8 @@ void add_modes(const io::Scene& scene, const model::Integrated& what, const List
                         model::noise_moment(scene.grid, system.degree, 0, 0)));
     root.parts.push_back({"largest_mode_kept",
                           {.heading = "largest mode number that is kept",
-                           .entries = {count("x", "on this axis", largest_kept(scene.grid.nx)),
-                                       count("y", "on this axis", largest_kept(scene.grid.ny))}}});
+                           .entries = {run::count("x", "on this axis", largest_kept(scene.grid.nx)),
+                                       run::count("y", "on this axis", largest_kept(scene.grid.ny))}}});
     if (!without_degree.empty())
         root.footer.push_back(
             text("no finite degree: {}; aliases are not removed exactly, see spectral_tail in the output",
@@ -258,19 +252,17 @@ run::Record explain_fields(const io::Scene& scene) {
 void add_cost(const io::Scene& scene, run::Record& root) {
     const run::Needs needs = run::needs_of(scene);
     const int threads = run::kind_of(scene).threads(scene);
-    const auto hidden = [&](run::Entry entry) {
-        entry.shown.text = false;
-        root.entries.push_back(std::move(entry));
-    };
     const std::optional<run::ExpectedTime> time =
         needs.memory_bytes < needs.memory_free ? run::expected_time(scene) : std::nullopt;
-    root.entries.push_back(count("steps", "of time.dt", io::whole_steps(scene, "time.end", scene.time.end)));
-    root.entries.push_back(count("threads", "of the run", threads));
-    hidden(run::number("memory_bytes", "1", "of the run", needs.memory_bytes));
-    hidden(run::number("disk_bytes", "1", "at most", needs.disk_bytes));
-    hidden(run::number("seconds_per_step_estimate", "1", "wall time of a step", time ? time->step : NAN));
-    hidden(run::number("seconds_estimate", "1", "wall time of the run", time ? time->total : NAN));
-    hidden(run::words("archive", "of the run", run::archive_path(scene).string()));
+    root.entries.push_back(run::count("steps", "of time.dt", io::whole_steps(scene, "time.end", scene.time.end)));
+    root.entries.push_back(run::count("threads", "of the run", threads));
+    for (const run::Entry& entry :
+         {run::number("memory_bytes", "1", "of the run", needs.memory_bytes),
+          run::number("disk_bytes", "1", "at most", needs.disk_bytes),
+          run::number("seconds_per_step_estimate", "1", "wall time of a step", time ? time->step : NAN),
+          run::number("seconds_estimate", "1", "wall time of the run", time ? time->total : NAN),
+          run::words("archive", "of the run", run::archive_path(scene).string())})
+        root.entries.push_back(run::data_only(entry));
     root.footer.push_back(text("memory {} ({} free), disk at most {} ({} free)", bytes_text(needs.memory_bytes),
                                bytes_text(needs.memory_free), bytes_text(needs.disk_bytes),
                                bytes_text(needs.disk_free)));

@@ -9,4 +9,7 @@ namespace drover::report {
 /// memory, disk and wall time, for which a few steps are timed.  Of a scene with a time step.
 run::Result explain(const io::Scene& scene);
 
+/// Its part for particles: the bodies in their cell, its plates, and the measurements of a calibration.
+run::Record explain_particles(const io::Scene& scene);
+
 }  // namespace drover::report

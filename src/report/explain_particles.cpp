@@ -1,6 +1,4 @@
 // report/explain_particles.cpp: what a scene of particles holds.
-#include "report/explain_particles.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,6 +6,7 @@
 #include "dem/contact/contact_law.hpp"
 #include "io/trajectory.hpp"
 #include "jobs/calibration.hpp"
+#include "report/explain.hpp"
 
 namespace drover::report {
 
@@ -35,13 +34,10 @@ run::Record supply_of(const char* name, const std::vector<Body>& list, const dem
                           .value = values.empty() ? std::vector<double>{0.0, 0.0} : std::vector<double>{*min, *max},
                           .digits = 4};
     };
-    const auto whole = [](const char* of, const char* meaning, std::size_t value) {
-        return run::Entry{.name = of, .unit = "1", .meaning = meaning, .value = static_cast<std::int64_t>(value)};
-    };
     return {.heading = text("{} {}", list.size(), name),
-            .entries = {whole("count", "bodies", list.size()),
+            .entries = {run::count("count", "bodies", list.size()),
                         run::number("area_fraction", "1", "area of their projections per area", covered / area, 4),
-                        whole("shapes", "different bodies", masses.size()), range("mass", "mg", masses),
+                        run::count("shapes", "different bodies", masses.size()), range("mass", "mg", masses),
                         range("length", "mm", lengths)},
             .shown = {.text = !list.empty()}};
 }
@@ -85,19 +81,15 @@ run::Record explain_particles(const io::Scene& scene) {
     run::Record root{.heading =
                          text("particles in a {} cell, {} by {} mm", setup.cell.shape, box.sides[0], box.sides[1]),
                      .header = words_of_setup(setup)};
-    root.entries = {run::words("cell", "its shape", setup.cell.shape),
+    root.entries = {run::data_only(run::words("cell", "its shape", setup.cell.shape)),
                     run::number("cell_area", "mm2", "area of the cell", area),
-                    {.name = "spheres",
-                     .unit = "1",
-                     .meaning = "of all bodies",
-                     .value = static_cast<std::int64_t>(io::sphere_count(bodies))},
+                    run::count("spheres", "of all bodies", io::sphere_count(bodies)),
                     run::number("acceleration", "1", "of the plates, in units of gravity",
                                 gravity > 0.0 ? setup.plates.amplitude * rate * rate / gravity : 0.0, 3),
                     run::number("time_step", "s", "time.dt", scene.time.dt),
                     run::number("steps_per_period", "1", "of the vibration",
                                 setup.plates.frequency > 0.0 ? 1.0 / (setup.plates.frequency * scene.time.dt) : 0.0,
                                 4)};
-    root.entries.front().shown.text = false;
     root.parts = {{"beads", supply_of("beads", bodies.beads, bodies, area)},
                   {"rods", supply_of("rods", bodies.rods, bodies, area)}};
     add_calibration(scene, root);

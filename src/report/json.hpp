@@ -11,7 +11,6 @@
 #include "jobs/sweep.hpp"
 #include "run/report.hpp"
 #include "run/result.hpp"
-#include "run/result_json.hpp"
 
 namespace drover::report {
 

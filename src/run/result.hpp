@@ -1,5 +1,7 @@
 // run/result.hpp: a result as named values, lists and maps, from which text, JSON and archive all follow.
 #pragma once
+#include <concepts>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -40,9 +42,46 @@ inline Entry number(std::string name, std::string unit, std::string meaning, dou
             .value = value,
             .digits = digits};
 }
-inline Entry words(std::string name, std::string meaning, std::string value) {
+inline Entry count(std::string name, std::string meaning, std::integral auto value) {
+    return {.name = std::move(name),
+            .unit = "1",
+            .meaning = std::move(meaning),
+            .value = static_cast<std::int64_t>(value)};
+}
+inline Entry flag(std::string name, std::string meaning, bool value) {
+    return {.name = std::move(name), .unit = "1", .meaning = std::move(meaning), .value = value};
+}
+/// A text, or several.
+inline Entry words(std::string name, std::string meaning, EntryValue value) {
     return {.name = std::move(name), .unit = "", .meaning = std::move(meaning), .value = std::move(value)};
 }
+/// A text that is one of `choices`.
+inline Entry choice(std::string name, std::string meaning, std::string value, std::vector<std::string> choices) {
+    return {.name = std::move(name),
+            .unit = "",
+            .meaning = std::move(meaning),
+            .value = std::move(value),
+            .choices = std::move(choices)};
+}
+
+inline Entry shown_as(Entry entry, Display shown) {
+    entry.shown = shown;
+    return entry;
+}
+/// Not in text.
+inline Entry data_only(Entry entry) { return shown_as(std::move(entry), {.text = false}); }
+/// Neither in text nor in an archive.
+inline Entry json_only(Entry entry) { return shown_as(std::move(entry), {.text = false, .archive = false}); }
+inline Entry stored_as(std::string dataset, Entry entry) {
+    entry.dataset = std::move(dataset);
+    return entry;
+}
+
+/// The number by which an archive stores a value that is neither a vector nor several texts: of a text its index among
+/// the choices.
+double stored_value(const Entry& entry);
+/// The meaning of that number: with the choices.
+std::string stored_meaning(const Entry& entry);
 
 struct List;
 
@@ -97,6 +136,12 @@ Result with_units(Result result, const io::Units& units);
 
 /// For people.
 std::string result_text(const Result& result);
+
+/// Numbers that are not finite become null.
+nlohmann::json result_json(const Result& result);
+
+/// A number, or null when it is not finite.
+nlohmann::json number_json(double value);
 
 /// One table for each group.
 std::vector<files::ResultTable> result_tables(const Result& result);

@@ -9,6 +9,22 @@
 
 namespace drover::run {
 
+double stored_value(const Entry& entry) {
+    if (const auto* number = std::get_if<double>(&entry.value)) return *number;
+    if (const auto* count = std::get_if<std::int64_t>(&entry.value)) return static_cast<double>(*count);
+    if (const auto* flag = std::get_if<bool>(&entry.value)) return *flag ? 1.0 : 0.0;
+    const auto& words = std::get<std::string>(entry.value);
+    return static_cast<double>(std::find(entry.choices.begin(), entry.choices.end(), words) - entry.choices.begin());
+}
+
+std::string stored_meaning(const Entry& entry) {
+    std::string codes;
+    for (std::size_t i = 0; i < entry.choices.size(); ++i)
+        codes += text("{}{} {}", i > 0 ? ", " : "", i, entry.choices[i]);
+    if (codes.empty()) return entry.meaning;
+    return entry.meaning + ": " + codes;
+}
+
 namespace {
 /// Values of one dataset, with the depth of the list that it belongs to.
 struct Column {
@@ -22,22 +38,6 @@ struct Column {
 bool is_stored(const Entry& entry) {
     if (!entry.shown.archive || std::holds_alternative<std::vector<std::string>>(entry.value)) return false;
     return !std::holds_alternative<std::string>(entry.value) || !entry.choices.empty();
-}
-
-double stored_value(const Entry& entry) {
-    if (const auto* number = std::get_if<double>(&entry.value)) return *number;
-    if (const auto* count = std::get_if<std::int64_t>(&entry.value)) return static_cast<double>(*count);
-    if (const auto* flag = std::get_if<bool>(&entry.value)) return *flag ? 1.0 : 0.0;
-    const auto& words = std::get<std::string>(entry.value);
-    return static_cast<double>(std::find(entry.choices.begin(), entry.choices.end(), words) - entry.choices.begin());
-}
-
-std::string meaning_of(const Entry& entry) {
-    std::string codes;
-    for (std::size_t i = 0; i < entry.choices.size(); ++i)
-        codes += text("{}{} {}", i > 0 ? ", " : "", i, entry.choices[i]);
-    if (codes.empty()) return entry.meaning;
-    return entry.meaning + ": " + codes;
 }
 
 std::string unit_of(const Entry& entry) { return entry.unit.empty() ? "1" : entry.unit; }
@@ -108,7 +108,7 @@ void flatten(const List& list, std::vector<const List*> path, std::vector<Column
 
 void add_array(const std::string& name, const Entry& entry, std::vector<std::string> axes, std::vector<double> values,
                files::ResultTable& table) {
-    table.quantities.push_back({name, unit_of(entry), meaning_of(entry), std::move(axes)});
+    table.quantities.push_back({name, unit_of(entry), stored_meaning(entry), std::move(axes)});
     table.values.push_back(std::move(values));
 }
 

@@ -1,6 +1,7 @@
-// run/result_text.cpp: a result as text: aligned values and tables.
+// run/result_text.cpp: a result as text, aligned values and tables, and as JSON.
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "drover/base/text.hpp"
 #include "run/result.hpp"
@@ -157,5 +158,39 @@ std::string result_text(const Result& result) {
     add_record(result.root, "", out);
     return out;
 }
+
+nlohmann::json number_json(double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+
+namespace {
+struct ValueJson {
+    nlohmann::json operator()(double value) const { return number_json(value); }
+    nlohmann::json operator()(const std::vector<double>& values) const {
+        nlohmann::json result = nlohmann::json::array();
+        for (const double value : values) result.push_back(number_json(value));
+        return result;
+    }
+    template <class Value>
+    nlohmann::json operator()(const Value& value) const {
+        return value;
+    }
+};
+
+nlohmann::json record_json(const Record& record) {
+    nlohmann::json result = nlohmann::json::object();
+    for (const Entry& entry : record.entries) result[entry.name] = std::visit(ValueJson{}, entry.value);
+    for (const auto& [name, part] : record.parts)
+        if (nlohmann::json inner = record_json(part); !inner.empty()) result[name] = std::move(inner);
+    for (const List& list : record.lists) {
+        nlohmann::json rows = nlohmann::json::array();
+        for (const Record& row : list.rows) rows.push_back(record_json(row));
+        result[list.name] = std::move(rows);
+    }
+    return result;
+}
+}  // namespace
+
+nlohmann::json result_json(const Result& result) { return record_json(result.root); }
 
 }  // namespace drover::run
