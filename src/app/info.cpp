@@ -1,4 +1,5 @@
 // app/info.cpp: drover info ARCHIVE.
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <memory>
@@ -47,9 +48,16 @@ void print_attribute(const std::string& name, const decltype(files::Attribute::s
     std::printf("%-20s %s\n", printable(name).c_str(), printable(written).c_str());
 }
 
-void print_attributes(const files::ArchiveReader& archive) {
+void print_attributes(const files::ArchiveReader& archive, const std::vector<std::string>& without = {"scene"}) {
     for (const auto& [name, value] : archive.attributes())
-        if (name != "scene") print_attribute(name, value);
+        if (std::ranges::find(without, name) == without.end()) print_attribute(name, value);
+}
+
+/// The scene, where it is asked for, and what an archive says.
+void print_content(const files::ArchiveReader& archive, bool scene, const std::string& content) {
+    std::printf("\n");
+    if (scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
+    std::fputs(printable(content).c_str(), stdout);
 }
 
 /// Frames of particles that other runs start from.
@@ -69,16 +77,13 @@ void print_report(const files::ArchiveReader& archive, const run::Report& report
             archive.has(frames_path) ? archive.shape(frames_path) : std::vector<std::size_t>{};
         std::printf("%-20s %zu\n", "frames", frames.empty() ? std::size_t{0} : frames.front());
     }
-    std::printf("\n");
-    if (scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
-    std::fputs(printable(run::report_text(report)).c_str(), stdout);
+    print_content(archive, scene, run::report_text(report));
 }
 
 /// Provenance and contents of a table of coefficients.
 void print_calibration(const files::ArchiveReader& archive, const InfoOptions& options) {
     const calibrate::Table table = io::read_calibration(archive, options.archive);
-    for (const auto& [name, value] : archive.attributes())
-        if (name != "scene" && name != "remarks" && name != "coefficients") print_attribute(name, value);
+    print_attributes(archive, {"scene", "remarks", "coefficients"});
     std::array<std::size_t, calibrate::origin_count> origins{};
     for (const calibrate::TableRow& row : table.rows)
         for (const calibrate::TableEntry& known : row.entries) ++origins[static_cast<std::size_t>(known.origin)];
@@ -86,18 +91,14 @@ void print_calibration(const files::ArchiveReader& archive, const InfoOptions& o
     for (std::size_t i = 0; i < origins.size(); ++i)
         std::printf("%s %zu %s", i == 0 ? "" : ",", origins[i],
                     calibrate::origin_name(static_cast<calibrate::Origin>(i)));
-    std::printf("\n\n");
-    if (options.scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
-    std::fputs(printable(jobs::calibration_text(table)).c_str(), stdout);
+    std::printf("\n");
+    print_content(archive, options.scene, jobs::calibration_text(table));
 }
 
 /// Of drover stability, states or boundary.
 void print_result_archive(const files::ArchiveReader& archive, bool scene) {
-    for (const auto& [name, value] : archive.attributes())
-        if (name != "scene") print_attribute(name, value);
-    std::printf("\n");
-    if (scene) std::printf("%s\n", printable(archive.text_attribute("scene")).c_str());
-    std::fputs(printable(report::stored_text(archive)).c_str(), stdout);
+    print_attributes(archive);
+    print_content(archive, scene, report::stored_text(archive));
 }
 
 void print_xyz(const std::string& file) {
