@@ -9,34 +9,19 @@
 #include "app/command.hpp"
 #include "base/log.hpp"
 #include "jobs/slurm_script.hpp"
-#include "run/signals.hpp"
 
 namespace drover::app {
 
 namespace {
-struct BoundaryOptions : SceneOptions, ShareOptions {
+struct BoundaryOptions : ResultOptions, ShareOptions {
     std::string x, y;
     std::vector<std::string> conventions;
     std::optional<double> varied, cell;
     std::optional<int> draws;
     std::vector<std::string> points;
     int workers = 0;
-    bool json = false, overwrite = false, quiet = false;
+    bool quiet = false;
 };
-
-ResultOutput output_of(const BoundaryOptions& options, const char* what, const char* contents) {
-    return {.file = options.output,
-            .what = what,
-            .contents = contents,
-            .json = options.json,
-            .overwrite = options.overwrite};
-}
-
-/// Jobs need one, and their folder is beside it.
-std::string archive_of_shares(const BoundaryOptions& options) {
-    return options.output.empty() ? std::filesystem::path(options.scene).stem().concat(".boundary.h5").string()
-                                  : options.output;
-}
 
 int print_scene_boundary(const BoundaryOptions& options) {
     for (const auto& [name, is_given] :
@@ -53,7 +38,8 @@ int print_scene_boundary(const BoundaryOptions& options) {
     io::require_grid(scene, "boundary");
     Threads threads(options.threads > 0 ? options.threads : scene.run.threads > 0 ? scene.run.threads : usable_cores());
     const ResultOutput output = output_of(options, "boundary", "all vertices, and the map of regimes");
-    const std::filesystem::path folder = archive_of_shares(options) + ".shares";
+    // Jobs need an archive, and their folder is beside it.
+    const std::filesystem::path archive = jobs_output(options, ".boundary.h5"), folder = archive.string() + ".shares";
     if (options.status) {
         print(jobs::boundary_status(scene, folder) + "\n");
         return run::exit_done;
@@ -65,7 +51,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
             {.command = "boundary",
              .scene = options.scene,
              .overrides = overrides,
-             .folder = archive_of_shares(options),
+             .folder = archive,
              .shares = options.slurm,
              .options = options.overwrite ? std::vector<std::string>{"--overwrite"} : std::vector<std::string>{}}));
         return run::exit_done;

@@ -11,7 +11,6 @@
 #include "jobs/slurm_script.hpp"
 #include "jobs/tradeoff.hpp"
 #include "report/json.hpp"
-#include "run/signals.hpp"
 
 namespace drover::app {
 
@@ -60,13 +59,11 @@ int calibrate_scene(const CalibrateOptions& options) {
     std::vector<std::string> overrides = options.overrides;
     if (options.workers > 0) overrides.push_back(text("calibrate.workers={}", options.workers));
     const io::Scene scene = io::read_scene(options.scene, overrides);
-    jobs::CalibrationOptions how{.folder = options.output.empty()
-                                               ? std::filesystem::path(options.scene).stem().concat(".calibration")
-                                               : std::filesystem::path(options.output),
+    jobs::CalibrationOptions how{.folder = jobs_output(options, ".calibration"),
                                  .collect = options.collect,
                                  .quiet = options.quiet};
     if (!options.share.empty()) how.share = jobs::read_share(options.share);
-    for (const std::string& wish : options.wishes) how.wishes.push_back(jobs::parse_wish(wish));
+    how.wishes = jobs::parse_wishes(options.wishes);
     if (!options.budget.empty()) how.budget = seconds_of(options.budget, "--budget");
     require(!options.json || options.share.empty(), {},
             "--json with --share, which prints no table; give --json to --collect");

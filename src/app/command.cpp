@@ -9,8 +9,8 @@
 #include "base/log.hpp"
 #include "jobs/stop_rules.hpp"
 #include "report/json.hpp"
+#include "report/write_result.hpp"
 #include "run/kind.hpp"
-#include "run/signals.hpp"
 
 namespace drover::app {
 
@@ -74,6 +74,19 @@ void add_stop_options(CLI::App& command) {
         ->type_name("RULE=LIMIT");
 }
 
+void add_result_options(CLI::App& command, ResultOptions& options, const std::string& output_help) {
+    command.add_option("-o,--output", options.output, output_help);
+    command.add_option("--threads", options.threads, "Number of threads; overrides run.threads")
+        ->check(CLI::Range(1, 1024));
+    command.add_flag("--overwrite", options.overwrite, "Replace an existing archive");
+    command.add_flag("--json", options.json, "Print the result as JSON");
+}
+
+std::filesystem::path jobs_output(const SceneOptions& options, const char* ending) {
+    return options.output.empty() ? std::filesystem::path(options.scene).stem().concat(ending)
+                                  : std::filesystem::path(options.output);
+}
+
 io::Scene scene_of(const SceneOptions& options) {
     std::vector<std::string> overrides = options.overrides;
     if (options.threads > 0) overrides.push_back(text("run.threads={}", options.threads));
@@ -89,6 +102,30 @@ void print(const std::string& words) { std::fputs(printable(words).c_str(), stdo
 
 void print_json(const nlohmann::json& value) {
     std::puts(value.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
+}
+
+ResultOutput output_of(const ResultOptions& options, const char* what, const char* contents) {
+    return {.file = options.output,
+            .what = what,
+            .contents = contents,
+            .json = options.json,
+            .overwrite = options.overwrite};
+}
+
+void check_output(const ResultOutput& output, const std::string& input, const io::Scene& scene) {
+    if (!output.file.empty()) report::check_result_file(output.file, {input}, scene, output.overwrite);
+}
+
+int print_result(const run::Result& found, const ResultOutput& output, const io::Scene& scene, int threads) {
+    const run::Result result = run::with_units(found, scene.units);
+    if (!output.file.empty()) report::write_result(result, output.file, output.what, scene, threads, output.overwrite);
+    if (output.json) {
+        print_json(run::result_json(result));
+        return run::exit_done;
+    }
+    print(run::result_text(result));
+    if (!output.file.empty()) print(text("\n{}: {}\n", output.file, output.contents));
+    return run::exit_done;
 }
 
 int print_outcome(const run::RunOutcome& outcome, bool json) {

@@ -1,6 +1,7 @@
 // app/command.hpp: options and output that several commands share; each command adds itself to the command line.
 #pragma once
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
@@ -10,10 +11,10 @@
 
 #include "files/archive.hpp"
 #include "io/scene_text.hpp"
-#include "run/exit_status.hpp"
 #include "run/report.hpp"
 #include "run/result.hpp"
 #include "run/run_scene.hpp"
+#include "run/signals.hpp"
 
 namespace drover::app {
 
@@ -60,6 +61,14 @@ void add_share_options(CLI::App& command, ShareOptions& options, const ShareHelp
 void add_max_time(CLI::App& command);
 /// The same and --stop-when, of a command with many jobs.
 void add_stop_options(CLI::App& command);
+/// Of a command with a result.
+struct ResultOptions : SceneOptions {
+    bool json = false, overwrite = false;
+};
+/// --output, --threads, --overwrite and --json.
+void add_result_options(CLI::App& command, ResultOptions& options, const std::string& output_help);
+/// What a command with many jobs writes: --output, or the name of the scene with an ending, ".sweep".
+std::filesystem::path jobs_output(const SceneOptions& options, const char* ending);
 /// The scene with all its overrides.
 io::Scene scene_of(const SceneOptions& options);
 
@@ -76,6 +85,7 @@ struct ResultOutput {
     std::string contents;  ///< of the file, in one line for people
     bool json = false, overwrite = false;
 };
+ResultOutput output_of(const ResultOptions& options, const char* what, const char* contents);
 /// Throws, before anything is computed, unless the archive can be written.  input: the file that the command is about.
 void check_output(const ResultOutput& output, const std::string& input, const io::Scene& scene);
 /// Prints as text or JSON, writes the archive with its provenance, and returns the exit status.  Throws as

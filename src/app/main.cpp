@@ -17,7 +17,6 @@
 
 #include "app/command.hpp"
 #include "drover/base/version.hpp"
-#include "run/signals.hpp"
 
 namespace drover::app {
 namespace {
@@ -27,11 +26,9 @@ void reject_unknown_command(const CLI::App& program, const std::vector<std::stri
     if (words.empty() || words.front().starts_with('-')) return;
     std::vector<std::string> names;
     for (const CLI::App* command : program.get_subcommands(nullptr)) names.push_back(command->get_name());
-    if (std::find(names.begin(), names.end(), words.front()) != names.end()) return;
-    const std::string near = nearest_name(words.front(), names);
-    fail_input({}, "unknown command {}; {}", words.front(),
-               near.empty() ? text("expected one of {}; see drover --help", joined(names))
-                            : text("did you mean {}?", near));
+    require(std::find(names.begin(), names.end(), words.front()) != names.end(), {}, "unknown command {}; {}",
+            words.front(),
+            suggestion(words.front(), names, text("expected one of {}; see drover --help", joined(names))));
 }
 
 /// The next file to be opened would get the number of a standard stream that is closed, and the log be written into it.

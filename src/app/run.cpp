@@ -30,8 +30,7 @@ void add_run(CLI::App& program, Action& action) {
             const run::RunOptions how{.overwrite = options->overwrite, .quiet = options->quiet};
             io::Scene scene = scene_of(*options);
             if (!options->accuracy.empty()) {
-                std::vector<jobs::Wish> wishes;
-                for (const std::string& wish : options->accuracy) wishes.push_back(jobs::parse_wish(wish));
+                const std::vector<jobs::Wish> wishes = jobs::parse_wishes(options->accuracy);
                 run::check_needs(scene, how);  // before the trials
                 scene = jobs::with_accuracy(scene, wishes, options->quiet);
             }

@@ -53,11 +53,8 @@ std::vector<io::SectionDescription> part_of(std::vector<io::SectionDescription> 
         names.push_back(section.name);
         for (const Description& row : section.rows) names.push_back(section.name + "." + row.name);
     }
-    if (std::find(names.begin(), names.end(), name) == names.end()) {
-        const std::string near = nearest_name(name, names);
-        fail_input({}, "there is no section or key {}; {}", name,
-                   near.empty() ? std::string("drover schema lists all") : text("did you mean {}?", near));
-    }
+    require(std::find(names.begin(), names.end(), name) != names.end(), {}, "there is no section or key {}; {}", name,
+            suggestion(name, names, "drover schema lists all"));
     std::erase_if(sections, [&](io::SectionDescription& section) {
         if (section.name == name) return false;
         std::erase_if(section.rows, [&](const Description& row) { return section.name + "." + row.name != name; });

@@ -9,31 +9,21 @@
 namespace drover::app {
 
 void add_stability(CLI::App& program, Action& action) {
-    struct Options : SceneOptions {
-        bool json = false, overwrite = false;
-    };
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ResultOptions>();
     CLI::App* command = program.add_subcommand(
         "stability",
         "Linear stability of the uniform states: instabilities, sound and damping by angle, structure factors");
     add_scene_options(*command, *options);
-    command->add_option("-o,--output", options->output,
-                        "Also write the result, with maps over wavenumber and angle, to this archive (HDF5)");
-    command->add_option("--threads", options->threads, "Number of threads; overrides run.threads")
-        ->check(CLI::Range(1, 1024));
-    command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
-    command->add_flag("--json", options->json, "Print the result as JSON");
+    add_result_options(*command, *options,
+                       "Also write the result, with maps over wavenumber and angle, to this archive (HDF5)");
     command->callback([options, &action] {
         action = [options] {
             const io::Scene scene = io::read_scene(options->scene, options->overrides);
             io::require_grid(scene, "stability");
             Threads threads(options->threads > 0 ? options->threads : run::choose_threads(scene));
             const bool with_maps = !options->output.empty();
-            const ResultOutput output{.file = options->output,
-                                      .what = "stability",
-                                      .contents = "instabilities, and maps over wavenumber and angle",
-                                      .json = options->json,
-                                      .overwrite = options->overwrite};
+            const ResultOutput output =
+                output_of(*options, "stability", "instabilities, and maps over wavenumber and angle");
             check_output(output, options->scene, scene);
             return print_result(analysis::make_stability(scene, with_maps ? &threads : nullptr), output, scene,
                                 threads.count());

@@ -9,11 +9,10 @@
 namespace drover::app {
 
 void add_states(CLI::App& program, Action& action) {
-    struct Options : SceneOptions {
+    struct Options : ResultOptions {
         std::string wave;
         double speed = 0.0, settle = 0.0;
         analysis::StatesOptions states;
-        bool json = false, overwrite = false;
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command = program.add_subcommand(
@@ -36,11 +35,7 @@ void add_states(CLI::App& program, Action& action) {
         ->type_name("KEY=VALUE");
     command->add_option("--points", options->states.max_points, "Largest number of states along the curve")
         ->check(CLI::Range(2, 10000));
-    command->add_option("-o,--output", options->output, "Also write the states to this archive (HDF5)");
-    command->add_option("--threads", options->threads, "Number of threads; overrides run.threads")
-        ->check(CLI::Range(1, 1024));
-    command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
-    command->add_flag("--json", options->json, "Print the result as JSON");
+    add_result_options(*command, *options, "Also write the states to this archive (HDF5)");
     command->callback([options, speed, settle, &action] {
         if (speed->count() > 0) options->states.speed = options->speed;
         if (settle->count() > 0) options->states.settle = options->settle;
@@ -48,11 +43,7 @@ void add_states(CLI::App& program, Action& action) {
             const io::Scene scene = io::read_scene(options->scene, options->overrides);
             io::require_grid(scene, "states");
             Threads threads(options->threads > 0 ? options->threads : 1);
-            const ResultOutput output{.file = options->output,
-                                      .what = "states",
-                                      .contents = "the fields of each state as a frame",
-                                      .json = options->json,
-                                      .overwrite = options->overwrite};
+            const ResultOutput output = output_of(*options, "states", "the fields of each state as a frame");
             check_output(output, options->scene, scene);
             return print_result(analysis::make_states(scene, options->states, threads), output, scene, threads.count());
         };

@@ -8,7 +8,6 @@
 #include "base/log.hpp"
 #include "jobs/slurm_script.hpp"
 #include "report/json.hpp"
-#include "run/signals.hpp"
 
 namespace drover::app {
 
@@ -74,9 +73,7 @@ int print_outcome(const SweepOptions& options, const std::filesystem::path& fold
 int sweep_scene(const SweepOptions& options) {
     const std::vector<std::string> settings = settings_of(options);
     const io::Scene scene = scene_of(options, settings);
-    const std::filesystem::path folder = options.output.empty()
-                                             ? std::filesystem::path(options.scene).stem().concat(".sweep")
-                                             : std::filesystem::path(options.output);
+    const std::filesystem::path folder = jobs_output(options, ".sweep");
     require(!options.json || options.share.empty(), {},
             "--json with --share, which prints no table; give --json to "
             "--collect");

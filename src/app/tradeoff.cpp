@@ -7,7 +7,6 @@
 #include "base/duration.hpp"
 #include "base/log.hpp"
 #include "jobs/slurm_script.hpp"
-#include "run/signals.hpp"
 
 namespace drover::app {
 
@@ -49,10 +48,9 @@ void add_tradeoff(CLI::App& program, Action& action) {
         action = [options] {
             jobs::TradeoffOptions study;
             study.budget = study.run_budget = seconds_of(options->budget, "--budget");
-            for (const std::string& wish : options->wishes) study.wishes.push_back(jobs::parse_wish(wish));
+            study.wishes = jobs::parse_wishes(options->wishes);
             const io::Scene scene = io::read_scene(options->scene, options->overrides);
-            study.folder = options->output.empty() ? std::filesystem::path(options->scene).stem().concat(".tradeoff")
-                                                   : std::filesystem::path(options->output);
+            study.folder = jobs_output(*options, ".tradeoff");
             study.workers = options->workers;
             study.quiet = options->quiet;
             study.collect = options->collect;

@@ -14,7 +14,6 @@
 #include "files/archive_reader.hpp"
 #include "jobs/stop_rules.hpp"
 #include "jobs/worker_pool.hpp"
-#include "run/exit_status.hpp"
 #include "run/provenance.hpp"
 #include "run/signals.hpp"
 

@@ -119,6 +119,12 @@ Wish parse_wish(const std::string& given) {
     return wish;
 }
 
+std::vector<Wish> parse_wishes(const std::vector<std::string>& given) {
+    std::vector<Wish> wishes;
+    for (const std::string& one : given) wishes.push_back(parse_wish(one));
+    return wishes;
+}
+
 namespace {
 /// value: what the number is, or is at most.
 void require_small_error(const Wish& wish, const std::string& unit, double value, const char* is) {
@@ -136,9 +142,8 @@ const measure::SummaryRow& row_of(const Wish& wish, const measure::Summary& summ
     if (const measure::SummaryRow* row = measure::find_row(summary, wish.observable)) return *row;
     std::vector<std::string> names;
     for (const measure::SummaryRow& one : summary.rows) names.push_back(one.name);
-    const std::string near = nearest_name(wish.observable, names);
     fail_input({.file = "--want " + wish.text}, "the run has no observable \"{}\"; {}expected one of {}",
-               wish.observable, near.empty() ? "" : "did you mean " + near + "? ", joined(names));
+               wish.observable, suggestion(wish.observable, names, "", "did you mean {}? "), joined(names));
 }
 
 /// What a number can be at most; infinity: not known.

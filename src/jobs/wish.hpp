@@ -32,6 +32,7 @@ struct Wish {
 /// "structure_factor_rods(q<1)=3%"; (q>1), (0.5<q<1) and (q<1, w>2) too.  Throws an input Error for another text, and
 /// for an error that is not positive.
 Wish parse_wish(const std::string& given);
+std::vector<Wish> parse_wishes(const std::vector<std::string>& given);
 
 /// "polar_order=1" may mean 1 %: throws an input Error that asks for the unit where an absolute error without one is
 /// half of the value or more, and where its unit is not that of the number.

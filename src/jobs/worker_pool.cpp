@@ -20,7 +20,6 @@
 
 #include "base/clock.hpp"
 #include "drover/base/error.hpp"
-#include "run/exit_status.hpp"
 #include "run/signals.hpp"
 
 namespace drover::jobs {

@@ -1,10 +1,17 @@
-// run/signals.hpp: a request to stop by a signal, or when the time is up.
+// run/signals.hpp: a request to stop by a signal, or when the time is up; exit statuses.
 #pragma once
 #include <array>
 #include <csignal>
+#include <functional>
 #include <string>
 
 namespace drover::run {
+
+enum ExitStatus { exit_done = 0, exit_run_failed = 1, exit_bad_input = 2, exit_stopped = 3 };
+
+/// The value of `work`.  An exception is reported on standard error, in one line, and gives 1 (a run failed) or 2 (bad
+/// input).
+int status_of(const std::function<int()>& work);
 
 /// While it lives, these signals request a stop instead of ending the process, except that a second SIGINT ends it at
 /// once.  For work that polls stop_signal() and can be resumed; all other work is ended by the signals, as usual.  A
