@@ -26,10 +26,6 @@
 namespace drover::run {
 
 namespace {
-std::filesystem::path folder_of(const std::filesystem::path& file) {
-    return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
-}
-
 std::vector<files::Recording> recordings_of(const Simulation& simulation) {
     std::vector<files::Recording> recordings;
     for (const ScheduledRecording& scheduled : simulation.recordings) recordings.push_back(scheduled.recording);
@@ -57,7 +53,7 @@ std::vector<std::string> log_start(const io::Scene& scene, const Simulation& sim
 }
 
 RunOutcome finish(const io::Scene& scene, const LoopOutcome& loop, const std::filesystem::path& path, double dt,
-                  files::Archive archive, bool quiet, const std::vector<std::string>& logged) {
+                  files::Archive& archive, bool quiet, const std::vector<std::string>& logged) {
     std::optional<Report> report;
     if (loop.signal == 0) {
         archive.commit();  // throws if another program has removed the file
@@ -148,36 +144,41 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
 }
 
 namespace {
+/// From step `first`, at which the simulation is, in its archive.  Stops at the signals, which it releases at the end.
+RunOutcome run_and_finish(const io::Scene& scene, Simulation& simulation, std::int64_t first, files::Archive& archive,
+                          const std::string& run_id, std::optional<StopSignals>& signals, const RunOptions& options) {
+    std::vector<std::string> logged;
+    if (!options.quiet) logged = log_start(scene, simulation, first);
+    const LoopFiles files{.archive = archive_path(scene),
+                          .scene = io::resolved_text(scene),
+                          .checkpoint_minutes = scene.output.checkpoint_minutes,
+                          .run_id = run_id,
+                          .program = this_program()};
+    const LoopOutcome loop = [&] {
+        const Rounding rounding(options.rounds_up);
+        return run_loop(simulation, first, archive, files, options.quiet);
+    }();
+    signals.reset();  // what follows can be repeated by a restart
+    return finish(scene, loop, files.archive, simulation.dt, archive, options.quiet, logged);
+}
+
 RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
     Threads threads(kind_of(scene).threads(scene));
     const std::unique_ptr<Simulation> made = kind_of(scene).make(scene, threads, {});
-    Simulation& simulation = *made;
     const std::filesystem::path path = archive_path(scene);
     std::optional<StopSignals> signals(std::in_place);
     std::vector<files::Attribute> attributes = provenance(scene, threads.count());
     const std::string run_id = files::draw_run_id();
     attributes.emplace_back(files::run_id_name, run_id);
-    files::Archive archive = files::Archive::create(path, recordings_of(simulation), attributes, options.overwrite);
-    std::vector<std::string> logged;
-    if (!options.quiet) logged = log_start(scene, simulation, 0);
+    files::Archive archive = files::Archive::create(path, recordings_of(*made), attributes, options.overwrite);
     files::remove_checkpoints(path);  // of an archive that was replaced
-    const LoopFiles files{.archive = path,
-                          .scene = io::resolved_text(scene),
-                          .checkpoint_minutes = scene.output.checkpoint_minutes,
-                          .run_id = run_id,
-                          .program = this_program()};
-    LoopOutcome loop;
     try {
-        const Rounding rounding(options.rounds_up);
-        loop = run_loop(simulation, 0, archive, files, options.quiet);
+        return run_and_finish(scene, *made, 0, archive, run_id, signals, options);
     } catch (...) {
         if (!has_checkpoint(path)) archive.remove();  // not started: leave no files
         throw;
     }
-    signals.reset();  // what follows can be repeated by a restart
-    return finish(scene, loop, path, simulation.dt, std::move(archive), options.quiet, logged);
 }
-
 }  // namespace
 
 RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
@@ -205,8 +206,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     scene.output.file = path.string();
     Threads threads(kind_of(scene).threads(scene));
     const std::unique_ptr<Simulation> made = kind_of(scene).make(scene, threads, checkpoint.state);
-    Simulation& simulation = *made;
-    require(checkpoint.step <= simulation.steps, {.file = path.string()},
+    require(checkpoint.step <= made->steps, {.file = path.string()},
             "the run has reached t = {} s, beyond time.end = {}; to continue, give a later end: --set time.end=...",
             checkpoint.time, scene.time.end);
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
@@ -217,27 +217,14 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
         for (auto& [name_of, value] : attributes)  // the archive knows the file of its scene
             if (name_of == "title" || name_of == "scene_file") value = reader.text_attribute(name_of);
     };
-    files::Archive archive =
-        files::Archive::resume(path, recordings_of(simulation), attributes, rows, check_and_keep_names);
+    files::Archive archive = files::Archive::resume(path, recordings_of(*made), attributes, rows, check_and_keep_names);
     require(
         checkpoint.row_checksums.empty() || archive.row_checksums() == checkpoint.row_checksums,
         {.file = path.string()},
         "the frames and samples up to t = {} s are not those that the run had when it wrote its checkpoint; expected "
         "the archive as the run left it: put it back, or run the scene again",
         checkpoint.time);
-    std::vector<std::string> logged;
-    if (!options.quiet) logged = log_start(scene, simulation, checkpoint.step);
-    const LoopFiles files{.archive = path,
-                          .scene = io::resolved_text(scene),
-                          .checkpoint_minutes = scene.output.checkpoint_minutes,
-                          .run_id = checkpoint.run_id,
-                          .program = this_program()};
-    const LoopOutcome loop = [&] {
-        const Rounding rounding(options.rounds_up);
-        return run_loop(simulation, checkpoint.step, archive, files, options.quiet);
-    }();
-    signals.reset();
-    return finish(scene, loop, path, simulation.dt, std::move(archive), options.quiet, logged);
+    return run_and_finish(scene, *made, checkpoint.step, archive, checkpoint.run_id, signals, options);
 }
 
 }  // namespace drover::run

@@ -35,9 +35,12 @@ std::vector<std::filesystem::path> inputs_of(const io::Scene& scene) {
     return inputs;
 }
 
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+    return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+}
+
 void require_folder_of(const OutputFile& output) {
-    const std::filesystem::path& path = output.path;
-    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+    const std::filesystem::path folder = folder_of(output.path);
     std::error_code problem;
     require(std::filesystem::is_directory(folder, problem), output.where,
             "{}: the folder \"{}\" does not exist; make it first", output.name, folder.string());

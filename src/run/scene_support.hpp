@@ -35,6 +35,8 @@ struct OutputFile {
     bool overwrite = false;
 };
 
+std::filesystem::path folder_of(const std::filesystem::path& file);
+
 /// Throws an input Error unless the folder of the file exists.
 void require_folder_of(const OutputFile& output);
 
