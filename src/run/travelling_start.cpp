@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "base/log.hpp"
 #include "run/field_problem.hpp"
@@ -29,40 +28,28 @@ namespace {
 constexpr const char* settling_method = "etdrk4-krogstad";
 constexpr double settling_tolerance = 1e-4;
 
-/// Takes a step of a state.
-using Advance = std::function<void(std::int64_t step, numerics::Spectra& state)>;
-
-/// By equal steps of at most time.dt of the line.  `start` makes ready for steps of dt from a state.
-Settle settle_by(const io::Scene& line, std::function<Advance(double dt, numerics::Spectra& state)> start) {
-    return [line, start = std::move(start)](double duration, numerics::Spectra& state) {
-        const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
-        const double steps = std::ceil(duration / longest);
-        const Advance advance = start(duration / steps, state);
-        for (std::int64_t step = 0; step < std::llround(steps); ++step) {
-            check_stop_signal();
-            advance(step, state);
-        }
-    };
+/// By equal steps of at most time.dt of the line.
+void settle(const io::Scene& line, double duration, Threads& threads, numerics::Spectra& state) {
+    const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
+    const double steps = std::ceil(duration / longest);
+    model::Integrated what = field_problem(line).integrated;
+    what.is_quiet = true;
+    model::FieldEvolution evolution(
+        std::move(what), line.grid,
+        {.method = settling_method, .dt = duration / steps, .tolerance = settling_tolerance, .watches_error = false}, 0,
+        threads);
+    evolution.start(state);
+    for (std::int64_t step = 0; step < std::llround(steps); ++step) {
+        check_stop_signal();
+        evolution.advance(step, state);
+    }
 }
-
 }  // namespace
 
 TravellingGuess travelling_guess(const io::Scene& scene, const io::Scene& line, Threads& threads) {
-    const auto start = [line, &threads](double dt, numerics::Spectra& state) -> Advance {
-        model::Integrated what = field_problem(line).integrated;
-        what.is_quiet = true;
-        const auto evolution =
-            std::make_shared<model::FieldEvolution>(std::move(what), line.grid,
-                                                    numerics::StepControl{.method = settling_method,
-                                                                          .dt = dt,
-                                                                          .tolerance = settling_tolerance,
-                                                                          .watches_error = false},
-                                                    0, threads);
-        evolution->start(state);
-        return [evolution](std::int64_t step, numerics::Spectra& at) { evolution->advance(step, at); };
-    };
     return {.fields = average_over_y(initial_fields(scene, threads), line.grid),
-            .settle = settle_by(line, start),
+            .settle = [line, &threads](double duration,
+                                       numerics::Spectra& state) { settle(line, duration, threads, state); },
             .longest = line.time.end};
 }
 
