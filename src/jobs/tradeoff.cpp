@@ -11,7 +11,7 @@
 #include "io/scene_text.hpp"
 #include "jobs/trade_front.hpp"
 #include "run/cost.hpp"
-#include "run/grid_run.hpp"
+#include "run/field_simulation.hpp"
 #include "run/memory_run.hpp"
 #include "run/run_scene.hpp"
 #include "run/scene_equations.hpp"

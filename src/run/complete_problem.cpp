@@ -8,7 +8,6 @@
 #include "numerics/solvers/fastest_growth.hpp"
 #include "physics/integrated.hpp"
 #include "run/field_problem.hpp"
-#include "run/grid_run.hpp"
 #include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"
 #include "run/warnings.hpp"
@@ -165,6 +164,19 @@ Limit limit_of(const io::Scene& scene, const model::Equations& equations) {
     return limit;
 }
 
+/// Terms as people wrote them.
+std::vector<std::string> texts_of(const io::Scene& scene, const model::Equations& equations) {
+    if (scene.kind != io::SceneKind::model) return physics::written_terms(physics::Equations(scene.model));
+    std::vector<std::string> texts;
+    for (const model::TermSummary& term : equations.terms()) texts.push_back(term.text);
+    return texts;
+}
+}  // namespace
+
+std::vector<double> searched_sizes(const io::Scene& scene, const model::Integrated& what) {
+    return sizes_of(scene, what, Sizes::searched);
+}
+
 std::string likely_cause(const io::Scene& scene, const model::Equations& equations, const numerics::System& linear,
                          double tail) {
     const Limit limit = limit_of(scene, equations);
@@ -189,24 +201,17 @@ std::string likely_cause(const io::Scene& scene, const model::Equations& equatio
     return grows + unlimited;
 }
 
-/// Terms as people wrote them.
-std::vector<std::string> texts_of(const io::Scene& scene, const model::Equations& equations) {
-    if (scene.kind != io::SceneKind::model) return physics::written_terms(physics::Equations(scene.model));
-    std::vector<std::string> texts;
-    for (const model::TermSummary& term : equations.terms()) texts.push_back(term.text);
-    return texts;
-}
-
 /// Of terms that no mass divides: where it vanishes none is finite.
-std::string term_not_finite(const io::Scene& scene, const model::Equations& equations, int degree, double t,
+std::string term_not_finite(const io::Scene& scene, const model::Integrated& what, double t,
                             const numerics::Spectra& state) {
+    const model::Equations& equations = what.equations;
     Threads one(1);
     for (const std::size_t n : model::terms_with_power(equations)) {
         const model::Field& field = equations.model().fields[equations.terms()[n].field];
         if (!field.mass.text.empty()) continue;
         numerics::Spectra rate(scene.grid, state.count());
         try {
-            const numerics::System system = equations.only(n).system(scene.grid, one, degree);
+            const numerics::System system = equations.only(n).system(scene.grid, one, what.kept_degree);
             if (system.nonlinear) system.nonlinear(t, state, rate);
         } catch (const Error&) {  // a value that is not allowed, not a term
             continue;
@@ -217,21 +222,13 @@ std::string term_not_finite(const io::Scene& scene, const model::Equations& equa
     }
     return "";
 }
-}  // namespace
 
 void complete_problem(const io::Scene& scene, FieldProblem& problem) {
-    const model::Integrated what = problem.integrated;
+    model::Integrated& what = problem.integrated;
     // A flock is far from its references, and so are its errors.
     if (scene.kind == io::SceneKind::model)
-        problem.integrated.shortest = shortest_of_patterns(what.equations, scene.grid, what.kept_degree);
+        what.shortest = shortest_of_patterns(what.equations, scene.grid, what.kept_degree);
     problem.sizes = sizes_of(scene, what, Sizes::at_hand);
-    problem.searched_sizes = [scene, what] { return sizes_of(scene, what, Sizes::searched); };
-    problem.likely_cause = [scene, what](const numerics::System& linear, double tail) {
-        return likely_cause(scene, what.equations, linear, tail);
-    };
-    problem.term_not_finite = [scene, what](double t, const numerics::Spectra& state) {
-        return term_not_finite(scene, what.equations, what.kept_degree, t, state);
-    };
 }
 
 }  // namespace drover::run

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "measure/fields.hpp"
-#include "run/grid_run.hpp"
 
 namespace drover::run {
 
@@ -106,6 +105,11 @@ FirstFailure find_first_failure(model::FieldEvolution& evolution, const FieldHea
     }
     return found;
 }
+
+std::string cause_of(const Diagnosed& run, double tail) {
+    return likely_cause(run.scene, run.problem.integrated.equations, run.evolution.linear(), tail);
+}
+
 /// Reports the non-finite mode with the smallest wavenumber of the field that failed first, and where the field was
 /// largest when last finite.
 [[noreturn]] void report_not_finite(const Diagnosed& run, numerics::Transform& transform,
@@ -130,14 +134,16 @@ FirstFailure find_first_failure(model::FieldEvolution& evolution, const FieldHea
         }
     const numerics::Spectra last = numerics::with_kept(linear, health.healthy);
     const Peak peak = peak_of(linear.grid, transform, last, component);
-    const std::string term = run.problem.term_not_finite(static_cast<double>(health.step) * run.dt, last);
+    const double dt = run.scene.time.dt;
+    const std::string term =
+        term_not_finite(run.scene, run.problem.integrated, static_cast<double>(health.step) * dt, last);
     fail_run(
         "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its "
         "largest value was {:.3g} in cell ({}, {}) when last finite; likely cause: {}; the last checkpoint is good to "
         "restart from",
-        step, static_cast<double>(step) * run.dt, run.problem.components[static_cast<std::size_t>(component)].name,
-        mode % width, numerics::mode_number_y(linear.grid, mode / width), run.dt, peak.value, peak.x, peak.y,
-        term.empty() ? run.problem.likely_cause(linear, tail_of(linear, last, {"", component, 1}))
+        step, static_cast<double>(step) * dt, run.problem.components[static_cast<std::size_t>(component)].name,
+        mode % width, numerics::mode_number_y(linear.grid, mode / width), dt, peak.value, peak.x, peak.y,
+        term.empty() ? cause_of(run, tail_of(linear, last, {"", component, 1}))
                      : term + ": give it a finite value where the fields vanish");
 }
 }  // namespace
@@ -155,9 +161,10 @@ void set_scales(const model::Equations& equations, const std::vector<double>& si
 }
 
 /// A size in the model is at least what is known without a search.
-void search_scales(const FieldProblem& problem, FieldHealth& health) {
+void search_scales(const Diagnosed& run, FieldHealth& health) {
     if (std::exchange(health.has_searched, true)) return;
-    set_scales(problem.integrated.equations, problem.searched_sizes(), health);
+    const model::Integrated& what = run.problem.integrated;
+    set_scales(what.equations, searched_sizes(run.scene, what), health);
 }
 }  // namespace
 
@@ -182,7 +189,7 @@ void check_field_health(const Diagnosed& run, numerics::Transform& transform, co
     const numerics::System& linear = run.evolution.linear();
     for (const Complex value : state.values)
         if (!is_finite(value, state.size)) {
-            search_scales(run.problem, health);
+            search_scales(run, health);
             report_not_finite(run, transform, state, step, health);
         }
     for (int c = 0; c < state.count(); ++c) {
@@ -190,15 +197,15 @@ void check_field_health(const Diagnosed& run, numerics::Transform& transform, co
         const double size = root_mean_square(linear.grid, state[c]);
         const double& scale = health.scales[static_cast<std::size_t>(c)];
         if (size > max_field_size * std::max(scale, health.start[static_cast<std::size_t>(c)]))
-            search_scales(run.problem, health);
+            search_scales(run, health);
         if (size <= max_field_size * scale || scale == 0.0) continue;
         const Peak peak = peak_of(linear.grid, transform, state, c);
         fail_run(
             "the solution lost its meaning at or before step {} (t = {:.6g} s): the root mean square of {} is {:.3g} "
             "{}; expected at most {:.0e} times its size in this model, {:.3g}; its largest value is {:.3g} in cell "
             "({}, {}), dt = {}; likely cause: {}; an earlier checkpoint is good to restart from",
-            step, static_cast<double>(step) * run.dt, component.name, size, component.unit, max_field_size, scale,
-            peak.value, peak.x, peak.y, run.dt, run.problem.likely_cause(linear, tail_of(linear, state, {"", c, 1})));
+            step, static_cast<double>(step) * run.scene.time.dt, component.name, size, component.unit, max_field_size,
+            scale, peak.value, peak.x, peak.y, run.scene.time.dt, cause_of(run, tail_of(linear, state, {"", c, 1})));
     }
     if (step == health.step) return;  // checked before
     std::swap(health.earlier, health.healthy);
@@ -214,8 +221,8 @@ void fail_step(const Diagnosed& run, const FieldHealth& health, std::int64_t ste
     fail_run(
         "{} became unstable: in step {} (t = {:.6g} s) it changed by {:.3g} times its size, with {:.2g} of its "
         "variance in the shortest waves of the grid: choose time.dt = {} or smaller, or a finer grid; then {}",
-        first.field.name, first.step, static_cast<double>(first.step) * run.dt, first.change, first.tail, 0.5 * run.dt,
-        error.what());
+        first.field.name, first.step, static_cast<double>(first.step) * run.scene.time.dt, first.change, first.tail,
+        0.5 * run.scene.time.dt, error.what());
 }
 
 }  // namespace drover::run

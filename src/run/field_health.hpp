@@ -35,9 +35,9 @@ void restore_field_health(const numerics::System& system, const numerics::Spectr
 
 /// What a diagnosis needs of a run, whose last steps it may repeat.
 struct Diagnosed {
-    model::FieldEvolution& evolution;
+    const io::Scene& scene;
     const FieldProblem& problem;
-    double dt = 0.0;
+    model::FieldEvolution& evolution;
 };
 
 /// Records a state that is finite and no larger than allowed; otherwise throws a run Error with field, place and cause.

@@ -1,10 +1,11 @@
-// run/field_problem.cpp: the components of a run of fields, and their observables.
+// run/field_problem.cpp: the components of a run of fields, their observables, and states as numbers.
 #include "run/field_problem.hpp"
 
-#include <memory>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
 
-#include "drover/numerics/transform.hpp"
-#include "measure/fields.hpp"
 #include "model/start.hpp"
 #include "run/sample_recording.hpp"
 #include "run/scene_equations.hpp"
@@ -17,63 +18,52 @@ std::vector<files::Quantity> quantities(const std::vector<model::StateComponent>
     for (const model::StateComponent& one : components) result.push_back({one.name, one.unit, one.meaning, {"y", "x"}});
     return result;
 }
-
-struct Observer {
-    Observer(std::shared_ptr<const measure::FieldSetting> of_run, Threads& threads)
-        : setting(std::move(of_run)),
-          transform(setting->grid, setting->degree, threads),
-          balanced(setting->grid, setting->in_balance),
-          rows(measure::field_observables(*setting)) {}
-
-    std::shared_ptr<const measure::FieldSetting> setting;
-    numerics::Transform transform;
-    numerics::Spectra balanced;
-    measure::Observables<measure::FieldMoment> rows;
-    std::shared_ptr<model::EnergyMeter> energy = {};
-};
-
-FieldObserver observer_of(const std::shared_ptr<Observer>& own) {
-    FieldObserver result{.axes = measure::axes_of(own->rows),
-                         .quantities = quantities_of(own->rows),
-                         .values = 0,
-                         .setting = own->setting,
-                         .measure = {}};
-    for (const auto& row : own->rows) result.values += measure::size_of(row.axes);
-    result.measure = [own](const FieldState& state) {
-        if (own->balanced.count() > 0) own->transform.forward(state.balanced, own->balanced);
-        measure::FieldMoment moment{.setting = *own->setting,
-                                    .state = state.spectra,
-                                    .state_on_grid = state.fields,
-                                    .balanced = own->balanced,
-                                    .balanced_on_grid = state.balanced,
-                                    .step_error = state.step_error};
-        if (own->energy) moment.energy = own->energy->measure(state.time, state.spectra);
-        return measure_all(own->rows, moment);
-    };
-    return result;
-}
 }  // namespace
 
-FieldObserver field_observer(const io::Scene& scene, const model::Integrated& what, Threads& threads) {
-    const auto setting = std::make_shared<measure::FieldSetting>(
-        measure::make_field_setting(what.equations, scene.grid, what.kept_degree));
-    setting->watches_error = scene.time.max_error > 0.0;
-    std::shared_ptr<model::EnergyMeter> energy;
-    if (scene.output.powers) {
-        energy = std::make_shared<model::EnergyMeter>(what.equations, scene.grid, what.kept_degree, threads);
-        setting->terms = names_of_terms(scene, what.equations);
-    }
-    const auto own = std::make_shared<Observer>(setting, threads);
-    own->energy = energy;
-    return observer_of(own);
+FieldObserver::FieldObserver(measure::FieldSetting setting, Threads& threads,
+                             std::unique_ptr<model::EnergyMeter> energy)
+    : setting_(std::move(setting)),
+      transform_(setting_.grid, setting_.degree, threads),
+      balanced_(setting_.grid, setting_.in_balance),
+      rows_(measure::field_observables(setting_)),
+      energy_(std::move(energy)) {}
+
+std::vector<files::Quantity> FieldObserver::quantities() const { return quantities_of(rows_); }
+
+std::size_t FieldObserver::values() const {
+    std::size_t values = 0;
+    for (const auto& row : rows_) values += measure::size_of(row.axes);
+    return values;
 }
 
-FieldObserver observer_of_state(const FieldObserver& whole, Threads& threads) {
-    if (!whole.setting->watches_error && !whole.setting->terms) return whole;
-    const auto setting = std::make_shared<measure::FieldSetting>(*whole.setting);
-    setting->watches_error = false;
-    setting->terms.reset();
-    return observer_of(std::make_shared<Observer>(setting, threads));
+std::vector<std::vector<double>> FieldObserver::measure(const FieldState& state) {
+    if (balanced_.count() > 0) transform_.forward(state.balanced, balanced_);
+    measure::FieldMoment moment{.setting = setting_,
+                                .state = state.spectra,
+                                .state_on_grid = state.fields,
+                                .balanced = balanced_,
+                                .balanced_on_grid = state.balanced,
+                                .step_error = state.step_error};
+    if (energy_) moment.energy = energy_->measure(state.time, state.spectra);
+    return measure_all(rows_, moment);
+}
+
+SharedObserver field_observer(const io::Scene& scene, const model::Integrated& what, Threads& threads) {
+    measure::FieldSetting setting = measure::make_field_setting(what.equations, scene.grid, what.kept_degree);
+    setting.watches_error = scene.time.max_error > 0.0;
+    if (!scene.output.powers) return std::make_shared<FieldObserver>(std::move(setting), threads);
+    setting.terms = names_of_terms(scene, what.equations);
+    return std::make_shared<FieldObserver>(std::move(setting), threads,
+                                           std::make_unique<model::EnergyMeter>(what.equations, scene.grid,
+                                                                                what.kept_degree, threads));
+}
+
+SharedObserver observer_of_state(const SharedObserver& whole, Threads& threads) {
+    measure::FieldSetting setting = whole->setting();
+    if (!setting.watches_error && !setting.terms) return whole;
+    setting.watches_error = false;
+    setting.terms.reset();
+    return std::make_shared<FieldObserver>(std::move(setting), threads);
 }
 
 FieldProblem field_problem(const io::Scene& scene) {
@@ -82,6 +72,30 @@ FieldProblem field_problem(const io::Scene& scene) {
     problem.balanced = quantities(model::components_in_balance(problem.integrated.equations));
     complete_problem(scene, problem);
     return problem;
+}
+
+bool is_finite(numerics::Complex value, std::size_t modes) {
+    const double max = std::numeric_limits<double>::max() / static_cast<double>(2 * modes);
+    return std::abs(value.real()) < max && std::abs(value.imag()) < max;
+}
+
+void find_balanced(const model::FieldEvolution& evolution, double time, const numerics::Spectra& state,
+                   numerics::Fields& to) {
+    if (to.count() == 0) return;
+    const numerics::Fields now = evolution.balanced(time, state);
+    std::copy(now.values.begin(), now.values.end(), to.values.begin());
+}
+
+void append_numbers(const numerics::Spectra& state, std::vector<double>& to) {
+    to.reserve(to.size() + 2 * state.values.size());
+    for (const numerics::Complex value : state.values) {
+        to.push_back(value.real());
+        to.push_back(value.imag());
+    }
+}
+
+void take_numbers(std::span<const double> numbers, numerics::Spectra& state) {
+    for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] = {numbers[2 * m], numbers[2 * m + 1]};
 }
 
 }  // namespace drover::run

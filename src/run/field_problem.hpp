@@ -1,13 +1,14 @@
 // run/field_problem.hpp: what a run of fields needs of its equations, whatever they are.
 #pragma once
-#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "drover/numerics/transform.hpp"
 #include "files/archive.hpp"
 #include "io/scene.hpp"
-#include "measure/field_setting.hpp"
+#include "measure/fields.hpp"
 #include "measure/observable.hpp"
 #include "model/field_evolution.hpp"
 
@@ -23,33 +24,56 @@ struct FieldState {
 };
 
 /// The observables of fields.
-struct FieldObserver {
-    std::vector<measure::Axis> axes;
-    std::vector<files::Quantity> quantities;
-    std::size_t values = 0;  ///< of all quantities
-    std::shared_ptr<const measure::FieldSetting> setting;
-    std::function<std::vector<std::vector<double>>(const FieldState&)> measure;
+class FieldObserver {
+public:
+    FieldObserver(measure::FieldSetting setting, Threads& threads, std::unique_ptr<model::EnergyMeter> energy = {});
+
+    const measure::FieldSetting& setting() const { return setting_; }
+    std::vector<measure::Axis> axes() const { return measure::axes_of(rows_); }
+    std::vector<files::Quantity> quantities() const;
+    std::size_t values() const;  ///< of all quantities
+    std::vector<std::vector<double>> measure(const FieldState& state);
+
+private:
+    measure::FieldSetting setting_;
+    numerics::Transform transform_;
+    numerics::Spectra balanced_;
+    measure::Observables<measure::FieldMoment> rows_;
+    std::unique_ptr<model::EnergyMeter> energy_;
 };
-FieldObserver field_observer(const io::Scene& scene, const model::Integrated& what, Threads& threads);
+using SharedObserver = std::shared_ptr<FieldObserver>;
+SharedObserver field_observer(const io::Scene& scene, const model::Integrated& what, Threads& threads);
 /// The same without what a run alone can tell, its energy budget and its step error.
-FieldObserver observer_of_state(const FieldObserver& whole, Threads& threads);
+SharedObserver observer_of_state(const SharedObserver& whole, Threads& threads);
 
 struct FieldProblem {
     model::Integrated integrated;
     std::vector<files::Quantity> components;  ///< of a state, as frames have them
     std::vector<files::Quantity> balanced;    ///< components in balance that frames have, too
     std::vector<double> sizes;                ///< of each component: its size in the model; 0: unknown
-    /// The same, where uniform stationary states are larger theirs: takes a search.
-    std::function<std::vector<double>()> searched_sizes;
-    /// Why a run may have diverged, for people.  tail: the part of the variance of the field in its shortest waves.
-    std::function<std::string(const numerics::System& linear, double tail)> likely_cause;
-    /// The text of a term that is not finite somewhere in a state; "" if all are.
-    std::function<std::string(double t, const numerics::Spectra& state)> term_not_finite;
 };
 
 /// Throws an input Error for equations that a run cannot integrate.
 FieldProblem field_problem(const io::Scene& scene);
-/// Sets what follows `balanced`, and Integrated::shortest.
+/// Sets the sizes, and Integrated::shortest.
 void complete_problem(const io::Scene& scene, FieldProblem& problem);
+
+/// The sizes of components, where uniform stationary states are larger theirs: takes a search.
+std::vector<double> searched_sizes(const io::Scene& scene, const model::Integrated& what);
+/// Why a run may have diverged, for people.  tail: the part of the variance of the field in its shortest waves.
+std::string likely_cause(const io::Scene& scene, const model::Equations& equations, const numerics::System& linear,
+                         double tail);
+/// The text of a term that is not finite somewhere in a state; "" if all are.
+std::string term_not_finite(const io::Scene& scene, const model::Integrated& what, double t,
+                            const numerics::Spectra& state);
+
+/// Finite, and small enough that a sum over so many modes is finite too.  False for NaN.
+bool is_finite(numerics::Complex value, std::size_t modes);
+/// The fields in balance with a state, on the grid.
+void find_balanced(const model::FieldEvolution& evolution, double time, const numerics::Spectra& state,
+                   numerics::Fields& to);
+/// The coefficients of a state as numbers of a checkpoint: two for each mode; and back, for as many numbers.
+void append_numbers(const numerics::Spectra& state, std::vector<double>& to);
+void take_numbers(std::span<const double> numbers, numerics::Spectra& state);
 
 }  // namespace drover::run

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "drover/numerics/transform.hpp"
 #include "measure/fields.hpp"
@@ -13,7 +14,6 @@
 #include "numerics/steppers/time_method.hpp"
 #include "run/field_health.hpp"
 #include "run/field_problem.hpp"
-#include "run/grid_run.hpp"
 #include "run/sample_recording.hpp"
 #include "run/start_file.hpp"
 #include "run/step_bias.hpp"
@@ -39,26 +39,25 @@ public:
     const numerics::Spectra& state() const { return state_; }
 
 private:
-    BiasedRun biased(Threads& threads) const;  // refers to this
     numerics::Spectra first_state(Threads& threads) const;
     ScheduledRecording frames();
     ScheduledRecording samples();
     void to_grid();
     void check_step_error(std::int64_t step);
-    Diagnosed diagnosed() { return {.evolution = evolution_, .problem = problem_, .dt = dt}; }
+    Diagnosed diagnosed() { return {.scene = scene_, .problem = problem_, .evolution = evolution_}; }
 
     io::Scene scene_;
     FieldProblem problem_;
     model::FieldEvolution evolution_;
     numerics::Transform transform_;
-    FieldObserver observer_;
+    SharedObserver observer_;
     numerics::Spectra state_;
     numerics::Fields fields_, balanced_;  // on the grid, in arrays that keep their places: they are lent out
     FieldHealth health_;
     double time_ = 0.0;
     std::optional<std::int64_t> too_large_since_;  // step from which on the error is larger than that of a chosen step
     std::vector<double> fresh_;                    // saved by the evolution before any step
-    std::shared_ptr<StepBias> bias_;               // nullptr: not measured
+    std::optional<StepBias> bias_;                 // none: not measured
 };
 
 bool makes_step_error(const FieldProblem& problem) { return problem.integrated.equations.has_explicit_part(); }
@@ -91,9 +90,14 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads)
     evolution_.start(state_);
     fresh_ = evolution_.save();
     if (why_no_step_bias(scene_).empty() && makes_step_error(problem_))
-        bias_ = std::make_shared<StepBias>(scene_, biased(threads));
+        bias_.emplace(BiasedRun{.scene = scene_,
+                                .problem = problem_,
+                                .evolution = evolution_,
+                                .transform = transform_,
+                                .observer = observer_,
+                                .threads = threads});
     recordings.push_back(frames());
-    if (bias_) recordings.push_back(StepBias::recording(bias_, state_));
+    if (bias_) recordings.push_back(bias_->recording(state_));
     recordings.push_back(samples());
 }
 
@@ -109,63 +113,33 @@ numerics::Spectra FieldSimulation::first_state(Threads& threads) const {
     return spectra;
 }
 
-void find_balanced(const model::FieldEvolution& evolution, double time, const numerics::Spectra& state,
-                   numerics::Fields& to) {
-    if (to.count() == 0) return;
-    const numerics::Fields now = evolution.balanced(time, state);
-    std::copy(now.values.begin(), now.values.end(), to.values.begin());
-}
-
 void FieldSimulation::to_grid() {
     transform_.backward(state_, fields_);
     find_balanced(evolution_, time_, state_, balanced_);
 }
 
-BiasedRun FieldSimulation::biased(Threads& threads) const {
-    struct Observed {
-        numerics::Fields fields, balanced;
-    };
-    const FieldObserver part = observer_of_state(observer_, threads);
-    const auto observed = std::make_shared<std::optional<Observed>>();  // made when it is needed
-    const auto make_twin = [this, &threads] {
-        const auto twin =
-            std::make_shared<model::FieldEvolution>(problem_.integrated, scene_.grid, control_of_twin(scene_.time),
-                                                    static_cast<std::uint64_t>(scene_.run.seed), threads);
-        return Twin{.follow = [this, twin] { twin->follow(evolution_); },
-                    .advance = [twin](std::int64_t step, numerics::Spectra& at) { twin->advance(step, at); },
-                    .save = [twin] { return twin->save(); },
-                    .restore = [twin](std::span<const double> values) { twin->restore(values); }};
-    };
-    return {.values = part.values,
-            .components = state_.count(),
-            .work_done = [this] { return evolution_.work_done(); },
-            .observe =
-                [this, observed, part](double t, const numerics::Spectra& at) {
-                    if (!*observed)
-                        observed->emplace(numerics::Fields(scene_.grid, fields_.count()),
-                                          numerics::Fields(scene_.grid, balanced_.count()));
-                    Observed& now = **observed;
-                    transform_.backward(at, now.fields);
-                    find_balanced(evolution_, t, at, now.balanced);
-                    std::vector<double> values;
-                    for (const std::vector<double>& row :
-                         part.measure({.time = t, .spectra = at, .fields = now.fields, .balanced = now.balanced}))
-                        values.insert(values.end(), row.begin(), row.end());
-                    return values;
-                },
-            .known_error = [this] { return evolution_.known_error(); },
-            .make_twin = make_twin};
-}
-
 files::Recording frames_of(const FieldProblem& problem, const numerics::Grid& grid) {
-    files::Recording recording = frames_on(grid);
-    recording.quantities = problem.components;
+    files::Recording recording{.group = "/",
+                               .axes = {{"y", "mm", "position along y", cell_corners(grid.ny, grid.ly)},
+                                        {"x", "mm", "position along x", cell_corners(grid.nx, grid.lx)}},
+                               .quantities = problem.components,
+                               .rows_per_chunk = 1};
     recording.quantities.insert(recording.quantities.end(), problem.balanced.begin(), problem.balanced.end());
     return recording;
 }
 }  // namespace
 
 files::Recording frame_recording(const io::Scene& scene) { return frames_of(field_problem(scene), scene.grid); }
+
+io::Scene start_alone(const io::Scene& scene) {
+    io::Scene start = scene;
+    if (start.time.dt == 0.0) start.time.dt = io::longest_step(start);
+    start.time.stepper = io::TimeControl{}.stepper;
+    start.time.tolerance = start.time.max_error = 0.0;
+    start.output.powers = false;
+    start.accuracy.effort = 0.0;
+    return start;
+}
 
 numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
     return FieldSimulation(start_alone(scene), threads).state();
@@ -204,6 +178,24 @@ TimedScene timed_fields(const io::Scene& scene) {
     }
     return {timed, work(scene.grid) / work(timed.grid)};
 }
+
+namespace {
+/// Of the steppers of a method: so many, or of our own methods twice as many with a tolerance.
+double steppers_bytes(const numerics::System& system, const io::TimeControl& time, int count) {
+    if (const numerics::SundialsMethod* sundials = numerics::find_sundials_method(time.stepper))
+        return count * numerics::sundials_stepper_bytes(system, *sundials);
+    return numerics::stepper_bytes(system, numerics::stepper_table(time.stepper),
+                                   time.tolerance > 0.0 ? 2 * count : count);
+}
+
+/// Of the stepper of a twin with noise, and of its state.
+double twin_stepper_bytes(const numerics::System& system, const io::TimeControl& time) {
+    return numerics::noise_path_bytes(system, 0.5 * time.dt, 0) +
+           numerics::stepper_bytes(system, numerics::stepper_table(time.stepper), 1) +
+           static_cast<double>(numerics::modes(system.grid)) * numerics::components(system.layout) *
+               sizeof(numerics::Complex);
+}
+}  // namespace
 
 double field_simulation_bytes(const io::Scene& scene) {
     const FieldProblem problem = field_problem(scene);
@@ -246,13 +238,13 @@ ScheduledRecording FieldSimulation::frames() {
 }
 
 ScheduledRecording FieldSimulation::samples() {
-    return sample_recording(scene_, field_samples_group, observer_.axes, observer_.quantities, [this] {
+    return sample_recording(scene_, field_samples_group, observer_->axes(), observer_->quantities(), [this] {
         to_grid();
-        return observer_.measure({.time = time_,
-                                  .spectra = state_,
-                                  .fields = fields_,
-                                  .balanced = balanced_,
-                                  .step_error = evolution_.step_error().error});
+        return observer_->measure({.time = time_,
+                                   .spectra = state_,
+                                   .fields = fields_,
+                                   .balanced = balanced_,
+                                   .step_error = evolution_.step_error().error});
     });
 }
 
@@ -322,13 +314,37 @@ void FieldSimulation::check_step_error(std::int64_t step) {
         check_chosen_step(scene_.time, error, step);
 }
 
-/// The choices of the adaptive stepper.
+/// The choices of an adaptive stepper, for people; "" where its steps are fixed.
+std::string steps_text(const numerics::AdaptiveStepper& stepper, const io::Scene& scene) {
+    const numerics::StepCount& count = stepper.count();
+    if (count.right_hand_sides > 0)
+        return text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s", count.accepted,
+                    count.rejected, count.right_hand_sides, stepper.last_step());
+    if (scene.time.tolerance > 0.0)
+        return text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", count.accepted, count.rejected,
+                    scene.time.dt / stepper.division(), stepper.division());
+    return "";
+}
+
 std::string FieldSimulation::describe() const {
     std::string words = steps_text(evolution_.stepper(), scene_);
     if (const auto changes = evolution_.reference_changes(); changes > 0)
         words += text("{}the reference of the linear part changed {} time{}", words.empty() ? "" : "; ", changes,
                       changes == 1 ? "" : "s");
     return words;
+}
+
+/// Throws an input Error, for fields that were not taken as the state, at the first value that is not finite.
+void require_finite(const numerics::Fields& fields, const std::vector<std::string>& names, const numerics::Grid& grid) {
+    for (int c = 0; c < fields.count(); ++c) {
+        const std::span<const double> values = fields[c];
+        const auto found =
+            std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
+        require(found == values.end(), {},
+                "{} is {} in cell ({}, {}); expected finite values: the fields were not changed",
+                names[static_cast<std::size_t>(c)], found == values.end() ? 0.0 : *found,
+                (found - values.begin()) % grid.nx, (found - values.begin()) / grid.nx);
+    }
 }
 
 /// Other fields start another run: without the history of the stepper and the error so far.
@@ -342,6 +358,39 @@ void FieldSimulation::accept(std::int64_t step) {
     evolution_.start(state_);
     health_ = make_field_health(problem_, evolution_.linear(), state_);
     restore_field_health(evolution_.linear(), state_, step, health_);
+}
+
+std::vector<double> numbers_of_run(std::vector<double> stepper, double time, const numerics::Spectra& state,
+                                   const std::vector<double>& bias) {
+    std::vector<double> all = std::move(stepper);
+    all.push_back(time);
+    append_numbers(state, all);
+    all.insert(all.end(), bias.begin(), bias.end());
+    all.push_back(static_cast<double>(bias.size()));
+    return all;
+}
+
+/// The parts of the numbers of a checkpoint: those of the stepper, the time, the state, the step bias and their number.
+struct SavedRun {
+    std::span<const double> stepper, state, bias;
+    double time = 0.0;
+};
+/// state_numbers: those of the state.  Throws an input Error for fewer numbers than that needs.
+SavedRun saved_run(std::span<const double> all, std::size_t state_numbers) {
+    const double last = all.empty() ? 0.0 : all.back();
+    require(last >= 0.0 && last < static_cast<double>(all.size()) && last == std::round(last), {},
+            "the checkpoint holds {} numbers of the step bias; expected fewer than the {} of all; use the other "
+            "checkpoint",
+            last, all.size());
+    const auto of_bias = static_cast<std::size_t>(last);
+    const std::span<const double> values = all.first(all.empty() ? 0 : all.size() - 1 - of_bias);
+    require(values.size() > state_numbers, {}, "the checkpoint holds {} numbers; this scene's state has more than {}",
+            values.size(), state_numbers);
+    const std::size_t before = values.size() - state_numbers;
+    return {.stepper = values.first(before - 1),
+            .state = values.last(state_numbers),
+            .bias = all.subspan(values.size(), of_bias),
+            .time = values[before - 1]};
 }
 
 std::vector<double> FieldSimulation::save() const {

@@ -21,6 +21,9 @@ TimedScene timed_fields(const io::Scene& scene);
 std::unique_ptr<Simulation> make_field_simulation(const io::Scene& scene, Threads& threads,
                                                   std::span<const double> saved);
 
+/// The scene with a step, whatever it is, and without estimates of errors: its fields at t = 0 are the same.
+io::Scene start_alone(const io::Scene& scene);
+
 /// The fields at t = 0.  Throws as make_field_simulation().
 numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads);
 

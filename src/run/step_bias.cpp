@@ -6,8 +6,6 @@
 #include <utility>
 
 #include "drover/base/error.hpp"
-#include "numerics/steppers/effort.hpp"
-#include "run/grid_run.hpp"
 
 namespace drover::run {
 
@@ -26,89 +24,91 @@ struct Shares {
 Shares shares_of_effort(const io::Scene& scene) { return io::has_noise(scene) ? Shares{0.35, 0.5} : Shares{0.8, 0.2}; }
 }  // namespace
 
-struct StepBias::Work {
-    io::Scene scene;
-    BiasedRun run;
-    bool noisy;
-    numerics::Effort effort;
+StepBias::StepBias(const BiasedRun& run)
+    : run_(run),
+      noisy_(io::has_noise(run.scene)),
+      effort_{.part = shares_of_effort(run.scene).biases * run.scene.accuracy.effort},
+      observer_(observer_of_state(run.observer, run.threads)),
+      early_(observer_->values(), 0.0),
+      late_(early_) {}
 
-    // With noise: the twin, and its piece from step `begin` on; length 0: there is none now.
-    std::optional<Twin> twin;
-    numerics::Spectra twin_state;
-    std::int64_t begin = 0, length = 0;
-    std::vector<double> early, late;
-    std::int64_t completed = -1, completed_length = 0;  // step at which the last piece ended
-    // Without noise: the step now, and that of the next comparison at the earliest; the last one was at `completed`.
-    std::int64_t now = 0, next = 0;
-    std::vector<std::vector<double>> row;  // as recorded
-
-    Work(const io::Scene& the_scene, BiasedRun the_run)
-        : scene(the_scene),
-          run(std::move(the_run)),
-          noisy(io::has_noise(scene)),
-          effort{.part = shares_of_effort(scene).biases * scene.accuracy.effort},
-          early(run.values, 0.0),
-          late(run.values, 0.0) {}
-    std::vector<double> observe(std::int64_t step, const numerics::Spectra& state) const {
-        return run.observe(static_cast<double>(step) * scene.time.dt, state);
+/// The values of all observables, one after another.
+std::vector<double> StepBias::observe(std::int64_t step, const numerics::Spectra& state) {
+    if (fields_.count() == 0) {
+        fields_ = numerics::Fields(run_.scene.grid, components());
+        balanced_ = numerics::Fields(run_.scene.grid, static_cast<int>(run_.problem.balanced.size()));
     }
-    /// Of the observables of two states.
-    double work_of_comparison() const { return 2.0 * numerics::work_of_observing(scene.grid, run.components); }
-    void begin_piece(std::int64_t step, const numerics::Spectra& state);
-    void advance_piece(std::int64_t step, const numerics::Spectra& state);
-    std::vector<std::vector<double>> compare(const numerics::Spectra& state);
-};
+    const double time = static_cast<double>(step) * run_.scene.time.dt;
+    run_.transform.backward(state, fields_);
+    find_balanced(run_.evolution, time, state, balanced_);
+    std::vector<double> values;
+    for (const std::vector<double>& row :
+         observer_->measure({.time = time, .spectra = state, .fields = fields_, .balanced = balanced_}))
+        values.insert(values.end(), row.begin(), row.end());
+    return values;
+}
 
-void StepBias::Work::begin_piece(std::int64_t step, const numerics::Spectra& state) {
+/// Of the observables of two states.
+double StepBias::work_of_comparison() const { return 2.0 * numerics::work_of_observing(run_.scene.grid, components()); }
+
+void StepBias::make_twin() {
+    const io::TimeControl& time = run_.scene.time;
+    twin_ = std::make_unique<model::FieldEvolution>(
+        run_.problem.integrated, run_.scene.grid,
+        numerics::StepControl{.method = time.stepper, .dt = 0.5 * time.dt, .tolerance = 0.0, .watches_error = false},
+        static_cast<std::uint64_t>(run_.scene.run.seed), run_.threads);
+}
+
+void StepBias::begin_piece(std::int64_t step, const numerics::Spectra& state) {
     constexpr double part = 1.0 / 8.0;  // of what the steps so far allow
     // Without that of the start, which would be one piece longer than many runs.
-    const double allowed = std::min(2.0 * effort.part * effort.done, effort.allowed()),
-                 work_a_step = effort.done / static_cast<double>(step), steps = allowed / work_a_step;
-    if (effort.spent == 0.0) effort.spent = start_steps * work_a_step;
+    const double allowed = std::min(2.0 * effort_.part * effort_.done, effort_.allowed()),
+                 work_a_step = effort_.done / static_cast<double>(step), steps = allowed / work_a_step;
+    if (effort_.spent == 0.0) effort_.spent = start_steps * work_a_step;
     const auto next = moments * std::max(min_length / moments,
                                          static_cast<std::int64_t>(part * steps / static_cast<double>(moments)));
     const double work =
         twin_steps * static_cast<double>(next) * work_a_step + static_cast<double>(moments) * work_of_comparison();
-    if (allowed - effort.spent < work) return;
-    if (!twin) twin = run.make_twin();
-    begin = step;
-    length = next;
-    effort.spent += work;
-    twin_state = state;
-    twin->follow();
-    std::fill(early.begin(), early.end(), 0.0);
-    std::fill(late.begin(), late.end(), 0.0);
+    if (allowed - effort_.spent < work) return;
+    if (!twin_) make_twin();
+    begin_ = step;
+    length_ = next;
+    effort_.spent += work;
+    twin_state_ = state;
+    twin_->follow(run_.evolution);
+    std::fill(early_.begin(), early_.end(), 0.0);
+    std::fill(late_.begin(), late_.end(), 0.0);
 }
 
-void StepBias::Work::advance_piece(std::int64_t step, const numerics::Spectra& state) {
+void StepBias::advance_piece(std::int64_t step, const numerics::Spectra& state) {
     try {
-        twin->advance(2 * step - 2, twin_state);
-        twin->advance(2 * step - 1, twin_state);
+        twin_->advance(2 * step - 2, twin_state_);
+        twin_->advance(2 * step - 1, twin_state_);
     } catch (const Error& error) {
         if (error.fault() != Fault::run) throw;
-        length = 0;  // the run itself reports a density that fails
+        length_ = 0;  // the run itself reports a density that fails
         return;
     }
-    const std::int64_t moment = (step - begin) * moments / length;
-    if ((step - begin) * moments % length != 0 || moment <= moments / 4) return;
-    const std::vector<double> of_run = observe(step, state), of_twin = observe(step, twin_state);
+    const std::int64_t moment = (step - begin_) * moments / length_;
+    if ((step - begin_) * moments % length_ != 0 || moment <= moments / 4) return;
+    const std::vector<double> of_run = observe(step, state), of_twin = observe(step, twin_state_);
     const bool is_late = moment > moments / 2;
-    std::vector<double>& sums = is_late ? late : early;
+    std::vector<double>& sums = is_late ? late_ : early_;
     const double weight = 1.0 / static_cast<double>(is_late ? moments / 2 : moments / 4);
     for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += weight * (of_run[k] - of_twin[k]);
     if (moment < moments) return;
-    completed = step;
-    completed_length = length;
-    length = 0;
+    completed_ = step;
+    completed_length_ = length_;
+    length_ = 0;
 }
 
 /// The observables of a state less those of the state without its error; NaN where the error is not known well enough.
-std::vector<std::vector<double>> StepBias::Work::compare(const numerics::Spectra& state) {
-    std::vector<double> differences(early.size(), now == 0 ? 0.0 : NAN);
-    if (now == 0) return {{1.0}, differences, differences};                               // no step yet
-    if (!effort.affords(work_of_comparison())) return {{0.0}, differences, differences};  // at the end of a run
-    effort.spent += work_of_comparison();
-    if (std::optional<numerics::Spectra> corrected = run.known_error()) {
+std::vector<std::vector<double>> StepBias::compare(const numerics::Spectra& state) {
+    std::vector<double> differences(early_.size(), now_ == 0 ? 0.0 : NAN);
+    if (now_ == 0) return {{1.0}, differences, differences};                               // no step yet
+    if (!effort_.affords(work_of_comparison())) return {{0.0}, differences, differences};  // at the end of a run
+    effort_.spent += work_of_comparison();
+    if (std::optional<numerics::Spectra> corrected = run_.evolution.known_error()) {
         for (std::size_t k = 0; k < corrected->values.size(); ++k)
             corrected->values[k] = state.values[k] - corrected->values[k];
         try {
@@ -123,22 +123,17 @@ std::vector<std::vector<double>> StepBias::Work::compare(const numerics::Spectra
     return {{1.0}, differences, differences};
 }
 
-StepBias::StepBias(const io::Scene& scene, BiasedRun run) : work_(std::make_unique<Work>(scene, std::move(run))) {}
-StepBias::~StepBias() = default;
-
 void StepBias::advance(std::int64_t step, const numerics::Spectra& state) {
-    Work& w = *work_;
-    w.now = step;
-    w.effort.done = w.run.work_done();
-    if (!w.noisy) return;
-    if (w.length > 0) w.advance_piece(step, state);
-    if (w.length == 0 && w.completed != step) w.begin_piece(step, state);  // the sums are recorded first
+    now_ = step;
+    effort_.done = run_.evolution.work_done();
+    if (!noisy_) return;
+    if (length_ > 0) advance_piece(step, state);
+    if (length_ == 0 && completed_ != step) begin_piece(step, state);  // the sums are recorded first
 }
 
-ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, const numerics::Spectra& state) {
-    const Work& w = *bias->work_;
+ScheduledRecording StepBias::recording(const numerics::Spectra& state) {
     std::vector<double> numbers;
-    for (std::size_t k = 0; k < w.early.size(); ++k) numbers.push_back(static_cast<double>(k));
+    for (std::size_t k = 0; k < early_.size(); ++k) numbers.push_back(static_cast<double>(k));
     files::Recording recording{
         .group = step_bias_group,
         .axes = {{"value", "1", "values of all observables, one after another, in their order", numbers}},
@@ -150,74 +145,64 @@ ScheduledRecording StepBias::recording(const std::shared_ptr<StepBias>& bias, co
                         {"value"}},
                        {"early", "1", "the same, mean over the second quarter of the piece", {"value"}}},
         .rows_per_chunk = 8};
-    if (w.noisy) {
-        const auto observe = [bias] {
-            Work& work = *bias->work_;
-            const bool ends = work.completed == work.now;  // not where a run ends within a piece
-            return lend(work.row, {{ends ? static_cast<double>(work.completed_length) : 0.0}, work.late, work.early});
+    if (noisy_) {
+        const auto observe = [this] {
+            const bool ends = completed_ == now_;  // not where a run ends within a piece
+            return lend(row_, {{ends ? static_cast<double>(completed_length_) : 0.0}, late_, early_});
         };
         ScheduledRecording scheduled{std::move(recording), 0, observe};
-        scheduled.due = [bias](std::int64_t step) { return bias->work_->completed == step; };
+        scheduled.due = [this](std::int64_t step) { return completed_ == step; };
         return scheduled;
     }
-    const std::int64_t samples = io::whole_steps(w.scene, "output.sample_every", w.scene.output.sample_every);
+    const std::int64_t samples = io::whole_steps(run_.scene, "output.sample_every", run_.scene.output.sample_every);
     // Ever later: errors rise and fall at the start, and what may be spent there is soon spent.
-    const auto observe = [bias, &state] {
-        Work& work = *bias->work_;
+    const auto observe = [this, &state] {
         constexpr std::int64_t per_doubling = 8;
-        work.completed = work.now;
-        work.next = work.now + std::max<std::int64_t>(1, work.now / per_doubling);
-        return lend(work.row, work.compare(state));
+        completed_ = now_;
+        next_ = now_ + std::max<std::int64_t>(1, now_ / per_doubling);
+        return lend(row_, compare(state));
     };
     ScheduledRecording scheduled{std::move(recording), 0, observe};
-    scheduled.due = [bias, samples](std::int64_t step) {
-        const Work& work = *bias->work_;
-        if (step == 0 || step == work.completed) return true;
-        return samples > 0 && step % samples == 0 && step >= work.next &&
-               work.effort.affords(work.work_of_comparison());
+    scheduled.due = [this, samples](std::int64_t step) {
+        if (step == 0 || step == completed_) return true;
+        return samples > 0 && step % samples == 0 && step >= next_ && effort_.affords(work_of_comparison());
     };
     return scheduled;
 }
 
 std::vector<double> StepBias::save() const {
-    const Work& w = *work_;
     std::vector<double> values{
-        static_cast<double>(w.begin),     static_cast<double>(w.length),           w.effort.spent,
-        static_cast<double>(w.completed), static_cast<double>(w.completed_length), static_cast<double>(w.next)};
-    for (const auto* sums : {&w.early, &w.late}) values.insert(values.end(), sums->begin(), sums->end());
-    if (w.length == 0) return values;
-    append_numbers(w.twin_state, values);
-    const std::vector<double> evolution = w.twin->save();
+        static_cast<double>(begin_),     static_cast<double>(length_),           effort_.spent,
+        static_cast<double>(completed_), static_cast<double>(completed_length_), static_cast<double>(next_)};
+    for (const auto* sums : {&early_, &late_}) values.insert(values.end(), sums->begin(), sums->end());
+    if (length_ == 0) return values;
+    append_numbers(twin_state_, values);
+    const std::vector<double> evolution = twin_->save();
     values.insert(values.end(), evolution.begin(), evolution.end());
     return values;
 }
 
 void StepBias::restore(std::span<const double> values) {
-    Work& w = *work_;
-    const std::size_t sums = w.early.size(), fixed = 6, complete = fixed + 2 * sums,
-                      modes = 2 * numerics::Spectra(w.scene.grid, w.run.components).values.size();
+    const std::size_t sums = early_.size(), fixed = 6, complete = fixed + 2 * sums,
+                      modes = 2 * numerics::Spectra(run_.scene.grid, components()).values.size();
     require(values.size() == complete || values.size() > complete + modes, {},
             "the checkpoint contains {} numbers of the step bias; expected {}, or more than {}; use the other "
             "checkpoint",
             values.size(), complete, complete + modes);
-    w.begin = static_cast<std::int64_t>(values[0]);
-    w.length = static_cast<std::int64_t>(values[1]);
-    w.effort.spent = values[2];
-    w.completed = static_cast<std::int64_t>(values[3]);
-    w.completed_length = static_cast<std::int64_t>(values[4]);
-    w.next = static_cast<std::int64_t>(values[5]);
+    begin_ = static_cast<std::int64_t>(values[0]);
+    length_ = static_cast<std::int64_t>(values[1]);
+    effort_.spent = values[2];
+    completed_ = static_cast<std::int64_t>(values[3]);
+    completed_length_ = static_cast<std::int64_t>(values[4]);
+    next_ = static_cast<std::int64_t>(values[5]);
     const auto from = [&](std::size_t first) { return values.begin() + static_cast<std::ptrdiff_t>(first); };
-    std::copy(from(fixed), from(fixed + sums), w.early.begin());
-    std::copy(from(fixed + sums), from(complete), w.late.begin());
+    std::copy(from(fixed), from(fixed + sums), early_.begin());
+    std::copy(from(fixed + sums), from(complete), late_.begin());
     if (values.size() == complete) return;
-    w.twin_state = numerics::Spectra(w.scene.grid, w.run.components);
-    take_numbers(values.subspan(complete), w.twin_state);
-    w.twin = w.run.make_twin();
-    w.twin->restore(values.subspan(complete + modes));
-}
-
-numerics::StepControl control_of_twin(const io::TimeControl& time) {
-    return {.method = time.stepper, .dt = 0.5 * time.dt, .tolerance = 0.0, .watches_error = false};
+    twin_state_ = numerics::Spectra(run_.scene.grid, components());
+    take_numbers(values.subspan(complete), twin_state_);
+    make_twin();
+    twin_->restore(values.subspan(complete + modes));
 }
 
 double effort_of_estimates(const io::Scene& scene) {

@@ -1,31 +1,18 @@
 // run/step_bias.hpp: what the time step changes in each observable of a run.
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "drover/numerics/field.hpp"
 #include "io/scene.hpp"
-#include "measure/observable.hpp"
-#include "numerics/steppers/adaptive_stepper.hpp"
+#include "numerics/steppers/effort.hpp"
+#include "run/field_problem.hpp"
 #include "run/simulation.hpp"
 
 namespace drover::run {
-
-/// The same equations as those of a run with half of its step, on the same noise path.
-struct Twin {
-    std::function<void()> follow;  ///< begins anew, about the reference of the run now
-    std::function<void(std::int64_t half_step, numerics::Spectra& state)> advance;
-    std::function<std::vector<double>()> save;
-    std::function<void(std::span<const double>)> restore;
-};
-
-numerics::StepControl control_of_twin(const io::TimeControl& time);
 
 /// accuracy.effort, and that of the error of the fields where it is 0.
 double effort_of_estimates(const io::Scene& scene);
@@ -34,14 +21,14 @@ double effort_of_step_error(const io::Scene& scene);
 /// Of a pilot.
 inline constexpr double effort_of_pilots = std::numeric_limits<double>::infinity();
 
-/// What is measured of a run of fields, whatever their equations.
+/// What a step bias takes from its run, which outlives it.
 struct BiasedRun {
-    std::size_t values = 0;             ///< of all observables, one after another
-    int components = 0;                 ///< of a state
-    std::function<double()> work_done;  ///< by the run, without what estimates of errors take
-    std::function<std::vector<double>(double time, const numerics::Spectra& state)> observe;
-    std::function<std::optional<numerics::Spectra>()> known_error;  ///< numerics::StepError::known()
-    std::function<Twin()> make_twin;
+    const io::Scene& scene;
+    const FieldProblem& problem;
+    const model::FieldEvolution& evolution;
+    const numerics::Transform& transform;
+    const SharedObserver& observer;
+    Threads& threads;
 };
 
 /// Measures the change of the observables of one run by its time step, within its share of accuracy.effort.
@@ -53,21 +40,43 @@ struct BiasedRun {
 /// compared with those of the fields, at some of the samples.
 class StepBias {
 public:
-    StepBias(const io::Scene& scene, BiasedRun run);
-    ~StepBias();
+    explicit StepBias(const BiasedRun& run);
+    StepBias(const StepBias&) = delete;
+    StepBias& operator=(const StepBias&) = delete;
 
     /// Called with the state after each step; `step`: the number of steps so far.
     void advance(std::int64_t step, const numerics::Spectra& state);
 
-    /// One row for each piece, or each comparison; `state` is that of the run.
-    static ScheduledRecording recording(const std::shared_ptr<StepBias>& bias, const numerics::Spectra& state);
+    /// One row for each piece, or each comparison; `state` is that of the run.  Refers to this.
+    ScheduledRecording recording(const numerics::Spectra& state);
 
     std::vector<double> save() const;
     void restore(std::span<const double> values);
 
 private:
-    struct Work;
-    std::unique_ptr<Work> work_;
+    int components() const { return static_cast<int>(run_.problem.components.size()); }
+    std::vector<double> observe(std::int64_t step, const numerics::Spectra& state);
+    double work_of_comparison() const;
+    void make_twin();
+    void begin_piece(std::int64_t step, const numerics::Spectra& state);
+    void advance_piece(std::int64_t step, const numerics::Spectra& state);
+    std::vector<std::vector<double>> compare(const numerics::Spectra& state);
+
+    BiasedRun run_;
+    bool noisy_;
+    numerics::Effort effort_;
+    SharedObserver observer_;             // of a state alone
+    numerics::Fields fields_, balanced_;  // of what is observed, on the grid; made when they are needed
+
+    // With noise: the twin, and its piece from step `begin` on; length 0: there is none now.
+    std::unique_ptr<model::FieldEvolution> twin_;  // the same equations with half of the step, on the same noise path
+    numerics::Spectra twin_state_;
+    std::int64_t begin_ = 0, length_ = 0;
+    std::vector<double> early_, late_;
+    std::int64_t completed_ = -1, completed_length_ = 0;  // step at which the last piece ended
+    // Without noise: the step now, and that of the next comparison at the earliest; the last one was at `completed`.
+    std::int64_t now_ = 0, next_ = 0;
+    std::vector<std::vector<double>> row_;  // as recorded
 };
 
 /// Whether a scene can have one: else why not, for people.
