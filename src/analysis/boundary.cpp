@@ -1,21 +1,225 @@
-// analysis/boundary.cpp: phase boundaries as a result.
+// analysis/boundary.cpp: limits of stability, states and binodals of a scene over a plane of its numbers, as a result.
 #include "analysis/boundary.hpp"
 
-#include "analysis/boundary_problem.hpp"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "analysis/binodal_lines.hpp"
+#include "analysis/stability_problem.hpp"
+#include "base/constants.hpp"
+#include "base/log.hpp"
+#include "run/progress.hpp"
+#include "run/scene_equations.hpp"
+#include "run/signals.hpp"
 
 namespace drover::analysis {
 
 namespace {
-files::ResultTable map_table(const BoundaryProblem& problem, const DescribedPlane& plane, int side, Threads& threads) {
-    const MapPoints map = map_points(plane, side);
-    std::vector<std::vector<double>> values(problem.map.size(), std::vector<double>(map.points.size()));
-    threads.for_chunks(map.points.size(), 4, [&](std::size_t begin, std::size_t end) {
+using theory::Limit;
+using theory::MarginState;
+
+/// Of a table at one point, in a plane of area fractions.
+void warn_of_fixed_coefficients(const io::Scene& scene, const PlannedBoundary& planned) {
+    const io::CalibratedPlan& calibrated = scene.calibrated;
+    if (calibrated.filled.empty() || calibrated.coefficients == "local" ||
+        !(planned.x_number.is_fraction || planned.y_number.is_fraction))
+        return;
+    log_warning(
+        "area fractions of the plane change the densities alone: all coefficients stay those of {} at "
+        "calibrated.bead_area_fraction = {} and calibrated.rod_area_fraction = {}; for those at each point give "
+        "calibrated.coefficients = \"local\"",
+        calibrated.table, calibrated.bead_area_fraction, calibrated.rod_area_fraction);
+}
+
+/// What all lines of a plane share.
+struct PlaneOfScene {
+    const io::Scene& scene;
+    const PlannedBoundary& planned;
+    const numerics::Rectangle rectangle;
+    const std::vector<SceneModel> draws;
+    const std::vector<model::UniformState> guesses;                ///< from which lines of states search theirs
+    const std::unique_ptr<run::PointProgress> progress = nullptr;  ///< of models of one's own, whose points take long
+};
+
+PlaneModels models_of(const PlaneOfScene& plane, SceneModel base, const std::string& convention,
+                      const PlaneModels* like = nullptr) {
+    if (!convention.empty()) set_convention(base.model, convention);
+    return {plane.scene.kind, std::move(base), plane.planned.x_number, plane.planned.y_number, plane.rectangle, like};
+}
+
+/// A margin at the points of a plane.
+using MarginAt = std::function<theory::Margin(const PlaneModels&, const numerics::PlanePoint&)>;
+
+theory::MarginOf margin_over(const PlaneOfScene& plane, std::shared_ptr<const PlaneModels> models,
+                             const MarginAt& margin) {
+    return [&plane, margin, models = std::move(models)](const numerics::PlanePoint& point) {
+        run::check_stop_signal();
+        if (plane.progress) plane.progress->add();
+        return margin(*models, point);
+    };
+}
+
+std::shared_ptr<const PlaneModels> models_of_scene(const PlaneOfScene& plane, const std::string& convention) {
+    return std::make_shared<const PlaneModels>(models_of(plane, scene_model(plane.scene), convention));
+}
+
+/// The margins over a plane, and those of draws of its model.  Draws whose model is not valid are left out.
+theory::PlaneMargins margins_over(const PlaneOfScene& plane, const std::string& convention, const MarginAt& margin) {
+    const auto models = models_of_scene(plane, convention);
+    theory::PlaneMargins result{.at = margin_over(plane, models, margin)};
+    for (const SceneModel& one : plane.draws) try {
+            result.draws.push_back(theory::where_valid(
+                margin_over(plane, std::make_shared<const PlaneModels>(models_of(plane, one, convention, models.get())),
+                            margin)));
+        } catch (const Error& error) {
+            if (!is_of_scene(error.fault())) throw;
+        }
+    return result;
+}
+
+MarginAt limit_margin(Limit limit) {
+    return
+        [limit](const PlaneModels& models, const numerics::PlanePoint& point) { return models.margin(point, limit); };
+}
+
+/// The states at the corners and middles of a plane, which lead to the others: states differ little over a plane.
+std::vector<model::UniformState> guesses_over(const io::Scene& scene, const PlannedBoundary& planned) {
+    const numerics::Rectangle plane = planned.rectangle();
+    const PlaneModels models(scene.kind, scene_model(scene), planned.x_number, planned.y_number, plane);
+    std::vector<model::UniformState> guesses;
+    for (const double x : {0.5, 0.0, 1.0})
+        for (const double y : {0.5, 0.0, 1.0}) {
+            const model::Equations equations =
+                models.equations({plane.x0 + x * (plane.x1 - plane.x0), plane.y0 + y * (plane.y1 - plane.y0)});
+            for (const theory::StationaryState& state : theory::stationary_states(equations).states)
+                guesses.push_back(state.values);
+        }
+    return guesses;
+}
+
+/// Margins of states against waves of all lengths.
+MarginAt state_margin(const PlaneOfScene& plane, MarginState which) {
+    theory::GrowthSearch search = growth_search(plane.scene);
+    if (plane.scene.stability.min_wavenumber == 0.0) search.min *= 100.0;  // the limit of long waves covers the rest
+    search.wavenumbers = 41;  // the least stable wave is refined: these find it
+    search.angles = 18;
+    return [=, &plane](const PlaneModels& at, const numerics::PlanePoint& point) {
+        return theory::margin(at.equations(point), which, plane.guesses, search);
+    };
+}
+
+MarginState state_of(const std::string& line) {
+    return line == isotropic_line ? MarginState::isotropic : MarginState::ordered;
+}
+
+DescribedLines described_line(const PlannedBoundary& planned, const std::string& name, const std::string& convention) {
+    const bool has_states = std::any_of(planned.lines.begin(), planned.lines.end(), is_of_state);
+    if (std::all_of(planned.lines.begin(), planned.lines.end(), is_of_state))
+        return {.heading = text("the {} state becomes unstable", name),
+                .names = {run::data_only(run::choice("state", "the uniform state that becomes unstable", name,
+                                                     {isotropic_line, ordered_line}))},
+                .shows_angles = name == ordered_line,
+                .shows_waves = true};
+    DescribedLines described{
+        .heading = convention.empty() ? name : text("{} ({} convention of lambda)", name, convention),
+        .names = {run::data_only(run::choice(
+            "limit", "the instability that begins, or binodal: densities of phases that coexist", name, line_names()))},
+        .shows_angles = name == theory::limit_name(Limit::oblique) || name == ordered_line,
+        .shows_waves = has_states};
+    if (!convention.empty())
+        described.names.push_back(
+            run::data_only(run::choice("convention", "convention of lambda", convention, {"mean", "single-rod"})));
+    return described;
+}
+
+using PointValues = std::function<std::vector<double>(const numerics::PlanePoint&)>;
+
+/// The regime at a point, and the decay rate of the order.
+PointValues regime_at(const PlaneOfScene& plane, const std::string& convention) {
+    const auto models = models_of_scene(plane, convention);
+    std::vector<theory::MarginOf> over;
+    for (const std::string& name : theory::limit_names())
+        over.push_back(margin_over(plane, models, limit_margin(theory::limit_of(name))));
+    const bool has_order = analysis::has_order(plane.scene);
+    return [over, has_order](const numerics::PlanePoint& point) -> std::vector<double> {
+        std::array<double, 4> margins{infinite, nan, nan, nan};  // without a field that turns no order sets in
+        for (std::size_t n = has_order ? 0 : 1; n < (has_order ? over.size() : 2); ++n)
+            margins[n] = over[n](point).value;
+        return {static_cast<double>(theory::regime_of(margins[0], margins[1], margins[2], margins[3])),
+                has_order ? margins[0] : nan};
+    };
+}
+
+PointValues stable_states_at(const std::vector<std::pair<MarginState, theory::MarginOf>>& states) {
+    return [states](const numerics::PlanePoint& point) -> std::vector<double> {
+        int stable = 0;
+        bool found = false;
+        for (const auto& [state, margin_of] : states) {
+            const double margin = margin_of(point).value;
+            found = found || !std::isnan(margin);
+            if (margin > 0.0) stable += state == MarginState::isotropic ? 1 : 2;
+        }
+        return {found ? static_cast<double>(stable) : -1.0};
+    };
+}
+
+/// Numbers of a point, and what they are.
+struct PlaneMap {
+    std::vector<files::Quantity> quantities;
+    PointValues at;
+};
+
+PlaneMap map_of(const PlaneOfScene& plane) {
+    const std::vector<std::string> axes{"map_y", "map_x"}, &lines = plane.planned.lines;
+    const std::string convention = plane.planned.conventions.front();
+    if (!std::all_of(lines.begin(), lines.end(), is_of_state))
+        return {.quantities = {{"regime", "1", theory::regime_legend(), axes},
+                               {"effective_relaxation", "s-1",
+                                "rate at which order decays in the isotropic state; of rods and beads abar = a - "
+                                "lambda alpha/Gamma",
+                                axes}},
+                .at = regime_at(plane, convention)};
+    const auto models = models_of_scene(plane, convention);
+    std::vector<std::pair<MarginState, theory::MarginOf>> states;
+    for (const std::string& line : lines)
+        states.emplace_back(state_of(line), margin_over(plane, models, state_margin(plane, state_of(line))));
+    return {.quantities = {{"stable_states", "1",
+                            "-1 no uniform state, 0 none is stable, 1 isotropic, 2 ordered, 3 both", axes}},
+            .at = stable_states_at(states)};
+}
+
+files::ResultTable map_table(const PlaneMap& map, const MapPoints& on, Threads& threads) {
+    std::vector<std::vector<double>> values(map.quantities.size(), std::vector<double>(on.points.size()));
+    threads.for_chunks(on.points.size(), 4, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
-            const std::vector<double> found = problem.map_at(map.points[n]);
+            const std::vector<double> found = map.at(on.points[n]);
             for (std::size_t k = 0; k < found.size(); ++k) values[k][n] = found[k];
         }
     });
-    return {.group = {}, .axes = map.axes, .quantities = problem.map, .values = std::move(values)};
+    return {.group = {}, .axes = on.axes, .quantities = map.quantities, .values = std::move(values)};
+}
+
+/// The samples of each contour, at the corners and centres of its cells, and those of the map.
+std::int64_t least_points(const io::Scene& scene, const PlannedBoundary& planned) {
+    const std::int64_t cells = scene.boundary.cells, side = scene.boundary.map;
+    return static_cast<std::int64_t>(planned.lines.size()) * ((cells + 1) * (cells + 1) + cells * cells + side * side);
+}
+
+PlaneOfScene plane_of(const io::Scene& scene, const PlannedBoundary& planned, bool quiet) {
+    warn_of_fixed_coefficients(scene, planned);
+    std::unique_ptr<run::PointProgress> progress;
+    if (scene.kind == io::SceneKind::model)
+        progress = std::make_unique<run::PointProgress>(least_points(scene, planned), quiet);
+    return {.scene = scene,
+            .planned = planned,
+            .rectangle = planned.rectangle(),
+            .draws = drawn_scenes(scene, planned.errors),
+            .guesses = std::ranges::any_of(planned.lines, is_of_state) ? guesses_over(scene, planned)
+                                                                       : std::vector<model::UniformState>{},
+            .progress = std::move(progress)};
 }
 }  // namespace
 
@@ -25,37 +229,42 @@ void check_boundary(const io::Scene& scene) {
 }
 
 run::Result make_boundary(const io::Scene& scene, Threads& threads, const BoundaryWork& work) {
-    const PlannedBoundary planned = plan_boundary(scene);
-    const BoundaryProblem problem = boundary_problem(scene, planned, work.quiet);
+    PlannedBoundary planned = plan_boundary(scene);
+    const PlaneOfScene plane = plane_of(scene, planned, work.quiet);
+    if (!plane.draws.empty()) planned.draws = static_cast<std::size_t>(scene.boundary.draws);
+    const bool has_map = scene.boundary.map > 0 && !work.lines_alone;
+    const PlaneMap map = has_map ? map_of(plane) : PlaneMap{};
     const ComputeAll compute = work.compute ? work.compute : on_threads(threads);
-    const DescribedPlane plane{.x = planned.x, .y = planned.y, .draws = problem.draws, .cells = scene.boundary.cells};
-    const numerics::Rectangle rectangle{.x0 = plane.x.from, .x1 = plane.x.to, .y0 = plane.y.from, .y1 = plane.y.to};
     run::List traced{.name = "traced"};
-    BandMaps bands(plane);
+    BandMaps bands(planned);
     bool complete = true;
-    for (const PlaneLines& lines : problem.lines) {
-        if (lines.binodals) {
-            if (work.lines_alone) continue;
-            const BinodalLines found = lines.binodals(threads);
-            traced.rows.push_back(traced_record(plane, lines.described, found.boundary));
-            traced.rows.back().footer = found.ends;
-            continue;
+    for (const std::string& convention : planned.conventions)
+        for (const std::string& name : planned.lines) {
+            const DescribedLines described = described_line(planned, name, convention);
+            if (name == binodal_name) {
+                if (work.lines_alone) continue;
+                const BinodalLines found = trace_binodal_lines(scene, planned, convention, threads);
+                traced.rows.push_back(traced_record(planned, described, found.boundary));
+                traced.rows.back().footer = found.ends;
+                continue;
+            }
+            const theory::PlaneMargins margins = margins_over(plane, convention,
+                                                              is_of_state(name) ? state_margin(plane, state_of(name))
+                                                                                : limit_margin(theory::limit_of(name)));
+            const theory::Boundary boundary =
+                theory::trace_boundary(plane.rectangle, margins.at, margins.draws,
+                                       {.cells = scene.boundary.cells, .chord = scene.boundary.chord}, compute);
+            complete = complete && boundary.complete;
+            traced.rows.push_back(traced_record(planned, described, boundary));
+            bands.add(described, boundary);
         }
-        const theory::PlaneMargins margins = lines.margins();
-        const theory::Boundary boundary =
-            theory::trace_boundary(rectangle, margins.at, margins.draws,
-                                   {.cells = scene.boundary.cells, .chord = scene.boundary.chord}, compute);
-        complete = complete && boundary.complete;
-        traced.rows.push_back(traced_record(plane, lines.described, boundary));
-        bands.add(lines.described, boundary);
-    }
-    run::Result result{.root = plane_record(plane, complete, std::move(traced)),
-                       .attributes = {{"boundary_x", plane.x.name}, {"boundary_y", plane.y.name}}};
+    run::Result result{.root = plane_record(planned, complete, std::move(traced)),
+                       .attributes = {{"boundary_x", planned.x.name}, {"boundary_y", planned.y.name}}};
     bands.add_to(result.root);
-    if (scene.boundary.map > 0 && !work.lines_alone)
+    if (has_map)
         result.root.parts.push_back({"map",
                                      {.group = "/map",
-                                      .maps = map_table(problem, plane, scene.boundary.map, threads),
+                                      .maps = map_table(map, map_points(planned, scene.boundary.map), threads),
                                       .shown = {.text = false}}});
     return result;
 }

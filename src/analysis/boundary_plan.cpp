@@ -190,6 +190,7 @@ void check_binodal_plane(const io::Scene& scene, const PlannedBoundary& planned)
 
 PlannedBoundary plan_boundary(const io::Scene& scene) {
     PlannedBoundary planned;
+    planned.cells = scene.boundary.cells;
     std::tie(planned.x, planned.x_number) = axis_of(scene, "boundary.x", scene.boundary.x);
     std::tie(planned.y, planned.y_number) = axis_of(scene, "boundary.y", scene.boundary.y);
     require(!are_same(planned.x_number, planned.y_number), io::location_of(scene, "boundary.y"),

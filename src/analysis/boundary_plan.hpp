@@ -10,8 +10,7 @@
 
 namespace drover::analysis {
 
-struct PlannedBoundary {
-    DescribedAxis x, y;
+struct PlannedBoundary : DescribedPlane {
     PlaneNumber x_number, y_number;                      ///< what they set
     std::vector<std::pair<std::string, double>> errors;  ///< standard errors by key, beside those of tables
     std::vector<std::string> conventions;                ///< of lambda; one that is empty in a model of one's own

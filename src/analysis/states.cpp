@@ -3,31 +3,164 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
-#include "analysis/states_problem.hpp"
 #include "drover/numerics/transform.hpp"
 #include "measure/fields.hpp"
+#include "model/start.hpp"
+#include "run/field_simulation.hpp"
+#include "run/number_lists.hpp"
+#include "run/scene_equations.hpp"
 #include "run/signals.hpp"
+#include "run/travelling_start.hpp"
+#include "theory/density_profile.hpp"
+#include "theory/travelling_family.hpp"
 
 namespace drover::analysis {
 
 namespace {
 using numerics::TravellingState;
 
+/// The number of the model that --follow names.
+struct FollowedNumber {
+    std::string key;
+    std::string unit = "1";
+    double last = 0.0;
+};
+
+/// What states are looked for.
+struct StatesProblem {
+    io::Scene line;                               ///< the scene on one row of points
+    std::optional<FollowedNumber> followed = {};  ///< the parameter of the family
+    std::function<model::Integrated(double)> at;  ///< what is integrated, by the followed number
+    double parameter = 0.0;                       ///< its value in the scene
+    model::Integrated here;                       ///< what is integrated there
+    int degree = 1;                               ///< that decides which modes are kept
+    const numerics::Grid& grid() const { return line.grid; }
+};
+
+/// follow: KEY=VALUE of --follow; "": nothing.  Throws an input Error for a key that is not a number of the model.
+StatesProblem states_problem(const io::Scene& scene, const std::string& follow) {
+    const io::Scene line = run::line_of(scene);
+    double parameter = 0.0;
+    std::optional<FollowedNumber> followed;
+    std::function<model::Integrated(double)> at = [line](double) { return run::integrated_of(line); };
+    if (!follow.empty()) {
+        const std::string list = "--follow";
+        const SourceLocation where{.file = list};
+        const auto [key, value] = run::read_assignment(follow, list, run::example_of_number(line), where);
+        const run::SceneNumber number = run::number_of(line, list, key, where);
+        const double last = run::read_number(value, follow, list, run::example_of_number(line), where);
+        parameter = number.value;
+        require(last != parameter, where, "{} is {} already; expected another value to follow the state to", key, last);
+        followed = FollowedNumber{.key = number.key, .unit = number.unit, .last = last};
+        at = [line, key = number.key](double changed) {
+            return run::integrated_of(run::scene_with(line, key, changed));
+        };
+    }
+    const model::Integrated here = at(parameter);
+    for (const model::Field& field : here.equations.model().fields)
+        require(!field.solenoidal || field.left == model::LeftSide::balance, field.where,
+                "{} is solenoidal: of a state that depends on x alone its x component is a constant; expected its y "
+                "component as a scalar field of its own, for drover states",
+                field.symbol);
+    return {.line = line,
+            .followed = followed,
+            .at = at,
+            .parameter = parameter,
+            .here = here,
+            .degree = here.equations.linear_system(line.grid, here.kept_degree).degree};
+}
+
+numerics::TravellingFamily family_of(const StatesProblem& problem, Threads& threads) {
+    numerics::TravellingFamily family =
+        theory::travelling_family(problem.at, problem.parameter, problem.grid(), threads);
+    family.system = [system = family.system](double value) {
+        run::check_stop_signal();
+        return system(value);
+    };
+    return family;
+}
+
+/// What is told of a scalar, and its name; "": nothing.
+struct ScalarNames {
+    std::string mean, min, max, low, high, coexistence, width;
+};
+
+ScalarNames names_of(const io::Scene& scene, const std::string& field) {
+    const auto before = [&](const char* what) { return text("{}_{}", what, field); };
+    if (scene.kind == io::SceneKind::model)
+        return {before("mean"), before("min"),         before("max"),  before("low"),
+                before("high"), before("coexistence"), before("width")};
+    const std::string stem = field.substr(0, field.find('_'));  // "rod_density", as archives have it: "rod_low"
+    return {field, "", "", stem + "_low", stem + "_high", stem + "_coexistence", stem + "_width"};
+}
+
+void add_scalar(const ScalarNames& names, const model::StateComponent& of, double mean, std::span<const double> values,
+                double lx, std::vector<run::Entry>& entries) {
+    const auto add = [&](const std::string& name, const std::string& unit, const std::string& meaning,
+                         const run::EntryValue& value) {
+        if (!name.empty())
+            entries.push_back({.name = name, .unit = unit, .meaning = meaning, .value = value, .digits = 10});
+    };
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    const theory::DensityProfile profile = theory::density_profile(values, lx);
+    const std::string words = of.name;
+    add(names.mean, of.unit, text("mean of {}", words), mean);
+    add(names.min, of.unit, text("smallest {} on a point", words), *least);
+    add(names.max, of.unit, text("largest {} on a point", words), *most);
+    add(names.low, of.unit, text("{} where it is flattest below the middle of its range", words), profile.low);
+    add(names.high, of.unit, text("{} where it is flattest above the middle of its range", words), profile.high);
+    add(names.coexistence, "1", text("1: both values of {} are plateaus, of two phases", words),
+        profile.low_is_flat && profile.high_is_flat);
+    add(names.width, "mm", text("of the part with {} above the middle", words), profile.width);
+}
+
+std::vector<run::Entry> entries_of(const numerics::TravellingState& at, const numerics::Fields& fields,
+                                   const io::Scene& line, const model::Equations& equations) {
+    const std::vector<model::StateComponent> components = model::components_of_state(equations);
+    std::vector<run::Entry> entries;
+    for (int c = 0; c < fields.count(); ++c) {
+        const model::StateComponent& one = components[static_cast<std::size_t>(c)];
+        const model::Field& field = equations.model().fields[one.field];
+        if (field.spin == 0) {
+            add_scalar(names_of(line, one.name), one, at.state[c][0].real(), fields[c], line.grid.lx, entries);
+            continue;
+        }
+        if (line.kind == io::SceneKind::model)
+            entries.push_back(run::number("mean_" + one.name, one.unit, "mean", at.state[c][0].real(), 10));
+        if (one.part == 0) continue;
+        double largest = 0.0;
+        for (std::size_t i = 0; i < fields.size; ++i)
+            largest = std::max(largest, std::hypot(fields[c - 1][i], fields[c][i]));
+        entries.push_back(
+            run::number("max_" + field.name, one.unit, text("largest |{}| on a point", field.symbol), largest, 10));
+    }
+    return entries;
+}
+
+/// Further fields of the frames, which follow from the others; none where no field is in balance.
+numerics::Fields further_fields(const TravellingState& state, const StatesProblem& problem, Threads& threads) {
+    if (model::components_in_balance(problem.here.equations).empty()) return {};
+    const model::Integrated what = problem.at(state.parameter);
+    return model::ExplicitPart(what.equations, what.equations.linear_system(problem.grid(), what.kept_degree), threads)
+        .balanced(0.0, state.state);
+}
+
 /// A state with what is reported of it.
 struct Point {
     const TravellingState& at;
     numerics::Fields fields;
-    numerics::Fields further;                         ///< as StatesProblem::further
+    numerics::Fields further;                         ///< of further_fields()
     std::vector<std::complex<double>> perturbations;  ///< without its translation; empty: too many numbers
 };
 
 Point point_of(const TravellingState& at, const StatesProblem& problem, numerics::TravellingSolver& solver,
-               const numerics::Transform& transform, bool with_perturbations) {
+               const numerics::Transform& transform, bool with_perturbations, Threads& threads) {
     Point point{.at = at,
-                .fields = numerics::Fields(problem.grid, at.state.count()),
-                .further = problem.further ? problem.further(at) : numerics::Fields(),
+                .fields = numerics::Fields(problem.grid(), at.state.count()),
+                .further = further_fields(at, problem, threads),
                 .perturbations = {}};
     transform.backward(at.state, point.fields);
     if (!with_perturbations) return point;
@@ -43,7 +176,7 @@ Point point_of(const TravellingState& at, const StatesProblem& problem, numerics
 double tail_of(const TravellingState& at, const StatesProblem& problem) {
     double largest = 0.0;
     for (int c = 0; c < at.state.count(); ++c)
-        largest = std::max(largest, measure::tail_of(problem.grid, problem.degree, at.state, c, 1));
+        largest = std::max(largest, measure::tail_of(problem.grid(), problem.degree, at.state, c, 1));
     return largest;
 }
 
@@ -61,7 +194,7 @@ void add_unresolved(const std::vector<TravellingState>& states, const StatesProb
     root.footer.push_back(text(
         "the grid does not resolve the state{}: {:.2g} of the variance of a field is in the shortest waves of the grid "
         "(spectral_tail); expected less than {:.0e}: choose grid.nx = {}",
-        where, tail_of(worst, problem), most, 2 * problem.grid.nx));
+        where, tail_of(worst, problem), most, 2 * problem.grid().nx));
 }
 
 double growth_of(const Point& point) {
@@ -75,7 +208,7 @@ std::vector<run::Entry> state_entries(const Point& point, const StatesProblem& p
                                      .value = point.at.speed,
                                      .digits = 12,
                                      .rounding = point.at.speed_error}};
-    const std::vector<run::Entry> more = problem.entries(point.at, point.fields);
+    const std::vector<run::Entry> more = entries_of(point.at, point.fields, problem.line, problem.here.equations);
     entries.insert(entries.end(), more.begin(), more.end());
     entries.push_back(run::number("growth_rate", "s-1",
                                   "of the fastest perturbation that depends on x alone; > 0: the state is unstable",
@@ -136,8 +269,8 @@ void add_end_of_curve(const std::vector<TravellingState>& curve, const FollowedN
 }
 
 /// The fields on the points of the scene, the same on every row.
-run::Frames frames_of(const io::Scene& scene, const StatesProblem& problem, const std::vector<Point>& points) {
-    run::Frames frames{.recording = problem.frames, .rows = {}};
+run::Frames frames_of(const io::Scene& scene, const std::vector<Point>& points) {
+    run::Frames frames{.recording = run::frame_recording(scene), .rows = {}};
     const auto rows = static_cast<std::size_t>(scene.grid.ny);
     for (const Point& point : points) {
         std::vector<std::vector<double>>& frame = frames.rows.emplace_back();
@@ -153,19 +286,20 @@ run::Frames frames_of(const io::Scene& scene, const StatesProblem& problem, cons
 }  // namespace
 
 run::Result make_states(const io::Scene& scene, const StatesOptions& options, Threads& threads) {
-    StatesProblem problem = states_problem(scene, options.follow, threads);
-    problem.guess.speed = options.speed;
-    problem.guess.time = options.settle;
-    numerics::TravellingSolver solver(problem.family, threads);
-    std::vector<TravellingState> states{run::find_state(problem.guess, solver)};
+    const StatesProblem problem = states_problem(scene, options.follow);
+    numerics::TravellingSolver solver(family_of(problem, threads), threads);
+    run::TravellingGuess guess = run::travelling_guess(scene, problem.line, threads);
+    guess.speed = options.speed;
+    guess.time = options.settle;
+    std::vector<TravellingState> states{run::find_state(guess, solver)};
     if (problem.followed) states = solver.follow(states.front(), problem.followed->last, options.max_points);
     run::check_stop_signal();  // the curve ends at an error
-    const numerics::Transform transform(problem.grid, problem.degree, threads);
+    const numerics::Transform transform(problem.grid(), problem.degree, threads);
     constexpr std::size_t max_of_curve = 800;  // beyond, the eigenvalues of each point take seconds
     std::vector<Point> points;
     for (const TravellingState& state : states)
         points.push_back(
-            point_of(state, problem, solver, transform, points.empty() || solver.unknowns() <= max_of_curve));
+            point_of(state, problem, solver, transform, points.empty() || solver.unknowns() <= max_of_curve, threads));
     run::Record root{.heading = "travelling state along x", .group = "/state"};
     root.entries = state_entries(points.front(), problem);
     root.entries.push_back({.name = "residual",
@@ -186,7 +320,7 @@ run::Result make_states(const io::Scene& scene, const StatesOptions& options, Th
         root.lists.push_back(curve_list(points, problem));
         add_end_of_curve(states, *problem.followed, options.max_points, root);
     }
-    return {.root = std::move(root), .attributes = {}, .frames = frames_of(scene, problem, points)};
+    return {.root = std::move(root), .attributes = {}, .frames = frames_of(scene, points)};
 }
 
 }  // namespace drover::analysis

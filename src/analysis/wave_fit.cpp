@@ -1,19 +1,256 @@
-// analysis/wave_fit.cpp: drover fit: a table of estimates.
+// analysis/wave_fit.cpp: drover fit: from frames to waves, the numbers of the equations that they determine, and a table
+// of estimates.
 #include "analysis/wave_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 
-#include "analysis/wave_problem.hpp"
+#include "drover/theory/theory.hpp"
 #include "io/scene_text.hpp"
+#include "measure/field_setting.hpp"
+#include "model/start.hpp"
+#include "physics/linear_theory.hpp"
+#include "run/scene_equations.hpp"
 
 namespace drover::analysis {
 
 namespace {
 using calibrate::FittedValue;
+using calibrate::WaveModel;
 using calibrate::WaveRecord;
+
+/// The waves of frames, and the equations about the state of their means.
+struct WaveProblem {
+    calibrate::WaveRecord record;
+    calibrate::WaveModel waves;
+    calibrate::NoiseOf noise = calibrate::NoiseOf::frames;
+    std::vector<std::string> units;  ///< of the numbers
+    std::string about;               ///< "an ordered state": the uniform state of the waves
+    std::vector<run::Entry> state;   ///< its values
+};
+
+/// An archive of frames, what messages call it, and its scene.
+struct FrameSource {
+    const files::ArchiveReader& archive;
+    std::string name;
+    const io::Scene& scene;
+};
+
+/// Whether the mean of a vector over the frames is the order of a flock, by |mean|^2/<|F|^2>.  Throws an input Error
+/// for an order that is neither there nor gone.
+bool is_steady(double mean_square, double square, const std::string& archive, const std::string& field) {
+    const double steadiness = square > 0.0 ? mean_square / square : 0.0;
+    require(
+        steadiness <= 0.5 || steadiness > 0.9, {archive},
+        "has a mean of {} over these frames of {:.2g} of its root mean square; expected less than 0.7 (no order) or "
+        "more than 0.95 (a flock that keeps its direction): choose more frames, or fewer with --from and --to",
+        field, std::sqrt(steadiness));
+    return steadiness > 0.5;
+}
+
+/// The mean over frames of each component with a rate; of a field with a spin 0 where it is not steady.
+struct FrameMeans {
+    std::vector<double> values;
+    bool is_ordered = false;
+};
+
+/// order: the name of the field that alone decides whether there is order; "": each field for itself.
+FrameMeans means_of(const WaveRecord& record, const model::Equations& equations, const std::string& archive,
+                    const std::string& order) {
+    const std::vector<model::StateComponent> parts = model::components_of_state(equations);
+    FrameMeans means{.values = std::vector<double>(parts.size(), 0.0)};
+    std::vector<double> squares(parts.size(), 0.0);
+    for (std::size_t frame = 0; frame < record.frames; ++frame)
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            const double value = record.amplitudes.front()[frame * parts.size() + i].real();
+            means.values[i] += value / static_cast<double>(record.frames);
+            squares[i] += value * value / static_cast<double>(record.frames);
+        }
+    const auto clear = [&](std::size_t i) { means.values[i] = means.values[i + 1] = 0.0; };
+    std::vector<std::size_t> others;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const model::Field& field = equations.model().fields[parts[i].field];
+        if (field.spin == 0 || parts[i].part != 0) continue;
+        if (!order.empty() && field.name != order) {
+            others.push_back(i);
+            continue;
+        }
+        const double mean = std::hypot(means.values[i], means.values[i + 1]);
+        if (is_steady(mean * mean, squares[i] + squares[i + 1], archive, field.name)) means.is_ordered = true;
+        else clear(i);
+    }
+    if (!means.is_ordered) std::for_each(others.begin(), others.end(), clear);
+    return means;
+}
+
+/// Marks the components whose mean is conserved.  Returns false where a sum of several is conserved.
+bool mark_conserved(const model::Equations& equations, const std::vector<double>& means,
+                    std::vector<WaveModel::Field>& fields) {
+    fields.resize(means.size());
+    for (std::size_t i = 0; i < means.size(); ++i) fields[i].size = std::abs(means[i]);
+    const Eigen::MatrixXd conserved = theory::conserved_means(equations);
+    bool are_single = true;
+    for (Eigen::Index row = 0; row < conserved.rows(); ++row) {
+        Eigen::Index largest = 0;
+        if (conserved.row(row).cwiseAbs().maxCoeff(&largest) > 1.0 - 1e-12)
+            fields[static_cast<std::size_t>(largest)].is_conserved = true;
+        else are_single = false;
+    }
+    return are_single;
+}
+
+/// What fluctuates of the components at q, as the rows of LinearisedAt::symbol: of a divergence-free field the part
+/// across q alone.
+class FreeParts {
+public:
+    explicit FreeParts(const model::Equations& equations) {
+        const std::vector<model::StateComponent> parts = model::components_of_state(equations);
+        count_ = static_cast<Eigen::Index>(parts.size());
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            const bool is_pair = equations.model().fields[parts[i].field].solenoidal;
+            parts_.push_back({static_cast<Eigen::Index>(i), is_pair});
+            if (is_pair) ++i;
+        }
+    }
+    bool are_all() const { return std::ranges::none_of(parts_, &Part::is_across); }
+
+    /// Rows: the parts, of unit length; columns: the components.
+    Eigen::MatrixXd at(const numerics::Wavevector& q) const {
+        const double length = std::hypot(q.x, q.y);
+        Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(parts_.size()), count_);
+        for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+            const Part& part = parts_[static_cast<std::size_t>(row)];
+            rows(row, part.component) = part.is_across ? -q.y / length : 1.0;
+            if (part.is_across) rows(row, part.component + 1) = q.x / length;
+        }
+        return rows;
+    }
+
+    void keep(WaveRecord& record) const {
+        const auto before = static_cast<std::size_t>(count_);
+        for (std::size_t wave = 0; wave < record.q.size(); ++wave) {
+            const Eigen::MatrixXd rows = at(record.q[wave]);
+            std::vector<std::complex<double>> kept;
+            for (std::size_t frame = 0; frame < record.frames; ++frame) {
+                const Eigen::Map<const Eigen::VectorXcd> all(record.amplitudes[wave].data() + frame * before, count_);
+                const Eigen::VectorXcd parts = rows * all;
+                kept.insert(kept.end(), parts.begin(), parts.end());
+            }
+            record.amplitudes[wave] = std::move(kept);
+        }
+    }
+
+    void keep(std::vector<WaveModel::Field>& fields) const {
+        std::vector<WaveModel::Field> kept;
+        for (const Part& part : parts_) kept.push_back(fields[static_cast<std::size_t>(part.component)]);
+        fields = std::move(kept);
+    }
+
+private:
+    struct Part {
+        Eigen::Index component;
+        bool is_across;  ///< of this component and the next
+    };
+    Eigen::Index count_ = 0;
+    std::vector<Part> parts_;
+};
+
+/// Removes the mean of an archive from its waves.  Throws an input Error where no other wave is left.
+void leave_out_mean(WaveRecord& record, const std::string& archive, const char* whose, double max_wavenumber) {
+    require(record.q.size() > 1, {archive},
+            "is of {}, whose mean is no wave, and has no other up to {:.4g} /mm; expected some: choose a larger "
+            "--max-wavenumber",
+            whose, max_wavenumber);
+    record.q.erase(record.q.begin());
+    record.amplitudes.erase(record.amplitudes.begin());
+}
+
+/// Adds the numbers that are fitted; returns whether the noise depends on one of them.
+bool add_numbers(const io::Scene& scene, const std::vector<std::string>& keys, WaveProblem& problem) {
+    const auto noise_of = [](const io::Scene& changed) {
+        const model::Equations equations = run::equations_of(changed);
+        return equations.noise(equations.reference(), {1.0, 0.0});
+    };
+    const model::Symbol noise = noise_of(scene);
+    bool is_in_noise = false;
+    for (const std::string& key : keys) {
+        const run::SceneNumber number = run::number_of(scene, "fit", key, {scene.file});
+        calibrate::FittedNumber fitted{.key = number.key, .start = number.value};
+        if (scene.kind != io::SceneKind::model) {
+            require(!key.starts_with("uniform."), {},
+                    "{} is that of the frames; expected a coefficient of the equations", key);
+            fitted.least = io::model_number(key, {}, scene.model).range.min;
+        }
+        const double other = number.value + 0.5 * std::abs(number.value) + 1.0;
+        is_in_noise = is_in_noise || noise_of(run::scene_with(scene, number.key, other)) != noise;
+        problem.waves.numbers.push_back(std::move(fitted));
+        problem.units.push_back(number.unit);
+    }
+    return is_in_noise;
+}
+
+WaveRecord record_of(const io::Scene& scene, const model::Equations& equations, const WaveChoice& choice,
+                     const FrameSource& source) {
+    const bool is_own = scene.kind == io::SceneKind::model, is_of_own = source.scene.kind == io::SceneKind::model;
+    require(!is_own || is_of_own, {source.name}, "is no run of a model of its own; expected one with the fields of {}",
+            scene.file);
+    if (source.scene.kind == io::SceneKind::particles)
+        return particle_waves(source.archive, source.name, source.scene, equations.model(), choice);
+    RecordedFields recorded{.grid = source.scene.grid,
+                            .kept_degree = io::kept_degree(source.scene, run::equations_of(source.scene))};
+    for (const model::StateComponent& one : model::components_of_state(equations))
+        recorded.components.push_back({one.name, one.unit});
+    return field_waves(source.archive, source.name, recorded, choice);
+}
+/// The numbers that `keys` name of the equations of a scene, which may be another one than that of the frames with the
+/// same fields.
+WaveProblem wave_problem(const io::Scene& scene, const std::vector<std::string>& keys, const WaveChoice& choice,
+                         const FrameSource& source) {
+    const model::Equations equations = run::equations_of(scene);
+    const std::string placed = run::placed_term_of(scene, equations);
+    require(placed.empty(), {scene.file}, "{} depends on position or time; expected equations with uniform states",
+            placed);
+    WaveProblem problem;
+    problem.noise = add_numbers(scene, keys, problem) ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
+    problem.record = record_of(scene, equations, choice, source);
+    const measure::FieldSetting observed =
+        measure::make_field_setting(equations, scene.grid, io::kept_degree(scene, equations));
+    const FrameMeans means =
+        means_of(problem.record, equations, source.name, measure::name_of(observed, observed.order));
+    model::UniformState about = equations.reference();
+    for (std::size_t i = 0; i < means.values.size(); ++i)
+        about[static_cast<std::size_t>(equations.state_components()[i])] = means.values[i];
+    const FreeParts free(equations);
+    const bool are_single = mark_conserved(equations, means.values, problem.waves.fields);
+    const char* without_mean = means.is_ordered  ? "a flock"
+                               : !free.are_all() ? "a divergence-free field"
+                               : !are_single     ? "fields whose sum is conserved"
+                                                 : nullptr;
+    if (without_mean != nullptr) leave_out_mean(problem.record, source.name, without_mean, choice.max_wavenumber);
+    if (!free.are_all()) {
+        free.keep(problem.record);
+        free.keep(problem.waves.fields);
+    }
+    problem.waves.at = [scene, numbers = problem.waves.numbers, about](const std::vector<double>& values) {
+        io::Scene changed = scene;
+        for (std::size_t i = 0; i < numbers.size(); ++i) changed = run::scene_with(changed, numbers[i].key, values[i]);
+        const auto linear = std::make_shared<const model::LinearisedAt>(run::equations_of(changed), about);
+        return calibrate::LinearWaves{.symbol = [linear](const numerics::Wavevector& q) { return linear->symbol(q); },
+                                      .noise = [linear](const numerics::Wavevector& q) -> Eigen::MatrixXcd {
+                                          return linear->noise(q);
+                                      }};
+    };
+    problem.about = means.is_ordered ? "an ordered state" : "the state without order";
+    std::size_t at = 0;
+    const model::UniformState whole = equations.completed(about);
+    for (const model::Field& field : equations.model().fields)
+        for (const std::string& name : model::dataset_names(field))
+            problem.state.push_back(run::number(name, field.unit, name + " of the uniform state", whole[at++]));
+    return problem;
+}
 
 run::Record row_of(const std::string& key, const std::string& unit, double start, const FittedValue& found,
                    const std::optional<FittedValue>& sparse) {
@@ -99,11 +336,7 @@ run::Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options)
     for (auto key = options.keys.begin(); key != options.keys.end(); ++key)
         require(std::find(options.keys.begin(), key, *key) == key, {}, "{} is given twice; expected each number once",
                 *key);
-    const WaveChoice choice{.max_wavenumber = options.max_wavenumber,
-                            .begin = options.begin,
-                            .end = options.end,
-                            .every = options.every};
-    WaveProblem problem = wave_problem(scene, options.keys, choice, {archive, options.archive, source});
+    WaveProblem problem = wave_problem(scene, options.keys, options.choice, {archive, options.archive, source});
     const std::vector<calibrate::FittedNumber> numbers = problem.waves.numbers;
     const calibrate::WaveFit fit = calibrate::fit_waves(problem.waves, problem.record, problem.noise);
     std::optional<calibrate::WaveFit> sparse;

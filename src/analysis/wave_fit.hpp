@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "io/scene.hpp"
+#include "analysis/wave_record.hpp"
 #include "run/result.hpp"
 
 namespace drover::analysis {
@@ -15,10 +15,7 @@ io::Scene fitted_scene(const std::string& archive, const std::string& file, cons
 struct WaveFitOptions {
     std::string archive;            ///< of a run of fields or, in a periodic cell, of particles
     std::vector<std::string> keys;  ///< numbers of the model to fit
-    double max_wavenumber =
-        0.0;  ///< |q| [1/mm], of waves that the run kept; below the smallest, means alone; 0: three times the smallest
-    double begin = 0.0, end = 0.0;  ///< of the frames used [s]; end = 0: the last
-    int every = 1;                  ///< frames from one used to the next
+    WaveChoice choice = {};         ///< waves that the run kept; with a largest |q| below the smallest means alone
 };
 
 /// Fits the linear equations about the uniform state of these frames, without order or with that of a flock.  The noise

@@ -29,14 +29,15 @@ void add_fit(CLI::App& program, Action& action) {
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
     command
-        ->add_option("--max-wavenumber", options->max_wavenumber,
+        ->add_option("--max-wavenumber", options->choice.max_wavenumber,
                      "Largest |q| of the waves [1/mm], among those that the run kept: below the smallest of the cell "
                      "the means of v and p alone; default: three times the smallest")
         ->check(CLI::Range(0.0, 1e9));
-    command->add_option("--from", options->begin, "Use frames from this time on [s]")->check(CLI::Range(0.0, 1e15));
-    command->add_option("--to", options->end, "Use frames up to this time [s]; default: the last")
+    command->add_option("--from", options->choice.begin, "Use frames from this time on [s]")
         ->check(CLI::Range(0.0, 1e15));
-    command->add_option("--every", options->every, "Use every k-th frame")->check(CLI::Range(1, 1000000));
+    command->add_option("--to", options->choice.end, "Use frames up to this time [s]; default: the last")
+        ->check(CLI::Range(0.0, 1e15));
+    command->add_option("--every", options->choice.every, "Use every k-th frame")->check(CLI::Range(1, 1000000));
     command->add_flag("--json", options->json, "Print the result as JSON");
     command->callback([options, &action] {
         action = [options] {

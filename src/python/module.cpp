@@ -241,12 +241,10 @@ void bind_fit(py::module_& module) {
         "fit",
         [](const std::string& archive, const std::vector<std::string>& keys, const std::optional<io::Scene>& scene,
            double max_wavenumber, double begin, double end, int every) {
-            const analysis::WaveFitOptions options{.archive = archive,
-                                                   .keys = keys,
-                                                   .max_wavenumber = max_wavenumber,
-                                                   .begin = begin,
-                                                   .end = end,
-                                                   .every = every};
+            const analysis::WaveFitOptions options{
+                .archive = archive,
+                .keys = keys,
+                .choice = {.max_wavenumber = max_wavenumber, .begin = begin, .end = end, .every = every}};
             return interruptibly([&] {
                 const io::Scene model = scene ? *scene : analysis::fitted_scene(archive, "", {});
                 return run::result_json(analysis::make_wave_fit(model, options)).dump();

@@ -114,7 +114,7 @@ DEFECTS = (
      "least_error_[w] = 0.0 * seeds.deviation *", ("app.test_tradeoff",)),
     ("a frame on other points loses a mode", "src/run/start_file.cpp", "= given[c][at_source[k].fine];",
      "= k == 1 ? numerics::Complex(0.0) : given[c][at_source[k].fine];", ("app.test_start",)),
-    ("a followed state keeps its number", "src/analysis/states_problem.cpp",
+    ("a followed state keeps its number", "src/analysis/states.cpp",
      "run::integrated_of(run::scene_with(line, key, changed))", "run::integrated_of(line)",
      ("app.test_own_states",)),
     ("a restart forgets the division of a step", "src/numerics/steppers/watched_stepper.cpp",
