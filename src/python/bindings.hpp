@@ -3,12 +3,15 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <atomic>
 #include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "drover/base/error.hpp"
+#include "drover/base/threads.hpp"
 #include "drover/base/variant.hpp"
 #include "files/archive_layout.hpp"
 #include "physics/text_term.hpp"
@@ -41,6 +44,38 @@ auto interruptibly(Work work) {
     run_interruptibly([&] { value.emplace(work()); });
     return std::move(*value);
 }
+
+/// What one thread uses at a time: others get an error instead of a data race.
+template <class Held>
+struct Guarded {
+    template <class... Arguments>
+    explicit Guarded(const Arguments&... arguments) : held(arguments...) {}
+    Held held;
+    std::atomic_flag busy;
+    std::atomic<std::uint64_t> forks = fork_count();  // those before its last use began
+};
+
+/// While it lives, no other thread uses what is guarded.
+template <class Held>
+class Use {
+public:
+    explicit Use(Guarded<Held>& guarded) : guarded_(guarded) {
+        const bool was_busy = guarded.busy.test_and_set();
+        require(
+            !was_busy || guarded.forks == fork_count(), {},
+            "another thread was advancing this run when the process forked, and the child has it in the middle of a "
+            "step; start a run of your own, or fork before the run begins");
+        require(!was_busy, {}, "another thread is advancing this run; wait for it, or start a run of your own");
+        guarded.forks = fork_count();
+    }
+    ~Use() { guarded_.busy.clear(); }
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+    Held* operator->() const { return &guarded_.held; }
+
+private:
+    Guarded<Held>& guarded_;
+};
 
 /// A NumPy array of these numbers: a copy or, with an owner that keeps them in place, a view.
 pybind11::object array_of(std::span<const double> values, const std::vector<std::size_t>& shape,

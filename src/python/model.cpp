@@ -5,7 +5,6 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <atomic>
 
 #include "base/formula.hpp"
 #include "drover/model/evolution.hpp"
@@ -90,41 +89,25 @@ py::list terms_of(const model::Equations& equations) {
     return terms;
 }
 
-/// An evolution that one thread uses at a time.
-struct GuardedEvolution {
-    model::Evolution evolution;
-    std::vector<py::ssize_t> shape;
-    std::atomic_flag busy;
-
-    GuardedEvolution(const model::Equations& equations, const model::EvolutionControl& control)
+/// An evolution, and the shape of its fields.
+struct ShapedEvolution {
+    ShapedEvolution(const model::Equations& equations, const model::EvolutionControl& control)
         : evolution(equations, control),
           shape{static_cast<py::ssize_t>(equations.state_components().size()), control.grid.ny, control.grid.nx} {}
+
+    model::Evolution evolution;
+    std::vector<py::ssize_t> shape;
 };
+using Evolution = Guarded<ShapedEvolution>;
 
-/// While it lives, no other thread uses the evolution.
-class UseEvolution {
-public:
-    explicit UseEvolution(GuardedEvolution& guarded) : guarded_(guarded) {
-        require(!guarded.busy.test_and_set(), {},
-                "another thread is advancing this run; wait for it, or start a run of your own");
-    }
-    ~UseEvolution() { guarded_.busy.clear(); }
-    UseEvolution(const UseEvolution&) = delete;
-    UseEvolution& operator=(const UseEvolution&) = delete;
-    model::Evolution& operator*() const { return guarded_.evolution; }
-
-private:
-    GuardedEvolution& guarded_;
-};
-
-void advance(GuardedEvolution& guarded, std::int64_t steps) {
+void advance(Evolution& guarded, std::int64_t steps) {
     require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
-    const UseEvolution use(guarded);
+    const Use use(guarded);
     constexpr std::int64_t steps_at_a_time = 16;  // Python handles signals in between
     for (std::int64_t done = 0; done < steps; done += steps_at_a_time) {
         {
             const py::gil_scoped_release unlocked;
-            (*use).advance(std::min(steps_at_a_time, steps - done));
+            use->evolution.advance(std::min(steps_at_a_time, steps - done));
         }
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     }
@@ -201,35 +184,33 @@ void bind_model(py::module_& module) {
             return found == names.end() ? latex_of_name(n) : found->second;
         });
     });
-    py::class_<GuardedEvolution>(module, "Evolution")
+    py::class_<Evolution>(module, "Evolution")
         .def(py::init([](const model::Equations& equations, int nx, int ny, double lx, double ly, double dt,
                          const std::string& method, std::uint64_t seed, int threads) {
-            return std::make_unique<GuardedEvolution>(
-                equations, model::EvolutionControl{.grid = {.nx = nx, .ny = ny, .lx = lx, .ly = ly},
-                                                   .dt = dt,
-                                                   .method = method,
-                                                   .seed = seed,
-                                                   .threads = threads});
+            return std::make_unique<Evolution>(equations,
+                                               model::EvolutionControl{.grid = {.nx = nx, .ny = ny, .lx = lx, .ly = ly},
+                                                                       .dt = dt,
+                                                                       .method = method,
+                                                                       .seed = seed,
+                                                                       .threads = threads});
         }))
         .def("advance", &advance)
-        .def("step", [](GuardedEvolution& g) { return (*UseEvolution(g)).step(); })
-        .def("time", [](GuardedEvolution& g) { return (*UseEvolution(g)).time(); })
+        .def("step", [](Evolution& g) { return Use(g)->evolution.step(); })
+        .def("time", [](Evolution& g) { return Use(g)->evolution.time(); })
         .def("fields",
-             [](GuardedEvolution& g) {
-                 return py::array_t<double>(g.shape, (*UseEvolution(g)).fields().values.data());
-             })
+             [](Evolution& g) { return py::array_t<double>(g.held.shape, Use(g)->evolution.fields().values.data()); })
         .def("balanced",
-             [](GuardedEvolution& g) {
-                 const numerics::Fields fields = (*UseEvolution(g)).balanced();
+             [](Evolution& g) {
+                 const numerics::Fields fields = Use(g)->evolution.balanced();
                  const std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(fields.values.size() / fields.size),
-                                                      g.shape[1], g.shape[2]};
+                                                      g.held.shape[1], g.held.shape[2]};
                  return py::array_t<double>(shape, fields.values.data());
              })
-        .def("set_fields", [](GuardedEvolution& g, const py::array_t<double, py::array::c_style>& values) {
+        .def("set_fields", [](Evolution& g, const py::array_t<double, py::array::c_style>& values) {
             numerics::Fields fields;
             fields.values.assign(values.data(), values.data() + values.size());
-            fields.size = static_cast<std::size_t>(g.shape[1]) * static_cast<std::size_t>(g.shape[2]);
-            (*UseEvolution(g)).set_fields(fields);
+            fields.size = static_cast<std::size_t>(g.held.shape[1]) * static_cast<std::size_t>(g.held.shape[2]);
+            Use(g)->evolution.set_fields(fields);
         });
 }
 

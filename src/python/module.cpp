@@ -25,7 +25,6 @@
 #include "jobs/slurm_script.hpp"
 #include "jobs/sweep.hpp"
 #include "jobs/tradeoff.hpp"
-#include "physics/equations.hpp"
 #include "physics/model_keys.hpp"
 #include "python/bindings.hpp"
 #include "report/explain.hpp"
@@ -35,6 +34,7 @@
 #include "run/kind.hpp"
 #include "run/run_scene.hpp"
 #include "run/same_run.hpp"
+#include "run/scene_equations.hpp"
 #include "run/signals.hpp"
 #include "run/step_choice.hpp"
 
@@ -266,8 +266,7 @@ std::vector<std::string> check(const io::Scene& scene) {
 /// Of fields: shipped, or of the scene's own.
 model::Equations equations_of(const io::Scene& scene) {
     io::require_grid(scene, "equations");
-    if (scene.kind == io::SceneKind::model) return model::Equations(io::model_of(scene.declared));
-    return physics::Equations(scene.model).solver();
+    return run::equations_of(scene);
 }
 
 void bind_scene(py::module_& module) {
@@ -317,20 +316,13 @@ py::dict outcome_dict(const run::RunOutcome& outcome) {
     return result;
 }
 
-/// Wished errors, as texts.
-std::vector<jobs::Wish> wishes_of(const std::vector<std::string>& texts) {
-    std::vector<jobs::Wish> wishes;
-    for (const std::string& one : texts) wishes.push_back(jobs::parse_wish(one));
-    return wishes;
-}
-
 std::string calibrate(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,
                       const std::vector<std::string>& want, const std::string& budget, bool quiet) {
     jobs::CalibrationOptions options{.folder = folder,
                                      .share = {.number = share, .count = shares},
                                      .collect = collect,
                                      .quiet = quiet,
-                                     .wishes = wishes_of(want)};
+                                     .wishes = jobs::parse_wishes(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     const jobs::CalibrationOutcome outcome = jobs::run_calibration(scene, options);
     nlohmann::json result{{"file", outcome.file.string()},
@@ -353,7 +345,7 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
                      const std::filesystem::path& folder, int workers, bool collect, bool quiet) {
     jobs::TradeoffOptions options{
-        .wishes = wishes_of(want), .folder = folder, .workers = workers, .collect = collect, .quiet = quiet};
+        .wishes = jobs::parse_wishes(want), .folder = folder, .workers = workers, .collect = collect, .quiet = quiet};
     options.budget = options.run_budget = seconds_of(budget, "budget");
     const jobs::Tradeoff found = jobs::study_tradeoff(scene, options);
     if (found.stopped) fail_run("stopped by a signal; every trial is kept: the same call resumes");
@@ -368,7 +360,8 @@ std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& wan
 
 /// The recommended scene, as TOML.
 std::string with_accuracy(const io::Scene& scene, const std::vector<std::string>& want, bool quiet) {
-    return nlohmann::json{{"scene", io::resolved_text(jobs::with_accuracy(scene, wishes_of(want), quiet))}}.dump();
+    return nlohmann::json{{"scene", io::resolved_text(jobs::with_accuracy(scene, jobs::parse_wishes(want), quiet))}}
+        .dump();
 }
 
 std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,
@@ -385,7 +378,7 @@ std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, i
 
 std::string calibration_status(const io::Scene& scene, const std::filesystem::path& folder,
                                const std::vector<std::string>& want, const std::string& budget) {
-    jobs::CalibrationOptions options{.folder = folder, .wishes = wishes_of(want)};
+    jobs::CalibrationOptions options{.folder = folder, .wishes = jobs::parse_wishes(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     return jobs::calibration_status(scene, options);
 }

@@ -7,7 +7,6 @@
 #include <atomic>
 #include <chrono>
 
-#include "drover/base/threads.hpp"
 #include "drover/measure/statistics.hpp"
 #include "python/bindings.hpp"
 
@@ -16,32 +15,7 @@ namespace drover::python {
 namespace py = pybind11;
 
 namespace {
-/// A session that one thread uses at a time: others get an error instead of a data race.
-struct Guarded {
-    explicit Guarded(const io::Scene& scene) : session(scene) {}
-    run::SessionState session;
-    std::atomic_flag busy;
-    std::atomic<std::uint64_t> forks = fork_count();  // those before its last use began
-};
-
-class Use {
-public:
-    explicit Use(Guarded& guarded) : guarded_(guarded) {
-        const bool was_busy = guarded.busy.test_and_set();
-        require(
-            !was_busy || guarded.forks == fork_count(), {},
-            "another thread was advancing this run when the process forked, and the child has it in the middle of a "
-            "step; start a run of your own, or fork before the run begins");
-        require(!was_busy, {}, "another thread is advancing this run; wait for it, or start a run of your own");
-        guarded.forks = fork_count();
-    }
-    ~Use() { guarded_.busy.clear(); }
-    Use(const Use&) = delete;
-    Use& operator=(const Use&) = delete;
-
-private:
-    Guarded& guarded_;
-};
+using Session = Guarded<run::SessionState>;
 
 /// Lets Python handle signals now and then; an exception from a handler ends the caller between two steps.
 class SignalPoll {
@@ -59,37 +33,37 @@ private:
 };
 
 /// In a thread of its own, where Python raises no KeyboardInterrupt inside a function, in the middle of a step.
-void advance_with_functions(Guarded& guarded, std::int64_t steps) {
+void advance_with_functions(Session& guarded, std::int64_t steps) {
     struct Stopped {};
     std::atomic<bool> stops = false;
     run_interruptibly(
         [&] {
-            guarded.session.advance(steps, [&] {
+            guarded.held.advance(steps, [&] {
                 if (stops) throw Stopped{};
             });
         },
         [&] { stops = true; });
 }
 
-void advance(Guarded& guarded, std::int64_t steps) {
+void advance(Session& guarded, std::int64_t steps) {
     require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
     const Use use(guarded);
-    const std::vector<physics::TextTerm>& terms = guarded.session.scene().model.text_terms;
+    const std::vector<physics::TextTerm>& terms = guarded.held.scene().model.text_terms;
     if (std::any_of(terms.begin(), terms.end(), [](const physics::TextTerm& term) { return term.call != nullptr; }))
         return advance_with_functions(guarded, steps);
     const py::gil_scoped_release release;
     SignalPoll poll;
-    guarded.session.advance(steps, std::ref(poll));
+    guarded.held.advance(steps, std::ref(poll));
 }
 
 /// Each frame as {group, axes, arrays: {name: (unit, meaning, axes, view)}, fixed: {...}}.
 py::list frames_of(const py::object& self, bool is_writable) {
-    Guarded& guarded = self.cast<Guarded&>();
+    Session& guarded = self.cast<Session&>();
     const Use use(guarded);
     py::list frames;
-    for (std::size_t f = 0; f < guarded.session.frames().size(); ++f) {
-        const files::Recording& recording = guarded.session.frames()[f].recording;
-        const std::vector<std::span<const double>> now = guarded.session.observe(f);
+    for (std::size_t f = 0; f < guarded.held.frames().size(); ++f) {
+        const files::Recording& recording = guarded.held.frames()[f].recording;
+        const std::vector<std::span<const double>> now = guarded.held.observe(f);
         py::dict arrays, fixed;
         for (std::size_t i = 0; i < now.size(); ++i) {
             const files::Quantity& quantity = recording.quantities[i];
@@ -114,10 +88,10 @@ py::list frames_of(const py::object& self, bool is_writable) {
 }
 
 /// {axes, times, arrays: {name: (unit, meaning, axes, values)}}, with time as the first axis.
-py::dict series_of(Guarded& guarded) {
+py::dict series_of(Session& guarded) {
     const Use use(guarded);
-    const files::Recording& recording = guarded.session.observables();
-    const run::Series& series = guarded.session.series();
+    const files::Recording& recording = guarded.held.observables();
+    const run::Series& series = guarded.held.series();
     py::dict arrays, result;
     for (std::size_t i = 0; i < recording.quantities.size(); ++i) {
         const files::Quantity& quantity = recording.quantities[i];
@@ -142,34 +116,34 @@ py::tuple mean_of(std::vector<double> values, double spacing, std::size_t skip) 
 
 void bind_session(py::module_& module) {
     module.def("mean_of", &mean_of, py::arg("values"), py::arg("spacing"), py::arg("skip"));
-    py::class_<Guarded, std::shared_ptr<Guarded>>(module, "Session", "A run in memory; drover.Simulation wraps it.")
+    py::class_<Session, std::shared_ptr<Session>>(module, "Session", "A run in memory; drover.Simulation wraps it.")
         .def(py::init(
-            [](const io::Scene& scene) { return interruptibly([&] { return std::make_shared<Guarded>(scene); }); }))
-        .def_property_readonly("scene", [](const Guarded& self) { return self.session.scene(); })
-        .def_property_readonly("step", [](const Guarded& self) { return self.session.step(); })
-        .def_property_readonly("steps", [](const Guarded& self) { return self.session.steps(); })
-        .def_property_readonly("time", [](const Guarded& self) { return self.session.time(); })
-        .def_property_readonly("dt", [](const Guarded& self) { return self.session.scene().time.dt; })
-        .def_property_readonly("threads", [](const Guarded& self) { return self.session.threads(); })
-        .def_property_readonly("frame_every", [](const Guarded& self) { return self.session.frame_every(); })
-        .def_property_readonly("time_unit", [](const Guarded& self) { return self.session.observables().time_unit; })
-        .def_property_readonly("was_changed", [](const Guarded& self) { return self.session.was_changed(); })
+            [](const io::Scene& scene) { return interruptibly([&] { return std::make_shared<Session>(scene); }); }))
+        .def_property_readonly("scene", [](const Session& self) { return self.held.scene(); })
+        .def_property_readonly("step", [](const Session& self) { return self.held.step(); })
+        .def_property_readonly("steps", [](const Session& self) { return self.held.steps(); })
+        .def_property_readonly("time", [](const Session& self) { return self.held.time(); })
+        .def_property_readonly("dt", [](const Session& self) { return self.held.scene().time.dt; })
+        .def_property_readonly("threads", [](const Session& self) { return self.held.threads(); })
+        .def_property_readonly("frame_every", [](const Session& self) { return self.held.frame_every(); })
+        .def_property_readonly("time_unit", [](const Session& self) { return self.held.observables().time_unit; })
+        .def_property_readonly("was_changed", [](const Session& self) { return self.held.was_changed(); })
         .def("advance", &advance, py::arg("steps"))
         .def("frames", &frames_of, py::arg("writable") = false)
         .def("series", &series_of)
         .def("summary",
-             [](Guarded& self) {
+             [](Session& self) {
                  const Use use(self);
-                 return table_dict(run::result_table(interruptibly([&] { return self.session.report(); })));
+                 return table_dict(run::result_table(interruptibly([&] { return self.held.report(); })));
              })
         .def("warnings",
-             [](Guarded& self) {
+             [](Session& self) {
                  const Use use(self);
-                 return interruptibly([&] { return self.session.report().warnings; });
+                 return interruptibly([&] { return self.held.report().warnings; });
              })
-        .def("accept", [](Guarded& self) {
+        .def("accept", [](Session& self) {
             const Use use(self);
-            self.session.accept();
+            self.held.accept();
         });
 }
 
