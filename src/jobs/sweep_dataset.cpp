@@ -24,17 +24,19 @@ std::size_t length_of(const std::vector<std::size_t>& shape) {
     return std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
 }
 
-/// Copies an array into the front of one that is at least as long along each axis.
+/// Copies means and errors of an array of estimates into the front of one that is at least as long along each axis.
 template <class Get>
 void place(const std::vector<std::size_t>& from, const std::vector<std::size_t>& to, std::size_t begin, Get get,
-           std::vector<double>& values) {
+           std::vector<double>& means, std::vector<double>& errors) {
     for (std::size_t i = 0; i < length_of(from); ++i) {
         std::size_t rest = i, at = 0, stride = 1;
         for (std::size_t a = from.size(); a-- > 0; stride *= to[a]) {
             at += rest % from[a] * stride;
             rest /= from[a];
         }
-        values[begin + at] = get(i);
+        const measure::Estimate& estimate = get(i);
+        means[begin + at] = estimate.mean;
+        errors[begin + at] = estimate.error.value_or(nan);
     }
 }
 
@@ -213,21 +215,13 @@ private:
                 const measure::SummaryRow* row = column.rows[s * layout_.points.size() + p];
                 if (row == nullptr) continue;
                 if (rows.empty() || rows.front()->estimates.size() == row->estimates.size()) rows.push_back(row);
-                const std::size_t begin = (places_[p] * seeds_ + s) * size;
-                place(
-                    shape_of_row(*row), own, begin, [&](std::size_t i) { return row->estimates[i].mean; }, runs);
-                place(
-                    shape_of_row(*row), own, begin,
-                    [&](std::size_t i) { return row->estimates[i].error.value_or(nan); }, run_errors);
+                const auto estimate = [&](std::size_t i) -> const measure::Estimate& { return row->estimates[i]; };
+                place(shape_of_row(*row), own, (places_[p] * seeds_ + s) * size, estimate, runs, run_errors);
             }
             if (rows.empty()) continue;
             const std::vector<measure::Replicates> over_seeds = means_over(rows, p);
-            const std::vector<std::size_t> shape = shape_of_row(*rows.front());
-            place(
-                shape, own, places_[p] * size, [&](std::size_t i) { return over_seeds[i].mean.mean; }, means);
-            place(
-                shape, own, places_[p] * size, [&](std::size_t i) { return over_seeds[i].mean.error.value_or(nan); },
-                errors);
+            const auto mean = [&](std::size_t i) -> const measure::Estimate& { return over_seeds[i].mean; };
+            place(shape_of_row(*rows.front()), own, places_[p] * size, mean, means, errors);
         }
         std::vector<std::string> axes = key_axes_;
         axes.insert(axes.end(), column.axes.begin(), column.axes.end());
