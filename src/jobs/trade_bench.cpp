@@ -33,6 +33,8 @@ std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
     return biases;
 }
 
+Bias less(const Bias& a, const Bias& b) { return {a.value - b.value, std::hypot(a.error, b.error)}; }
+
 void reject_wrong_steps(std::vector<std::vector<Measured>>& runs) {
     constexpr double too_wrong = 0.5;
     double least = INFINITY;
@@ -210,8 +212,7 @@ Bias TradeBench::drift_of(const WantedNumber& number) const {
     const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
     const std::size_t half = used.size() / 2;
     if (half < measure::min_blocks) return {};
-    const Bias first = measure::rough_mean(used.first(half), 0), second = measure::rough_mean(used.last(half), 0);
-    return {second.value - first.value, std::hypot(first.error, second.error)};
+    return less(measure::rough_mean(used.last(half), 0), measure::rough_mean(used.first(half), 0));
 }
 
 std::vector<std::string> TradeBench::drift_notes(const Measured& run) const {
@@ -297,8 +298,7 @@ void TradeBench::sample_every(double interval) {
 }
 
 Bias TradeBench::difference(const WantedNumber& a, const WantedNumber& b) const {
-    const Bias mean_a = mean_of(a), mean_b = mean_of(b);
-    const Bias apart{mean_a.value - mean_b.value, std::hypot(mean_a.error, mean_b.error)};
+    const Bias apart = less(mean_of(a), mean_of(b));
     if (scene.kind == io::SceneKind::particles || a.series.empty() || b.series.empty()) return apart;
     if (!statistical && a.spacing != b.spacing) return apart;
     const double spacing = std::max(a.spacing, b.spacing);

@@ -40,6 +40,8 @@ double unit_of_time(const io::Scene& scene);
 void reject_wrong_steps(std::vector<std::vector<Measured>>& runs);
 
 std::vector<Bias> scaled(std::vector<Bias> biases, double factor);
+/// a - b, of independent numbers.
+Bias less(const Bias& a, const Bias& b);
 
 class TradeBench {
 public:

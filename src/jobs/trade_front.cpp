@@ -138,8 +138,8 @@ double Parts::bound() const {
 std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, const LevelFound* only) {
     std::vector<Candidate> all;
     if (found.linear_theory && only == nullptr) all.push_back(linear_theory(found));
-    for (const LadderFound& ladder : found.ladders)
-        for (const LevelFound& step : ladder.levels)
+    for (const std::vector<LevelFound>& ladder : found.ladders)
+        for (const LevelFound& step : ladder)
             for (const LevelFound& grid : found.grids)
                 for (const LevelFound& model : found.models) {
                     if (!step.is_measured() || !grid.is_measured() || !is_cheaper(model)) continue;

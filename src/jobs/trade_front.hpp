@@ -25,12 +25,6 @@ struct LevelFound {
     bool is_measured() const { return failure.empty(); }
 };
 
-/// The ladder of one method.
-struct LadderFound {
-    StepLadder ladder;
-    std::vector<LevelFound> levels;  ///< costs in core seconds: of the start, and per second of the scene
-};
-
 /// The parts of the error of one wanted number, each with its standard error, in its unit.
 struct Parts {
     Bias step, grid, model;
@@ -65,7 +59,8 @@ struct Findings {
     std::vector<Bias> references;      ///< the best value of each wanted number
     std::vector<double> allowed;       ///< error in its unit
     std::vector<Bias> rounding, cell;  ///< by wish; empty where not measured
-    std::vector<LadderFound> ladders;
+    /// Of each method; costs in core seconds: of the start, and per second of the scene.
+    std::vector<std::vector<LevelFound>> ladders;
     std::vector<LevelFound> grids, models;       ///< the finest grid, and the full model, are the references
     std::size_t pilot_grid = 0;                  ///< of the step, model and rounding trials
     double pilot_start = 1.0, pilot_step = 1.0;  ///< its relative costs

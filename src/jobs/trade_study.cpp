@@ -217,7 +217,7 @@ private:
         bool any = false;
         const bool is_known = bench_.is_resolved(reference_bias_, 2.0 * small);
         for (std::size_t l = 0; l < ladders_.size(); ++l) {
-            const std::vector<LevelFound>& levels = found_.ladders[l].levels;
+            const std::vector<LevelFound>& levels = found_.ladders[l];
             if (!levels.back().was_run) continue;
             const bool converged = is_known && levels.size() > 1 && levels.back().is_measured() &&
                                    bench_.is_resolved(levels.back().biases, small);
@@ -303,7 +303,7 @@ private:
             find_reference(runs);
         }
         for (std::size_t l = 0; l < ladders_.size(); ++l) {
-            LadderFound found{.ladder = ladders_[l], .levels = {}};
+            std::vector<LevelFound>& found = found_.ladders.emplace_back();
             for (std::size_t k = 0; k < runs[l].size(); ++k) {
                 const Measured& run = runs[l][k];
                 LevelFound level{.level = ladders_[l].levels[k], .failure = run.failure, .was_run = run.was_run};
@@ -315,13 +315,12 @@ private:
                     level.start_seconds = run.start_seconds;
                     level.step_seconds = run.step_seconds;
                 }
-                found.levels.push_back(std::move(level));
+                found.push_back(std::move(level));
             }
-            found_.ladders.push_back(std::move(found));
         }
         for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
-            const Bias grid = found_.grids[found_.pilot_grid].biases[w], mean = bench_.mean_of(reference.numbers[w]);
-            found_.references[w] = {mean.value - grid.value, std::hypot(mean.error, grid.error)};
+            found_.references[w] =
+                less(bench_.mean_of(reference.numbers[w]), found_.grids[found_.pilot_grid].biases[w]);
         }
         if (std::any_of(reference_bias_.begin(), reference_bias_.end(),
                         [](const Bias& bias) { return !std::isfinite(bias.value); }))
@@ -353,8 +352,8 @@ private:
     void find_pairing() {
         if (!bench_.statistical || !io::has_grid(bench_.scene.kind)) return;
         const Measured base = bench_.measured(on_pilot_grid({}));
-        for (const LadderFound& ladder : found_.ladders)
-            for (const LevelFound& level : ladder.levels) {
+        for (const std::vector<LevelFound>& ladder : found_.ladders)
+            for (const LevelFound& level : ladder) {
                 if (!level.is_measured() || !base.failure.empty()) continue;
                 const Measured other = bench_.measured(on_pilot_grid(level.level.overrides));
                 const Bias paired = bench_.difference(other.numbers[0], base.numbers[0]);
@@ -417,10 +416,8 @@ private:
         if (!cells.empty() && is_tried(cells.front())) {
             const Measured large = bench_.measured(on_pilot_grid(cells.front().overrides));
             if (large.failure.empty())
-                for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
-                    const Bias a = bench_.mean_of(full.numbers[w]), b = bench_.mean_of(large.numbers[w]);
-                    found_.cell.push_back({a.value - b.value, std::hypot(a.error, b.error)});
-                }
+                for (std::size_t w = 0; w < found_.wishes.size(); ++w)
+                    found_.cell.push_back(less(bench_.mean_of(full.numbers[w]), bench_.mean_of(large.numbers[w])));
         }
         return true;
     }

@@ -166,7 +166,7 @@ run::List level_list(const Findings& found) {
                    .heading = text("what each level does alone, on {}", found.grids[found.pilot_grid].level.name),
                    .row = "level",
                    .meaning = "levels of each axis"};
-    for (const LadderFound& ladder : found.ladders) add_levels(found, "step", ladder.levels, list);
+    for (const std::vector<LevelFound>& ladder : found.ladders) add_levels(found, "step", ladder, list);
     add_levels(found, "grid", found.grids, list);
     add_levels(found, "model", found.models, list);
     if (found.linear_theory)

@@ -78,7 +78,7 @@ Findings synthetic(bool statistical) {
     found.units = {"1"};
     found.references = {{1.0, 0.01}};
     found.allowed = {0.01};
-    found.ladders = {{{}, {level("long", 0.008, 0.0, 0.0, 1.0), level("short", 0.002, 0.0, 0.0, 2.0)}}};
+    found.ladders = {{level("long", 0.008, 0.0, 0.0, 1.0), level("short", 0.002, 0.0, 0.0, 2.0)}};
     found.grids = {level("coarse", 0.02, 0.0, 0.25, 0.25), level("fine", 0.001, 0.0, 1.0, 1.0)};
     found.grids.back().level.overrides.clear();
     found.models = {level("full", 0.0, 0.0, 1.0, 1.0), level("simple", 0.004, 0.0, 1.0, 0.5)};
@@ -133,8 +133,8 @@ TEST(TradeFront, counts_what_rare_samples_cost) {
     // With samples far rarer than correlations, which last 1 s, the variance of a mean over T is that of T/20 numbers
     // instead of T/2: the error sqrt(10) times that of the trials, and eight blocks of ten take 800 s.
     Findings found = synthetic(true);
-    for (LadderFound& ladder : found.ladders)
-        for (LevelFound& level : ladder.levels) level.level.sample_every = 20.0;
+    for (std::vector<LevelFound>& ladder : found.ladders)
+        for (LevelFound& level : ladder) level.level.sample_every = 20.0;
     found.sample_every = 0.1;
     for (const Candidate& one : front_of(found, scene_of_100_seconds())) {
         if (one.step == nullptr) continue;
