@@ -147,9 +147,7 @@ void BandMaps::add_to(run::Record& root) const {
     files::ResultTable table{.group = {},
                              .axes = {{"band_line", "1", "kind of line", {}},
                                       places("band_y", plane_.y),
-                                      places("band_x", plane_.x)},
-                             .quantities = {},
-                             .values = {}};
+                                      places("band_x", plane_.x)}};
     for (std::size_t n = 0; n < fields_.size(); ++n) table.axes.front().values.push_back(static_cast<double>(n));
     const std::vector<std::string> axes{"band_line", "band_y", "band_x"};
     table.quantities = {{"share", "1", "fraction of the draws with this state in which it is unstable", axes},

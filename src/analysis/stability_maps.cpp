@@ -198,13 +198,10 @@ files::ResultTable stability_maps(const io::StabilityPlan& plan, const numerics:
     const double sound = plan.sound > 0.0 ? plan.sound : smallest_wavenumber(grid);
     const std::vector<double> frequencies = structure_frequencies(mapped, sound, plan.frequencies);
     files::ResultTable table{
-        .group = {},
         .axes = {{"angle", "degree",
                   text("angle of the wavevector from {} (of a state without one: from x)", direction), degrees},
                  {"wavenumber", "mm-1", "wavenumber |q|", mapped.wavenumbers},
-                 {"frequency_axis", "s-1", "angular frequency omega", frequencies}},
-        .quantities = {},
-        .values = {}};
+                 {"frequency_axis", "s-1", "angular frequency omega", frequencies}}};
     add_branches(mapped, direction, table);
     add_slow_modes(mapped, table);
     if (has_noise(state.linear)) {

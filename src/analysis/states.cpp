@@ -160,8 +160,7 @@ Point point_of(const TravellingState& at, const StatesProblem& problem, numerics
                const numerics::Transform& transform, bool with_perturbations, Threads& threads) {
     Point point{.at = at,
                 .fields = numerics::Fields(problem.grid(), at.state.count()),
-                .further = further_fields(at, problem, threads),
-                .perturbations = {}};
+                .further = further_fields(at, problem, threads)};
     transform.backward(at.state, point.fields);
     if (!with_perturbations) return point;
     constexpr std::size_t shown = 9;

@@ -1,5 +1,5 @@
-// analysis/wave_fit.cpp: drover fit: from frames to waves, the numbers of the equations that they determine, and a table
-// of estimates.
+// analysis/wave_fit.cpp: drover fit: from frames to waves, the numbers of the equations that they determine, and a
+// table of estimates.
 #include "analysis/wave_fit.hpp"
 
 #include <algorithm>

@@ -164,9 +164,7 @@ calibrate::Table read_calibration(const files::ArchiveReader& archive, const std
             "not a table of coefficients: {} is missing; expected a file written by drover calibrate",
             path_of(archive, bead_axis));
     calibrate::Table table{.varied_key = archive.text_attribute(varied_attribute),
-                           .bead_fractions = read_axis(archive, where, bead_axis),
-                           .rod_fractions = {},
-                           .rows = {}};
+                           .bead_fractions = read_axis(archive, where, bead_axis)};
     if (!table.varied_key.empty()) table.varied = read_axis(archive, where, axis_of(table.varied_key));
     if (archive.has(path_of(archive, rod_axis))) table.rod_fractions = read_axis(archive, where, rod_axis);
     std::istringstream names(archive.text_attribute(names_attribute)),

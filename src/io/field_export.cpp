@@ -41,8 +41,7 @@ Source source_of(const files::ArchiveReader& archive, const std::string& name) {
                   .name = name,
                   .x = archive.read("/x").values,
                   .y = archive.read("/y").values,
-                  .times = archive.read("/time").values,
-                  .columns = {}};
+                  .times = archive.read("/time").values};
     if (scene.kind == SceneKind::model) {
         for (const model::StateComponent& one : model::components_of_state(model::Equations(model_of(scene.declared))))
             source.columns.push_back({one.name, one.unit});

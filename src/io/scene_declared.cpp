@@ -21,9 +21,16 @@ constexpr const char* complex_rank = "complex";  // two scalars
 
 bool is_complex(const DeclaredField& field) { return field.rank == complex_rank; }
 
-std::string field_table(std::size_t number) { return text("field[{}]", number); }
-std::string noise_table(std::size_t number) { return text("white_noise[{}]", number); }
-std::string tabulated_table(std::size_t number) { return text("tabulated[{}]", number); }
+/// Calls `read` with each table of a list, list[1] and so on, and with its name.
+template <class Read>
+void for_list(const LocatedTables& tables, const char* list, Read read) {
+    for (std::size_t n = 1;; ++n) {
+        const std::string section = text("{}[{}]", list, n);
+        const auto table = tables.find(section);
+        if (table == tables.end()) return;
+        read(table->second, section);
+    }
+}
 
 /// Keys of a field that may be a number or a formula of the coefficients.
 bool is_formula_key(const std::string& key) { return key == "noise" || key == "reference"; }
@@ -152,32 +159,23 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
                 if (row.name == "calculus") model.calculus = std::get<std::string>(value);
             }
     }
-    for (std::size_t n = 1; tables.contains(field_table(n)); ++n)
-        read_field(tables.at(field_table(n)), field_table(n), model);
-    for (std::size_t n = 1; tables.contains(noise_table(n)); ++n) {
-        const LocatedTable& table = tables.at(noise_table(n));
-        DeclaredNoise noise;
-        read_table(table, noise_table(n), noise);
-        require(!noise.symbol.empty(), table.where, "{} has no symbol; expected one, such as symbol = \"xi\"",
-                noise_table(n));
-        model.noises.push_back(std::move(noise));
+    for_list(tables, "field",
+             [&](const LocatedTable& table, const std::string& section) { read_field(table, section, model); });
+    for_list(tables, "white_noise", [&](const LocatedTable& table, const std::string& section) {
+        read_table(table, section, model.noises.emplace_back());
+        require(!model.noises.back().symbol.empty(), table.where,
+                "{} has no symbol; expected one, such as symbol = \"xi\"", section);
         model.noise_places.push_back(table.where);
-    }
-    for (std::size_t n = 1; tables.contains(tabulated_table(n)); ++n) {
-        const LocatedTable& table = tables.at(tabulated_table(n));
-        read_table(table, tabulated_table(n), model.tables.emplace_back());
+    });
+    for_list(tables, "tabulated", [&](const LocatedTable& table, const std::string& section) {
+        read_table(table, section, model.tables.emplace_back());
         model.table_places.push_back(table.where);
-    }
+    });
     model.equations = texts_of_section(tables, "equations");
     model.definitions = texts_of_section(tables, "define");
     if (const auto table = tables.find("coefficients"); table != tables.end())
         for (const auto& [name, found] : table->second.values) {
-            const Description row{.name = name,
-                                  .default_value = 0.0,
-                                  .unit = {},
-                                  .range = any_number,
-                                  .choices = {},
-                                  .doc = "a coefficient of the equations"};
+            const Description row{.name = name, .default_value = 0.0, .doc = "a coefficient of the equations"};
             model.coefficients[name] = std::get<double>(checked_value(row, "coefficients", found));
             places.emplace("coefficients." + name, found.where);
         }
@@ -280,9 +278,7 @@ void add_table(const DeclaredTable& table, const SourceLocation& where, model::M
 }  // namespace
 
 model::Model model_of(const DeclaredModel& declared) {
-    model::Model result{.fields = {},
-                        .definitions = {},
-                        .coefficients = declared.coefficients,
+    model::Model result{.coefficients = declared.coefficients,
                         .chiral = declared.chiral,
                         .noise_moment = declared.noise_moment};
     for (std::size_t n = 0; n < declared.fields.size(); ++n) {
@@ -354,31 +350,18 @@ std::string declared_text(const DeclaredModel& model) {
 }
 
 std::vector<Description> model_rows() {
-    return {{.name = "name",
-             .default_value = std::string{},
-             .unit = {},
-             .range = any_number,
-             .choices = {},
-             .doc = "its name"},
+    return {{.name = "name", .default_value = std::string{}, .doc = "its name"},
             {.name = "file",
              .default_value = std::string{},
-             .unit = {},
-             .range = any_number,
-             .choices = {},
              .doc =
                  "a file in the folder of the scene, or among the installed models, with [[field]], [equations], "
                  "[define] and [coefficients], to which the scene adds its own; of a number or an equation that both "
                  "have, that of the scene counts; of a whole scene the model alone"},
             {.name = "chiral",
              .default_value = false,
-             .unit = {},
-             .range = any_number,
-             .choices = {},
              .doc = "the equations may distinguish left and right: terms whose parity differs from that of the field"},
             {.name = "calculus",
              .default_value = std::string{"ito"},
-             .unit = {},
-             .range = any_number,
              .choices = {"ito", "stratonovich"},
              .doc =
                  "the sense of noise that multiplies fields; the drift of stratonovich is proportional to the number "

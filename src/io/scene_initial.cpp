@@ -40,8 +40,6 @@ std::vector<Description> formula_rows() {
             rows.push_back({.name = names[part],
                             .default_value = std::string{},
                             .unit = unit_of_key(row.unit),
-                            .range = any_number,
-                            .choices = {},
                             .doc = "formula: " + symbols[part]});
     }
     rows.front().doc += ", such as \"2 + 0.1 * exp(-((x - 8)^2 + (y - 8)^2) / 4)\", in mm; empty: uniform";

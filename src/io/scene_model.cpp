@@ -76,9 +76,6 @@ void read_terms(const LocatedTables& tables, physics::ModelValues& model,
         require(known, found.where, "{} is not a parameter of any [[terms]]; expected one that a term lists", key);
         const Description description{.name = name,
                                       .default_value = 0.0,
-                                      .unit = {},
-                                      .range = any_number,
-                                      .choices = {},
                                       .doc = "a parameter of the terms written as text"};
         model.parameters[name] = std::get<double>(checked_value(description, parameter_table, found));
         locations.emplace(key, found.where);

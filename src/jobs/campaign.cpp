@@ -217,7 +217,6 @@ private:
         if (is_crash && !groups_[job].empty())
             keep(job, {.key = groups_[job].front(),
                        .state = UnitState::lost,
-                       .result = {},
                        .reason = text("its process ended with status {}", status),
                        .program = run::this_program(),
                        .is_new = true});

@@ -109,8 +109,7 @@ SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& s
     const std::vector<double>& values = layout.points[point].values;
     SweepRun run{.name = on_ramp ? numbered_name(point, named) : name_of(layout.keys, values, named, numbered),
                  .point = point,
-                 .seed = seed,
-                 .overrides = {}};
+                 .seed = seed};
     for (std::size_t k = 0; k < layout.keys.size(); ++k)
         run.overrides.push_back(text("{}={}", layout.keys[k], values[k]));
     run.overrides.push_back(text("run.seed={}", named + step));

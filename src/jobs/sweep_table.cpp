@@ -15,7 +15,6 @@ measure::Replicates over_seeds(const std::vector<measure::Estimate>& runs) {
     if (!runs.empty()) return measure::combine(runs);
     return {.mean = {.mean = nan, .refusal = "no run of this point has this observable"},
             .deviation = nan,
-            .own_error = {},
             .chi_squared = nan,
             .chance = nan};
 }

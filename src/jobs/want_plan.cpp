@@ -150,11 +150,7 @@ void WantPlan::take(std::size_t unit, const TrialSet& trials) {
         double sum = 0.0, finite = 0.0;
         for (const std::vector<double>& value : values)
             if (std::isfinite(value[q])) sum += value[q], finite += 1.0;
-        const calibrate::TableRow row{.name = name,
-                                      .unit = {},
-                                      .formula = {},
-                                      .by_rods = assay.population == calibrate::Population::all,
-                                      .entries = {}};
+        const calibrate::TableRow row{.name = name, .by_rods = assay.population == calibrate::Population::all};
         calibrate::Scatter scatter{.row = name,
                                    .entry =
                                        calibrate::entry_index(layout_.axes, row, where.varied, where.bead, where.rod)};
@@ -269,8 +265,7 @@ void WantPlan::add_for_errors(const std::vector<UnitProgress>& units, std::vecto
         const auto done = static_cast<double>(ended_[u].successful().size());
         const auto running = static_cast<double>(units[u].given - units[u].trials->count());
         calibrate::TrialCosts cost{.trials = static_cast<std::size_t>(std::max(done + running, 1.0)),
-                                   .seconds = seconds[u],
-                                   .variances = {}};
+                                   .seconds = seconds[u]};
         cost.max_trials = lacks_trials(u, units[u]) ? cost.trials + limits_.max_trials - units[u].given : 0;
         cost.caution = caution_of(ended_[u].successful().size());
         for (const WantedValue& value : values_) {

@@ -60,7 +60,6 @@ void save(const Simulation& simulation, std::int64_t step, files::Archive& archi
     files::Checkpoint checkpoint{.scene = files.scene,
                                  .step = step,
                                  .time = static_cast<double>(step) * simulation.dt,
-                                 .rows = {},
                                  .state = simulation.save(),
                                  .run_id = files.run_id,
                                  .program = files.program,

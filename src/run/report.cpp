@@ -70,8 +70,6 @@ const Prediction* find_prediction(const Report& report, const std::string& name)
 files::ResultTable result_table(const Report& report) {
     files::ResultTable table{.group = "/summary",
                              .axes = file_axes(measure::axes_of(report.summary.rows)),
-                             .quantities = {},
-                             .values = {},
                              .warnings = report.warnings};
     const std::string time_unit = io::renamed("s", report.scene.units);
     for (const measure::SummaryRow& row : report.summary.rows) {
