@@ -7,8 +7,8 @@
 #include <functional>
 #include <memory>
 
+#include "analysis/analysed_state.hpp"
 #include "analysis/binodal_lines.hpp"
-#include "analysis/stability_problem.hpp"
 #include "base/constants.hpp"
 #include "base/log.hpp"
 #include "run/progress.hpp"

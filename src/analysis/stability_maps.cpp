@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "analysis/stability_problem.hpp"
+#include "analysis/analysed_state.hpp"
 #include "base/constants.hpp"
 #include "theory/instabilities.hpp"
 #include "theory/placed_noise.hpp"

@@ -1,8 +1,7 @@
-// analysis/stability_problem.hpp: what a stability analysis needs of its equations, whatever they are.
+// analysis/analysed_state.hpp: a uniform state as a stability analysis and its maps need it, and the waves searched.
 #pragma once
 #include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "drover/theory/theory.hpp"
@@ -27,16 +26,6 @@ struct AnalysedState {
     std::vector<StructurePart> parts = {};
 };
 
-struct StabilityProblem {
-    std::string direction;  ///< from which angles are measured: "p0"
-    std::vector<run::Entry> entries;
-    std::vector<std::pair<std::string, run::Record>> parts = {};
-    std::vector<AnalysedState> states = {};
-    std::vector<std::string> footer = {};
-};
-
-StabilityProblem stability_problem(const io::Scene& scene);
-
 /// The waves that a scene searches: by default from a thousandth of the smallest |q| of its cell to the largest of its
 /// grid.  Throws an input Error for an empty range.
 theory::GrowthSearch growth_search(const io::Scene& scene);
@@ -44,7 +33,7 @@ theory::GrowthSearch growth_search(const io::Scene& scene);
 /// 2 pi over the longer side of the cell [1/mm].
 double smallest_wavenumber(const numerics::Grid& grid);
 
-/// Arrays over wavenumber, angle and frequency of one state.  direction: as StabilityProblem.
+/// Arrays over wavenumber, angle and frequency of one state.  direction: from which angles are measured, "p0".
 files::ResultTable stability_maps(const io::StabilityPlan& plan, const numerics::Grid& grid, const AnalysedState& state,
                                   const std::string& direction, const theory::GrowthSearch& search, Threads& threads);
 
