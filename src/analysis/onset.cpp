@@ -126,9 +126,6 @@ run::Record curve_record(const calibrate::Onset& onset, const calibrate::Table& 
             text("{}: {}", convention_text(convention), threshold_text(crossings_of(curve, convention))));
     return record;
 }
-}  // namespace
-
-namespace {
 /// Every threshold of every area fraction of rods.
 run::List crossing_list(const calibrate::Onset& onset) {
     run::List list{.name = "crossings",
@@ -181,8 +178,8 @@ run::List field_list(const calibrate::Onset& onset) {
     }
     return list;
 }
-}  // namespace
 
+/// Curves, over rod and bead area fraction; crossings in both conventions of lambda; and the line through them.
 run::Result onset_result(const calibrate::Onset& onset, const calibrate::Table& table) {
     run::List curves{.name = "curves", .coordinate = "rod_area_fraction"};
     for (const calibrate::OnsetCurve& curve : onset.curves) curves.rows.push_back(curve_record(onset, table, curve));
@@ -205,7 +202,6 @@ run::Result onset_result(const calibrate::Onset& onset, const calibrate::Table& 
                  .lists = {std::move(curves), std::move(line), crossing_list(onset), field_list(onset)}}};
 }
 
-namespace {
 run::List cell_list(const std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>>& cells) {
     run::List list{
         .name = "cells",

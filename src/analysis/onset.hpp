@@ -12,9 +12,6 @@
 
 namespace drover::analysis {
 
-/// Curves, over rod and bead area fraction; crossings in both conventions of lambda; and the line through them.
-run::Result onset_result(const calibrate::Onset& onset, const calibrate::Table& table);
-
 struct TableOnset {
     io::Scene scene;  ///< of the calibration
     calibrate::Table table;

@@ -248,8 +248,7 @@ ScheduledRecording FieldSimulation::samples() {
     });
 }
 
-}  // namespace
-
+/// Throws StepTooLong where the step was chosen for the error of the fields, `error` after `step` steps.
 void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step) {
     constexpr double any = 1.0;  // where the fields of two steps may part
     if (time.chosen != "fields" || time.max_error >= any) return;
@@ -266,7 +265,6 @@ void check_chosen_step(const io::TimeControl& time, const numerics::StepError::R
         halvings);
 }
 
-namespace {
 /// Where the step was chosen, and no tolerance divides it, a run Error of `work` becomes a StepTooLong: a pilot has
 /// fewer points, or ends earlier.
 template <class Work>

@@ -40,7 +40,5 @@ public:
         : Error(Fault::run, {}, message), halvings(needed_halvings) {}
     int halvings;  ///< that are expected to suffice to the end of the run
 };
-/// Throws it where the step was chosen for the error of the fields, `error` after `step` steps.
-void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step);
 
 }  // namespace drover::run

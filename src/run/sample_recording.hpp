@@ -9,8 +9,6 @@
 
 namespace drover::run {
 
-std::vector<files::Axis> file_axes(const std::vector<measure::Axis>& axes);
-
 template <class Moment>
 std::vector<files::Quantity> quantities_of(const measure::Observables<Moment>& rows) {
     std::vector<files::Quantity> quantities;

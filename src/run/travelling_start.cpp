@@ -18,13 +18,14 @@ io::Scene line_of(const io::Scene& scene) {
     return line;
 }
 
+namespace {
+/// Fields averaged over y, on one row of points.
 numerics::Spectra average_over_y(const numerics::Spectra& fields, const numerics::Grid& line) {
     numerics::Spectra average(line, fields.count());
     for (int c = 0; c < average.count(); ++c) std::copy_n(fields[c].begin(), average.size, average[c].begin());
     return average;
 }
 
-namespace {
 constexpr const char* settling_method = "etdrk4-krogstad";
 constexpr double settling_tolerance = 1e-4;
 

@@ -24,9 +24,6 @@ struct TravellingGuess {
     std::optional<double> time = std::nullopt;
 };
 
-/// Fields averaged over y, on one row of points.
-numerics::Spectra average_over_y(const numerics::Spectra& fields, const numerics::Grid& line);
-
 /// The initial fields of a scene of fields, averaged over y.  `line`: line_of(scene), which they settle by.
 TravellingGuess travelling_guess(const io::Scene& scene, const io::Scene& line, Threads& threads);
 
