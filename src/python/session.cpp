@@ -91,17 +91,15 @@ py::list frames_of(const py::object& self, bool is_writable) {
 py::dict series_of(Session& guarded) {
     const Use use(guarded);
     const files::Recording& recording = guarded.held.observables();
-    const run::Series& series = guarded.held.series();
+    const std::vector<double>& times = guarded.held.sample_times();
     py::dict arrays, result;
-    for (std::size_t i = 0; i < recording.quantities.size(); ++i) {
-        const files::Quantity& quantity = recording.quantities[i];
-        std::vector<std::size_t> shape = shape_of(recording.axes, quantity);
-        shape.insert(shape.begin(), series.times.size());
+    for (const files::Quantity& quantity : recording.quantities) {
+        const files::Array& samples = guarded.held.samples_of(quantity);
         arrays[py::str(quantity.name)] =
-            py::make_tuple(quantity.unit, quantity.meaning, quantity.axes, array_of(series.values[i], shape));
+            py::make_tuple(quantity.unit, quantity.meaning, quantity.axes, array_of(samples.values, samples.shape));
     }
     result["axes"] = axes_list(recording.axes);
-    result["times"] = array_of(series.times, {series.times.size()});
+    result["times"] = array_of(times, {times.size()});
     result["arrays"] = arrays;
     return result;
 }

@@ -1,9 +1,6 @@
 // run/memory_run.cpp: the rows that a loop would append to an archive, in memory.
 #include "run/memory_run.hpp"
 
-#include <algorithm>
-#include <map>
-
 #include "run/kind.hpp"
 #include "run/run_scene.hpp"
 #include "run/signals.hpp"
@@ -12,42 +9,18 @@
 namespace drover::run {
 
 namespace {
-using Arrays = std::map<std::string, files::Array>;
-
-void append(const std::string& path, const std::vector<std::size_t>& shape, std::span<const double> values,
-            Arrays& arrays) {
-    files::Array& array = arrays[path];
-    if (array.shape.empty()) {
-        array.shape = {0};
-        array.shape.insert(array.shape.end(), shape.begin(), shape.end());
-    }
-    ++array.shape[0];
-    array.values.insert(array.values.end(), values.begin(), values.end());
-}
-
 /// Frames of fields, of which reports use none.
 bool is_unused(const files::Recording& recording) { return recording.group == "/" && !recording.trajectory; }
 
-void append_row(const Simulation& simulation, const ScheduledRecording& scheduled, std::int64_t step, Arrays& arrays) {
-    const files::Recording& recording = scheduled.recording;
-    if (is_unused(recording)) return;
-    const double time = static_cast<double>(step) * simulation.dt;
-    const std::vector<std::span<const double>> row = scheduled.observe();
-    if (!recording.trajectory) append(recording.group + "/time", {}, {&time, 1}, arrays);
-    for (std::size_t q = 0; q < row.size(); ++q) {
-        const files::Quantity& quantity = recording.quantities[q];
-        const std::string path = recording.group + "/" + quantity.name;
-        if (recording.trajectory) append(path + "/time", {}, {&time, 1}, arrays);
-        append(recording.trajectory ? path + "/value" : path, files::shape_of(recording.axes, quantity), row[q],
-               arrays);
-    }
+void append_used(const Simulation& simulation, const ScheduledRecording& scheduled, std::int64_t step, Arrays& arrays) {
+    if (!is_unused(scheduled.recording)) append_row(scheduled, static_cast<double>(step) * simulation.dt, arrays);
 }
 
 /// As run_loop().  False when a signal stopped it.
 bool run_to_end(Simulation& simulation, Arrays& arrays) {
     const auto append_due = [&](std::int64_t step) {
         for (const ScheduledRecording& scheduled : simulation.recordings)
-            if (is_due(scheduled, step)) append_row(simulation, scheduled, step, arrays);
+            if (is_due(scheduled, step)) append_used(simulation, scheduled, step, arrays);
     };
     simulation.check_health(0);
     append_due(0);
@@ -58,7 +31,7 @@ bool run_to_end(Simulation& simulation, Arrays& arrays) {
         append_due(step);
     }
     for (const ScheduledRecording& scheduled : simulation.recordings)
-        if (!is_due(scheduled, simulation.steps)) append_row(simulation, scheduled, simulation.steps, arrays);
+        if (!is_due(scheduled, simulation.steps)) append_used(simulation, scheduled, simulation.steps, arrays);
     return true;
 }
 }  // namespace

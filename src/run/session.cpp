@@ -18,7 +18,7 @@ std::int64_t Session::step() const { return state_->step(); }
 std::int64_t Session::steps() const { return state_->steps(); }
 void Session::advance(std::int64_t steps, const std::function<void()>& poll) { state_->advance(steps, poll); }
 void Session::accept() { state_->accept(); }
-std::span<const double> Session::sample_times() const { return state_->series().times; }
+std::span<const double> Session::sample_times() const { return state_->sample_times(); }
 
 std::vector<FrameArray> Session::frame() const {
     std::vector<FrameArray> arrays;
@@ -40,11 +40,9 @@ std::vector<FrameArray> Session::frame() const {
 std::vector<ObservedSeries> Session::series() const {
     const files::Recording& recording = state_->observables();
     std::vector<ObservedSeries> found;
-    for (std::size_t i = 0; i < recording.quantities.size(); ++i) {
-        const files::Quantity& quantity = recording.quantities[i];
+    for (const files::Quantity& quantity : recording.quantities)
         found.push_back({quantity.name, quantity.unit, quantity.meaning, shape_of(recording.axes, quantity),
-                         state_->series().values[i]});
-    }
+                         state_->samples_of(quantity).values});
     return found;
 }
 

@@ -12,12 +12,6 @@
 
 namespace drover::run {
 
-/// The rows of the observables so far.
-struct Series {
-    std::vector<double> times;                ///< [s]
-    std::vector<std::vector<double>> values;  ///< of each quantity, row after row
-};
-
 /// A run with the same states, frames and observables, to the last bit, as run_scene() writes.  Use one from one thread
 /// at a time.
 class SessionState {
@@ -44,7 +38,11 @@ public:
     std::vector<std::span<const double>> observe(std::size_t frame) const { return frames()[frame].observe(); }
 
     const files::Recording& observables() const { return simulation_->recordings.back().recording; }
-    const Series& series() const { return series_; }
+    /// Of the rows of the observables so far their times [s], and the values of a quantity.
+    const std::vector<double>& sample_times() const { return samples_.at(observables().group + "/time").values; }
+    const files::Array& samples_of(const files::Quantity& quantity) const {
+        return samples_.at(observables().group + "/" + quantity.name);
+    }
     /// Means with errors and linear theory of the samples so far, as of a run that ends now; of particles without what
     /// needs their paths, which are not kept.  Throws an input Error before the first step.
     Report report() const;
@@ -54,12 +52,10 @@ public:
     void accept();
 
 private:
-    void sample();
-
     io::Scene scene_;
     std::unique_ptr<Threads> threads_;
     std::unique_ptr<Simulation> simulation_;
-    Series series_;
+    Arrays samples_;  // of the observables
     std::int64_t step_ = 0;
     bool was_changed_ = false, failed_ = false;
 };

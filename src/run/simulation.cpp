@@ -1,4 +1,4 @@
-// run/simulation.cpp: schedules and sizes of recordings.
+// run/simulation.cpp: schedules and rows of recordings.
 #include "run/simulation.hpp"
 
 #include <algorithm>
@@ -12,6 +12,32 @@ std::vector<std::span<const double>> lend(std::vector<std::vector<double>>& arra
     else
         for (std::size_t i = 0; i < arrays.size(); ++i) std::copy(row[i].begin(), row[i].end(), arrays[i].begin());
     return {arrays.begin(), arrays.end()};
+}
+
+namespace {
+void append(const std::string& path, const std::vector<std::size_t>& shape, std::span<const double> values,
+            Arrays& arrays) {
+    files::Array& array = arrays[path];
+    if (array.shape.empty()) {
+        array.shape = {0};
+        array.shape.insert(array.shape.end(), shape.begin(), shape.end());
+    }
+    ++array.shape[0];
+    array.values.insert(array.values.end(), values.begin(), values.end());
+}
+}  // namespace
+
+void append_row(const ScheduledRecording& scheduled, double time, Arrays& arrays) {
+    const files::Recording& recording = scheduled.recording;
+    const std::vector<std::span<const double>> row = scheduled.observe();
+    if (!recording.trajectory) append(recording.group + "/time", {}, {&time, 1}, arrays);
+    for (std::size_t q = 0; q < row.size(); ++q) {
+        const files::Quantity& quantity = recording.quantities[q];
+        const std::string path = recording.group + "/" + quantity.name;
+        if (recording.trajectory) append(path + "/time", {}, {&time, 1}, arrays);
+        append(recording.trajectory ? path + "/value" : path, files::shape_of(recording.axes, quantity), row[q],
+               arrays);
+    }
 }
 
 bool is_checked(const Simulation& simulation, std::int64_t step) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -54,6 +55,11 @@ public:
 
 /// Whether the state after so many steps is to be checked: a blow-up is found within ten steps, and is not recorded.
 bool is_checked(const Simulation& simulation, std::int64_t step);
+
+/// Arrays as an archive has them, by path.
+using Arrays = std::map<std::string, files::Array>;
+/// Appends the row of a recording at a time.
+void append_row(const ScheduledRecording& scheduled, double time, Arrays& arrays);
 
 /// Puts a row into arrays that observe() returns, which keep their places.
 std::vector<std::span<const double>> lend(std::vector<std::vector<double>>& arrays,
