@@ -95,28 +95,6 @@ private:
     GraphBuilder& graph;
 };
 
-std::optional<int> degree_of_node(const Node& node, const std::vector<Node>& nodes, std::optional<int> left,
-                                  std::optional<int> right) {
-    constexpr double max_degree = 1000;
-    const bool is_constant = left == 0 && (!is_binary(node) || right == 0);
-    if (is_constant) return 0;
-    if (!left || (is_binary(node) && !right)) return std::nullopt;
-    switch (node.operation) {
-        case Operation::add:
-        case Operation::subtract: return std::max(*left, *right);
-        case Operation::negate: return left;
-        case Operation::multiply: return *left + *right <= max_degree ? std::optional(*left + *right) : std::nullopt;
-        case Operation::divide: return *right == 0 ? left : std::nullopt;
-        case Operation::power: {
-            const Node& exponent = nodes[static_cast<std::size_t>(node.right)];
-            const double result = *left * exponent.value;
-            const bool is_natural = exponent.operation == Operation::number && exponent.value >= 0.0 &&
-                                    exponent.value == std::floor(exponent.value);
-            return is_natural && result <= max_degree ? std::optional(static_cast<int>(result)) : std::nullopt;
-        }
-        default: return std::nullopt;
-    }
-}
 }  // namespace
 
 Expression::Expression(double constant) {
@@ -214,19 +192,6 @@ std::set<int> slots_of(const Expression& expression) {
     for (const Node& node : expression.graph().nodes)
         if (node.operation == Operation::slot) slots.insert(node.left);
     return slots;
-}
-
-std::optional<int> degree(const Expression& expression, const std::set<int>& in) {
-    const Expression simple = simplified(expression);
-    const std::vector<Node>& nodes = simple.graph().nodes;
-    std::vector<std::optional<int>> degrees;
-    for (const Node& node : nodes) {
-        const auto degree_at = [&](int i) { return i < 0 ? std::nullopt : degrees[static_cast<std::size_t>(i)]; };
-        if (node.operation == Operation::number) degrees.emplace_back(0);
-        else if (node.operation == Operation::slot) degrees.emplace_back(in.contains(node.left) ? 1 : 0);
-        else degrees.push_back(degree_of_node(node, nodes, degree_at(node.left), degree_at(node.right)));
-    }
-    return degrees.back();
 }
 
 bool is_zero(const Expression& expression) { return constant_value(expression) == 0.0; }

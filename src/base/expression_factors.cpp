@@ -44,7 +44,7 @@ private:
         const Node& node = from_[index];
         switch (node.operation) {
             case Operation::number: return graph_.number(node.value);
-            case Operation::slot: return graph_.slot(node.left, from_.name_of(node.left));
+            case Operation::slot: return graph_.slot(node.left);
             case Operation::add:
             case Operation::subtract:
             case Operation::negate: {

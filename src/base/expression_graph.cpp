@@ -34,11 +34,6 @@ int GraphBuilder::intern(const Node& node) {
     return size() - 1;
 }
 
-int GraphBuilder::slot(int index, const std::string& name) {
-    names_.emplace(index, name);
-    return intern({.operation = Operation::slot, .left = index});
-}
-
 int GraphBuilder::make(Operation operation, int left, int right) {
     if (is_number(left) && (right < 0 || is_number(right))) return folded(operation, left, right);
     if (folding_ != Folding::exact) return simplified(operation, left, right);
@@ -139,7 +134,7 @@ std::vector<int> GraphBuilder::import(const Expression::Graph& graph) {
     for (const Node& node : graph.nodes) {
         const auto at = [&](int there) { return there < 0 ? -1 : here[static_cast<std::size_t>(there)]; };
         if (node.operation == Operation::number) here.push_back(number(node.value));
-        else if (node.operation == Operation::slot) here.push_back(slot(node.left, graph.names.at(node.left)));
+        else if (node.operation == Operation::slot) here.push_back(slot(node.left));
         else here.push_back(make(node.operation, at(node.left), at(node.right)));
     }
     return here;
@@ -158,8 +153,7 @@ Expression GraphBuilder::expression(int root) const {
         if (place[static_cast<std::size_t>(i)] < 0) continue;
         place[static_cast<std::size_t>(i)] = static_cast<int>(graph->nodes.size());
         Node node = (*this)[i];
-        if (node.operation == Operation::slot) graph->names.emplace(node.left, names_.at(node.left));
-        else
+        if (node.operation != Operation::slot)
             for (int* argument : {&node.left, &node.right})
                 if (*argument >= 0) *argument = place[static_cast<std::size_t>(*argument)];
         graph->nodes.push_back(node);

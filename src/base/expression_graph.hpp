@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <unordered_map>
 
 #include "drover/base/expression.hpp"
@@ -106,7 +107,6 @@ inline bool is_leaf(const Node& node) {
 /// Nodes, each after its arguments; the last one is the expression, and it needs all others.
 struct Expression::Graph {
     std::vector<Node> nodes;
-    std::map<int, std::string> names;  ///< how slots are written
 };
 
 /// How a builder treats operations on constants and trivial ones.
@@ -122,7 +122,7 @@ public:
     explicit GraphBuilder(Folding folding, const SourceLocation& location = {}) : where(location), folding_(folding) {}
 
     int number(double value) { return intern({.operation = Operation::number, .value = value}); }
-    int slot(int index, const std::string& name);
+    int slot(int index) { return intern({.operation = Operation::slot, .left = index}); }
     /// The node of an operation on nodes.  Throws an input Error at `where` for more than max_nodes nodes and, unless
     /// lenient, for an infinite or undefined constant.
     int make(Operation operation, int left, int right = -1);
@@ -133,7 +133,6 @@ public:
     bool is_number(int node) const { return (*this)[node].operation == Operation::number; }
     bool is_number(int node, double value) const { return is_number(node) && (*this)[node].value == value; }
     int size() const { return static_cast<int>(nodes_.size()); }
-    const std::string& name_of(int slot) const { return names_.at(slot); }
     /// The expression of a node, with the nodes that it needs.
     Expression expression(int node) const;
 
@@ -156,7 +155,6 @@ private:
     Folding folding_;
     std::vector<Node> nodes_;
     std::unordered_map<Node, int, Hash> index_;
-    std::map<int, std::string> names_;
 };
 
 /// The derivative of a node by the chain rule, from the derivative of each slot that it depends on.

@@ -15,10 +15,9 @@ public:
         : source_(the_text), vocabulary_(vocabulary), graph_(Folding::exact) {}
 
     Expression read() {
-        return graph_.expression(node_of(
-            parse_formula(source_, {.arguments_of = function_arguments, .is_operator = [this](const std::string& name) {
-                                        return vocabulary_.operators.count(name) > 0;
-                                    }})));
+        const Notation notation{.arguments_of = function_arguments,
+                                .is_operator = [](const std::string&) { return false; }};
+        return graph_.expression(node_of(parse_formula(source_, notation)));
     }
 
 private:
@@ -44,10 +43,10 @@ private:
                 const int first = argument(0);
                 return make(f.at, find_function(f.name)->operation, first, f.arguments.size() > 1 ? argument(1) : -1);
             }
-            case Kind::operation: return operation_on_name(f);
             case Kind::dot:
             case Kind::double_dot:
-            case Kind::norm: break;
+            case Kind::norm:
+            case Kind::operation: break;
         }
         source_.fail(f.at, "an operator on numbers: +, -, *, / or ^");
     }
@@ -66,30 +65,17 @@ private:
     int named(const Formula& f) {
         graph_.where = source_.location(f.at);
         if (const auto found = vocabulary_.variables.find(f.name); found != vocabulary_.variables.end())
-            return graph_.slot(found->second, f.name);
+            return graph_.slot(found->second);
         if (const auto found = vocabulary_.constants.find(f.name); found != vocabulary_.constants.end())
             return graph_.number(found->second);
         if (f.name == "pi") return graph_.number(std::numbers::pi);
         source_.fail(f.at, name_expected(f.name));
-    }
-    int operation_on_name(const Formula& f) {
-        const Vocabulary::Slots& operands = vocabulary_.operators.find(f.name)->second;
-        const Formula& operand = f.arguments[0];
-        const auto found = operand.kind == Kind::name ? operands.find(operand.name) : operands.end();
-        if (found == operands.end()) {
-            std::vector<std::string> names;
-            for (const auto& [known, slot] : operands) names.push_back(known);
-            source_.fail(operand.at, text("the operand of {}: one of {}{}", f.name, joined(names),
-                                          suggestion(operand.name, names, "", " (did you mean {}?)")));
-        }
-        return graph_.slot(found->second, text("{}({})", f.name, operand.name));
     }
     std::string name_expected(const std::string& name) const {
         std::vector<std::string> names, functions;
         for (const auto& [known, slot] : vocabulary_.variables) names.push_back(known);
         for (const auto& [known, value] : vocabulary_.constants) names.push_back(known);
         names.emplace_back("pi");
-        for (const auto& [known, operands] : vocabulary_.operators) names.push_back(known);
         for (const FunctionName& function : function_names) functions.emplace_back(function.name);
         std::vector<std::string> all = names;
         all.insert(all.end(), functions.begin(), functions.end());

@@ -18,18 +18,17 @@ struct Instruction {
     StripOperation kind = StripOperation::apply;
     Operation operation = Operation::add;  ///< of kind apply
     Argument a = {}, b = {}, c = {};
-    int output = -1;           ///< the result is stored here, or
-    std::size_t target = 0;    ///< in this register
-    int previous = -1;         ///< with an output: the instruction before this one that has it; -1: none
-    bool is_constant = false;  ///< adds the constant part of an output, with which write() begins
+    int output = -1;         ///< the result is stored here, or
+    std::size_t target = 0;  ///< in this register
+    int previous = -1;       ///< with an output: the instruction before this one that has it; -1: none
 };
 }  // namespace
 
 struct StripProgram::Code {
     std::vector<Instruction> instructions;
     std::vector<double> constants;
-    std::vector<double> constant_parts;  ///< of each output
-    std::vector<int> last;               ///< of each output: its last instruction but for its constant part; -1: none
+    std::vector<double> constant_parts;  ///< of each output, with which it begins
+    std::vector<int> last;               ///< of each output: its last instruction; -1: none
     std::size_t chunk = max_chunk;
 };
 
@@ -58,8 +57,7 @@ private:
         for (const Node& node : graph.nodes) {
             const auto at = [&](int there) { return there < 0 ? -1 : here[static_cast<std::size_t>(there)]; };
             if (node.operation == Operation::number) here.push_back(graph_.number(node.value));
-            else if (node.operation == Operation::slot)
-                here.push_back(graph_.slot(node.left, graph.names.at(node.left)));
+            else if (node.operation == Operation::slot) here.push_back(graph_.slot(node.left));
             else if (node.operation == Operation::power) here.push_back(power(at(node.left), at(node.right)));
             else here.push_back(graph_.make(node.operation, at(node.left), at(node.right)));
         }
@@ -180,14 +178,6 @@ private:
         }
         code.constant_parts.push_back(constant);
         code.last.push_back(last_of_output_);
-        if (constant != 0.0) {
-            code.constants.push_back(constant);
-            emit({.kind = StripOperation::add,
-                  .a = {Argument::Kind::output, output},
-                  .b = {Argument::Kind::constant, static_cast<int>(code.constants.size()) - 1},
-                  .output = output,
-                  .is_constant = true});
-        }
         last_of_output_ = -1;
     }
 
@@ -262,18 +252,8 @@ const double* at(const Source& source, std::size_t offset) {
 StripProgram::StripProgram(std::span<const Expression> outputs)
     : code_(std::make_shared<const Code>(Compiler(outputs).code)) {}
 
-void StripProgram::add(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
-                       std::span<double* const> out) const {
-    run(size, slots, uniform, out, true);
-}
-
 void StripProgram::write(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
                          std::span<double* const> out) const {
-    run(size, slots, uniform, out, false);
-}
-
-void StripProgram::run(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
-                       std::span<double* const> out, bool adds) const {
     const Code& code = *code_;
     static constexpr double unused = 0.0;
     alignas(64) std::array<double, scratch_size> registers;
@@ -289,8 +269,8 @@ void StripProgram::run(std::size_t size, std::span<const double* const> slots, s
             case Argument::Kind::slot:
                 return slots[index] ? Source{slots[index], true, true} : Source{&uniform[index], false, false};
             case Argument::Kind::output:
-                if (!adds && previous < 0) return {&code.constant_parts[index], false, false};
-                if (adds || !is_constant[static_cast<std::size_t>(previous)]) return {out[index], true, true};
+                if (previous < 0) return {&code.constant_parts[index], false, false};
+                if (!is_constant[static_cast<std::size_t>(previous)]) return {out[index], true, true};
                 index = static_cast<std::size_t>(previous);
                 break;
             case Argument::Kind::instruction: break;
@@ -300,7 +280,6 @@ void StripProgram::run(std::size_t size, std::span<const double* const> slots, s
     };
     for (std::size_t i = 0; i < code.instructions.size(); ++i) {
         const Instruction& instruction = code.instructions[i];
-        if (instruction.is_constant && !adds) continue;
         const Source a = source_of(instruction.a, instruction.previous),
                      b = source_of(instruction.b, instruction.previous),
                      c = source_of(instruction.c, instruction.previous);
@@ -311,7 +290,7 @@ void StripProgram::run(std::size_t size, std::span<const double* const> slots, s
         if (is_constant[i]) kernel(1, instruction.operation, a.first, b.first, c.first, &constant_results[i]);
         else steps[count++] = {kernel, instruction.operation, a, b, c, target, instruction.output >= 0};
     }
-    for (std::size_t k = 0; k < out.size() && !adds; ++k) {
+    for (std::size_t k = 0; k < out.size(); ++k) {
         const int last = code.last[k];
         if (last < 0) std::fill_n(out[k], size, code.constant_parts[k]);
         else if (const auto i = static_cast<std::size_t>(last); is_constant[i])

@@ -65,10 +65,10 @@ SourceLocation place_of(const DeclaredModel& declared, std::size_t field, const 
 }
 
 double number_of(const std::string& written, const DeclaredModel& declared, const SourceLocation& where) {
-    const Expression formula = parse_expression(
-        written,
-        {.variables = {}, .operators = {}, .constants = {declared.coefficients.begin(), declared.coefficients.end()}},
-        where);
+    const Expression formula =
+        parse_expression(written,
+                         {.variables = {}, .constants = {declared.coefficients.begin(), declared.coefficients.end()}},
+                         where);
     return evaluate(formula, {});
 }
 

@@ -111,8 +111,7 @@ std::vector<int> Algebra::call(const std::shared_ptr<const GivenFunction>& funct
         atoms_.resize(static_cast<std::size_t>(found->end() - first_atom));
     }
     std::vector<int> nodes;
-    for (int result = 0; result < function->results; ++result)
-        nodes.push_back(graph.slot(found->value_slot(result), text("result {}", found->value_slot(result))));
+    for (int result = 0; result < function->results; ++result) nodes.push_back(graph.slot(found->value_slot(result)));
     return nodes;
 }
 
@@ -133,8 +132,7 @@ int total_slope(GraphBuilder& graph, const std::vector<FunctionCall>& calls, int
             int sum = graph.number(0.0);
             for (std::size_t a = 0; a < of_arguments.size(); ++a) {
                 if (graph.is_number(of_arguments[a], 0.0)) continue;
-                const int slot = call.slope_slot(result, static_cast<int>(a));
-                const int by_argument = graph.slot(slot, text("result {}", slot));
+                const int by_argument = graph.slot(call.slope_slot(result, static_cast<int>(a)));
                 sum = graph.make(Operation::add, sum, graph.make(Operation::multiply, by_argument, of_arguments[a]));
             }
             of_results[call.value_slot(result)] = sum;
@@ -176,7 +174,7 @@ int Algebra::atom(const LinearForm& form) {
     for (const auto& [derivative, coefficient] : form) normal.emplace(derivative, coefficient / scale);
     const auto [place, is_new] = slot_of_.emplace(normal, slots());
     if (is_new) atoms_.push_back(normal);
-    const int slot = graph.slot(place->second, name_of(normal));
+    const int slot = graph.slot(place->second);
     return scale == 1.0 ? slot : graph.make(Operation::multiply, graph.number(scale), slot);
 }
 

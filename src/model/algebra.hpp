@@ -134,7 +134,6 @@ public:
     /// The linear form of an atom slot; empty for a result of a call.
     const LinearForm& form_of(int slot) const { return atoms_[static_cast<std::size_t>(slot - first_atom)]; }
     int slots() const { return first_atom + static_cast<int>(atoms_.size()); }
-    std::function<std::string(const LinearForm&)> name_of = [](const LinearForm&) { return std::string("f"); };
 
     GraphBuilder graph;
 

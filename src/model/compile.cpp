@@ -33,7 +33,6 @@ public:
         c_.model = model;
         check_fields(model);
         number_components();
-        algebra_.name_of = [this](const LinearForm& form) { return name_of(form); };
         c_.is_substituted.assign(model.fields.size(), false);
         solve_balances();
     }
@@ -139,14 +138,6 @@ private:
         }
         require(!c_.state.empty(), c_.model.fields.empty() ? SourceLocation{} : c_.model.fields[0].where,
                 "the model has no field with a rate; expected at least one");
-    }
-
-    std::string name_of(const LinearForm& form) const {
-        const auto& [derivative, coefficient] = *form.begin();
-        std::string name = names_.name_of_component(derivative.component);
-        for (int i = 0; i < derivative.order.x; ++i) name = "d_x " + name;
-        for (int i = 0; i < derivative.order.y; ++i) name = "d_y " + name;
-        return form.size() == 1 ? name : name + " + ...";
     }
 
     std::vector<Summand> read(std::size_t index, const std::optional<Formula>& mass = {}) {

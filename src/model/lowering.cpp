@@ -182,7 +182,7 @@ Value Lowering::named(const FormulaText& text, const Formula& f) {
         case Names::Kind::coefficient: return {.components = {algebra_.constant(model_.coefficients.at(f.name))}};
         case Names::Kind::position:
             return {.parity = meaning->index == slot_t ? Parity::even : Parity::none,
-                    .components = {algebra_.of_node(algebra_.graph.slot(static_cast<int>(meaning->index), f.name))}};
+                    .components = {algebra_.of_node(algebra_.graph.slot(static_cast<int>(meaning->index)))}};
         case Names::Kind::field: {
             const Field& field = model_.fields[meaning->index];
             Value value{.rank = {0, field.spin}, .parity = field.odd ? Parity::odd : Parity::even};
@@ -413,7 +413,6 @@ Names::Names(const Model& model) {
         first_components_.push_back(component);
         for (std::size_t c = 0; c < names.size(); ++c) {
             if (field.spin > 0) add(names[c], {Kind::component, i, component + static_cast<int>(c)}, field.where);
-            component_names_.push_back(names[c]);
         }
         component += components(field);
     }

@@ -40,9 +40,6 @@ public:
     const Meaning* find(const std::string& name) const;
     /// A name like it and the list of names, for errors.
     std::string expected(const std::string& name) const;
-    const std::string& name_of_component(int component) const {
-        return component_names_[static_cast<std::size_t>(component)];
-    }
     int first_component(std::size_t field) const { return first_components_[field]; }
 
 private:
@@ -50,7 +47,6 @@ private:
     std::map<std::string, Meaning> meanings_;
     std::set<std::string> reserved_;  // functions of the model, and the imaginary unit
     std::map<std::string, SourceLocation> places_;
-    std::vector<std::string> component_names_;
     std::vector<int> first_components_;
 };
 

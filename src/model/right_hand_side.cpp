@@ -395,7 +395,7 @@ std::shared_ptr<const CompiledEquations> with_balances_as_outputs(const Compiled
         const LinearForm itself{{{k, Order{}}, 1.0}};
         if (c->in_balance(k)) {
             GraphBuilder graph(Folding::exact);
-            output.value = graph.expression(graph.slot(c->slots(), "value"));
+            output.value = graph.expression(graph.slot(c->slots()));
             c->atoms.push_back(itself);
             continue;
         }

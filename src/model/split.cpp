@@ -211,7 +211,7 @@ private:
             const int component = first + static_cast<int>(k);
             const LinearForm& form = term.rows[k].linear;
             if (!is_whole) add(form, term.summary.where, c_.linear[static_cast<std::size_t>(component)]);
-            else if (!form.empty()) add_remainder({component, Order{}}, graph_.slot(slot_of(form), "form"));
+            else if (!form.empty()) add_remainder({component, Order{}}, graph_.slot(slot_of(form)));
             for (const PointFunction& function : term.rows[k].functions) {
                 const int node = graph_.import(function.value.graph()).back();
                 whole[{component, function.order}] = node;
@@ -272,8 +272,7 @@ private:
             if (value == 0.0 || !std::isfinite(value)) continue;
             for (const auto& [derivative, coefficient] : c_.atoms[static_cast<std::size_t>(slot - first_atom)])
                 linear[{derivative.component, derivative.order + function.order}] += value * coefficient;
-            const int part =
-                graph_.make(Operation::multiply, graph_.number(value), graph_.slot(slot, text("atom {}", slot)));
+            const int part = graph_.make(Operation::multiply, graph_.number(value), graph_.slot(slot));
             node = graph_.make(Operation::subtract, node, part);
         }
         return node;

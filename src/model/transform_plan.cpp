@@ -23,7 +23,7 @@ Expression substituted(const Expression& expression, const std::map<int, Express
 }
 Expression slot_expression(int slot) {
     GraphBuilder graph(Folding::exact);
-    return graph.expression(graph.slot(slot, text("input {}", slot)));
+    return graph.expression(graph.slot(slot));
 }
 
 /// A basis of linear forms: each further form is a combination of earlier ones or extends it.

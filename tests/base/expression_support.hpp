@@ -1,17 +1,16 @@
-// tests/base/expression_support.hpp: a vocabulary and random expressions for tests.
+// tests/base/expression_support.hpp: a vocabulary, random expressions and texts of expressions for tests.
 #pragma once
 #include <random>
 #include <string>
 
-#include "drover/base/expression.hpp"
+#include "base/expression_graph.hpp"
 
 namespace drover {
 
-/// Slots 0 to 5: x, y, t, W, rod_density, and the order; 6 to 8 derivatives.
+/// Slots 0 to 5: x, y, t, W, rod_density, and the order.
 inline const Vocabulary& test_vocabulary() {
     static const Vocabulary vocabulary{
         .variables = {{"x", 0}, {"y", 1}, {"t", 2}, {"W", 3}, {"rod_density", 4}, {"order_x", 5}},
-        .operators = {{"d_x", {{"rod_density", 6}}}, {"d_y", {{"rod_density", 7}}}, {"div", {{"order", 8}}}},
         .constants = {{"two", 2.0}}};
     return vocabulary;
 }
@@ -48,6 +47,60 @@ inline Expression random_expression(std::mt19937& random, int depth, bool smooth
             return expression_of(random_text(random, depth, smooth));
         } catch (const Error&) {
         }
+}
+
+/// How strongly the outermost operation of a text binds.
+enum Binding { binding_sum, binding_product, binding_sign, binding_power, binding_atom };
+
+struct Written {
+    std::string text;
+    Binding binding = binding_atom;
+};
+
+inline std::string enclosed(const Written& part, Binding at_least) {
+    return part.binding >= at_least ? part.text : "(" + part.text + ")";
+}
+
+inline Written written(const Node& node, const Written& a, const Written& b) {
+    const auto infix = [&](const char* sign, Binding left, Binding right, Binding binding) {
+        return Written{enclosed(a, left) + sign + enclosed(b, right), binding};
+    };
+    switch (node.operation) {
+        case Operation::add: return infix(" + ", binding_sum, binding_product, binding_sum);
+        case Operation::subtract: return infix(" - ", binding_sum, binding_product, binding_sum);
+        case Operation::multiply: return infix(" * ", binding_product, binding_sign, binding_product);
+        case Operation::divide: return infix(" / ", binding_product, binding_sign, binding_product);
+        case Operation::power: return infix("^", binding_atom, binding_sign, binding_power);
+        case Operation::negate: return {"-" + enclosed(a, binding_sign), binding_sign};
+        default: break;
+    }
+    for (const FunctionName& function : function_names)
+        if (function.operation == node.operation)
+            return {function.name + ("(" + a.text) + (is_binary(node) ? ", " + b.text : "") + ")", binding_atom};
+    return {};
+}
+
+inline std::string name_of_slot(int slot) {
+    for (const auto& [name, index] : test_vocabulary().variables)
+        if (index == slot) return name;
+    return {};
+}
+
+/// A text that parse_expression() reads back as the same expression; empty if it is too long for that.
+inline std::string text_of(const Expression& expression) {
+    constexpr std::size_t max_characters = 10000;  // that parse_expression() takes
+    const Expression::Graph& graph = expression.graph();
+    const Written none;
+    std::vector<Written> parts;
+    for (const Node& node : graph.nodes) {
+        const auto part = [&](int i) -> const Written& { return i < 0 ? none : parts[static_cast<std::size_t>(i)]; };
+        if (node.operation == Operation::number)
+            parts.push_back({text("{}", node.value), std::signbit(node.value) ? binding_sign : binding_atom});
+        else if (node.operation == Operation::slot) parts.push_back({name_of_slot(node.left), binding_atom});
+        else parts.push_back(written(node, part(node.left), part(node.right)));
+        if (parts.back().text.size() > max_characters) return {};
+    }
+    return parts.back().text;
 }
 
 }  // namespace drover

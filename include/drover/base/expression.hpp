@@ -1,7 +1,6 @@
-// base/expression.hpp: expressions written as text in a scene: parsed, differentiated, expanded, evaluated by strips.
+// base/expression.hpp: expressions written as text in a scene: parsed, differentiated, evaluated by strips.
 #pragma once
 #include <cstddef>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,10 +15,8 @@ namespace drover {
 
 /// What the names in a text mean.  Each variable has a slot, 0, 1, ...: the index of its value at evaluation.
 struct Vocabulary {
-    using Slots = std::map<std::string, int, std::less<>>;
-    Slots variables = {};                                       ///< "rod_density" -> slot
-    std::map<std::string, Slots, std::less<>> operators = {};   ///< "d_x" -> {"rod_density" -> slot}: prefix
-    std::map<std::string, double, std::less<>> constants = {};  ///< besides pi
+    std::map<std::string, int> variables = {};     ///< "rod_density" -> slot
+    std::map<std::string, double> constants = {};  ///< besides pi
 };
 
 /// A function of the values in the slots: an immutable directed acyclic graph in which each subexpression occurs once,
@@ -41,12 +38,11 @@ private:
 ///   sum     = product { ("+" | "-") product }
 ///   product = signed { ("*" | "/" | juxtaposition) signed }
 ///   signed  = ("-" | "+") signed | atom [ "^" signed ]
-///   atom    = number | name | function "(" arguments ")" | operator name | operator "(" name ")" | "(" sum ")"
+///   atom    = number | name | function "(" arguments ")" | "(" sum ")"
 /// Juxtaposition, before a name or "(", is a product: "2 x", "3(x + 1)"; "a / b c" is (a / b) c.  -x^2 is -(x^2), and
 /// x^y^z is x^(y^z).  Numbers are decimal; names are [a-zA-Z_][a-zA-Z0-9_]*.  The constant pi and the functions abs,
 /// atan, atan2(y, x), cos, cosh, exp, log, max, min, pow, sign (-1, 0 or 1), sin, sinh, sqrt, step (1 above 0, else 0),
-/// tan and tanh are built in.  A name before "(" is a call if a function or an operator has that name, else a factor.
-/// "d_x f^2" without parentheses is rejected as ambiguous.
+/// tan and tanh are built in.  A name before "(" is a call if a function has that name, else a factor.
 /// Constants are folded; nothing else is rearranged: evaluate() performs the operations of the text in their order.
 /// `where` is the place of the first character of the text.  Throws an input Error at the column of the offending
 /// character (without a column if where.column is 0) for anything else, for constants that are infinite or undefined
@@ -75,29 +71,16 @@ bool jumps_at(const Expression& expression, std::span<const double> slots);
 
 std::set<int> slots_of(const Expression& expression);
 
-/// The degree as a polynomial in the slots `in`, without cancellations between different terms.  nullopt if it is not
-/// such a polynomial (a quotient by one of the slots, exp of one, x^0.5) or its degree exceeds 1000.
-std::optional<int> degree(const Expression& expression, const std::set<int>& in);
-
 /// Whether the expression simplifies to 0 (0 f is taken as 0, even where f is infinite).
 bool is_zero(const Expression& expression);
 
 /// The value of an expression that simplifies to a number.
 std::optional<double> constant_value(const Expression& expression);
 
-/// Products that add up to the expression, at most one of each: products and natural powers of sums are expanded, and
-/// equal factors of a quotient cancel.  Empty for 0.  Throws an input Error at `where` for more than 1000 products, for
-/// a sum to a power above 64 and for infinite coefficients.
-std::vector<Expression> summands(const Expression& expression, const SourceLocation& where = {});
-
 /// Equal up to rounding, for fewer operations together: like terms of sums are joined, common factors taken out (also
 /// those of several expressions, so that they share the other factor), and a divisor of several quotients is inverted
 /// once.  Expressions of more than 2000 operations stay as they are.
 std::vector<Expression> factored(std::span<const Expression> expressions);
-
-/// A text that parse_expression() reads back as the same expression.  Throws an input Error if it has more than 10000
-/// characters.
-std::string text_of(const Expression& expression);
 
 /// Several expressions compiled for evaluation at many points; common subexpressions are evaluated once.  Equal to
 /// evaluate() up to rounding: natural powers are products, and sums may be added up in another order; where a constant
@@ -107,21 +90,16 @@ public:
     /// Throws an input Error if the expressions have more than 4096 operations.
     explicit StripProgram(std::span<const Expression> outputs);
 
-    /// out[k][i] += value of expression k at point i, for i < size.  slots[s]: the values of slot s at the points, or
+    /// out[k][i] = value of expression k at point i, for i < size.  slots[s]: the values of slot s at the points, or
     /// nullptr if it is uniform[s] at every point or not used.  Both spans reach beyond every slot in use (uniform may
     /// be empty if no slot in use is uniform).  No out[k] overlaps another array.  Allocates nothing; takes 0.4 MB of
     /// stack.
-    void add(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
-             std::span<double* const> out) const;
-    /// The same with out[k][i] = value.
     void write(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
                std::span<double* const> out) const;
 
     struct Code;  // src/base/strip_program.cpp
 
 private:
-    void run(std::size_t size, std::span<const double* const> slots, std::span<const double> uniform,
-             std::span<double* const> out, bool adds) const;
     std::shared_ptr<const Code> code_;
 };
 

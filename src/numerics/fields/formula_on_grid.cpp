@@ -31,7 +31,7 @@ Fields values_on(const Expression& formula, const Grid& grid, double shift_x, do
         const std::array uniform{0.0, grid.ly / grid.ny * j + shift_y, grid.lx, grid.ly};  // the same along a row
         double* row = cells[0].data() + static_cast<std::size_t>(j) * nx;
         if (j > 0 && !has_y) std::copy_n(cells[0].data(), nx, row);
-        else program.add(nx, std::array<const double*, 4>{x.data()}, uniform, std::array{row});
+        else program.write(nx, std::array<const double*, 4>{x.data()}, uniform, std::array{row});
     }
     return cells;
 }
