@@ -14,7 +14,6 @@
 #include "drover/base/error.hpp"
 #include "numerics/fields/complex_registers.hpp"
 #include "numerics/fields/per_thread.hpp"
-#include "numerics/fields/planner_memory.hpp"
 
 namespace drover::numerics {
 
@@ -142,18 +141,9 @@ Plan line_plan(std::size_t lines, std::size_t length, std::size_t distance, int 
     Aligned<Complex> from, to;
     fftw_complex *const in = raw(from.room(lines * distance)), *const out = raw(to.room(lines * distance));
     const auto n = static_cast<int>(length), between = static_cast<int>(distance);
-    fftw_plan plan = nullptr;
-    bool was_memory_short = false;
-    {
-        const std::lock_guard lock(planner_mutex());
-        const PlannerMemory memory(length);
-        plan = fftw_plan_many_dft(1, &n, static_cast<int>(lines), in, nullptr, 1, between, out, nullptr, 1, between,
-                                  direction, FFTW_ESTIMATE);
-        was_memory_short = memory.was_short();
-    }
-    Plan owned(plan);
-    if (was_memory_short) throw std::bad_alloc();
-    return owned;
+    const std::lock_guard lock(planner_mutex());
+    return Plan(fftw_plan_many_dft(1, &n, static_cast<int>(lines), in, nullptr, 1, between, out, nullptr, 1, between,
+                                   direction, FFTW_ESTIMATE));
 }
 
 /// The larger factor of a length, the smaller being near its square root; 0: none is a multiple of 4.
