@@ -1,6 +1,4 @@
 // numerics/steppers/error_evolution.cpp: the tangent equations of the fields on a coarse grid, driven by local errors.
-#include "numerics/steppers/error_evolution.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,6 +7,7 @@
 #include "drover/numerics/stepper_table.hpp"
 #include "numerics/fields/shells.hpp"
 #include "numerics/fields/wavenumbers.hpp"
+#include "numerics/steppers/step_error.hpp"
 #include "numerics/steppers/time_method.hpp"
 
 namespace drover::numerics {
@@ -46,7 +45,7 @@ constexpr double work_of_value = 170.0, local_work = 100.0, fine_local_work = 12
 constexpr int max_parts = 64;
 }  // namespace
 
-ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& grid, const StepControl& control)
+StepError::StepError(const ErrorEquations& the_equations, const Grid& grid, const StepControl& control)
     : equations(the_equations),
       fine{grid, the_equations.degree},
       coarse(coarse_grid(grid, the_equations.degree, the_equations.noisy, the_equations.shortest)),
@@ -76,7 +75,7 @@ ErrorEvolution::ErrorEvolution(const ErrorEquations& the_equations, const Grid& 
     wave_error.resize(error.values.size());
 }
 
-void ErrorEvolution::set_equations() {
+void StepError::set_equations() {
     system = equations.on_grid(coarse.grid, coarse.degree, one);
     system.noise = {};
     system.product_noise = {};
@@ -93,11 +92,11 @@ void ErrorEvolution::set_equations() {
     if (!noisy) waves = fast_waves(system, dt);
     if (divides)
         for (FastWave& wave : waves) wave.is_unresolved = false;
-    turn.reset();
+    linear_step.reset();
     if (!waves.empty()) {
         System linear = system;
         linear.nonlinear = {};
-        turn.emplace(linear, stepper_table("etdrk2"), dt / 4.0, 0, one);
+        linear_step.emplace(linear, stepper_table("etdrk2"), dt / 4.0, 0, one);
     }
     const IsotropicBlocks rates = system.linear(cut);
     const BlockParts parts = block_parts(system.layout);
@@ -110,7 +109,7 @@ void ErrorEvolution::set_equations() {
             }
 }
 
-Reference& ErrorEvolution::reference_at(double t) {
+Reference& StepError::reference_at(double t) {
     const double part = (t - from.t) / (to.t - from.t);
     constexpr double rounding = 1e-6;
     if (part < rounding) return from;
@@ -124,7 +123,7 @@ Reference& ErrorEvolution::reference_at(double t) {
 }
 
 /// N(a + e) - N(a), plus the local errors.  A small e is enlarged for the difference: its digits would be lost.
-void ErrorEvolution::perturbation_rate(double t, const Spectra& perturbation, Spectra& out) {
+void StepError::perturbation_rate(double t, const Spectra& perturbation, Spectra& out) {
     const auto begin = [&] {
         if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
         else out.values = driven.values;
@@ -154,7 +153,7 @@ void ErrorEvolution::perturbation_rate(double t, const Spectra& perturbation, Sp
 }
 
 /// The size of an error on the coarse grid, of all fields.
-double ErrorEvolution::relative_size(const Spectra& spectra) const {
+double StepError::relative_size(const Spectra& spectra) const {
     double sum = 0.0;
     for (const FieldSize& field : fields) sum += std::pow(ratio(size_of(spectra, field), field.scale()), 2.0);
     return std::sqrt(sum);
@@ -162,7 +161,7 @@ double ErrorEvolution::relative_size(const Spectra& spectra) const {
 
 /// Under noise the errors of different steps are independent, of either sign: they add up as a random walk.  Half of
 /// them are added before the error evolves, half after it: number 0 and 1.
-void ErrorEvolution::add_random_errors(std::int64_t step, std::uint64_t number) {
+void StepError::add_random_errors(std::int64_t step, std::uint64_t number) {
     if (!noisy) return;
     double uniform = 0.0;
     fill_uniform({.seed = 0, .stream = Stream::step_error, .step = static_cast<std::uint64_t>(step)}, number, 1,
@@ -171,7 +170,7 @@ void ErrorEvolution::add_random_errors(std::int64_t step, std::uint64_t number) 
     for (std::size_t k = 0; k < error.values.size(); ++k) error.values[k] += factor * drive.values[k];
 }
 
-void ErrorEvolution::leave_out_direction() {
+void StepError::leave_out_direction() {
     if (!noisy || equations.turning.empty()) return;
     const int p = equations.turning.front();
     const double px = to.fields[p][0].real(), py = to.fields[p + 1][0].real(), size = std::hypot(px, py);
@@ -184,7 +183,7 @@ void ErrorEvolution::leave_out_direction() {
 }
 
 /// An error as large as the fields says only that they are unrelated; it must not overflow.
-void ErrorEvolution::bound() {
+void StepError::bound() {
     const double relative = relative_size(error);
     if (relative <= 1.0) return;
     for (Complex& value : error.values) value = std::isfinite(relative) ? value / relative : Complex(0.0);
@@ -192,7 +191,7 @@ void ErrorEvolution::bound() {
 
 /// The explicit terms of a wave that turns within a step change as fast as it does.  Half a step does not resolve that
 /// either, so that their change over the step, and what the wave makes of it as it turns, is the local error.
-void ErrorEvolution::add_unresolved_waves(const Spectra& after) {
+void StepError::add_unresolved_waves(const Spectra& after) {
     if (waves.empty() || rate_before.size == 0) return;
     sample(after, between);
     try {
@@ -203,7 +202,7 @@ void ErrorEvolution::add_unresolved_waves(const Spectra& after) {
     for (std::size_t k = 0; k < rate.values.size(); ++k)
         rate.values[k] = 0.5 * dt * (rate.values[k] - rate_before.values[k]);
     for (int part = 0; part < 4; ++part) {
-        turn->step(0.0, 0, rate);
+        linear_step->step(0.0, 0, rate);
         for (int c = 0; c < rate.count(); ++c)
             for (const FastWave& wave : waves) {
                 if (!wave.is_unresolved) continue;
@@ -213,14 +212,14 @@ void ErrorEvolution::add_unresolved_waves(const Spectra& after) {
     }
 }
 
-Stepper& ErrorEvolution::stepper(double steps) {
+Stepper& StepError::stepper(double steps) {
     const auto found = steppers.find(steps);
     if (found != steppers.end()) return found->second;
     return steppers.emplace(steps, Stepper(system, stepper_table("etdrk2"), steps * dt, 0, one)).first->second;
 }
 
 /// The error over the steps since it last evolved, in as many parts as its explicit terms need.
-void ErrorEvolution::evolve(std::int64_t step) {
+void StepError::evolve(std::int64_t step) {
     const Spectra before = error;
     const double strides = static_cast<double>(stride);
     from.t = static_cast<double>(step - stride) * dt;
@@ -255,7 +254,7 @@ void ErrorEvolution::evolve(std::int64_t step) {
 }
 
 /// The local error turns and decays as the motion of the fields does.
-void ErrorEvolution::follow_motion() {
+void StepError::follow_motion() {
     if (noisy) return;
     for (std::size_t k = 0; k < motion.values.size(); ++k)
         motion.values[k] = (to.fields.values[k] - from.fields.values[k]) / static_cast<double>(stride);
@@ -267,7 +266,7 @@ void ErrorEvolution::follow_motion() {
     driven.values = drive.values;
 }
 
-void ErrorEvolution::choose_stride(std::int64_t step) {
+void StepError::choose_stride(std::int64_t step) {
     const double so_far = static_cast<double>(step) / static_cast<double>(noisy ? min_noisy_strides : min_strides);
     const double longest = std::min(
         {so_far, max_change * stretch() / (perturbation_growth * dt), noisy ? INFINITY : max_turn / turn_rate});
@@ -276,13 +275,13 @@ void ErrorEvolution::choose_stride(std::int64_t step) {
 }
 
 /// By which its steps may be longer: 1 while the error costs less than it may, or turns.
-double ErrorEvolution::stretch() const {
+double StepError::stretch() const {
     if (turn_rate * static_cast<double>(stride) > largest_turn || alignment < aligned) return 1.0;
     return std::clamp(1.0 + (largest_stretch - 1.0) * (effort.used() - hasty_use) / (1.0 - hasty_use), 1.0,
                       largest_stretch);
 }
 
-void ErrorEvolution::choose_leap(std::int64_t step) {
+void StepError::choose_leap(std::int64_t step) {
     constexpr double parted = 0.5;
     const double size = relative_size(error), strides = static_cast<double>(stride), now = static_cast<double>(step);
     is_lost = size < parted && effort.spent > lost_use * effort.allowed() + 2.0 * owed_work();
@@ -308,7 +307,7 @@ void ErrorEvolution::choose_leap(std::int64_t step) {
     taken = 0;
 }
 
-void ErrorEvolution::end_leap(const Spectra& fine_fields) {
+void StepError::end_leap(const Spectra& fine_fields) {
     for (std::size_t k = 0; k < error.values.size(); ++k)
         error.values[k] += static_cast<double>(leap) * change.values[k];
     bound();
@@ -316,7 +315,7 @@ void ErrorEvolution::end_leap(const Spectra& fine_fields) {
     leap = since = 0;
 }
 
-double ErrorEvolution::wave_size(const FieldSize& field) const {
+double StepError::wave_size(const FieldSize& field) const {
     double sum = 0.0;
     for (int c = field.first; c < field.first + field.count; ++c)
         for (const FastWave& wave : waves)
@@ -326,14 +325,14 @@ double ErrorEvolution::wave_size(const FieldSize& field) const {
 }
 
 /// The size of the last local error, of all fields.
-double ErrorEvolution::local_size() const {
+double StepError::local_size() const {
     double sum = 0.0;
     for (const FieldSize& field : fields) sum += std::pow(ratio(field.local, field.scale()), 2.0);
     return std::sqrt(sum);
 }
 
 /// The fields at the points of the coarse grid.
-void ErrorEvolution::sample(const Spectra& fine_fields, Reference& into) {
+void StepError::sample(const Spectra& fine_fields, Reference& into) {
     Spectra& state = into.fields;
     into.step = 0.0;
     std::fill(state.values.begin(), state.values.end(), Complex(0.0));
@@ -343,10 +342,10 @@ void ErrorEvolution::sample(const Spectra& fine_fields, Reference& into) {
 }
 
 /// The angle between the last local error and the present drive.
-double ErrorEvolution::angle_to_drive() const { return angle_between(shifted, drive, fields, coarse); }
+double StepError::angle_to_drive() const { return angle_between(shifted, drive, fields, coarse); }
 
 /// The error with those of the steps since it last evolved.
-Spectra ErrorEvolution::error_now() const {
+Spectra StepError::error_now() const {
     Spectra now = error;
     const double leapt = leap > 0 ? static_cast<double>(since) : 0.0;
     if (!noisy)
@@ -356,14 +355,14 @@ Spectra ErrorEvolution::error_now() const {
 }
 
 /// How much the error of earlier steps adds to that of the last.
-double ErrorEvolution::growth() const {
+double StepError::growth() const {
     double low = 0.0;
     for (const FieldSize& field : fields) low += std::pow(ratio(field.local_low, field.scale()), 2.0);
     return low > 0.0 ? relative_size(error) / std::sqrt(low) : 1.0;
 }
 
 /// The size of the part of an error beyond the coarse grid, and of fast waves.
-double ErrorEvolution::size_without_phase(const FieldSize& field) const {
+double StepError::size_without_phase(const FieldSize& field) const {
     const double high = std::min(growth(), noisy ? std::sqrt(field.memory) : field.memory) * field.local_high();
     return std::hypot(wave_size(field), high);
 }
