@@ -182,8 +182,8 @@ TimedScene timed_fields(const io::Scene& scene) {
 namespace {
 /// Of the steppers of a method: so many, or of our own methods twice as many with a tolerance.
 double steppers_bytes(const numerics::System& system, const io::TimeControl& time, int count) {
-    if (const numerics::SundialsMethod* sundials = numerics::find_sundials_method(time.stepper))
-        return count * numerics::sundials_stepper_bytes(system, *sundials);
+    if (const numerics::TimeMethod& method = numerics::time_method(time.stepper); !method.is_exponential)
+        return count * numerics::sundials_stepper_bytes(system, method);
     return numerics::stepper_bytes(system, numerics::stepper_table(time.stepper),
                                    time.tolerance > 0.0 ? 2 * count : count);
 }

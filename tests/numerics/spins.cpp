@@ -213,7 +213,7 @@ TEST(SpinsLong, every_stepper_follows_a_split_system_of_any_layout_with_its_own_
         }
         for (const char* name : {"cvode-bdf", "arkode-ark436l2sa"}) {
             Spectra after = before;
-            SundialsStepper stepper(system, *find_sundials_method(name), end, 1e-8);
+            SundialsStepper stepper(system, time_method(name), end, 1e-8);
             stepper.advance(0, after);
             EXPECT_LT(largest_error(before, after, expected), 1e-5) << name;  // local errors of 1e-8, hundreds of steps
         }

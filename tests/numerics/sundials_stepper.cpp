@@ -24,9 +24,15 @@ Spectra exact_end(const System& system, const Spectra& from, Threads& threads) {
     return state;
 }
 
+std::vector<TimeMethod> sundials_methods() {
+    std::vector<TimeMethod> methods = time_methods();
+    std::erase_if(methods, [](const TimeMethod& method) { return method.is_exponential; });
+    return methods;
+}
+
 /// At end_time, after `steps` calls.
 Spectra after(const System& system, const std::string& method, int steps, double tolerance, Spectra state) {
-    SundialsStepper stepper(system, *find_sundials_method(method), end_time / steps, tolerance);
+    SundialsStepper stepper(system, time_method(method), end_time / steps, tolerance);
     for (int n = 0; n < steps; ++n) stepper.advance(n, state);
     return state;
 }
@@ -42,7 +48,7 @@ TEST(SundialsStepper, every_additive_method_has_its_order_in_steps_of_fixed_leng
     Flock flock;
     const Spectra exact = exact_end(flock.system, flock.from, flock.threads);
     int checked = 0;
-    for (const SundialsMethod& method : sundials_methods()) {
+    for (const TimeMethod& method : sundials_methods()) {
         if (method.stages == 0) continue;
         double before = distance(after(flock.system, method.name, 16, 0.0, flock.from), exact);
         for (const int steps : {32, 64, 128}) {
@@ -62,7 +68,7 @@ TEST(SundialsStepper, every_additive_method_has_its_order_in_steps_of_fixed_leng
 TEST(SundialsStepper, the_error_follows_the_tolerance_down_to_1e_10) {
     Flock flock;
     const Spectra exact = exact_end(flock.system, flock.from, flock.threads);
-    for (const SundialsMethod& method : sundials_methods()) {
+    for (const TimeMethod& method : sundials_methods()) {
         for (const double tolerance : {1e-5, 1e-8, 1e-12}) {
             const double error = distance(after(flock.system, method.name, 10, tolerance, flock.from), exact);
             // Tens to hundreds of steps, each wrong by the tolerance at most.
@@ -81,7 +87,7 @@ TEST(SundialsStepper, a_stiff_linear_system_is_integrated_to_the_tolerance) {
     };
     const Spectra exact = exact_end(flock.system, flock.from, flock.threads);
     for (const std::string method : {"cvode-bdf", "arkode-ark436l2sa", "arkode-ark548l2sa"}) {
-        SundialsStepper stepper(flock.system, *find_sundials_method(method), 0.1, 1e-8);
+        SundialsStepper stepper(flock.system, time_method(method), 0.1, 1e-8);
         Spectra state = flock.from;
         for (int n = 0; n < 10; ++n) stepper.advance(n, state);
         EXPECT_LT(distance(state, exact), 1e-6) << method;
@@ -93,7 +99,7 @@ TEST(SundialsStepper, a_stiff_linear_system_is_integrated_to_the_tolerance) {
 TEST(SundialsStepper, a_restored_stepper_repeats_its_history_to_the_same_bits) {
     Flock flock;
     for (const std::string method : {"cvode-bdf", "cvode-adams", "arkode-ark548l2sa"}) {
-        const SundialsMethod& row = *find_sundials_method(method);
+        const TimeMethod& row = time_method(method);
         SundialsStepper whole(flock.system, row, 0.05, 1e-6);
         Spectra state = flock.from, middle;
         std::vector<double> saved;
@@ -128,7 +134,7 @@ TEST(SundialsStepper, a_run_longer_than_its_history_is_restored_to_the_same_bits
         rest(t, state, rate);
         rate[1][0] += 20.0 * std::sin(100.0 * t);  // so that steps stay short
     };
-    const SundialsMethod& row = *find_sundials_method("cvode-bdf");
+    const TimeMethod& row = time_method("cvode-bdf");
     SundialsStepper whole(flock.system, row, 0.1, 1e-7);
     Spectra state = flock.from, middle;
     std::vector<double> saved;
@@ -149,7 +155,7 @@ TEST(SundialsStepper, a_run_longer_than_its_history_is_restored_to_the_same_bits
 
 TEST(SundialsStepper, a_mean_without_sources_is_conserved_to_rounding) {
     Flock flock;
-    for (const SundialsMethod& method : sundials_methods()) {
+    for (const TimeMethod& method : sundials_methods()) {
         const Spectra state = after(flock.system, method.name, 20, 1e-5, flock.from);
         EXPECT_NEAR(state[0][0].real(), flock.from[0][0].real(), 1e-14) << method.name;
     }
@@ -159,14 +165,14 @@ TEST(SundialsStepper, noise_is_rejected_with_the_remedy) {
     Flock flock;
     flock.system.noise = flock.system.linear;
     try {
-        SundialsStepper(flock.system, *find_sundials_method("cvode-bdf"), 0.1, 1e-6);
+        SundialsStepper(flock.system, time_method("cvode-bdf"), 0.1, 1e-6);
         FAIL() << "no error";
     } catch (const Error& error) {
         EXPECT_EQ(error.fault(), Fault::input);
         EXPECT_THAT(error.what(), testing::HasSubstr("choose etdrk2"));
     }
     flock.system.noise = {};
-    EXPECT_THROW(SundialsStepper(flock.system, *find_sundials_method("cvode-adams"), 0.1, 0.0), Error);
+    EXPECT_THROW(SundialsStepper(flock.system, time_method("cvode-adams"), 0.1, 0.0), Error);
 }
 
 TEST(SundialsStepper, an_error_of_the_right_hand_side_passes_through_with_its_words) {
@@ -174,7 +180,7 @@ TEST(SundialsStepper, an_error_of_the_right_hand_side_passes_through_with_its_wo
     flock.system.nonlinear = [](double t, const Spectra&, Spectra&) {
         if (t > 0.35) fail_run("the density vanished at t = {}", t);
     };
-    for (const SundialsMethod& method : sundials_methods()) {
+    for (const TimeMethod& method : sundials_methods()) {
         SundialsStepper stepper(flock.system, method, 0.1, 1e-6);
         Spectra state = flock.from;
         try {
@@ -193,7 +199,7 @@ TEST(SundialsStepper, a_solution_that_diverges_ends_with_a_run_error_that_names_
         rate[1][0] = 10.0 * state[1][0] * state[1][0];  // infinite at t = 1/(10 * 0.6)
     };
     for (const std::string method : {"cvode-bdf", "arkode-ark548l2sa"}) {
-        SundialsStepper stepper(flock.system, *find_sundials_method(method), 0.1, 1e-6);
+        SundialsStepper stepper(flock.system, time_method(method), 0.1, 1e-6);
         Spectra state = flock.from;
         try {
             for (int n = 0; n < 10; ++n) stepper.advance(n, state);

@@ -39,8 +39,8 @@ void AdaptiveStepper::set_system(System system) {
 
 void AdaptiveStepper::make_sundials() {
     finer_sundials_.reset();
-    if (const SundialsMethod* method = find_sundials_method(control_.method))
-        sundials_.emplace(system_, *method, control_.dt, control_.tolerance);
+    if (const TimeMethod& method = time_method(control_.method); !method.is_exponential)
+        sundials_.emplace(system_, method, control_.dt, control_.tolerance);
 }
 
 Stepper& AdaptiveStepper::stepper(int division) {
@@ -163,7 +163,7 @@ void AdaptiveStepper::repeat_finer(std::int64_t step, Spectra& state) {
         const bool has_fixed_step = control_.tolerance == 0.0;
         const int parts = has_fixed_step ? 2 : 1;
         if (!finer_sundials_)
-            finer_sundials_.emplace(system_, *find_sundials_method(control_.method), control_.dt / parts,
+            finer_sundials_.emplace(system_, time_method(control_.method), control_.dt / parts,
                                     has_fixed_step ? 0.0 : std::max(1e-15, finer_tolerance * control_.tolerance));
         for (int i = 0; i < parts; ++i) finer_sundials_->advance(step * parts + i, state);
         return;

@@ -20,20 +20,6 @@
 namespace drover::numerics {
 
 namespace {
-constexpr const char* cvode_citation = "Hindmarsh et al., ACM Trans. Math. Softw. 31, 363 (2005); SUNDIALS CVODE";
-constexpr const char* ark2003 = "Kennedy & Carpenter, Appl. Numer. Math. 44, 139 (2003); SUNDIALS ARKODE";
-constexpr const char* ark2019 = "Kennedy & Carpenter, Appl. Numer. Math. 136, 183 (2019); SUNDIALS ARKODE";
-
-const std::vector<SundialsMethod> methods{
-    {"cvode-bdf", 5, 0, cvode_citation, "", ""},
-    {"cvode-adams", 12, 0, cvode_citation, "", ""},
-    {"arkode-ark324l2sa", 3, 4, ark2003, "ARKODE_ARK324L2SA_DIRK_4_2_3", "ARKODE_ARK324L2SA_ERK_4_2_3"},
-    {"arkode-ark436l2sa", 4, 6, ark2003, "ARKODE_ARK436L2SA_DIRK_6_3_4", "ARKODE_ARK436L2SA_ERK_6_3_4"},
-    {"arkode-ark437l2sa", 4, 7, ark2019, "ARKODE_ARK437L2SA_DIRK_7_3_4", "ARKODE_ARK437L2SA_ERK_7_3_4"},
-    {"arkode-ark548l2sa", 5, 8, ark2003, "ARKODE_ARK548L2SA_DIRK_8_4_5", "ARKODE_ARK548L2SA_ERK_8_4_5"},
-    {"arkode-ark548l2sab", 5, 8, ark2019, "ARKODE_ARK548L2SAb_DIRK_8_4_5", "ARKODE_ARK548L2SAb_ERK_8_4_5"},
-};
-
 struct CvodeDeleter {
     void operator()(void* memory) const { CVodeFree(&memory); }
 };
@@ -41,14 +27,6 @@ struct ArkodeDeleter {
     void operator()(void* memory) const { ARKStepFree(&memory); }
 };
 }  // namespace
-
-std::span<const SundialsMethod> sundials_methods() { return methods; }
-
-const SundialsMethod* find_sundials_method(const std::string& name) {
-    const auto found =
-        std::find_if(methods.begin(), methods.end(), [&](const SundialsMethod& method) { return method.name == name; });
-    return found == methods.end() ? nullptr : &*found;
-}
 
 std::string sundials_library() {
     char version[32] = {};
@@ -58,7 +36,7 @@ std::string sundials_library() {
 
 struct SundialsStepper::Work {
     System system;
-    const SundialsMethod& method;
+    const TimeMethod& method;
     double dt, tolerance;
     ModeVector modes;
     LinearOperator linear, shifted_inverse;
@@ -77,7 +55,7 @@ struct SundialsStepper::Work {
     std::unique_ptr<void, CvodeDeleter> cvode;
     std::unique_ptr<void, ArkodeDeleter> arkode;
 
-    Work(const System& the_system, const SundialsMethod& the_method, double the_dt, double the_tolerance);
+    Work(const System& the_system, const TimeMethod& the_method, double the_dt, double the_tolerance);
     void make_cvode();
     void make_arkode();
     void begin(std::int64_t step);
@@ -106,8 +84,7 @@ struct SundialsStepper::Work {
     int write_weights(N_Vector y, N_Vector weights) const;
 };
 
-SundialsStepper::Work::Work(const System& the_system, const SundialsMethod& the_method, double the_dt,
-                            double the_tolerance)
+SundialsStepper::Work::Work(const System& the_system, const TimeMethod& the_method, double the_dt, double the_tolerance)
     : system(the_system),
       method(the_method),
       dt(the_dt),
@@ -124,7 +101,7 @@ SundialsStepper::Work::Work(const System& the_system, const SundialsMethod& the_
     require(!system.noise, {},
             "stepper \"{}\" with noise; expected a system without: choose etdrk2, or set the noise to 0", method.name);
     require(std::isfinite(dt) && dt > 0.0, {}, "dt = {}; expected a positive time", dt);
-    require(tolerance > 0.0 || method.stages > 0, {},
+    require(tolerance > 0.0 || !method.needs_tolerance, {},
             "stepper \"{}\" without a tolerance; expected one: it has no steps of fixed length", method.name);
     SUNContext made = nullptr;
     if (SUNContext_Create(nullptr, &made) != 0) fail_environment("SUNDIALS cannot be started; it is out of memory");
@@ -305,7 +282,7 @@ void SundialsStepper::Work::advance(std::int64_t step) {
     next_step = step + 1;
 }
 
-SundialsStepper::SundialsStepper(const System& system, const SundialsMethod& method, double dt, double tolerance)
+SundialsStepper::SundialsStepper(const System& system, const TimeMethod& method, double dt, double tolerance)
     : work_(std::make_unique<Work>(system, method, dt, tolerance)) {}
 SundialsStepper::~SundialsStepper() = default;
 SundialsStepper::SundialsStepper(SundialsStepper&&) noexcept = default;
@@ -350,7 +327,7 @@ void SundialsStepper::restore(std::span<const double> saved) {
     for (std::int64_t step = begin; step < next; ++step) w.advance(step);
 }
 
-double sundials_stepper_bytes(const System& system, const SundialsMethod& method) {
+double sundials_stepper_bytes(const System& system, const TimeMethod& method) {
     const ModeVector modes(system.grid, system.layout, system.degree);
     // CVODE: an array of a history of order + 1, those of Newton's method and of GMRES; ARKODE: two rates of each
     // stage.

@@ -8,21 +8,9 @@
 
 #include "drover/base/threads.hpp"
 #include "drover/numerics/system.hpp"
+#include "numerics/steppers/time_method.hpp"
 
 namespace drover::numerics {
-
-/// A method of SUNDIALS.
-struct SundialsMethod {
-    std::string name;  ///< "cvode-bdf", "arkode-ark548l2sa"
-    int order = 0;     ///< the highest, where it varies
-    int stages = 0;    ///< right-hand sides of a step of fixed length; 0: it has none
-    std::string citation;
-    std::string implicit_table, explicit_table;  ///< of ARKODE, by SUNDIALS' names; "": CVODE
-};
-std::span<const SundialsMethod> sundials_methods();
-
-/// nullptr: no method of this name.
-const SundialsMethod* find_sundials_method(const std::string& name);
 
 /// "SUNDIALS 6.4.1".
 std::string sundials_library();
@@ -36,9 +24,9 @@ std::string sundials_library();
 /// of its field or, where larger, of the change of the field over dt at its present rate.
 class SundialsStepper {
 public:
-    /// tolerance 0: steps of dt.  Throws an input Error for a system with noise, and for a method that needs a
-    /// tolerance without one.
-    SundialsStepper(const System& system, const SundialsMethod& method, double dt, double tolerance);
+    /// method: one of SUNDIALS.  tolerance 0: steps of dt.  Throws an input Error for a system with noise, and for a
+    /// method that needs a tolerance without one.
+    SundialsStepper(const System& system, const TimeMethod& method, double dt, double tolerance);
     ~SundialsStepper();
     SundialsStepper(SundialsStepper&&) noexcept;
 
@@ -66,6 +54,6 @@ private:
 };
 
 /// Memory of a SundialsStepper [bytes].
-double sundials_stepper_bytes(const System& system, const SundialsMethod& method);
+double sundials_stepper_bytes(const System& system, const TimeMethod& method);
 
 }  // namespace drover::numerics
