@@ -11,6 +11,15 @@ enum class LogLevel { quiet, warning, information, detail };
 /// Suppresses lines less urgent than `level`.  Set once, at program start.
 void set_log_level(LogLevel level);
 
+/// This thread logs nothing while it lives.
+class LogPause {
+public:
+    LogPause();
+    ~LogPause();
+    LogPause(const LogPause&) = delete;
+    LogPause& operator=(const LogPause&) = delete;
+};
+
 void log_line(LogLevel level, std::string_view line);
 
 template <class... Values>

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "base/log_pause.hpp"
+#include "base/log.hpp"
 #include "drover/base/error.hpp"
 #include "run/field_simulation.hpp"
 #include "run/kind.hpp"
