@@ -42,13 +42,11 @@ Source source_of(const files::ArchiveReader& archive, const std::string& name) {
                   .x = archive.read("/x").values,
                   .y = archive.read("/y").values,
                   .times = archive.read("/time").values};
-    if (scene.kind == SceneKind::model) {
-        for (const model::StateComponent& one : model::components_of_state(model::Equations(model_of(scene.declared))))
-            source.columns.push_back({one.name, one.unit});
-        return source;
-    }
-    for (const physics::Component& one : physics::component_names(scene.model))
+    const model::Equations equations = scene.kind == SceneKind::model ? model::Equations(model_of(scene.declared))
+                                                                      : physics::Equations(scene.model).solver();
+    for (const model::StateComponent& one : model::components_of_state(equations))
         source.columns.push_back({one.name, one.unit});
+    if (scene.kind == SceneKind::model) return source;
     for (const char* slaved : {"bead_velocity_x", "bead_velocity_y"})
         if (archive.has(std::string("/") + slaved) && std::none_of(source.columns.begin(), source.columns.end(),
                                                                    [&](const Column& c) { return c.name == slaved; }))

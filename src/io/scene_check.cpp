@@ -9,8 +9,7 @@
 #include "io/scene.hpp"
 #include "io/scene_initial.hpp"
 #include "numerics/steppers/time_method.hpp"
-#include "physics/check.hpp"
-#include "physics/function_terms.hpp"
+#include "physics/compiled_terms.hpp"
 
 namespace drover::io {
 
@@ -99,9 +98,9 @@ void check_least_memory(const Scene& scene, std::size_t components, const Locati
 void check_fields(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     physics::check(scene.model, at);
-    check_least_memory(scene, physics::component_names(scene.model).size(), at);
     const physics::Equations rod_bead(scene.model);
     const model::Equations equations = rod_bead.solver();
+    check_least_memory(scene, equations.state_components().size(), at);
     check_unread(scene.initial, FormulasOf::rod_bead, at);
     check_noise_of_start(scene.initial, equations, at);
     model::check(scene.initial, equations, scene.grid, physics::kept_degree(rod_bead, scene.dealiasing), at);

@@ -24,15 +24,6 @@ const FieldRow* find_field(const ModelFile& file, const std::string& symbol) {
         if (field.symbol == symbol) return &field;
     return nullptr;
 }
-
-std::vector<Component> components_of(const FieldRow& row, const std::string& unit) {
-    const model::Field field{.name = row.name, .symbol = row.symbol, .spin = row.spin};
-    const std::vector<std::string> names = model::dataset_names(field), symbols = model::component_names(field);
-    std::vector<Component> components;
-    for (std::size_t part = 0; part < names.size(); ++part)
-        components.push_back({names[part], unit, row.meaning + ", " + symbols[part]});
-    return components;
-}
 }  // namespace
 
 ModelValues::ModelValues(const ModelFile& of) : file(&of) {
@@ -163,15 +154,6 @@ std::string form_name(const ModelValues& model) {
             list += (list.empty() ? "" : ", ") + std::string(dynamics) + words_of(field);
         }
     return list;
-}
-
-std::vector<Component> component_names(const ModelValues& model) {
-    std::vector<Component> names;
-    for (const FieldRow& row : model.file->fields) {
-        if (presence(model, row) != Presence::rate) continue;
-        for (Component& one : components_of(row, unit_of(model, row.unit))) names.push_back(std::move(one));
-    }
-    return names;
 }
 
 }  // namespace drover::physics

@@ -76,13 +76,4 @@ bool is_given(const ModelValues& model, const CoefficientRow& row);
 std::string form_name(const ModelValues& model);
 bool is_named_form(const ModelValues& model);
 
-/// One component, as named in files and messages.
-struct Component {
-    std::string name;     ///< rod_density, polar_order_x, ...
-    std::string unit;     ///< UDUNITS text
-    std::string meaning;  ///< description with its symbol
-};
-/// Of the fields with a rate.
-std::vector<Component> component_names(const ModelValues& model);
-
 }  // namespace drover::physics

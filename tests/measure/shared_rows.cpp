@@ -9,6 +9,7 @@
 #include "measure/fields.hpp"
 #include "measure/fields_support.hpp"
 #include "measure/particles_support.hpp"
+#include "model/start.hpp"
 
 namespace drover::measure::shared_rows_tests {
 namespace {
@@ -267,7 +268,7 @@ TEST(FlowAlignment, that_is_undefined_in_a_sample_has_no_mean_and_the_summary_re
 TEST(SharedRows, leave_no_name_of_a_field_to_an_observable) {
     const auto observables = particle_observables(particles_of(snapshots.front()).setting());
     for (const physics::Model& model : models())
-        for (const physics::Component& component : physics::component_names(model)) {
+        for (const model::StateComponent& component : model::components_of_state(physics::Equations(model).solver())) {
             EXPECT_EQ(find_row(observables, component.name), nullptr) << component.name;
             EXPECT_EQ(find_row(field_observables(setting_of(grid, model)), component.name), nullptr);
         }

@@ -2,7 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "physics/compiled_model.hpp"
+#include "model/start.hpp"
+#include "physics/equations.hpp"
 #include "physics/model_keys.hpp"
 
 namespace drover::physics::registry_tests {
@@ -73,16 +74,18 @@ TEST(ModelFile, puts_a_new_coefficient_into_checks_explanations_and_documentatio
 
 TEST(ModelFile, of_rods_and_beads_has_the_components_that_a_scene_chooses) {
     ModelValues model;
+    const auto components = [&] { return model::components_of_state(Equations(model).solver()); };
     const auto names = [&] {
         std::vector<std::string> found;
-        for (const Component& one : component_names(model)) found.push_back(one.name);
+        for (const model::StateComponent& one : components()) found.push_back(one.name);
         return found;
     };
     EXPECT_THAT(names(), testing::ElementsAre("rod_density", "polar_order_x", "polar_order_y"));
     EXPECT_EQ(form_name(model), "rods only");
-    for (const Component& one : component_names(model)) EXPECT_EQ(one.unit, "mm-2");
+    for (const model::StateComponent& one : components()) EXPECT_EQ(one.unit, "mm-2");
     model.values["fields.bead_density"] = true;
     model.values["fields.bead_velocity"] = std::string("dynamic");
+    model.values["drag.coefficient"] = 1.0;
     EXPECT_THAT(names(), testing::ElementsAre("bead_density", "rod_density", "bead_velocity_x", "bead_velocity_y",
                                               "polar_order_x", "polar_order_y"));
     EXPECT_EQ(form_name(model), "two-component");
