@@ -8,7 +8,6 @@
 #include "drover/theory/theory.hpp"
 #include "run/field_prediction.hpp"
 #include "run/scene_equations.hpp"
-#include "theory/placed_noise.hpp"
 
 namespace drover::analysis {
 
@@ -31,7 +30,7 @@ struct Component {
 AboutState about_state(const io::Scene& scene, const model::Equations& equations, const Means& means) {
     AboutState about;
     if (!equations.has_noise()) about.why_none = "the scene has no noise";
-    else if (const model::TermSummary* placed = theory::placed_noise(equations))
+    else if (const model::TermSummary* placed = equations.placed_noise())
         about.why_none = text("the noise \"{}\" depends on position or time", placed->text);
     if (!about.why_none.empty()) return about;
     model::UniformState mean = equations.reference();

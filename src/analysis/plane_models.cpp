@@ -98,11 +98,8 @@ PlaneModels::PlaneModels(io::SceneKind kind, SceneModel base, PlaneNumber x, Pla
     theory_ = std::make_shared<const theory::PointTheory>(compiled_->theory());
     has_order_ = true;
     search_ = like != nullptr ? like->search_ : theory::order_search(theory_->solver());
-    std::size_t first = 0;
-    for (const model::Field& field : theory_->equations().model().fields) {
+    for (const auto& [field, first] : model::placed_fields(theory_->equations().model()))
         if (field.spin == 0) densities_.emplace_back(first, number_of_model(middle.model, mean_of + field.name, {}));
-        first += static_cast<std::size_t>(model::components(field));
-    }
     means_ = means_of(middle);
     x_change_ = change_of(x_, middle, plane.x0);
     y_change_ = change_of(y_, middle, plane.y0);
@@ -111,11 +108,8 @@ PlaneModels::PlaneModels(io::SceneKind kind, SceneModel base, PlaneNumber x, Pla
 std::optional<PlaneModels::Change> PlaneModels::change_of(const PlaneNumber& number, const SceneModel& middle,
                                                           double least) const {
     if (!number.density.empty()) {
-        int component = 0;
-        for (const model::Field& field : theory_->equations().model().fields) {
-            if (field.name == number.density) return Change{.component = component, .terms = {}};
-            component += model::components(field);
-        }
+        for (const auto& [field, first] : model::placed_fields(theory_->equations().model()))
+            if (field.name == number.density) return Change{.component = static_cast<int>(first), .terms = {}};
         return {};  // a number in the terms
     }
     const auto coefficient = compiled_->coefficients.find(number.name);

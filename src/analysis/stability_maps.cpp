@@ -6,7 +6,6 @@
 #include "analysis/analysed_state.hpp"
 #include "base/constants.hpp"
 #include "theory/instabilities.hpp"
-#include "theory/placed_noise.hpp"
 
 namespace drover::analysis {
 
@@ -180,7 +179,7 @@ std::vector<double> structure_frequencies(const Mapped& mapped, double q, int co
 
 /// Of any wave.
 bool has_noise(const model::LinearisedAt& at) {
-    if (theory::placed_noise(at.equations()) != nullptr) return false;
+    if (at.equations().placed_noise() != nullptr) return false;
     return at.noise({1.0, 0.0}).cwiseAbs().maxCoeff() > 0.0 || at.noise({0.6, 0.8}).cwiseAbs().maxCoeff() > 0.0;
 }
 }  // namespace

@@ -75,7 +75,7 @@ StatesProblem states_problem(const io::Scene& scene, const std::string& follow) 
 
 numerics::TravellingFamily family_of(const StatesProblem& problem, Threads& threads) {
     numerics::TravellingFamily family =
-        theory::travelling_family(problem.at, problem.parameter, problem.grid(), threads);
+        theory::travelling_family({problem.at, problem.parameter, problem.grid()}, threads);
     family.system = [system = family.system](double value) {
         run::check_stop_signal();
         return system(value);

@@ -1,5 +1,6 @@
 // model/compiled.hpp: what the equations of a model are made of.
 #pragma once
+#include <array>
 #include <complex>
 #include <functional>
 #include <memory>
@@ -192,6 +193,10 @@ struct CompiledEquations {
     Symbol averaged(const std::vector<LinearForm>& rows, double q) const;
     Eigen::MatrixXd size_between_fields(const std::vector<LinearForm>& rows, double q) const;
     bool commutes_with_turns(const std::vector<LinearForm>& rows) const;
+    /// Whether a matrix in the frame of q is the same for all directions of q, tried at some q; sizes(|q|) of its
+    /// entries, to which rounding is relative.  unmixed: and whether it does not couple the even and the odd block.
+    bool is_same_in_all_directions(const std::function<Symbol(const numerics::Wavevector& q)>& matrix,
+                                   const std::function<Eigen::MatrixXd(double q)>& sizes, bool unmixed = false) const;
     int spin_of(int component) const { return model.fields[field(component)].spin; }
     std::size_t field(int component) const {
         return static_cast<std::size_t>(field_of[static_cast<std::size_t>(component)]);
@@ -209,6 +214,10 @@ inline std::complex<double> factor_of(const Order& order, const numerics::Waveve
     for (int i = 0; i < order.y; ++i) result *= std::complex<double>(0.0, q.y);
     return result;
 }
+
+/// At which symbols are compared.
+inline constexpr std::array some_wavenumbers{0.31, 1.0, 2.7};
+inline constexpr std::array some_angles{0.7, 2.1};
 
 TransformCount transforms_of(const CompiledEquations& equations);
 

@@ -31,18 +31,6 @@ double integral(const numerics::Grid& grid, std::span<const Complex> a, std::spa
     return numerics::area(grid) * sum;
 }
 
-/// The rates by one term, and by the balances.
-struct TermRate {
-    explicit TermRate(numerics::System of_term) : system(std::move(of_term)), linear(system) {}
-    void write(double t, const Spectra& state, Spectra& rate) const {
-        std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
-        if (system.nonlinear) system.nonlinear(t, state, rate);
-        linear.add(state, rate);
-    }
-    numerics::System system;
-    numerics::LinearOperator linear;
-};
-
 /// A mass that varies, with its slopes by what it reads of the fields.
 struct VaryingMass {
     VaryingMass(const CompiledEquations& equations, const Mass& mass);
@@ -122,7 +110,7 @@ struct EnergyMeter::Work {
     numerics::Grid grid;
     std::vector<Energy> energies;
     numerics::Transform transform;
-    std::deque<TermRate> parts;
+    std::deque<numerics::WholeRate> parts;      // of one term each, and of the balances
     std::map<std::size_t, VaryingMass> masses;  // by field
 };
 
@@ -233,7 +221,7 @@ EnergyBudget EnergyMeter::measure(double t, const Spectra& state) const {
     }
     budget.powers.resize(w.energies.size());
     Spectra rate(w.grid, state.count());
-    for (const TermRate& part : w.parts) {
+    for (const numerics::WholeRate& part : w.parts) {
         part.write(t, state, rate);
         for (std::size_t n = 0; n < slopes.size(); ++n) {
             double power = 0.0;

@@ -158,6 +158,11 @@ const TermSummary* Equations::placed_term() const {
     return nullptr;
 }
 
+const TermSummary* Equations::placed_noise() const {
+    const auto found = std::ranges::find_if(noise_terms(), [](const TermSummary& one) { return one.is_placed; });
+    return found == noise_terms().end() ? nullptr : &*found;
+}
+
 void CompiledEquations::visit_slopes(
     const Term& term, const std::vector<double>& slots,
     const std::function<void(int row, const Derivative& derivative, double coefficient)>& visit) const {
@@ -333,21 +338,27 @@ Eigen::MatrixXd CompiledEquations::size_between_fields(const std::vector<LinearF
     return sizes(field_of, field_of);
 }
 
-bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows) const {
-    for (const double q : {0.31, 1.0, 2.7}) {
-        const Symbol along_x = form_symbol(rows, {q, 0.0});
-        const Eigen::MatrixXd sizes = size_between_fields(rows, q);
-        for (int i = 0; i < components; ++i)
+bool CompiledEquations::is_same_in_all_directions(const std::function<Symbol(const Wavevector& q)>& matrix,
+                                                  const std::function<Eigen::MatrixXd(double q)>& sizes,
+                                                  bool unmixed) const {
+    for (const double q : some_wavenumbers) {
+        const Symbol along_x = matrix({q, 0.0});
+        const Eigen::MatrixXd rounding = 1e-12 * sizes(q);
+        for (int i = 0; i < components && unmixed; ++i)
             for (int j = 0; j < components; ++j)
-                if (!model.chiral && is_odd(i) != is_odd(j) && std::abs(along_x(i, j)) > 1e-12 * sizes(i, j))
-                    return false;
-        for (const double angle : {0.7, 2.1}) {
+                if (is_odd(i) != is_odd(j) && !(std::abs(along_x(i, j)) <= rounding(i, j))) return false;
+        for (const double angle : some_angles) {
             const double cosine = std::cos(angle), sine = std::sin(angle);
-            const Symbol turned = in_frame(form_symbol(rows, {q * cosine, q * sine}), cosine, sine);
-            if (((turned - along_x).cwiseAbs().array() > 1e-12 * sizes.array()).any()) return false;
+            const Symbol turned = in_frame(matrix({q * cosine, q * sine}), cosine, sine);
+            if (!((turned - along_x).cwiseAbs().array() <= rounding.array()).all()) return false;
         }
     }
     return true;
+}
+
+bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows) const {
+    return is_same_in_all_directions([&](const Wavevector& q) { return form_symbol(rows, q); },
+                                     [&](double q) { return size_between_fields(rows, q); }, !model.chiral);
 }
 
 numerics::System Equations::linear_system(const numerics::Grid& grid, int kept_degree) const {

@@ -35,11 +35,8 @@ Symbol sum_of(const std::vector<LinearisedAt::Power>& powers, int components, co
 
 std::vector<int> turning_components(const Model& model) {
     std::vector<std::pair<int, int>> found;  // where it is drawn, and its first component
-    int first = 0;
-    for (const Field& field : model.fields) {
-        if (field.spin > 0) found.emplace_back(field.observed.drawn, first);
-        first += components(field);
-    }
+    for (const auto& [field, first] : placed_fields(model))
+        if (field.spin > 0) found.emplace_back(field.observed.drawn, static_cast<int>(first));
     std::sort(found.begin(), found.end());
     std::vector<int> result;
     for (const auto& [drawn, component] : found) result.push_back(component);
@@ -48,12 +45,11 @@ std::vector<int> turning_components(const Model& model) {
 
 double direction_of(const Model& model, const UniformState& state) {
     const Field* directing = nullptr;
-    std::size_t at = 0, place = 0;
-    for (const Field& field : model.fields) {
-        const bool has_value = field.spin > 0 && (state[place] != 0.0 || state[place + 1] != 0.0);
+    std::size_t at = 0;
+    for (const auto& [field, first] : placed_fields(model)) {
+        const bool has_value = field.spin > 0 && (state[first] != 0.0 || state[first + 1] != 0.0);
         if (has_value && (directing == nullptr || field.observed.drawn < directing->observed.drawn))
-            directing = &field, at = place;
-        place += static_cast<std::size_t>(components(field));
+            directing = &field, at = first;
     }
     return directing == nullptr ? 0.0 : std::atan2(state[at + 1], state[at]) / directing->spin;
 }
@@ -221,36 +217,20 @@ Eigen::MatrixXd LinearisedAt::sizes(double q) const {
 }
 
 namespace {
-constexpr std::array some_wavenumbers{0.31, 1.0, 2.7};
-constexpr std::array some_angles{0.7, 2.1};
-
 bool are_equal(const Symbol& a, const Symbol& b, const Eigen::MatrixXd& sizes) {
     return ((a - b).cwiseAbs().array() <= 1e-12 * sizes.array()).all();
 }
 }  // namespace
 
 bool LinearisedAt::is_isotropic() const {
-    for (const double q : some_wavenumbers) {
-        const Eigen::MatrixXd scale = sizes(q);
-        const Symbol along_x = whole({q, 0.0});
-        for (const double angle : some_angles) {
-            const double cosine = std::cos(angle), sine = std::sin(angle);
-            const Symbol turned = equations_.compiled_->in_frame(whole({q * cosine, q * sine}), cosine, sine);
-            if (!are_equal(turned, along_x, scale)) return false;
-        }
-    }
-    return true;
+    return equations_.compiled_->is_same_in_all_directions([this](const Wavevector& q) { return whole(q); },
+                                                           [this](double q) { return sizes(q); });
 }
 
 bool LinearisedAt::is_mirrored() const {
     const CompiledEquations& c = *equations_.compiled_;
     Eigen::VectorXd parity = Eigen::VectorXd::Ones(c.components);  // in the frame of the direction
-    int first = 0;
-    for (const Field& field : c.model.fields) {
-        for (int k = 0; k < components(field); ++k)
-            parity(first + k) = (field.odd ? -1.0 : 1.0) * (k == 1 ? -1.0 : 1.0);
-        first += components(field);
-    }
+    for (int k = 0; k < c.components; ++k) parity(k) = c.is_odd(k) ? -1.0 : 1.0;
     const double cosine = std::cos(direction()), sine = std::sin(direction());
     for (const double q : some_wavenumbers)
         for (const double angle : some_angles) {

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "drover/base/threads.hpp"
 #include "drover/numerics/field.hpp"
 #include "model/algebra.hpp"
 #include "numerics/fields/wavenumbers.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "measure/field_setting.hpp"
-#include "physics/whole_rate.hpp"
+#include "numerics/steppers/linear_operator.hpp"
 #include "run/field_prediction.hpp"
 #include "run/scene_equations.hpp"
 #include "run/warnings.hpp"
@@ -66,7 +66,7 @@ private:
     }
 
     Threads one_{1};
-    physics::WholeRate rate_;
+    numerics::WholeRate rate_;
     numerics::Spectra state_;
     std::vector<int> components_;
 };

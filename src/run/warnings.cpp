@@ -16,7 +16,6 @@
 #include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"
 #include "run/step_bias.hpp"
-#include "theory/placed_noise.hpp"
 
 namespace drover::run {
 
@@ -220,7 +219,7 @@ double kept_modes(const numerics::Grid& grid, int degree) {
 
 /// Whether the noise of a density depends on it.
 bool multiplies_itself(const model::Equations& equations, int component) {
-    if (theory::placed_noise(equations) != nullptr) return false;  // not known without a uniform state
+    if (equations.placed_noise() != nullptr) return false;  // not known without a uniform state
     const numerics::Wavevector q{1.0, 0.0};
     model::UniformState state = equations.reference(), thinner = state;
     thinner[static_cast<std::size_t>(component)] *= 0.999;  // not far away, where the strength may have no value

@@ -35,8 +35,7 @@ TravellingState next_state(const TravellingProblem& problem, const TravellingSta
     const auto before = other_means(problem.at(at.parameter).equations, component),
                now = other_means(problem.at(problem.parameter).equations, component);
     for (std::size_t k = 0; k < now.size(); ++k) guess[now[k].first][0] += now[k].second - before[k].second;
-    return numerics::TravellingSolver(travelling_family(problem.at, problem.parameter, problem.grid, threads), threads)
-        .find(guess, at.speed);
+    return numerics::TravellingSolver(travelling_family(problem, threads), threads).find(guess, at.speed);
 }
 }  // namespace
 

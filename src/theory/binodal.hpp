@@ -9,13 +9,6 @@
 
 namespace drover::theory {
 
-/// A family of models on one line of points (grid.ny = 1); their noise is left out.
-struct TravellingProblem {
-    std::function<model::Integrated(double parameter)> at;
-    double parameter = 0.0;  ///< of the state that is looked for
-    numerics::Grid grid;
-};
-
 /// Two phases side by side, at the densities that they choose.
 struct Coexistence {
     double parameter = 0.0;

@@ -5,9 +5,7 @@
 
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
-#include "numerics/algebra/lyapunov.hpp"
 #include "numerics/fields/wavenumbers.hpp"
-#include "theory/placed_noise.hpp"
 
 namespace drover::theory {
 
@@ -43,15 +41,13 @@ Covariance by_modes(const Modes& all, const model::Symbol& noise, const Wavevect
 }  // namespace
 
 double solve_covariance(const model::LinearisedAt& at, const Wavevector& q, model::Symbol& matrix) {
-    const model::Symbol m = at.symbol(q), noise = at.noise(q);
+    const model::Symbol m = at.symbol(q);
     matrix = model::Symbol::Zero(m.rows(), m.cols());
-    const auto entries = static_cast<std::size_t>(m.size());
-    return numerics::solve_lyapunov(static_cast<int>(m.rows()), {m.data(), entries}, {noise.data(), entries},
-                                    {matrix.data(), entries});
+    return numerics::solve_lyapunov(m, at.noise(q), matrix);
 }
 
 Covariance covariance(const model::LinearisedAt& at, const Wavevector& q) {
-    if (const model::TermSummary* placed = placed_noise(at.equations()))
+    if (const model::TermSummary* placed = at.equations().placed_noise())
         return {.matrix = {},
                 .why_none = text("the noise \"{}\" depends on position or time, so that no uniform state has it",
                                  placed->text)};
@@ -124,11 +120,6 @@ StructureFactors structure_factors(const model::LinearisedAt& at, const numerics
             std::copy_n(&of_place[static_cast<std::size_t>(distinct.of_mode[mode]) * parts * parts], parts * parts,
                         &result.values[mode * parts * parts]);
     return result;
-}
-
-StructureFactors structure_factors(const model::Equations& equations, const StationaryState& state,
-                                   const numerics::Grid& grid, int degree, Threads& threads) {
-    return structure_factors(model::LinearisedAt(equations, state.values), grid, degree, threads);
 }
 
 }  // namespace drover::theory

@@ -5,7 +5,7 @@
 
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/extremum.hpp"
-#include "theory/refined_wave.hpp"
+#include "theory/instabilities.hpp"
 
 namespace drover::theory {
 

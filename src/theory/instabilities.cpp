@@ -8,8 +8,7 @@
 
 #include "base/constants.hpp"
 #include "numerics/algebra/extremum.hpp"
-#include "theory/placed_noise.hpp"
-#include "theory/refined_wave.hpp"
+#include "theory/uniform_equations.hpp"
 
 namespace drover::theory {
 
@@ -33,25 +32,15 @@ struct Landscape {
     bool is_wave(double x, double angle) const { return at(x, angle) > uniform * (1.0 + 1e-6); }
 };
 
-bool has_direction(const model::LinearisedAt& at) {
-    std::size_t component = 0;
-    for (const model::Field& field : at.equations().model().fields)
-        for (int k = 0; k < model::components(field); ++k)
-            if (const double value = at.about()[component++]; field.spin > 0 && value != 0.0) return true;
-    return false;
-}
-
 /// What the fastest mode of a wave moves on a state without a direction.
 InstabilityKind kind_without_direction(const Landscape& land, const numerics::Wavevector& q) {
     const model::Equations& equations = land.state.equations();
     const Eigen::VectorXcd shape = land.state.all_components(q) * modes(land.state, q).shapes.col(0);
     if ((land.conserved * shape(equations.state_components())).norm() > 1e-9) return InstabilityKind::phase_separation;
-    int first = 0;
-    for (const model::Field& field : equations.model().fields) {
-        if (field.spin == 0 && field.left == model::LeftSide::rate && std::abs(shape(first)) > 1e-9)
+    for (const auto& [field, first] : model::placed_fields(equations.model()))
+        if (field.spin == 0 && field.left == model::LeftSide::rate &&
+            std::abs(shape(static_cast<Eigen::Index>(first))) > 1e-9)
             return InstabilityKind::pattern;
-        first += model::components(field);
-    }
     return InstabilityKind::order;
 }
 
@@ -221,7 +210,7 @@ GrowingWaves growing_waves(const model::LinearisedAt& at, const GrowthSearch& se
     check(search);
     const Landscape land{.state = at,
                          .log_q = numerics::even_logarithms(search.min, search.max, search.wavenumbers),
-                         .has_direction = has_direction(at),
+                         .has_direction = has_order(at.equations().model(), at.about()),
                          .uniform = uniform_growth(at),
                          .conserved = conserved_means(at.equations())};
     if (at.is_isotropic()) {
@@ -248,16 +237,11 @@ double direction_diffusion(const model::LinearisedAt& at, const LongWaves& waves
     if (!waves.why_none.empty()) return std::numeric_limits<double>::quiet_NaN();
     const std::vector<int>&members = at.members(), &state = at.state_components();
     Eigen::VectorXd turn = Eigen::VectorXd::Zero(at.moved().size());  // of the state, by an angle
-    Eigen::Index first = 0;
-    for (const model::Field& field : at.equations().model().fields) {
-        if (field.spin > 0) {
-            const auto place = static_cast<std::size_t>(first);
-            turn(first) = -field.spin * at.about()[place + 1];
-            turn(first + 1) = field.spin * at.about()[place];
-        }
-        first += model::components(field);
-    }
-    if (placed_noise(at.equations()) != nullptr) return std::numeric_limits<double>::quiet_NaN();
+    for (const auto& [field, first] : model::placed_fields(at.equations().model()))
+        if (field.spin > 0)
+            turn.segment<2>(static_cast<Eigen::Index>(first)) << -field.spin * at.about()[first + 1],
+                field.spin * at.about()[first];
+    if (at.equations().placed_noise() != nullptr) return std::numeric_limits<double>::quiet_NaN();
     const Eigen::VectorXd moved = at.moved()(members);
     const Eigen::VectorXd amplitudes = waves.left * moved.cwiseProduct(turn(members));  // a turn is a slow mode
     Eigen::MatrixXd by_rates = Eigen::MatrixXd::Zero(waves.left.rows(), at.moved().size());

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drover/theory/theory.hpp"
@@ -34,6 +35,11 @@ struct GrowingWaves {
 /// The `angles` of the search are not used: every second degree is looked at, and every maximum is refined.  Throws an
 /// input Error for an invalid search.
 GrowingWaves growing_waves(const model::LinearisedAt& at, const GrowthSearch& search, Threads& threads);
+
+/// The wave of the maximum next to a place, as log |q| and angle, or the uniform state where that grows faster.
+/// log_q: the places of the search; step_angle: between its angles, 0 where all directions are equivalent.
+FastestWave refined_wave(const model::LinearisedAt& at, const GrowthSearch& search, const std::vector<double>& log_q,
+                         std::pair<double, double> place, double step_angle);
 
 /// All branches over wavenumbers and angles.  Each branch is followed along q from the smallest q, where it is followed
 /// from angle to angle.  Modes of successive points are matched by shape or, near defective matrices, by nearest rate.

@@ -35,13 +35,8 @@ public:
     /// angle: from the direction of the state.
     double at(double angle) const {
         if (!at_.has_solenoidal()) return slow_growth(waves_, at_.direction() + angle).margin();
-        SlowGrowth growth{.first = 0.0, .second = -std::numeric_limits<double>::infinity()};
-        for (const SlowMode& mode : slow_modes(at_, angle).modes) {
-            growth.first = std::max(growth.first, mode.speed.imag());
-            growth.second =
-                std::max(growth.second, std::isnan(mode.damping.real()) ? std::numeric_limits<double>::infinity()
-                                                                        : -mode.damping.real());
-        }
+        SlowGrowth growth;
+        for (const SlowMode& mode : slow_modes(at_, angle).modes) growth.add(mode.speed, mode.damping);
         return growth.margin();
     }
 
@@ -72,9 +67,8 @@ bool is_mirrored(const model::LinearisedAt& at, const OrderSearch& search) {
     const model::Model& model = at.equations().model();
     if (!search.turns_freely || model.chiral) return at.is_mirrored();
     // No direction but that of the state, and of its source: what changes sign has to vanish.
-    std::size_t first = 0;
-    for (const model::Field& field : model.fields) {
-        const model::UniformState& values = at.about();
+    const model::UniformState& values = at.about();
+    for (const auto& [field, first] : model::placed_fields(model)) {
         double odd = field.spin == 0 ? (field.odd ? values[first] : 0.0) : 0.0, size = std::abs(odd);
         if (field.spin > 0) {
             const double angle = field.spin * at.direction(), c = std::cos(angle), s = std::sin(angle);
@@ -84,7 +78,6 @@ bool is_mirrored(const model::LinearisedAt& at, const OrderSearch& search) {
             size = std::hypot(along, across);
         }
         if (std::abs(odd) > 1e-12 * size) return false;
-        first += static_cast<std::size_t>(model::components(field));
     }
     return true;
 }

@@ -38,11 +38,9 @@ MatrixXd factors_of(const model::LinearisedAt& at, int x, int y) {
     if (x > 0 || y > 0) return result;
     constexpr double rounding = 1e-13, suspicious = 1e-6;
     const std::vector<int>& members = at.members();
-    int first = 0;
-    for (const model::Field& field : at.equations().model().fields) {
-        const int component = first;
-        const auto begin = std::find(members.begin(), members.end(), first);
-        first += model::components(field);
+    for (const auto& [field, first] : model::placed_fields(at.equations().model())) {
+        const auto component = static_cast<int>(first);
+        const auto begin = std::find(members.begin(), members.end(), component);
         if (field.spin == 0 || begin == members.end()) continue;
         auto block = result.block<2, 2>(begin - members.begin(), begin - members.begin());
         const double largest = block.cwiseAbs().maxCoeff();
@@ -60,6 +58,13 @@ MatrixXd factors_of(const model::LinearisedAt& at, int x, int y) {
 Expansion expansion_of(const model::LinearisedAt& at) {
     return {.factors = [&at](int x, int y) { return factors_of(at, x, y); }, .moved = at.moved()(at.members())};
 }
+
+/// Modes at q = 0 that neither grow nor decay, of LinearisedAt::members(): left moved right is the identity.
+struct SlowSpace {
+    MatrixXd right, left;       ///< columns, rows
+    MatrixXd fast;              ///< the answer of the fast modes to a force on them, 0 for one on the slow modes
+    std::string why_none = {};  ///< as LongWaves
+};
 
 /// By the singular values of the equations at q = 0.
 SlowSpace slow_space(const Expansion& at) {
@@ -100,10 +105,9 @@ SlowSpace slow_space(const Expansion& at) {
     result.fast = columns.asDiagonal() * inverse.topLeftCorner(n, n) * rows.asDiagonal();
     return result;
 }
-}  // namespace
 
-namespace {
-LongWaves reduced(const Expansion& at, const SlowSpace& space) {
+LongWaves waves_of(const Expansion& at) {
+    const SlowSpace space = slow_space(at);
     LongWaves result{.left = space.left, .right = space.right, .why_none = space.why_none};
     if (!space.why_none.empty() || space.right.cols() == 0) return result;
     const MatrixXd first_x = at.factors(1, 0), first_y = at.factors(0, 1);
@@ -114,22 +118,14 @@ LongWaves reduced(const Expansion& at, const SlowSpace& space) {
     result.damping_xx = second(2, 0) - space.left * first_x * by_x;
     result.damping_yy = second(0, 2) - space.left * first_y * by_y;
     result.damping_xy = second(1, 1) - space.left * first_x * by_y - space.left * first_y * by_x;
-    return result;
-}
-
-LongWaves waves_of(const Expansion& at) {
-    const SlowSpace space = slow_space(at);
-    LongWaves waves = reduced(at, space);
-    for (auto [speed, order_x] : {std::pair{&waves.speed_x, 1}, std::pair{&waves.speed_y, 0}})
-        if (speed->norm() <= 1e-13 * space.left.norm() * at.factors(order_x, 1 - order_x).norm() * space.right.norm())
+    for (auto [speed, first] : {std::pair{&result.speed_x, &first_x}, std::pair{&result.speed_y, &first_y}})
+        if (speed->norm() <= 1e-13 * space.left.norm() * first->norm() * space.right.norm())
             speed->setZero();  // rounding of the singular vectors
-    return waves;
+    return result;
 }
 }  // namespace
 
 LongWaves long_waves(const model::LinearisedAt& at) { return waves_of(expansion_of(at)); }
-
-LongWaves long_waves(const model::LinearisedAt& at, const SlowSpace& space) { return reduced(expansion_of(at), space); }
 
 namespace {
 /// Speeds that differ by less than this part of the largest are one: rounding splits a double root by its square root.
@@ -230,15 +226,17 @@ std::vector<SlowMode> slow_modes(const LongWaves& waves, double angle) {
     return modes;
 }
 
+void SlowGrowth::add(std::complex<double> speed, std::complex<double> damping) {
+    first = std::max(first, speed.imag());
+    // A defective speed splits as sqrt(q), one half of it growing.
+    second = std::max(second, std::isnan(damping.real()) ? std::numeric_limits<double>::infinity() : -damping.real());
+}
+
 SlowGrowth slow_growth(const LongWaves& waves, double angle) {
-    SlowGrowth growth{.first = 0.0, .second = -std::numeric_limits<double>::infinity()};
+    SlowGrowth growth;
     if (waves.right.cols() == 0) return growth;
     for_groups(at_angle(waves, angle), [&](Complex speed, const Group& group) {
-        growth.first = std::max(growth.first, speed.imag());
-        // A defective speed splits as sqrt(q), one half of it growing.
-        for (const Complex damping : group.damping)
-            growth.second = std::max(growth.second, std::isnan(damping.real()) ? std::numeric_limits<double>::infinity()
-                                                                               : -damping.real());
+        for (const Complex damping : group.damping) growth.add(speed, damping);
     });
     if (growth.first > 0.0) growth.second = 0.0;
     return growth;

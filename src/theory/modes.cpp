@@ -2,16 +2,33 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/algebra/precise_eigenvalues.hpp"
-#include "theory/sorted_modes.hpp"
 
 namespace drover::theory {
 
 namespace {
 using numerics::Wavevector;
+
+/// Eigenvalues to six digits of each rate where the matrix is small enough; as modes().
+Modes sorted_modes(const model::Symbol& m) {
+    const numerics::DenseEigen found =
+        m.rows() <= numerics::max_small_rows ? numerics::reliable_eigen(m) : numerics::dense_eigen(m);
+    if (!found.has_converged)
+        fail_run("the eigenvalues of a linear mode do not converge; choose less extreme coefficients");
+    std::vector<int> order(static_cast<std::size_t>(found.values.size()));
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](int a, int b) {
+        const std::complex<double> first = found.values(a), second = found.values(b);
+        return first.real() != second.real() ? first.real() > second.real() : first.imag() > second.imag();
+    });
+    Modes sorted{.rates = found.values(order), .shapes = found.vectors(Eigen::all, order), .duals = {}};
+    sorted.duals = numerics::inverse(sorted.shapes);
+    return sorted;
+}
 
 /// Uniform changes that leave the conserved means: the symbol at q = 0 maps them into themselves.
 Modes uniform_modes(const model::LinearisedAt& at) {

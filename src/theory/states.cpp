@@ -332,15 +332,6 @@ std::vector<Vector> changes_of_sign(const UniformEquations& equations, const std
     return starts;
 }
 
-bool has_order(const model::Model& model, const model::UniformState& state) {
-    std::size_t place = 0;
-    for (const model::Field& field : model.fields) {
-        if (field.spin > 0 && (state[place] != 0.0 || state[place + 1] != 0.0)) return true;
-        place += static_cast<std::size_t>(model::components(field));
-    }
-    return false;
-}
-
 double order_of(const model::Model& model, const model::UniformState& state) {
     return std::sqrt(squared_order(model, state));
 }

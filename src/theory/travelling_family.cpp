@@ -31,17 +31,17 @@ private:
 };
 }  // namespace
 
-numerics::TravellingFamily travelling_family(std::function<model::Integrated(double)> at, double parameter,
-                                             const numerics::Grid& line, Threads& threads) {
-    const auto kept = std::make_shared<Kept>(std::move(at));
-    return {.system = [kept, line, &threads](double value) { return model::system_of(kept->at(value), line, threads); },
+numerics::TravellingFamily travelling_family(const TravellingProblem& problem, Threads& threads) {
+    const auto kept = std::make_shared<Kept>(problem.at);
+    return {.system = [kept, line = problem.grid,
+                       &threads](double value) { return model::system_of(kept->at(value), line, threads); },
             .mean =
                 [kept](double value, int component) {
                     const model::Equations& here = kept->at(value).equations;
                     const int place = here.state_components()[static_cast<std::size_t>(component)];
                     return here.reference()[static_cast<std::size_t>(place)];
                 },
-            .parameter = parameter};
+            .parameter = problem.parameter};
 }
 
 }  // namespace drover::theory

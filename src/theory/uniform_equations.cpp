@@ -20,24 +20,26 @@ std::vector<Place> places_of(const model::Model& model) {
 
 double squared_order(const model::Model& model, const model::UniformState& state) {
     double square = 0.0;
-    std::size_t place = 0;
-    for (const model::Field& field : model.fields)
-        for (int part = 0; part < model::components(field); ++part, ++place)
-            if (field.spin > 0) square += state[place] * state[place];
+    for (const auto& [field, first] : model::placed_fields(model))
+        if (field.spin > 0)
+            for (const double value : {state[first], state[first + 1]}) square += value * value;
     return square;
+}
+
+bool has_order(const model::Model& model, const model::UniformState& state) {
+    return std::ranges::any_of(model::placed_fields(model), [&](const model::PlacedField& one) {
+        return one.field.spin > 0 && (state[one.first] != 0.0 || state[one.first + 1] != 0.0);
+    });
 }
 
 namespace {
 /// The state turned by an angle.
 model::UniformState turned_state(const model::Model& model, model::UniformState state, double angle) {
-    std::size_t place = 0;
-    for (const model::Field& field : model.fields) {
-        if (field.spin > 0) {
-            const std::complex<double> value =
-                std::complex<double>(state[place], state[place + 1]) * std::polar(1.0, field.spin * angle);
-            state[place] = value.real(), state[place + 1] = value.imag();
-        }
-        place += static_cast<std::size_t>(model::components(field));
+    for (const auto& [field, first] : model::placed_fields(model)) {
+        if (field.spin == 0) continue;
+        const std::complex<double> value =
+            std::complex<double>(state[first], state[first + 1]) * std::polar(1.0, field.spin * angle);
+        state[first] = value.real(), state[first + 1] = value.imag();
     }
     return state;
 }

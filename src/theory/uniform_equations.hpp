@@ -25,6 +25,8 @@ std::vector<Place> places_of(const model::Model& model);
 
 /// Sum of the squares of the components of all fields that turn.
 double squared_order(const model::Model& model, const model::UniformState& state);
+/// Whether a field with a spin is not 0.
+bool has_order(const model::Model& model, const model::UniformState& state);
 
 /// Rates and constraints of the components with a rate.
 class UniformEquations {

@@ -144,13 +144,13 @@ TEST(NoiseTree, has_the_bits_of_its_covariance_and_of_its_halves) {
                 Block noise(m.size);
                 noise(m.size - 1, m.size - 1) = 0.5;
                 const NoiseTree tree = noise_tree(m, noise, dt, 7);
-                EXPECT_EQ(tree.covariance, noise_covariance(m, noise, dt));
-                const std::vector<NoiseHalves> halves = noise_halves(m, noise, 0.5 * dt, 7);
-                ASSERT_EQ(tree.halves.size(), halves.size());
+                EXPECT_EQ(tree.covariance, noise_tree(m, noise, dt, 0).covariance);
+                const std::vector<NoiseHalves> halves = noise_tree(m, noise, 0.5 * dt, 6).halves;
+                ASSERT_EQ(tree.halves.size(), halves.size() + 1);
                 for (std::size_t k = 0; k < halves.size(); ++k) {
-                    EXPECT_EQ(tree.halves[k].regression, halves[k].regression);
-                    EXPECT_EQ(tree.halves[k].spread, halves[k].spread);
-                    EXPECT_EQ(tree.halves[k].propagator, halves[k].propagator);
+                    EXPECT_EQ(tree.halves[k + 1].regression, halves[k].regression);
+                    EXPECT_EQ(tree.halves[k + 1].spread, halves[k].spread);
+                    EXPECT_EQ(tree.halves[k + 1].propagator, halves[k].propagator);
                 }
             }
 }
@@ -190,7 +190,7 @@ TEST(PhiFunctions, a_mode_that_overflows_in_one_step_is_rejected) {
     Block m(2);
     m(0, 0) = 1.0;
     EXPECT_THROW(phi_functions(m, 1000.0), Error);
-    EXPECT_THROW(noise_covariance(m, m, 1000.0), Error);
+    EXPECT_THROW(noise_tree(m, m, 1000.0, 0).covariance, Error);
 }
 
 /// Largest error of c in units of the deviations of the two variables.
@@ -216,7 +216,7 @@ Block multiplied_by_its_transpose(const Block& f) {
 }
 
 void expect_right_covariance(const Block& m, const Block& q, double dt, bool small, const std::string& what) {
-    const Block c = noise_covariance(m, q, dt);
+    const Block c = noise_tree(m, q, dt, 0).covariance;
     const QuadMatrix reference = small ? test::covariance_by_quadrature(QuadMatrix(m), QuadMatrix(q), dt)
                                        : test::covariance_by_difference(QuadMatrix(m), QuadMatrix(q), dt);
     for (int i = 0; i < c.size; ++i)
@@ -273,7 +273,7 @@ TEST(NoiseCovariance, of_a_defective_operator_it_is_the_closed_form) {
     m(0, 1) = 1.0;
     q(1, 1) = 2.0;
     for (const double t : {1e-3, 0.5, 4.0, 300.0}) {
-        const Block c = noise_covariance(m, q, t);
+        const Block c = noise_tree(m, q, t, 0).covariance;
         const double e = std::exp(-2.0 * t);
         EXPECT_NEAR(c(1, 1), -std::expm1(-2.0 * t), 1e-14 * c(1, 1));
         if (t > 0.1) {  // below, the closed forms cancel; the series of the integrals is tested above
@@ -306,7 +306,7 @@ TEST(NoiseHalves, have_the_covariances_of_two_independent_intervals) {
                                           : covariance_by_difference(QuadMatrix(m.even), QuadMatrix(noise), t);
                 };
                 const QuadMatrix half = covariance(dt), whole = covariance(2.0 * dt);
-                const NoiseHalves found = noise_halves(m.even, noise, dt, 1).front();
+                const NoiseHalves found = noise_tree(m.even, noise, 2.0 * dt, 1).halves.front();
                 const QuadMatrix k(found.regression), s(found.spread), e(found.propagator),
                     with_whole = product(k, whole),
                     first = sum(product(with_whole, transposed(k)), product(s, transposed(s))),
@@ -321,7 +321,7 @@ TEST(NoiseHalves, have_the_covariances_of_two_independent_intervals) {
 }
 
 TEST(NoiseHalves, of_noise_without_a_law_are_a_brownian_bridge) {
-    const NoiseHalves found = noise_halves(Block(1), noise_on(1, {0}), 0.25, 1).front();
+    const NoiseHalves found = noise_tree(Block(1), noise_on(1, {0}), 0.5, 1).halves.front();
     EXPECT_DOUBLE_EQ(found.regression(0, 0), 0.5);
     EXPECT_DOUBLE_EQ(found.spread(0, 0), std::sqrt(0.7 * 0.25 / 2.0));
     EXPECT_DOUBLE_EQ(found.propagator(0, 0), 1.0);
@@ -330,9 +330,9 @@ TEST(NoiseHalves, of_noise_without_a_law_are_a_brownian_bridge) {
 TEST(NoiseCovariance, of_a_conserved_mean_and_without_noise_it_is_exact) {
     const Block still(3);
     Block q = noise_on(3, {0, 2});
-    const Block c = noise_covariance(still, q, 0.25);
+    const Block c = noise_tree(still, q, 0.25, 0).covariance;
     for (int i = 0; i < 3; ++i) EXPECT_DOUBLE_EQ(c(i, i), 0.25 * q(i, i));
-    const Block none = noise_covariance(test::rod_bead_operator(decaying, 1.0).even, Block(4), 1.0);
+    const Block none = noise_tree(test::rod_bead_operator(decaying, 1.0).even, Block(4), 1.0, 0).covariance;
     for (const double value : none.values()) EXPECT_EQ(value, 0.0);
     for (const double value : factor(none).inside) EXPECT_EQ(value, 0.0);
 }

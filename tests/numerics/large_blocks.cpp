@@ -70,7 +70,7 @@ TEST(LargeBlocks, of_two_copies_of_a_small_block_have_its_bits) {
     for (const double dt : {1e-3, 0.1, 20.0}) {
         const PhiFunctions small = phi_functions(m, dt), large = phi_functions(twice(m), dt);
         for (std::size_t k = 0; k < small.size(); ++k) EXPECT_EQ(large[k], twice(small[k])) << dt << " phi " << k;
-        EXPECT_EQ(noise_covariance(twice(m), twice(q), dt), twice(noise_covariance(m, q, dt))) << dt;
+        EXPECT_EQ(noise_tree(twice(m), twice(q), dt, 0).covariance, twice(noise_tree(m, q, dt, 0).covariance)) << dt;
     }
 }
 
@@ -129,7 +129,7 @@ TEST(LargeBlocks, without_rows_are_allowed_and_beyond_the_largest_size_rejected)
     const Block beyond(max_block + 1);
     EXPECT_THROW(phi_functions(beyond, 1.0), Error);
     EXPECT_THROW(factor(beyond), Error);
-    EXPECT_THROW(noise_covariance(Block(6), Block(5), 1.0), Error);
+    EXPECT_THROW(noise_tree(Block(6), Block(5), 1.0, 0).covariance, Error);
 }
 
 }  // namespace

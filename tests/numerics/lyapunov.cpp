@@ -1,5 +1,5 @@
 // tests/numerics/lyapunov.cpp: the Lyapunov equation against its residual and against real blocks.
-#include "numerics/algebra/lyapunov.hpp"
+#include "numerics/algebra/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,9 +22,7 @@ struct Solution {
 
 Solution solve(const Matrix& m, const Matrix& q) {
     Solution result{.growth = 0.0, .s = Matrix::Zero(m.rows(), m.cols())};
-    const auto size = static_cast<std::size_t>(m.size());
-    result.growth =
-        solve_lyapunov(static_cast<int>(m.rows()), {m.data(), size}, {q.data(), size}, {result.s.data(), size});
+    result.growth = solve_lyapunov(m, q, result.s);
     return result;
 }
 

@@ -155,7 +155,7 @@ TEST(NoisePathStatistics, of_halves_has_the_covariance_of_their_length_and_none_
     for (const double dt : {0.01, 0.5, 16.0}) {
         NoisePath path(system, dt, 11, threads);
         const int level = path.level() + 2;
-        const Block expected = noise_covariance(m.even, noise.even, 0.25 * dt);
+        const Block expected = noise_tree(m.even, noise.even, 0.25 * dt, 0).covariance;
         constexpr int samples = 20000;
         std::vector<double> same(16), next(16), before(4);
         for (std::uint64_t index = 0; index < samples; ++index) {

@@ -203,7 +203,7 @@ struct FlockDirection : testing::Test {
             for (int j = 0; j < 4; ++j) m(i, j) = rates(run.form.bead_velocity + i, run.form.bead_velocity + j).real();
         q(0, 0) = q(1, 1) = model.noise.velocity / volume;
         q(2, 2) = q(3, 3) = model.noise.order / volume;
-        const numerics::Block c = numerics::noise_covariance(m, q, t);
+        const numerics::Block c = numerics::noise_tree(m, q, t, 0).covariance;
         Eigen::Matrix4d result;
         for (int i = 0; i < 4; ++i)
             for (int j = 0; j < 4; ++j) result(i, j) = c(i, j);

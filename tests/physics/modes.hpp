@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "drover/numerics/field.hpp"
-#include "numerics/algebra/small_matrices.hpp"
+#include "numerics/algebra/dense.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "symbols.hpp"
 
@@ -67,7 +67,7 @@ struct WaveModes {
     Eigen::MatrixXcd left;   ///< its inverse: row k gives the amplitude of mode k in any wave
 
     explicit WaveModes(const Eigen::MatrixXcd& matrix) : rates(matrix.rows()), right(matrix.rows(), matrix.cols()) {
-        const numerics::EigenDecomposition solved = numerics::eigen_decomposition(matrix);
+        const numerics::DenseEigen solved = numerics::dense_eigen(matrix);
         std::vector<int> order(static_cast<std::size_t>(matrix.rows()));
         std::iota(order.begin(), order.end(), 0);
         std::sort(order.begin(), order.end(),

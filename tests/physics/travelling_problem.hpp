@@ -4,7 +4,6 @@
 
 #include "numerics/solvers/travelling_state.hpp"
 #include "physics/integrated.hpp"
-#include "physics/linear_theory.hpp"
 #include "theory/binodal.hpp"
 
 namespace drover::physics {
@@ -26,7 +25,7 @@ inline theory::TravellingProblem of_model(const TravellingProblem& problem) {
 }
 
 inline numerics::TravellingFamily travelling_family(const TravellingProblem& problem, Threads& threads) {
-    return theory::travelling_family(of_model(problem).at, problem.parameter, problem.grid, threads);
+    return theory::travelling_family(of_model(problem), threads);
 }
 
 struct TravellingSolver : numerics::TravellingSolver {

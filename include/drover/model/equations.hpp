@@ -34,6 +34,8 @@ public:
 
     /// The first term that depends on position or time, so that no uniform state satisfies it; nullptr without one.
     const TermSummary* placed_term() const;
+    /// The first noise of this kind.
+    const TermSummary* placed_noise() const;
 
     /// All fields at their reference: the state about which the linear part is exact, unless about() gave another.
     UniformState reference() const;

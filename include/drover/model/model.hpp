@@ -151,6 +151,21 @@ std::vector<std::string> dataset_names(const Field& field);
 
 inline int components(const Field& field) { return field.spin == 0 ? 1 : 2; }
 
+/// A field of a model, and the first of its components among those of all fields.
+struct PlacedField {
+    const Field& field;
+    std::size_t first;
+};
+inline std::vector<PlacedField> placed_fields(const Model& model) {
+    std::vector<PlacedField> result;
+    std::size_t first = 0;
+    for (const Field& field : model.fields) {
+        result.push_back({field, first});
+        first += static_cast<std::size_t>(components(field));
+    }
+    return result;
+}
+
 /// Where the components of each field begin in a state.
 std::vector<int> first_components(const Model& model);
 

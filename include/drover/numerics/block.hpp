@@ -42,24 +42,20 @@ PhiFunctions phi_functions(const Block& m, double dt, int highest = 3);
 /// The same numbers for the steps dt, dt/2, ..., dt/2^(count - 1), at hardly more than the cost of the longest.
 std::vector<PhiFunctions> phi_functions_of_halves(const Block& m, double dt, int count, int highest = 3);
 
-/// Covariance of the increment over dt of da = m a dt + noise of covariance q dt: integral of exp(m s) q exp(m s)^T
-/// over 0 < s < dt.  q symmetric, semi-definite.  Any dt >= 0; throws as phi_functions.
-Block noise_covariance(const Block& m, const Block& q, double dt);
-
-/// The increments of that process over the two halves of an interval, for a given increment `whole` over all of it:
+/// The increments of da = m a dt + noise of covariance q dt over the two halves of an interval, for a given increment
+/// `whole` over all of it:
 /// first = regression * whole + spread * (standard normal numbers), second = whole - propagator * first.
 struct NoiseHalves {
     Block regression, spread, propagator;
 };
 
-/// For halves of the lengths dt, dt/2, ..., dt/2^(count - 1).  Throws as noise_covariance.
-std::vector<NoiseHalves> noise_halves(const Block& m, const Block& q, double dt, int count);
-
-/// The covariance over `whole`, and for halves of the lengths whole/2, ..., whole/2^count.  Throws as noise_covariance.
+/// The covariance of the increment over an interval, and what its halves need, and their halves.
 struct NoiseTree {
     Block covariance;
     std::vector<NoiseHalves> halves;
 };
+/// The covariance over `whole`: the integral of exp(m s) q exp(m s)^T over 0 < s < whole; and for halves of the lengths
+/// whole/2, ..., whole/2^count.  q symmetric, semi-definite.  Any whole >= 0; throws as phi_functions.
 NoiseTree noise_tree(const Block& m, const Block& q, double whole, int count);
 
 /// The rates of the modes of da/dt = m a, in no order.

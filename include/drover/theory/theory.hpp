@@ -4,6 +4,7 @@
 // model: rates per time, wavenumbers per length.
 #pragma once
 #include <complex>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -84,12 +85,11 @@ Eigen::VectorXcd mode_rates(const model::LinearisedAt& at, const numerics::Wavev
 /// The largest of them; angle: from the direction of the state [rad].
 double growth_rate(const model::LinearisedAt& at, double q, double angle = 0.0);
 
-/// The largest growth rate of one wave, and its frequency -Im s; `rounding`: the size of its rounding error.
+/// The largest growth rate of one wave, and its frequency -Im s, 0 for a stationary mode; `rounding`: the size of its
+/// rounding error.
 struct Growth {
     double rate = 0.0, frequency = 0.0, rounding = 0.0;
     bool grows() const { return rate > rounding; }
-    /// A stationary mode has a real s; waves that travel oscillate too.
-    bool is_oscillatory() const { return frequency != 0.0; }
 };
 /// angle: from the direction of the state [rad].  At q = 0 without conserved means; -infinity if there is nothing else.
 Growth growth(const model::LinearisedAt& at, double q, double angle = 0.0);
@@ -166,8 +166,6 @@ struct StructureFactors {
 /// degree: of products, as for numerics::is_kept.
 StructureFactors structure_factors(const model::LinearisedAt& at, const numerics::Grid& grid, int degree,
                                    Threads& threads);
-StructureFactors structure_factors(const model::Equations& equations, const StationaryState& state,
-                                   const numerics::Grid& grid, int degree, Threads& threads);
 
 // ---- Long waves
 
@@ -179,36 +177,29 @@ struct SlowMode {
     Eigen::VectorXcd shape;        ///< norm 1
 };
 
-/// Modes at q = 0 that neither grow nor decay, of LinearisedAt::members(): left moved right is the identity.
-struct SlowSpace {
-    Eigen::MatrixXd right, left;  ///< columns, rows
-    Eigen::MatrixXd fast;         ///< the answer of the fast modes to a force on them, 0 for one on the slow modes
-    std::string why_none = {};    ///< why s is no power series in q; empty if it is
-};
-
 /// Reduced equations of the slow modes after elimination of the fast ones: rates = (-i q U - q^2 D) slow, with
 /// U = U_x c + U_y s and D = D_xx c^2 + D_yy s^2 + D_xy c s, c and s the cosine and sine of the angle of q from the x
 /// axis.
 struct LongWaves {
     Eigen::MatrixXd speed_x, speed_y;                    ///< U
     Eigen::MatrixXd damping_xx, damping_yy, damping_xy;  ///< D
-    Eigen::MatrixXd left;                                ///< projects a force on the slow modes: one per row
-    Eigen::MatrixXd right;                               ///< slow modes, one per column
-    std::string why_none;                                ///< as SlowSpace
+    Eigen::MatrixXd left;   ///< projects a force on the slow modes: one per row; left moved right = 1
+    Eigen::MatrixXd right;  ///< slow modes, one per column
+    std::string why_none;   ///< why s is no power series in q; empty if it is
 };
 /// Source: second-order perturbation of a semi-simple eigenvalue (Kato, Perturbation Theory for Linear Operators,
-/// II.2), for M d/dt = F(q), where F is of second degree in q.
-LongWaves long_waves(const model::LinearisedAt& at, const SlowSpace& space);
-/// With what is slow found by the singular values of F(0).
+/// II.2), for M d/dt = F(q), where F is of second degree in q.  What is slow is found by the singular values of F(0).
 LongWaves long_waves(const model::LinearisedAt& at);
 
 /// By speed; shapes are those of LinearisedAt::members().  angle: from the x axis [rad].
 std::vector<SlowMode> slow_modes(const LongWaves& waves, double angle);
 
 /// Growth of the fastest slow mode: proportional to q (first = Im speed > 0), else to q^2 (first = 0, second =
-/// -damping).
+/// -damping); without slow modes second is -infinity.
 struct SlowGrowth {
-    double first = 0.0, second = 0.0;
+    double first = 0.0, second = -std::numeric_limits<double>::infinity();
+    /// That of one more mode too.
+    void add(std::complex<double> speed, std::complex<double> damping);
     /// Positive if every slow mode decays.  Only its sign is meaningful.
     double margin() const { return first > 0.0 ? -first : -second; }
 };
@@ -217,7 +208,7 @@ SlowGrowth slow_growth(const LongWaves& waves, double angle);
 struct SlowModes {
     std::vector<SlowMode> modes;  ///< by speed, then by damping; shapes of all components
     double error = 0.0;  ///< largest error of a damping: from the eigenvalues at a small q; NaN with a defective speed
-    std::string why_none;  ///< as SlowSpace
+    std::string why_none;  ///< as LongWaves
 };
 /// angle: from the direction of the state [rad].
 SlowModes slow_modes(const model::LinearisedAt& at, double angle = 0.0);

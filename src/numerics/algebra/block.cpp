@@ -12,7 +12,6 @@
 #include "drover/base/error.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/algebra/extended_matrix.hpp"
-#include "numerics/algebra/lyapunov_solver.hpp"
 
 namespace drover::numerics {
 
@@ -342,19 +341,7 @@ Matrix<N> regression_on(const Matrix<N>& c, const Matrix<N>& cross, const Vector
         }
     return unscaled;
 }
-}  // namespace
 
-Block noise_covariance(const Block& m, const Block& q, double dt) {
-    Block result;
-    for_size(m, [&]<int N>() {
-        for_noisy_intervals<N>(m, q, dt, 1, [&](int, const Matrix<N>& covariance, const Matrix<N>&) {
-            result = rounded(covariance);
-        });
-    });
-    return result;
-}
-
-namespace {
 template <int N>
 NoiseHalves halves_of(const Matrix<N>& half, const Matrix<N>& propagator, double dt) {
     const int rows = half.rows();
@@ -371,16 +358,6 @@ NoiseHalves halves_of(const Matrix<N>& half, const Matrix<N>& propagator, double
     return {rounded(regression), rounded(factor_of(spread, deviation)), rounded(propagator)};
 }
 }  // namespace
-
-std::vector<NoiseHalves> noise_halves(const Block& m, const Block& q, double dt, int count) {
-    std::vector<NoiseHalves> result(static_cast<std::size_t>(count));
-    for_size(m, [&]<int N>() {
-        for_noisy_intervals<N>(m, q, dt, count, [&](int k, const Matrix<N>& covariance, const Matrix<N>& propagator) {
-            result[static_cast<std::size_t>(k)] = halves_of(covariance, propagator, std::ldexp(dt, -k));
-        });
-    });
-    return result;
-}
 
 NoiseTree noise_tree(const Block& m, const Block& q, double whole, int count) {
     NoiseTree result{.covariance = {}, .halves = std::vector<NoiseHalves>(static_cast<std::size_t>(count))};
@@ -421,8 +398,8 @@ Block stationary_covariance(const Block& m, const Block& q) {
     using ComplexMatrix = DynamicMatrix<std::complex<Real>>;
     ComplexMatrix covariance;
     const Eigen::ComplexSchur<ComplexMatrix> schur(matrix_of<std::complex<Real>>(m));
-    const Real largest =
-        solve_lyapunov<ComplexMatrix>(schur.matrixT(), schur.matrixU(), matrix_of<std::complex<Real>>(q), covariance);
+    const Real largest = solve_lyapunov_of_schur<ComplexMatrix>(schur.matrixT(), schur.matrixU(),
+                                                                matrix_of<std::complex<Real>>(q), covariance);
     if (!(largest < 0.0L))
         fail_run("no stationary state: a linear mode grows at {:.4g} /s; expected every mode to decay",
                  static_cast<double>(largest));

@@ -6,7 +6,7 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-#include "numerics/algebra/small_square.hpp"
+#include "drover/base/error.hpp"
 
 namespace drover::numerics {
 
@@ -70,5 +70,24 @@ DenseSvd<Matrix> svd_of(const Matrix& a) {
 
 DenseSvd<MatrixXd> dense_svd(const MatrixXd& a) { return svd_of(a); }
 DenseSvd<MatrixXcd> dense_svd(const MatrixXcd& a) { return svd_of(a); }
+
+namespace {
+template <class Matrix>
+double solve_lyapunov_as(const Matrix& m, const Matrix& q, MatrixXcd& s) {
+    const Eigen::ComplexSchur<Matrix> schur(m);
+    Matrix solution;
+    const double largest = solve_lyapunov_of_schur<Matrix>(schur.matrixT(), schur.matrixU(), q, solution);
+    if (largest < 0.0) s = solution;
+    return largest;
+}
+}  // namespace
+
+double solve_lyapunov(const MatrixXcd& m, const MatrixXcd& q, MatrixXcd& s) {
+    require(m.rows() >= 1 && m.rows() <= max_lyapunov && m.cols() == m.rows() && q.rows() == m.rows() &&
+                q.cols() == m.rows(),
+            {}, "a Lyapunov equation has {} rows; expected 1 to {}", m.rows(), max_lyapunov);
+    return m.rows() <= max_small_rows ? solve_lyapunov_as<SmallSquare<std::complex<double>>>(m, q, s)
+                                      : solve_lyapunov_as<MatrixXcd>(m, q, s);
+}
 
 }  // namespace drover::numerics

@@ -3,8 +3,15 @@
 // Where Eigen's decompositions are used directly, each source compiles them again: seconds apiece.
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
+#include <complex>
 
 namespace drover::numerics {
+
+/// Square matrices of at most 6 rows, which need no memory from the heap.
+inline constexpr int max_small_rows = 6;
+template <class Scalar>
+using SmallSquare = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, 0, max_small_rows, max_small_rows>;
 
 /// x with a x = b, by LU with partial pivoting; a must be regular.
 Eigen::MatrixXcd solution(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
@@ -42,5 +49,36 @@ struct DenseSvd {
 };
 DenseSvd<Eigen::MatrixXd> dense_svd(const Eigen::MatrixXd& a);
 DenseSvd<Eigen::MatrixXcd> dense_svd(const Eigen::MatrixXcd& a);
+
+/// Largest number of rows of solve_lyapunov().
+inline constexpr int max_lyapunov = 48;
+
+/// Solves m s + s m^H + q = 0; q Hermitian, and so is s.  Returns the largest real part of the eigenvalues of m: `s` is
+/// written only where it is negative.  Defective m are allowed.
+/// Source: Bartels & Stewart, Comm. ACM 15, 820 (1972), in the complex Schur form.
+double solve_lyapunov(const Eigen::MatrixXcd& m, const Eigen::MatrixXcd& q, Eigen::MatrixXcd& s);
+
+/// The same in either precision, of m = u t u^H with a triangular t and a unitary u.  Matrix: square, complex.
+template <class Matrix>
+typename Matrix::RealScalar solve_lyapunov_of_schur(const Matrix& t, const Matrix& u, const Matrix& q, Matrix& s) {
+    using Complex = typename Matrix::Scalar;
+    using Real = typename Matrix::RealScalar;
+    const Eigen::Index n = t.rows();
+    Real largest = t(0, 0).real();
+    for (Eigen::Index i = 1; i < n; ++i)
+        if (!(t(i, i).real() <= largest)) largest = t(i, i).real();
+    if (!(largest < Real(0))) return largest;
+    Matrix y = u.adjoint() * q * u;
+    for (Eigen::Index j = n; j-- > 0;)
+        for (Eigen::Index i = n; i-- > 0;) {
+            Complex sum = y(i, j);
+            for (Eigen::Index k = i + 1; k < n; ++k) sum += t(i, k) * y(k, j);
+            for (Eigen::Index k = j + 1; k < n; ++k) sum += y(i, k) * std::conj(t(j, k));
+            y(i, j) = -sum / (t(i, i) + std::conj(t(j, j)));
+        }
+    const Matrix product = u * y * u.adjoint();
+    s = Real(0.5) * (product + product.adjoint());
+    return largest;
+}
 
 }  // namespace drover::numerics

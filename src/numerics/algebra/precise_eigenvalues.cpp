@@ -144,7 +144,8 @@ std::vector<Number> triangular_vector(Matrix& t, int k, Quad smallest) {
     }
     return x;
 }
-bool loses_slow_modes(const SmallMatrix& m, const SmallVector& values) {
+
+bool loses_slow_modes(const Eigen::MatrixXcd& m, const Eigen::VectorXcd& values) {
     constexpr double digits = 1e6;
     const double rounding = std::numeric_limits<double>::epsilon() * m.norm();
     return std::any_of(values.begin(), values.end(),
@@ -152,14 +153,14 @@ bool loses_slow_modes(const SmallMatrix& m, const SmallVector& values) {
 }
 }  // namespace
 
-EigenDecomposition precise_eigen_decomposition(const SmallMatrix& m) {
+DenseEigen precise_eigen(const Eigen::MatrixXcd& m) {
     const int rows = static_cast<int>(m.rows());
     Matrix t{rows, {}}, u = identity(rows);
     for (int i = 0; i < rows; ++i)
         for (int j = 0; j < rows; ++j) t.values.push_back({m(i, j).real(), m(i, j).imag()});
     reduce_to_hessenberg(t, u);
     triangularise(t, u);
-    EigenDecomposition result{.values = SmallVector(rows), .vectors = SmallMatrix(rows, rows)};
+    DenseEigen result{.values = Eigen::VectorXcd(rows), .vectors = Eigen::MatrixXcd(rows, rows)};
     const auto rounded = [](Number a) { return std::complex(static_cast<double>(a.re), static_cast<double>(a.im)); };
     const Quad smallest = Quad(unit_roundoff) * Quad(m.norm()) + Quad(std::numeric_limits<double>::min());
     for (int k = 0; k < rows; ++k) {
@@ -179,14 +180,14 @@ EigenDecomposition precise_eigen_decomposition(const SmallMatrix& m) {
     return result;
 }
 
-EigenDecomposition reliable_eigen_decomposition(const SmallMatrix& m) {
-    EigenDecomposition result = eigen_decomposition(m);
-    return loses_slow_modes(m, result.values) ? precise_eigen_decomposition(m) : result;
+DenseEigen reliable_eigen(const Eigen::MatrixXcd& m) {
+    DenseEigen result = dense_eigen(m);
+    return loses_slow_modes(m, result.values) ? precise_eigen(m) : result;
 }
 
-SmallVector reliable_eigenvalues(const SmallMatrix& m) {
-    SmallVector values = eigenvalues(m);
-    return loses_slow_modes(m, values) ? precise_eigen_decomposition(m).values : values;
+Eigen::VectorXcd reliable_eigenvalues(const Eigen::MatrixXcd& m) {
+    Eigen::VectorXcd values = dense_eigenvalues(m);
+    return loses_slow_modes(m, values) ? precise_eigen(m).values : values;
 }
 
 }  // namespace drover::numerics

@@ -35,9 +35,23 @@ void draw_stationary(const System& system, const RandomKey& key, Spectra& state)
         append_entries({stationary_factor(m.even, covariance.even), stationary_factor(m.odd, covariance.odd)}, factors);
     }
     std::fill(state.values.begin(), state.values.end(), Complex(0.0));
-    Threads one(1);
-    add_mode_noise({.grid = system.grid, .wavenumbers = wavenumbers, .factors = factors, .key = key}, system.layout,
-                   one, state);
+    for_layout(system.layout, [&](const auto& kernel) {
+        std::vector<double> normal;
+        for (std::size_t row = 0; row < static_cast<std::size_t>(system.grid.ny); ++row) {
+            const std::size_t kept = kept_in_row(system.grid, wavenumbers, row);
+            fill_row_normals(system.grid, key, row, kept, kernel.parts, normal);
+            for (std::size_t i = 0; i < kept; ++i) {
+                const std::size_t m = row * columns(system.grid) + i;
+                const auto n = static_cast<std::size_t>(wavenumbers.of_mode[m]);
+                auto sum = zero_parts(kernel);
+                add_blocks(kernel, factors.data() + n * kernel.entries,
+                           load_parts(kernel, normal.data() + i * 2 * kernel.parts), sum);
+                Complex* mode = state.values.data() + m;
+                write_parts(kernel, sum, mode, {mode, state.stride},
+                            kernel.frame(direction(wavevector(system.grid, i, row), wavenumbers.inverse[n])));
+            }
+        }
+    });
 }
 
 }  // namespace drover::numerics

@@ -10,7 +10,6 @@ namespace drover::numerics {
 
 using travelling::Numbers;
 using travelling::product;
-using travelling::Rates;
 using travelling::Values;
 
 namespace {
@@ -20,10 +19,10 @@ constexpr double pi = std::numbers::pi;
 TravellingEquations::TravellingEquations(TravellingFamily the_family, Threads& the_threads)
     : family(std::move(the_family)), threads(the_threads) {
     set_parameter(family.parameter);
-    grid = rates->system.grid;
+    grid = whole->system.grid;
     require(grid.ny == 1, {}, "a travelling state on {} rows of points; expected grid.ny = 1", grid.ny);
-    modes.emplace(grid, rates->system.layout, rates->system.degree);
-    const int count = components(rates->system.layout);
+    modes.emplace(grid, whole->system.layout, whole->system.degree);
+    const int count = components(whole->system.layout);
     per_component = modes->size() / static_cast<std::size_t>(count);
     scratch = Spectra(grid, count);
     rate = scratch;
@@ -47,18 +46,16 @@ void TravellingEquations::set_sizes(Values a) {
     }
 }
 
-void TravellingEquations::set_parameter(double parameter) {
-    if (rates && rates->parameter == parameter) return;
-    const System system = family.system(parameter);
-    rates.emplace(Rates{parameter, system, LinearOperator(system)});
+void TravellingEquations::set_parameter(double value) {
+    if (whole && parameter == value) return;
+    whole.emplace(WholeRate(family.system(value)));
+    parameter = value;
 }
 
 /// f = L a + N(a) at the present parameter.
 void TravellingEquations::evaluate(Values a, std::span<double> f) {
     modes->unpack(a, scratch);
-    std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
-    if (rates->system.nonlinear) rates->system.nonlinear(0.0, scratch, rate);
-    rates->linear.add(scratch, rate);
+    whole->write(0.0, scratch, rate);
     modes->pack(rate, f);
     ++evaluations;
 }
@@ -84,25 +81,25 @@ void TravellingEquations::find_conserved(Values a) {
     evaluate(other, g);
     conserved.clear();
     masses.clear();
-    for (const int c : scalar_components(rates->system.layout)) {
+    for (const int c : scalar_components(whole->system.layout)) {
         const std::size_t mean = static_cast<std::size_t>(c) * per_component;
         constexpr double rounding = 1e-13;
         if (std::max(std::abs(f[mean]), std::abs(g[mean])) > rounding * shift * sizes[mean]) continue;
         conserved.push_back(mean);
-        masses.push_back(a[mean] - family.mean(rates->parameter, c));
+        masses.push_back(a[mean] - family.mean(parameter, c));
     }
 }
 
 /// The mean of a conserved density; it follows what the family prescribes.
 double TravellingEquations::mass(std::size_t i) const {
-    return masses[i] + family.mean(rates->parameter, static_cast<int>(conserved[i] / per_component));
+    return masses[i] + family.mean(parameter, static_cast<int>(conserved[i] / per_component));
 }
 
 /// Above every growth rate of the linear terms: the preconditioner is regular.
 void TravellingEquations::choose_shift() {
     double growth = 0.0, slowest = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; 2 * k < per_component + 1; ++k) {
-        const IsotropicBlocks blocks = rates->system.linear(2.0 * pi / grid.lx * static_cast<double>(k));
+        const IsotropicBlocks blocks = whole->system.linear(2.0 * pi / grid.lx * static_cast<double>(k));
         for (const Block* block : {&blocks.even, &blocks.odd})
             for (const Complex s : eigenvalues(*block)) {
                 growth = std::max(growth, s.real());
@@ -141,11 +138,11 @@ void TravellingEquations::derive(Values a, double speed, Values v, std::span<dou
 
 namespace {
 /// The blocks of L at q along x, in the Cartesian components of the fields: see IsotropicBlocks.
-SmallMatrix cartesian_block(const System& system, double q) {
+SmallSquare<Complex> cartesian_block(const System& system, double q) {
     const IsotropicBlocks blocks = system.linear(q);
     const BlockParts parts = block_parts(system.layout);
     const int count = components(system.layout);
-    SmallMatrix m = SmallMatrix::Zero(count, count);
+    SmallSquare<Complex> m = SmallSquare<Complex>::Zero(count, count);
     const auto factor = [&](const Part& part) {
         static constexpr Complex powers_of_i[] = {{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}};
         return q > 0.0 ? powers_of_i[part.spin % 4] : 1.0;
@@ -167,7 +164,7 @@ void TravellingEquations::prepare(Values a, double speed) {
     inverses.clear();
     for (std::size_t k = 0; k < kept; ++k) {
         const double q = 2.0 * pi / grid.lx * static_cast<double>(k);
-        SmallMatrix m = cartesian_block(rates->system, q);
+        Matrix m = cartesian_block(whole->system, q);
         m.diagonal().array() += Complex(-shift, speed * q);
         if (k == 0)
             for (const std::size_t mean : conserved) {
@@ -175,14 +172,14 @@ void TravellingEquations::prepare(Values a, double speed) {
                 m.row(row).setZero();
                 m(row, row) = shift;
             }
-        inverses.push_back(inverse(m));
+        inverses.push_back(inverse(Eigen::MatrixXcd(m)));
     }
     columns.front() = slope(a);
     for (const std::size_t mean : conserved) columns.front()[mean] = 0.0;
     if (columns.size() > 1) columns[1] = parameter_column(a);
     const auto extra = static_cast<Eigen::Index>(columns.size());
     preconditioned_columns = columns;
-    schur = SmallRealMatrix::Zero(extra, extra);
+    schur = RealMatrix::Zero(extra, extra);
     for (Numbers& column : preconditioned_columns) solve_blocks(column);
     for (Eigen::Index i = 0; i < extra; ++i)
         for (Eigen::Index k = 0; k < extra; ++k) {
@@ -194,7 +191,7 @@ void TravellingEquations::prepare(Values a, double speed) {
 
 void TravellingEquations::solve_blocks(std::span<double> v) const {
     const auto count = static_cast<Eigen::Index>(size() / per_component);
-    SmallVector x(count);
+    Eigen::Matrix<Complex, Eigen::Dynamic, 1, 0, max_small_rows, 1> x(count);
     for (std::size_t k = 0; k < inverses.size(); ++k) {
         const std::size_t at = k == 0 ? 0 : 2 * k - 1;
         for (Eigen::Index c = 0; c < count; ++c) {
@@ -214,10 +211,11 @@ void TravellingEquations::solve_blocks(std::span<double> v) const {
 void TravellingEquations::precondition(std::span<double> v) const {
     const std::span<double> a = v.first(size()), extra = v.subspan(size());
     solve_blocks(a);
-    SmallRealVector right(static_cast<Eigen::Index>(extra.size()));
+    using RealVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_small_rows, 1>;
+    RealVector right(static_cast<Eigen::Index>(extra.size()));
     for (std::size_t i = 0; i < extra.size(); ++i)
         right(static_cast<Eigen::Index>(i)) = extra[i] - product(Values(rows[i]).first(size()), a);
-    const SmallRealVector found = real_inverse(schur) * right;
+    const RealVector found = RealMatrix(inverse(Eigen::MatrixXd(schur))) * right;
     for (std::size_t k = 0; k < extra.size(); ++k) {
         extra[k] = found(static_cast<Eigen::Index>(k));
         for (std::size_t i = 0; i < size(); ++i) a[i] -= extra[k] * preconditioned_columns[k][i];
@@ -226,7 +224,7 @@ void TravellingEquations::precondition(std::span<double> v) const {
 
 /// d f/d parameter.
 Numbers TravellingEquations::parameter_column(Values a) {
-    const double at = rates->parameter, step = 1e-5 * std::max(std::abs(at), 0.01);
+    const double at = parameter, step = 1e-5 * std::max(std::abs(at), 0.01);
     Numbers above(size()), below(size());
     set_parameter(at + step);
     fill_equations(a, 0.0, above);
@@ -272,7 +270,7 @@ void TravellingEquations::set_equation_sizes(double speed, NonlinearEquations& e
     e.equation_sizes.assign(n, 0.0);
     for (std::size_t number = 0; number < per_component; ++number) {
         const double q = 2.0 * pi / grid.lx * static_cast<double>((number + 1) / 2);
-        const SmallMatrix m = cartesian_block(rates->system, q);
+        const Matrix m = cartesian_block(whole->system, q);
         for (std::size_t c = 0; c < count; ++c) {
             double& sum = e.equation_sizes[c * per_component + number];
             sum = (shift + std::abs(speed) * q) * sizes[c * per_component + number];
@@ -282,7 +280,7 @@ void TravellingEquations::set_equation_sizes(double speed, NonlinearEquations& e
         }
     }
     e.unknown_sizes.push_back(std::max(std::abs(speed), smallest_speed()));
-    if (columns.size() > 1) e.unknown_sizes.push_back(std::max(std::abs(rates->parameter), 0.01));
+    if (columns.size() > 1) e.unknown_sizes.push_back(std::max(std::abs(parameter), 0.01));
     e.equation_sizes.resize(n + rows.size(), 1.0);
 }
 
@@ -336,7 +334,7 @@ TravellingState TravellingEquations::solve(Numbers u) {
             outcome.iterations, outcome.residual);
     TravellingState found{.state = Spectra(grid, scratch.count()),
                           .speed = u[n],
-                          .parameter = rates->parameter,
+                          .parameter = parameter,
                           .speed_error = (1e-13 + 100.0 * outcome.residual) * smallest_speed(),
                           .residual = outcome.residual,
                           .iterations = outcome.iterations};

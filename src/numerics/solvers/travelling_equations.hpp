@@ -5,7 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "numerics/algebra/small_matrices.hpp"
+#include "drover/base/threads.hpp"
+#include "numerics/algebra/dense.hpp"
 #include "numerics/solvers/newton_krylov.hpp"
 #include "numerics/solvers/travelling_family.hpp"
 #include "numerics/steppers/linear_operator.hpp"
@@ -19,22 +20,19 @@ using Values = std::span<const double>;
 
 inline double product(Values a, Values b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); }
 
-/// The equations at one value of the parameter.
-struct Rates {
-    double parameter;
-    System system;
-    LinearOperator linear;
-};
 }  // namespace travelling
 
 /// The state of a TravellingSolver.
 struct TravellingEquations {
+    using Matrix = SmallSquare<Complex>;
+    using RealMatrix = SmallSquare<double>;
     using Numbers = travelling::Numbers;
     using Values = travelling::Values;
     TravellingFamily family;
     Grid grid;
     Threads& threads;
-    std::optional<travelling::Rates> rates;
+    std::optional<WholeRate> whole;  ///< at the parameter
+    double parameter = 0.0;
     std::optional<ModeVector> modes;
     std::size_t per_component = 0;       // numbers of a component
     std::vector<std::size_t> conserved;  // numbers: the means of conserved densities
@@ -43,16 +41,16 @@ struct TravellingEquations {
     Numbers sizes;                       // root mean squares of the field of each number
     Spectra scratch, rate;
     std::int64_t evaluations = 0;
-    std::vector<SmallMatrix> inverses;  // of each mode
+    std::vector<Matrix> inverses;  // of each mode
     // Unknowns beside the modes (the speed, the parameter) and as many equations: their columns and rows.
     std::vector<Numbers> columns, rows;
     Numbers offsets;  // of the rows
     std::vector<Numbers> preconditioned_columns;
-    SmallRealMatrix schur;
+    RealMatrix schur;
 
     TravellingEquations(TravellingFamily the_family, Threads& the_threads);
     std::size_t size() const { return modes->size(); }
-    void set_parameter(double parameter);
+    void set_parameter(double value);
     void evaluate(Values a, std::span<double> f);
     Numbers slope(Values a) const;
     void find_conserved(Values a);

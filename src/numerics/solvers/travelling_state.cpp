@@ -35,12 +35,8 @@ double change_of(const Spectra& state, const Spectra& guess) {
 }
 }  // namespace
 
-struct TravellingSolver::Work : TravellingEquations {
-    using TravellingEquations::TravellingEquations;
-};
-
 TravellingSolver::TravellingSolver(TravellingFamily family, Threads& threads)
-    : work_(std::make_unique<Work>(std::move(family), threads)) {}
+    : work_(std::make_unique<TravellingEquations>(std::move(family), threads)) {}
 TravellingSolver::~TravellingSolver() = default;
 TravellingSolver::TravellingSolver(TravellingSolver&&) noexcept = default;
 
@@ -48,7 +44,7 @@ std::size_t TravellingSolver::unknowns() const { return work_->size() + 1; }
 std::int64_t TravellingSolver::right_hand_sides() const { return work_->evaluations; }
 
 TravellingState TravellingSolver::find(const Spectra& guess, std::optional<double> speed) {
-    Work& w = *work_;
+    TravellingEquations& w = *work_;
     const std::size_t n = w.size();
     w.set_parameter(w.family.parameter);
     Numbers u(n);
@@ -111,7 +107,7 @@ Secant secant(Values a, Values b, Values weights) {
 }  // namespace
 
 std::vector<TravellingState> TravellingSolver::follow(const TravellingState& first, double last, int max_points) {
-    Work& w = *work_;
+    TravellingEquations& w = *work_;
     const std::size_t n = w.size();
     const double begin = first.parameter, range = last - begin,
                  speed_size = std::max(std::abs(first.speed), w.smallest_speed());
@@ -152,7 +148,7 @@ std::vector<TravellingState> TravellingSolver::follow(const TravellingState& fir
 }
 
 std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const TravellingState& at, std::size_t count) {
-    Work& w = *work_;
+    TravellingEquations& w = *work_;
     const std::size_t n = w.size();
     if (n > max_dense) return {};
     w.set_parameter(at.parameter);

@@ -10,6 +10,8 @@
 
 namespace drover::numerics {
 
+struct TravellingEquations;
+
 /// Newton's method with the position of the state fixed; GMRES is preconditioned by the blocks of L.
 class TravellingSolver {
 public:
@@ -36,8 +38,7 @@ public:
     std::int64_t right_hand_sides() const;  ///< so far
 
 private:
-    struct Work;
-    std::unique_ptr<Work> work_;
+    std::unique_ptr<TravellingEquations> work_;
 };
 
 }  // namespace drover::numerics

@@ -1,5 +1,7 @@
-// numerics/steppers/linear_operator.cpp: isotropic blocks on the modes of a state.
+// numerics/steppers/linear_operator.cpp: isotropic blocks on the modes of a state, and the sum with the remainder.
 #include "numerics/steppers/linear_operator.hpp"
+
+#include <algorithm>
 
 #include "numerics/algebra/dense.hpp"
 #include "numerics/steppers/isotropic.hpp"
@@ -49,6 +51,18 @@ LinearOperator LinearOperator::shifted_inverse(double gamma) const {
             matrix += size * size;
         }
     return result;
+}
+
+void WholeRate::write(double t, const Spectra& state, Spectra& rate) const {
+    std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
+    if (system.nonlinear) system.nonlinear(t, state, rate);
+    linear.add(state, rate);
+}
+
+Spectra WholeRate::operator()(double t, const Spectra& state) const {
+    Spectra rate(system.grid, state.count());
+    write(t, state, rate);
+    return rate;
 }
 
 }  // namespace drover::numerics

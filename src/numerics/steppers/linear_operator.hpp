@@ -1,5 +1,6 @@
-// numerics/steppers/linear_operator.hpp: the linear part of a System applied to a state.
+// numerics/steppers/linear_operator.hpp: the linear part of a System applied to a state, and its whole rate.
 #pragma once
+#include <utility>
 #include <vector>
 
 #include "drover/numerics/system.hpp"
@@ -23,6 +24,20 @@ private:
     Layout layout_;
     DistinctWavenumbers wavenumbers_;
     std::vector<double> matrices_;  // for each |q|: the entries of the even block, then of the odd one
+};
+
+/// d_t a = L a + N(t, a): for implicit steppers, budgets and travelling states.  Independent of the reference, to
+/// rounding.
+class WholeRate {
+public:
+    explicit WholeRate(System whole) : system(std::move(whole)), linear(system) {}
+
+    Spectra operator()(double t, const Spectra& state) const;
+    /// Writes the result to the kept modes of `rate`.
+    void write(double t, const Spectra& state, Spectra& rate) const;
+
+    System system;  ///< with its nonlinear part
+    LinearOperator linear;
 };
 
 }  // namespace drover::numerics

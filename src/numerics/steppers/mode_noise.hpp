@@ -1,4 +1,4 @@
-// numerics/steppers/mode_noise.hpp: Gaussian numbers with a given covariance for each mode of real fields.
+// numerics/steppers/mode_noise.hpp: Gaussian numbers for each mode of real fields, and the parts of one mode.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -9,19 +9,6 @@
 #include "numerics/steppers/isotropic.hpp"
 
 namespace drover::numerics {
-
-/// One draw of noise for every kept mode: Gaussian numbers of covariance f f^T / area, with f from `factors`: for each
-/// distinct |q| the entries of its even block, then of the odd one.  Real fields: a stored mode whose conjugate is
-/// stored too uses the numbers of its partner.
-struct NoiseDraw {
-    const Grid& grid;
-    const DistinctWavenumbers& wavenumbers;
-    const std::vector<double>& factors;
-    RandomKey key;
-};
-
-/// Adds it to all modes of `to`.
-void add_mode_noise(const NoiseDraw& draw, const Layout& layout, Threads& threads, Spectra& to);
 
 /// Number of kept modes of a row, which are its first ones.
 inline std::size_t kept_in_row(const Grid& grid, const DistinctWavenumbers& wavenumbers, std::size_t row) {

@@ -96,24 +96,19 @@ void NoisePath::prepare(int level) {
             std::copy(entries_of_n.begin(), entries_of_n.end(), to.data() + n * entries_of_n.size());
             entries_of_n.clear();
         };
-        std::vector<NoiseHalves> even, odd;
+        const double whole = std::ldexp(root_, 1 - first_halves);
+        const NoiseTree even = noise_tree(m.even, covariance.even, whole, halves),
+                        odd = noise_tree(m.odd, covariance.odd, whole, halves);
         if (first == 0) {
-            NoiseTree tree_even = noise_tree(m.even, covariance.even, root_, halves),
-                      tree_odd = noise_tree(m.odd, covariance.odd, root_, halves);
-            append_entries({factor(tree_even.covariance), factor(tree_odd.covariance)}, entries_of_n);
+            append_entries({factor(even.covariance), factor(odd.covariance)}, entries_of_n);
             store(made.front().draw);
-            even = std::move(tree_even.halves), odd = std::move(tree_odd.halves);
-        } else {
-            const double longest = std::ldexp(root_, -first_halves);
-            even = noise_halves(m.even, covariance.even, longest, halves);
-            odd = noise_halves(m.odd, covariance.odd, longest, halves);
         }
-        for (std::size_t k = 0; k < even.size(); ++k) {
+        for (std::size_t k = 0; k < even.halves.size(); ++k) {
             Level& now = made[static_cast<std::size_t>(first_halves - first) + k];
-            append_entries({even[k].regression, odd[k].regression}, entries_of_n);
-            append_entries({even[k].spread, odd[k].spread}, entries_of_n);
+            append_entries({even.halves[k].regression, odd.halves[k].regression}, entries_of_n);
+            append_entries({even.halves[k].spread, odd.halves[k].spread}, entries_of_n);
             store(now.draw);
-            append_entries({even[k].propagator, odd[k].propagator}, entries_of_n);
+            append_entries({even.halves[k].propagator, odd.halves[k].propagator}, entries_of_n);
             store(now.propagator);
         }
     };
@@ -124,16 +119,33 @@ void NoisePath::prepare(int level) {
     std::move(made.begin(), made.end(), std::back_inserter(levels_));
 }
 
-/// body(kernel, row, number of its kept modes, scratch) for every row that keeps modes.
+/// One kept mode of a row.
+struct NoisePath::Mode {
+    std::size_t row, column;
+    std::size_t wavenumber;  ///< the index of its |q|
+    std::size_t begin;       ///< of its numbers, in Level::values
+    const double* normal;    ///< normal numbers, where there is a key
+};
+
+/// body(kernel, Mode) for every kept mode, on any thread.  key: of normal numbers; nullptr: none.
 template <class Body>
-void NoisePath::for_rows(Body body) {
+void NoisePath::for_modes(const RandomKey* key, Body body) {
     for_layout(system_.layout, [&](const auto& kernel) {
+        const auto of_row = [&](std::size_t row, std::vector<double>& normal) {
+            const std::size_t kept = row_begin_[row + 1] - row_begin_[row];
+            if (key != nullptr) fill_row_normals(system_.grid, *key, row, kept, numbers_ / 2, normal);
+            const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
+            for (std::size_t i = 0; i < kept; ++i)
+                body(kernel, Mode{.row = row,
+                                  .column = i,
+                                  .wavenumber = static_cast<std::size_t>(of_mode[i]),
+                                  .begin = (row_begin_[row] + i) * numbers_,
+                                  .normal = key != nullptr ? normal.data() + i * numbers_ : nullptr});
+        };
         threads_.for_chunks(static_cast<std::size_t>(system_.grid.ny), rows_per_chunk(system_.grid),
                             [&](std::size_t begin, std::size_t end) {
                                 std::vector<double> normal;
-                                for (std::size_t row = begin; row < end; ++row)
-                                    if (const std::size_t kept = row_begin_[row + 1] - row_begin_[row]; kept > 0)
-                                        body(kernel, row, kept, normal);
+                                for (std::size_t row = begin; row < end; ++row) of_row(row, normal);
                             });
     });
 }
@@ -141,16 +153,10 @@ void NoisePath::for_rows(Body body) {
 void NoisePath::draw_root(std::uint64_t index) {
     Level& root = levels_.front();
     const RandomKey key{.seed = seed_, .stream = stream_, .step = index, .substep = 0};
-    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>& normal) {
-        fill_row_normals(system_.grid, key, row, kept, numbers_ / 2, normal);
-        double* to = root.values.data() + row_begin_[row] * numbers_;
-        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
-        for (std::size_t i = 0; i < kept; ++i) {
-            auto sum = zero_parts(kernel);
-            add_blocks(kernel, root.draw.data() + static_cast<std::size_t>(of_mode[i]) * kernel.entries,
-                       load_parts(kernel, normal.data() + i * numbers_), sum);
-            store_parts(kernel, sum, to + i * numbers_);
-        }
+    for_modes(&key, [&](const auto& kernel, const Mode& mode) {
+        auto sum = zero_parts(kernel);
+        add_blocks(kernel, root.draw.data() + mode.wavenumber * kernel.entries, load_parts(kernel, mode.normal), sum);
+        store_parts(kernel, sum, root.values.data() + mode.begin);
     });
 }
 
@@ -164,18 +170,12 @@ void NoisePath::draw_first_half(int level, std::uint64_t index) {
                         .stream = stream_,
                         .step = index >> level,
                         .substep = ((std::uint64_t{1} << level) + in_root) >> 1};
-    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>& normal) {
-        fill_row_normals(system_.grid, key, row, kept, numbers_ / 2, normal);
-        const double* whole = above.values.data() + row_begin_[row] * numbers_;
-        double* to = now.values.data() + row_begin_[row] * numbers_;
-        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
-        for (std::size_t i = 0; i < kept; ++i) {
-            auto sum = zero_parts(kernel);
-            const double* matrix = now.draw.data() + static_cast<std::size_t>(of_mode[i]) * 2 * kernel.entries;
-            matrix = add_blocks(kernel, matrix, load_parts(kernel, whole + i * numbers_), sum);
-            add_blocks(kernel, matrix, load_parts(kernel, normal.data() + i * numbers_), sum);
-            store_parts(kernel, sum, to + i * numbers_);
-        }
+    for_modes(&key, [&](const auto& kernel, const Mode& mode) {
+        auto sum = zero_parts(kernel);
+        const double* matrix = now.draw.data() + mode.wavenumber * 2 * kernel.entries;
+        matrix = add_blocks(kernel, matrix, load_parts(kernel, above.values.data() + mode.begin), sum);
+        add_blocks(kernel, matrix, load_parts(kernel, mode.normal), sum);
+        store_parts(kernel, sum, now.values.data() + mode.begin);
     });
 }
 
@@ -183,18 +183,13 @@ void NoisePath::draw_first_half(int level, std::uint64_t index) {
 void NoisePath::compute_second_half(int level) {
     Level& now = levels_[static_cast<std::size_t>(level)];
     const Level& above = levels_[static_cast<std::size_t>(level - 1)];
-    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>&) {
-        const double* whole = above.values.data() + row_begin_[row] * numbers_;
-        double* half = now.values.data() + row_begin_[row] * numbers_;
-        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * columns(system_.grid);
-        for (std::size_t i = 0; i < kept; ++i) {
-            auto sum = zero_parts(kernel);
-            add_blocks(kernel, now.propagator.data() + static_cast<std::size_t>(of_mode[i]) * kernel.entries,
-                       load_parts(kernel, half + i * numbers_), sum);
-            auto second = load_parts(kernel, whole + i * numbers_);
-            for (std::size_t k = 0; k < kernel.parts; ++k) second.values[k] -= sum.values[k];
-            store_parts(kernel, second, half + i * numbers_);
-        }
+    for_modes(nullptr, [&](const auto& kernel, const Mode& mode) {
+        double* half = now.values.data() + mode.begin;
+        auto sum = zero_parts(kernel);
+        add_blocks(kernel, now.propagator.data() + mode.wavenumber * kernel.entries, load_parts(kernel, half), sum);
+        auto second = load_parts(kernel, above.values.data() + mode.begin);
+        for (std::size_t k = 0; k < kernel.parts; ++k) second.values[k] -= sum.values[k];
+        store_parts(kernel, second, half);
     });
 }
 
@@ -217,17 +212,12 @@ void NoisePath::compute(const NoiseInterval& interval) {
 }
 
 void NoisePath::write(int level, Spectra& to) {
-    const std::size_t width = columns(system_.grid);
-    for_rows([&](const auto& kernel, std::size_t row, std::size_t kept, std::vector<double>&) {
-        const double* from = this->row(level, row);
-        const std::int32_t* of_mode = wavenumbers_.of_mode.data() + row * width;
-        for (std::size_t i = 0; i < kept; ++i) {
-            const auto parts = load_parts(kernel, from + i * numbers_);
-            Complex* mode = to.values.data() + row * width + i;
-            write_parts(kernel, parts, nullptr, {mode, to.stride},
-                        kernel.frame(direction(wavevector(system_.grid, i, row),
-                                               wavenumbers_.inverse[static_cast<std::size_t>(of_mode[i])])));
-        }
+    const Level& now = levels_[static_cast<std::size_t>(level)];
+    for_modes(nullptr, [&](const auto& kernel, const Mode& mode) {
+        Complex* at = to.values.data() + mode.row * columns(system_.grid) + mode.column;
+        write_parts(kernel, load_parts(kernel, now.values.data() + mode.begin), nullptr, {at, to.stride},
+                    kernel.frame(direction(wavevector(system_.grid, mode.column, mode.row),
+                                           wavenumbers_.inverse[mode.wavenumber])));
     });
 }
 

@@ -16,7 +16,7 @@ struct NoiseInterval {
 };
 
 /// Increments of the linear law with noise, da = L a dt + noise, over the intervals of a binary tree of time: the roots
-/// are dt 2^k long, the same for all dt that differ by a power of two, and noise_halves() divides an interval.  So an
+/// are dt 2^k long, the same for all dt that differ by a power of two, and noise_tree() divides an interval.  So an
 /// increment is a function of (seed, interval, signed wavevector, law) alone: steps of dt and dt/2, and grids of N and
 /// 2N points of the same cell, follow the same path, and a step that is rejected and divided keeps its noise.
 class NoisePath {
@@ -54,8 +54,9 @@ private:
     void draw_root(std::uint64_t index);
     void draw_first_half(int level, std::uint64_t index);
     void compute_second_half(int level);
+    struct Mode;
     template <class Body>
-    void for_rows(Body body);
+    void for_modes(const RandomKey* key, Body body);
 
     System system_;
     DistinctWavenumbers wavenumbers_;

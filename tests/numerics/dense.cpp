@@ -1,20 +1,19 @@
-// tests/numerics/small_matrices.cpp: decompositions reproduce the matrix.
-#include "numerics/algebra/small_matrices.hpp"
+// tests/numerics/dense.cpp: decompositions reproduce the matrix.
+#include "numerics/algebra/dense.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "numerics/algebra/dense.hpp"
 #include "numerics/algebra/precise_eigenvalues.hpp"
 
-namespace drover::numerics::small_matrices_tests {
+namespace drover::numerics::dense_tests {
 namespace {
 
 /// Arbitrary reproducible entries of order one.
-SmallMatrix sample(int rows) {
-    SmallMatrix m(rows, rows);
+Eigen::MatrixXcd sample(int rows) {
+    Eigen::MatrixXcd m(rows, rows);
     for (int i = 0; i < rows; ++i)
         for (int k = 0; k < rows; ++k) m(i, k) = {std::sin(1.0 + 7.0 * i + 3.0 * k), std::cos(2.0 + 5.0 * i - 2.0 * k)};
     return m;
@@ -23,22 +22,22 @@ SmallMatrix sample(int rows) {
 // Backward stable algorithms: a few n ulp of |m| < 2 n, times the condition of the eigenvectors for those.
 constexpr double rounding = 1e-13;
 
-TEST(SmallMatrices, eigenvectors_are_normalised_and_satisfy_the_eigenvalue_equation) {
+TEST(DenseMatrices, eigenvectors_are_normalised_and_satisfy_the_eigenvalue_equation) {
     for (int rows = 1; rows <= max_small_rows; ++rows) {
-        const SmallMatrix m = sample(rows);
-        const EigenDecomposition found = eigen_decomposition(m);
+        const Eigen::MatrixXcd m = sample(rows);
+        const DenseEigen found = dense_eigen(m);
         EXPECT_LT((m * found.vectors - found.vectors * found.values.asDiagonal()).norm(), rounding);
         for (int k = 0; k < rows; ++k) EXPECT_NEAR(found.vectors.col(k).norm(), 1.0, rounding);
-        EXPECT_EQ(eigenvalues(m), found.values);
+        EXPECT_EQ(dense_eigenvalues(m), found.values);
     }
 }
 
 TEST(PreciseEigenvalues, agree_with_double_precision_where_that_is_accurate) {
     for (int rows = 1; rows <= max_small_rows; ++rows) {
-        const SmallMatrix m = sample(rows);
-        const EigenDecomposition found = precise_eigen_decomposition(m);
+        const Eigen::MatrixXcd m = sample(rows);
+        const DenseEigen found = precise_eigen(m);
         EXPECT_LT((m * found.vectors - found.vectors * found.values.asDiagonal()).norm(), rounding);
-        const SmallVector values = eigenvalues(m);
+        const Eigen::VectorXcd values = dense_eigenvalues(m);
         for (const std::complex<double>& value : values)
             EXPECT_LT((found.values.array() - value).abs().minCoeff(), rounding);
     }
@@ -47,11 +46,11 @@ TEST(PreciseEigenvalues, agree_with_double_precision_where_that_is_accurate) {
 TEST(PreciseEigenvalues, of_a_slow_mode_beside_a_very_fast_one_have_all_digits) {
     // det and trace are exact: the slow eigenvalue is det/trace to 1 part in 2^90.  Double precision gives 0 or 1e-4.
     const double fast = -0x1p40, slow = -0x1p-25;
-    SmallMatrix m(2, 2);
+    Eigen::MatrixXcd m(2, 2);
     m << fast, 1.0, 0.0, slow;
     m(1, 0) = 0x1p-10;
     const double expected = (fast * slow - m(1, 0).real()) / (fast + slow);
-    const SmallVector values = reliable_eigenvalues(m);
+    const Eigen::VectorXcd values = reliable_eigenvalues(m);
     EXPECT_NEAR(std::max(values(0).real(), values(1).real()), expected, 1e-15 * std::abs(expected));
     EXPECT_NEAR(std::min(values(0).real(), values(1).real()), fast, 1e-15 * std::abs(fast));
 }
@@ -61,7 +60,7 @@ TEST(PreciseEigenvalues, of_two_slow_modes_beside_a_very_fast_one_are_roots_of_t
     // precision the two slow modes, -0.0005 and -0.25 /s, come out as waves of 700 /s.
     constexpr double a = 0x1p-10, b = 0x1p36, g = 0x1p41;
     const std::complex<double> i(0.0, 1.0);
-    SmallMatrix m(3, 3);
+    Eigen::MatrixXcd m(3, 3);
     m << 0.0, -i * a, 0.0, -i * b, -g, 4.0, -i * b, 1.0, -0.25;
     int slow = 0;
     for (const std::complex<double>& s : reliable_eigenvalues(m)) {
@@ -77,17 +76,17 @@ TEST(PreciseEigenvalues, of_two_slow_modes_beside_a_very_fast_one_are_roots_of_t
 TEST(PreciseEigenvalues, of_sound_that_is_hardly_damped_has_its_damping) {
     // s^2 + 2 d s + w^2 = 0 with d = 1e-14 w: s = -d +- i sqrt(w^2 - d^2).
     const double damping = 0x1p-47;
-    SmallMatrix m(2, 2);
+    Eigen::MatrixXcd m(2, 2);
     m << 0.0, 1.0, -1.0, -2.0 * damping;
     for (const std::complex<double>& value : reliable_eigenvalues(m))
         EXPECT_NEAR(value.real(), -damping, 1e-15 * damping);
 }
 
 TEST(PreciseEigenvalues, of_defective_and_zero_matrices_are_found) {
-    SmallMatrix defective = SmallMatrix::Zero(3, 3);
+    Eigen::MatrixXcd defective = Eigen::MatrixXcd::Zero(3, 3);
     defective(0, 1) = defective(1, 2) = 1e-300;
     for (const std::complex<double>& value : reliable_eigenvalues(defective)) EXPECT_EQ(value, 0.0);
-    for (const std::complex<double>& value : reliable_eigenvalues(SmallMatrix(SmallMatrix::Zero(6, 6))))
+    for (const std::complex<double>& value : reliable_eigenvalues(Eigen::MatrixXcd(Eigen::MatrixXcd::Zero(6, 6))))
         EXPECT_EQ(value, 0.0);
 }
 
@@ -111,10 +110,11 @@ TEST(DenseMatrices, singular_value_decompositions_multiply_to_the_matrix) {
     }
 }
 
-TEST(SmallMatrices, the_inverse_of_a_regular_matrix_multiplies_to_the_identity) {
-    const SmallMatrix m = sample(6) + 3.0 * SmallMatrix::Identity(6, 6), one = SmallMatrix::Identity(6, 6);
+TEST(DenseMatrices, the_inverse_of_a_regular_matrix_multiplies_to_the_identity) {
+    const Eigen::MatrixXcd m = sample(6) + 3.0 * Eigen::MatrixXcd::Identity(6, 6),
+                           one = Eigen::MatrixXcd::Identity(6, 6);
     EXPECT_LT((m * inverse(m) - one).norm(), 1e-12);  // condition below 100
 }
 
 }  // namespace
-}  // namespace drover::numerics::small_matrices_tests
+}  // namespace drover::numerics::dense_tests
