@@ -12,7 +12,7 @@
 #include "io/scene_text.hpp"
 #include "measure/field_setting.hpp"
 #include "model/start.hpp"
-#include "physics/linear_theory.hpp"
+#include "physics/integrated.hpp"
 #include "run/scene_equations.hpp"
 
 namespace drover::analysis {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "drover/model/linearised_at.hpp"
-#include "physics/function_terms.hpp"
+#include "physics/program_functions.hpp"
 
 namespace drover::calibrate {
 

@@ -9,7 +9,7 @@
 #include "io/scene_initial.hpp"
 #include "io/scene_model.hpp"
 #include "numerics/steppers/kept_modes.hpp"
-#include "physics/linear_theory.hpp"
+#include "physics/integrated.hpp"
 #include "physics/model_keys.hpp"
 
 namespace drover::io {

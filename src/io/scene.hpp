@@ -13,7 +13,7 @@
 #include "io/declared_model.hpp"
 #include "io/units.hpp"
 #include "model/start.hpp"
-#include "physics/linear_theory.hpp"
+#include "physics/integrated.hpp"
 #include "physics/model_keys.hpp"
 
 namespace drover::io {

@@ -10,7 +10,7 @@
 #include "files/installed_models.hpp"
 #include "io/scene_calibrated.hpp"
 #include "io/scene_declared.hpp"
-#include "physics/function_terms.hpp"
+#include "physics/program_functions.hpp"
 
 namespace drover::io {
 

@@ -3,16 +3,14 @@
 
 #include <algorithm>
 
-#include "physics/function_terms.hpp"
+#include "physics/program_functions.hpp"
+#include "physics/written_model.hpp"
 
 namespace drover::physics {
 
 int CompiledTerms::component(const std::string& symbol) const {
-    int first = 0;
-    for (const model::Field& field : right_sides.model().fields) {
-        if (field.symbol == symbol) return first;
-        first += model::components(field);
-    }
+    for (const auto& [field, first] : model::placed_fields(right_sides.model()))
+        if (field.symbol == symbol) return static_cast<int>(first);
     return -1;
 }
 
@@ -127,6 +125,16 @@ void check_terms(const CompiledTerms& terms, const LocationOf& location_of) {
     for (std::size_t n = 0; n < terms.names.size(); ++n)
         if (const TextTerm* written = text_of(terms, n)) check_conserved(terms, *written, n);
     check_balances(terms, location_of);
+}
+
+void check(const ModelValues& model, const LocationOf& location_of) {
+    check_numbers(model, location_of);
+    const CompiledModel compiled(model);
+    check_functions(compiled);
+    const WrittenModel written = write_model(compiled, Written::right_sides);
+    const model::Equations right_sides(written.model);
+    check_terms({.model = compiled, .right_sides = right_sides, .names = written.terms}, location_of);
+    static_cast<void>(model::Equations(write_model(compiled, Written::solver).model));
 }
 
 }  // namespace drover::physics

@@ -27,4 +27,8 @@ const FieldRow* pointwise_balance(const CompiledTerms& terms);
 /// products beside derivatives of its field in one, and for texts that a balance cannot have.
 void check_terms(const CompiledTerms& terms, const LocationOf& location_of);
 
+/// Throws an input Error, with its location, for invalid numbers or terms: also for a balance without drag, for
+/// products beside derivatives of its field in one, and for texts of a scene that a balance cannot have.
+void check(const ModelValues& model, const LocationOf& location_of = no_location);
+
 }  // namespace drover::physics

@@ -17,17 +17,15 @@ struct Equations::Cache {
     std::optional<model::Equations> solver;  // about the means of the model
 };
 
-Equations::Equations(const ModelValues& the_model) : CompiledModel(the_model) { compile(nullptr); }
+Equations::Equations(const ModelValues& the_model) : CompiledModel(the_model) { compile(); }
 Equations::Equations(const ModelValues& the_model, const Equations& like) : CompiledModel(the_model, like) {
     const auto ratios = ratios_of_terms(like, *this);
     if (!ratios) {
-        compile(like.has_all_ ? nullptr : &like.only_);
+        compile();
         return;
     }
     right_sides_ = like.right_sides_;
     terms_ = like.terms_;
-    only_ = like.only_;
-    has_all_ = like.has_all_;
     factors_ = like.factors_;
     cache_ = std::make_shared<Cache>();
     for (std::size_t n = 0; n < terms_.size(); ++n)
@@ -35,17 +33,9 @@ Equations::Equations(const ModelValues& the_model, const Equations& like) : Comp
     check_terms({.model = *this, .right_sides = *right_sides_, .names = terms_}, no_location);
 }
 
-Equations Equations::only(const std::vector<std::string>& names) const {
-    Equations result = *this;
-    result.compile(&names);
-    return result;
-}
-
-void Equations::compile(const std::vector<std::string>* only) {
-    has_all_ = only == nullptr;
-    if (only != nullptr) only_ = *only;
+void Equations::compile() {
     cache_ = std::make_shared<Cache>();
-    const WrittenModel written = write_model(*this, Written::right_sides, only);
+    const WrittenModel written = write_model(*this, Written::right_sides);
     right_sides_ = std::make_shared<const model::Equations>(written.model);
     terms_ = written.terms;
     factors_.assign(terms_.size(), 1.0);
@@ -56,8 +46,7 @@ model::Equations Equations::solver(const Densities& about) const {
     std::optional<model::Equations> base;
     {
         const std::lock_guard lock(cache_->mutex);
-        if (!cache_->solver)
-            cache_->solver.emplace(write_model(*this, Written::solver, has_all_ ? nullptr : &only_).model);
+        if (!cache_->solver) cache_->solver.emplace(write_model(*this, Written::solver).model);
         base = cache_->solver;
     }
     model::UniformState state = base->reference();

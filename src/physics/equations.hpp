@@ -17,9 +17,6 @@ struct Equations : CompiledModel {
     /// saves time when many models differ in few values.
     Equations(const ModelValues& model, const Equations& like);
 
-    /// The same with some terms only.
-    Equations only(const std::vector<std::string>& names) const;
-
     /// d_t of all fields, where a mass is 1 and a field in balance has the sum of its terms as rate.  The constants in
     /// it may be those of the model with which it is shared: use theory().
     const model::Equations& right_sides() const { return *right_sides_; }
@@ -40,12 +37,10 @@ struct Equations : CompiledModel {
 
 private:
     struct Cache;
-    void compile(const std::vector<std::string>* only);
+    void compile();
     std::shared_ptr<const model::Equations> right_sides_;
     std::vector<std::string> terms_;
     std::vector<double> factors_;  ///< of the terms in right_sides_
-    std::vector<std::string> only_;
-    bool has_all_ = true;
     std::shared_ptr<Cache> cache_;
 };
 

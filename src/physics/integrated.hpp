@@ -1,9 +1,23 @@
 // physics/integrated.hpp: the equations of a model file as a run integrates them.
 #pragma once
+#include <string>
+#include <vector>
+
 #include "model/field_evolution.hpp"
-#include "physics/linear_theory.hpp"
+#include "physics/equations.hpp"
 
 namespace drover::physics {
+
+/// Dealiasing of products.
+struct Dealiasing {
+    std::string rule = "exact";  ///< exact: |k| < N/(degree + 1); two-thirds: |k| < N/3; none: |k| < N/2
+};
+
+/// The degree of products that determines which modes are kept; 1 if every term is linear.
+int kept_degree(const Equations& equations, const Dealiasing& dealiasing);
+
+/// The first active term that depends on position or time, so that there is no uniform state; "" if there is none.
+std::string nonuniform_term(const Equations& equations);
 
 /// With the linear part about a reference.  Evaluations throw a model::DomainFailure where the equations divide by a
 /// density or a drag that is not positive, or a density leaves the table of a coefficient.
@@ -12,3 +26,8 @@ model::Integrated integrated(const Equations& equations, const Densities& about,
 model::Integrated integrated(const ModelValues& model, const Dealiasing& dealiasing = {});
 
 }  // namespace drover::physics
+
+namespace drover {
+template <>
+const std::vector<Row<physics::Dealiasing>>& schema<physics::Dealiasing>();
+}  // namespace drover

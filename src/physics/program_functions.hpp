@@ -1,5 +1,7 @@
-// physics/program_functions.hpp: the terms that are functions of the calling program, linearised by differences.
+// physics/program_functions.hpp: the terms that are functions of the calling program, linearised by differences, and
+// the names in terms.
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
@@ -33,5 +35,15 @@ void require_functions(const ModelValues& model);
 /// Throws an input Error unless every function of a model is there, depends on its arguments point by point, is finite
 /// near the uniform state, and has its degree.
 void check_functions(const CompiledModel& model);
+
+/// "terms[1] is the Python function tilt, which this program does not have", of the first such term; "" if none.
+std::string missing_function(const ModelValues& model);
+
+/// Of each function: that it is slow, how exact its linearisation is, and whether its degree is known.
+std::vector<std::string> function_remarks(const CompiledModel& compiled);
+
+/// The names that texts may use, and those that arguments of functions may have, with the formulas that they stand for.
+std::map<std::string, std::string> text_names(const ModelValues& model);
+std::map<std::string, std::string> argument_names(const ModelValues& model);
 
 }  // namespace drover::physics

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "physics/program_functions.hpp"
-#include "physics/term_names.hpp"
 
 namespace drover::physics {
 

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <map>
 
-#include "physics/function_terms.hpp"
-#include "physics/term_names.hpp"
 #include "physics/text_terms.hpp"
 
 namespace drover::physics {
@@ -104,10 +102,6 @@ void add_names(const CompiledModel& m, model::Model& result) {
     add_source(m.model, result);
 }
 
-bool is_chosen(const std::string& name, const std::vector<std::string>* only) {
-    return only == nullptr || std::find(only->begin(), only->end(), name) != only->end();
-}
-
 /// What an equation has besides its terms.
 model::Field field_of(const CompiledModel& m, const FieldRow& row, Written as) {
     model::Field field{.name = row.name,
@@ -129,28 +123,25 @@ model::Field field_of(const CompiledModel& m, const FieldRow& row, Written as) {
 }
 }  // namespace
 
-WrittenModel write_model(const CompiledModel& m, Written as, const std::vector<std::string>* only) {
+WrittenModel write_model(const CompiledModel& m, Written as) {
     WrittenModel result;
     const std::vector<SceneTerm> of_scene = scene_terms(m);
     for (const FieldRow& row : m.model.file->fields) {
         if (presence(m.model, row) == Presence::absent) continue;
         model::Field field = field_of(m, row, as);
         for (const TermRow& term : row.terms) {
-            if (!is_active(m, term) || !is_chosen(term.key, only)) continue;
+            if (!is_active(m, term)) continue;
             if (!field.equation.text.empty()) field.equation.text += term.formula[0] == '-' ? " " : " + ";
             field.equation.text += term.formula;
             result.terms.push_back(term.key);
         }
         for (const SceneTerm& term : of_scene) {
-            if (term.field != row.symbol || !is_chosen(term.written.name, only)) continue;
+            if (term.field != row.symbol) continue;
             field.further.push_back(term.written);
             result.terms.push_back(term.written.name);
             // Texts that are no fluxes are checked in a uniform state alone.
             if (!term.written.is_flux) field.conserved = false;
         }
-        const bool is_empty = field.equation.text.empty() && field.further.empty();
-        if (field.left == model::LeftSide::balance && is_empty)  // of some terms only
-            field.equation.text = "-" + row.symbol;
         result.model.fields.push_back(std::move(field));
     }
     add_names(m, result.model);

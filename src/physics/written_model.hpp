@@ -1,4 +1,4 @@
-// physics/written_model.hpp: the equations of a model of a model file.
+// physics/written_model.hpp: the equations of a model of a model file, and what messages say of keys and tables.
 #pragma once
 #include <map>
 #include <optional>
@@ -17,15 +17,27 @@ enum class Written {
     solver        ///< with masses and balances
 };
 
-/// The equations of a model.  only: names of the terms that are written; nullptr: all.
+/// The equations of a model.
 struct WrittenModel {
     model::Model model;
     std::vector<std::string> terms;  ///< names of the terms of all fields, in the order of the model
 };
-WrittenModel write_model(const CompiledModel& model, Written as, const std::vector<std::string>* only);
+WrittenModel write_model(const CompiledModel& model, Written as);
 
 /// What the terms of another model are of those of this one, by key where it is not 1: each term of the file is
 /// proportional to its coefficient.  Nothing where more than constant coefficients differ.
 std::optional<std::map<std::string, double>> ratios_of_terms(const CompiledModel& model, const CompiledModel& other);
+
+/// The key of the coefficient of a term of the model file, whether a scene has the term or not: "diffusion.rods" of
+/// "lap sigma" in the equation of "sigma"; "": there is no such term.
+std::string key_of_term(const std::string& symbol, const std::string& factor);
+
+/// Values of a scalar between which a table has nodes; beyond, its outermost values are held.
+struct HeldRange {
+    std::string symbol;
+    double min = 0.0, max = 0.0;
+};
+/// None of a table that refuses others.
+std::vector<HeldRange> held_ranges(const TableData& table);
 
 }  // namespace drover::physics

@@ -5,7 +5,7 @@
 
 #include "measure/fields.hpp"
 #include "numerics/fields/shells.hpp"
-#include "physics/function_terms.hpp"
+#include "physics/program_functions.hpp"
 #include "run/field_prediction.hpp"
 #include "run/field_simulation.hpp"
 #include "run/report.hpp"

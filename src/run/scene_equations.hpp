@@ -3,7 +3,7 @@
 #include "drover/theory/theory.hpp"
 #include "io/scene.hpp"
 #include "model/field_evolution.hpp"
-#include "physics/function_terms.hpp"
+#include "physics/written_model.hpp"
 
 namespace drover::run {
 

@@ -6,7 +6,8 @@
 
 #include "model/start.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
-#include "physics/function_terms.hpp"
+#include "physics/program_functions.hpp"
+#include "physics/written_model.hpp"
 #include "run/field_health.hpp"
 #include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"

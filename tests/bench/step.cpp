@@ -10,7 +10,7 @@
 #include "drover/numerics/transform.hpp"
 #include "files/archive.hpp"
 #include "physics/initial_spectra.hpp"
-#include "physics/integrated.hpp"
+#include "physics/whole_rate.hpp"
 
 namespace drover {
 namespace {

@@ -11,8 +11,8 @@
 #include "calibrate/fill_model.hpp"
 #include "drover/base/random.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
-#include "physics/linear_theory.hpp"
 #include "physics/structure.hpp"
+#include "physics/whole_rate.hpp"
 
 namespace drover::calibrate::field_model_tests {
 namespace {

@@ -9,8 +9,8 @@
 #include "drover/numerics/stepper.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 #include "physics/evolution.hpp"
-#include "physics/linear_theory.hpp"
 #include "physics/rod_bead_model.hpp"
+#include "physics/whole_rate.hpp"
 #include "rod_bead_waves.hpp"
 
 namespace drover::calibrate::wave_fit_tests {

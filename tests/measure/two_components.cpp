@@ -9,6 +9,7 @@
 #include "measure/fields.hpp"
 #include "measure/fields_support.hpp"
 #include "physics/initial_spectra.hpp"
+#include "physics/whole_rate.hpp"
 
 namespace drover::measure::two_components_tests {
 namespace {

@@ -43,7 +43,7 @@ constexpr numerics::Grid grid{16, 16, 8.0, 8.0};
 /// The rate at which a wave of p_y decays in a run.
 double rate_in_run(const Equations& e, int kx, int ky) {
     Threads threads(1);
-    const WholeRate whole(e, grid, mean_densities(e.model), threads);
+    const numerics::WholeRate whole = whole_rate(e, grid, mean_densities(e.model), threads);
     numerics::Spectra state(grid, numerics::components(layout(physics::form(e.model))));
     const std::size_t mode = static_cast<std::size_t>(ky) * numerics::columns(grid) + static_cast<std::size_t>(kx);
     state[physics::form(e.model).polar_order + 1][mode] = 1e-3;
@@ -70,7 +70,7 @@ TEST(Anchoring, adds_its_rate_to_the_coupled_equations_in_every_direction) {
     const Equations without{coupled()}, e = with_anchoring(coupled());
     {
         Threads threads(1);
-        const WholeRate whole(e, grid, mean_densities(e.model), threads);
+        const numerics::WholeRate whole = whole_rate(e, grid, mean_densities(e.model), threads);
         for (const auto& [kx, ky] : {std::pair{2, 0}, std::pair{0, 2}, std::pair{2, 2}}) {
             const std::size_t mode =
                 static_cast<std::size_t>(ky) * numerics::columns(grid) + static_cast<std::size_t>(kx);

@@ -32,7 +32,7 @@ double error_after(int n, double dt, int steps) {
     const Band band;
     const numerics::Grid grid{n, 8, length, height};
     const Model model = model_of(band);
-    const WholeRate whole(Equations(model), grid, mean_densities(model), threads);
+    const numerics::WholeRate whole = whole_rate(Equations(model), grid, mean_densities(model), threads);
     const numerics::Spectra start = band_state(band, grid, whole.system.degree, 0.0),
                             expected = band_state(band, grid, whole.system.degree, band.c * dt * steps);
     const numerics::Spectra found = evolved(whole.system, "etdrk4", dt, steps, start);

@@ -41,7 +41,7 @@ Outcome spread(int n, double dt) {
     Threads threads(1);
     const numerics::Grid grid{n, n, side, side};
     const Model model = spreading_beads();
-    const WholeRate whole(Equations(model), grid, mean_densities(model), threads);
+    const numerics::WholeRate whole = whole_rate(Equations(model), grid, mean_densities(model), threads);
     numerics::Stepper stepper(whole.system, numerics::stepper_table("etdrk2"), dt, 1, threads);
     numerics::Spectra state =
         initial_spectra({.kind = "formula", .formulas = {{"bead_density", {"max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}}}},
@@ -80,7 +80,7 @@ TEST(Barenblatt, vacuum_is_rejected_if_beads_have_inertia) {
     const numerics::Grid grid{32, 32, side, side};
     Model model = spreading_beads();
     model.fields.bead_velocity = "dynamic";
-    const WholeRate whole(Equations(model), grid, mean_densities(model), threads);
+    const numerics::WholeRate whole = whole_rate(Equations(model), grid, mean_densities(model), threads);
     numerics::Stepper stepper(whole.system, numerics::stepper_table("etdrk2"), 0.01, 1, threads);
     numerics::Spectra state =
         initial_spectra({.kind = "formula", .formulas = {{"bead_density", {"max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}}}},

@@ -32,7 +32,7 @@ void expect_conserved(int steps) {
                        .rods = model.fields.rod_density ? 1e-4 : 0.0,
                        .beads = model.fields.bead_density ? 1e-4 : 0.0};
         const Equations e(model);
-        const WholeRate whole(e, grid, mean_densities(model), threads);
+        const numerics::WholeRate whole = whole_rate(e, grid, mean_densities(model), threads);
         const numerics::Transform transform(grid, whole.system.degree, threads);
         const numerics::Spectra start = waves(physics::form(e.model), model.uniform, grid, 0.3);
         const std::vector<double> before = totals(physics::form(e.model), start, transform),

@@ -222,7 +222,7 @@ double difference(const Model& model, Threads& threads) {
     if (physics::form(e.model).rod_density < 0) s.sigma.assign(s.sigma.size(), model.uniform.rod_density);
     if (physics::form(e.model).velocity == Velocity::slaved) balance(e, s, d);
     const Densities about = physics::form(e.model).bead_density < 0 ? mean_densities(model) : Densities{1.2, 0.8};
-    WholeRate rate(e, grid, about, threads);
+    numerics::WholeRate rate = whole_rate(e, grid, about, threads);
     const numerics::Transform transform(grid, rate.system.degree, threads);
     Fields fields(grid, numerics::components(rate.system.layout));
     const auto put = [&](int component, const Values& values) {

@@ -21,7 +21,7 @@ public:
         : grid(the_grid),
           form(physics::form(model)),
           threads(1),
-          whole(Equations(model), grid, mean_densities(model), threads),
+          whole(whole_rate(Equations(model), grid, mean_densities(model), threads)),
           transform(grid, whole.system.degree, threads) {}
 
     /// The modes that the grid keeps of functions, one for each component.
@@ -58,7 +58,7 @@ public:
     numerics::Grid grid;
     Form form;
     Threads threads;
-    WholeRate whole;
+    numerics::WholeRate whole;
     numerics::Transform transform;
 
 private:

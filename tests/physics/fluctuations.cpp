@@ -9,6 +9,7 @@
 #include "linear_modes.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "symbols.hpp"
+#include "whole_rate.hpp"
 
 namespace drover::physics::fluctuations_tests {
 namespace {

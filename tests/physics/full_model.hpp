@@ -3,10 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "numerics/steppers/linear_operator.hpp"
-#include "physics/integrated.hpp"
 #include "physics/rod_bead_model.hpp"
-#include "physics/whole_rate.hpp"
+#include "whole_rate.hpp"
 
 namespace drover::physics {
 
@@ -104,6 +102,24 @@ inline NamedModel tabulated() {
                     {"driving.strength", {{0.7, 0.9, 0.8, 1.1, 1.0, 1.2, 1.3, 1.2, 1.5, 1.4, 1.7, 1.6}, {}}}}};
     measured.relaxation.rate_terms = measured.driving.strength_terms = {};
     return {"two-component, from a table", measured};
+}
+
+/// A model with one of its terms, and the current of the beads, which has no coefficient.
+inline ModelValues with_one_term(ModelValues model, const std::string& term) {
+    const ModelValues standard(*model.file);
+    for (const CoefficientRow& row : model.file->coefficients) {
+        if (row.needs.empty() || row.key() == term) continue;  // a mass is no term
+        number_in(model, row.key()) = 0.0;
+        model.monomials.erase(row.key());
+        model.table.columns.erase(row.key());
+    }
+    for (const FieldRow& field : model.file->fields)
+        for (const TermRow& row : field.terms)
+            for (const std::string& key : row.on)
+                if (row.key != term) model.values[key] = standard.values.at(key);
+    for (std::size_t n = model.text_terms.size(); n > 0; --n)
+        if (text("terms[{}]", n) != term) model.text_terms.erase(model.text_terms.begin() + static_cast<long>(n) - 1);
+    return model;
 }
 
 }  // namespace drover::physics

@@ -1,5 +1,5 @@
 // tests/physics/function_terms.cpp: functions of the calling program as terms, against the same terms as text.
-#include "physics/function_terms.hpp"
+#include "physics/program_functions.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // tests/physics/initial_spectra.hpp: starts of rods and beads.
 #pragma once
 #include "model/start.hpp"
-#include "physics/linear_theory.hpp"
+#include "physics/integrated.hpp"
 #include "physics/rod_bead_model.hpp"
 
 namespace drover::physics {

@@ -1,5 +1,5 @@
 // tests/physics/model.cpp: the linear theory of the rod model against closed forms.
-#include "physics/linear_theory.hpp"
+#include "physics/integrated.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 #include "numerics/solvers/fastest_growth.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "structure.hpp"
+#include "whole_rate.hpp"
 
 namespace drover::physics::model_tests {
 namespace {

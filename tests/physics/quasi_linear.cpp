@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "physics/rod_bead_model.hpp"
-#include "physics/whole_rate.hpp"
 #include "solver_support.hpp"
 #include "text_terms.hpp"
 
@@ -20,7 +19,7 @@ Spectra rate_of(const Model& model, const numerics::Grid& grid, const Spectra& s
     Threads threads(1);
     model::Integrated what = integrated(model, {});
     what.long_waves = long_waves;
-    return WholeRate(model::system_of(what, grid, threads))(0.3, state);
+    return numerics::WholeRate(model::system_of(what, grid, threads))(0.3, state);
 }
 
 /// A polar order without rods as a field.

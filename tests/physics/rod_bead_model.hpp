@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "drover/numerics/layout.hpp"
-#include "physics/check.hpp"
+#include "physics/compiled_terms.hpp"
 #include "physics/equations.hpp"
 
 namespace drover::physics {

@@ -11,8 +11,8 @@
 #include "drover/numerics/transform.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
-#include "physics/linear_theory.hpp"
 #include "physics/rod_bead_model.hpp"
+#include "whole_rate.hpp"
 
 namespace drover::physics::stationary_spectrum_tests {
 namespace {

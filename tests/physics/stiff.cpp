@@ -43,7 +43,7 @@ numerics::Spectra developed(const Model& model, const numerics::System& system, 
 /// Errors after 20 dt with steps of dt and of the two divisions given, beside a reference of the fourth-order method.
 void expect_order(const Model& model, double dt, int division, int reference_division) {
     Threads threads(1);
-    const WholeRate whole(Equations(model), grid, physics::mean_densities(model), threads);
+    const numerics::WholeRate whole = whole_rate(Equations(model), grid, physics::mean_densities(model), threads);
     const numerics::Spectra start = developed(model, whole.system, dt),
                             reference = evolved(whole.system, "etdrk4", dt / reference_division,
                                                 20 * reference_division, start);

@@ -6,7 +6,7 @@
 
 #include "drover/theory/theory.hpp"
 #include "numerics/fields/wavenumbers.hpp"
-#include "physics/linear_theory.hpp"
+#include "physics/integrated.hpp"
 #include "uniform_points.hpp"
 
 namespace drover::physics {

@@ -55,7 +55,7 @@ void balance(const Equations& e, UniformPoint& point) {
 double difference(const Equations& e, UniformPoint point, const Densities& about, int kx, int ky, Threads& threads) {
     if (physics::form(e.model).bead_density < 0)
         point.bead_density = uniform_of(e.model).bead_density;  // not a field: the mass that moves is the scene's
-    WholeRate rate(e, grid, about, threads);
+    numerics::WholeRate rate = whole_rate(e, grid, about, threads);
     const std::size_t row = static_cast<std::size_t>((ky + grid.ny) % grid.ny),
                       mode = row * numerics::columns(grid) + static_cast<std::size_t>(kx);
     const numerics::Wavevector q = numerics::wavevector(grid, static_cast<std::size_t>(kx), row);
@@ -104,7 +104,8 @@ int compare_each_alone(int trials) {
             // The terms of the model file are tested in the forms without texts.
             if (!all.model.text_terms.empty() && !term.starts_with("terms[")) continue;
             // A slaved velocity is the balance of all forces; a term by itself has none.
-            const Equations alone = physics::form(all.model).velocity == Velocity::slaved ? all : all.only({term});
+            const bool is_slaved = physics::form(all.model).velocity == Velocity::slaved;
+            const Equations alone(is_slaved ? all.model : with_one_term(all.model, term));
             Numbers numbers(17 + static_cast<std::uint64_t>(checked));
             for (int trial = 0; trial < trials; ++trial) {
                 UniformPoint point = random_point(numbers);
@@ -157,7 +158,7 @@ TEST(Terms, the_linear_part_about_the_reference_leaves_no_linear_remainder_there
         model.force.kind = "none";  // else beads at rest are no balance
         const Equations e(model);
         const Densities about{1.15, 0.85};
-        WholeRate rate(e, grid, about, threads);
+        numerics::WholeRate rate = whole_rate(e, grid, about, threads);
         const UniformPoint rest = at_rest(about);
         constexpr double step = 1e-5;
         numerics::Spectra state = uniform_state(physics::form(e.model), grid, rest), found(grid, state.count());

@@ -13,7 +13,7 @@ constexpr numerics::Grid grid{8, 8, 5.0, 5.0};
 /// The largest rate of the solver's own equations in a uniform state, whatever the form.
 double largest_rate(const Equations& e, const UniformPoint& point) {
     Threads threads(1);
-    WholeRate rate(e, grid, {point.bead_density, point.rod_density}, threads);
+    numerics::WholeRate rate = whole_rate(e, grid, {point.bead_density, point.rod_density}, threads);
     numerics::Spectra state(grid, numerics::components(layout(physics::form(e.model))));
     const auto put = [&](int component, double value) {
         if (component >= 0) state[component][0] = value;
