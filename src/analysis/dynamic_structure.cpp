@@ -87,7 +87,7 @@ double power_of(const model::Symbol& matrix, const Component& component, double 
 
 DynamicStructure dynamic_structure(const io::Scene& scene, const Means& means, const std::string& name,
                                    const std::vector<numerics::Wavevector>& waves,
-                                   const std::vector<double>& frequencies) {
+                                   const std::vector<double>& frequencies, double interval) {
     const model::Equations equations = run::equations_of(scene);
     const Component component = component_of(equations.model(), name);
     const AboutState about = about_state(scene, equations, means);
@@ -100,7 +100,7 @@ DynamicStructure dynamic_structure(const io::Scene& scene, const Means& means, c
         for (const double omega : frequencies)
             result.values.push_back(
                 grows ? std::numeric_limits<double>::quiet_NaN()
-                      : power_of(theory::dynamic_structure(*about.linear, q, omega), component, about.turn));
+                      : power_of(theory::sampled_structure(*about.linear, q, omega, interval), component, about.turn));
     }
     return result;
 }

@@ -11,6 +11,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
+#include "numerics/algebra/dense.hpp"
 
 namespace drover::calibrate {
 
@@ -83,18 +84,6 @@ Matrix residual(const PairSums& sums, const Matrix& propagator) {
     return sums.second - crossed - adjoint(crossed) + product(product(propagator, sums.first), adjoint(propagator));
 }
 
-/// exp(m): its series on a part of norm 1/2 at most, to rounding, then squared.  (That of Eigen takes a minute to
-/// compile.)
-Matrix exponential(const Matrix& m) {
-    const double norm = 2.0 * m.cwiseAbs().rowwise().sum().maxCoeff();
-    const int squarings = norm > 1.0 && std::isfinite(norm) ? static_cast<int>(std::ceil(std::log2(norm))) : 0;
-    const Matrix part = std::ldexp(1.0, -squarings) * m, one = Matrix::Identity(m.rows(), m.cols());
-    Matrix sum = one;
-    for (int k = 14; k > 0; --k) sum = one + product(part, sum) / k;
-    for (int k = 0; k < squarings; ++k) sum = product(sum, sum);
-    return sum;
-}
-
 /// exp(M s), and the covariance of the noise over s.
 struct Step {
     Matrix propagator, noise;
@@ -111,7 +100,7 @@ Step step_of(const Matrix& m, const Matrix& noise, double spacing) {
     block.topLeftCorner(n, n) = -part * m;
     block.topRightCorner(n, n) = part * noise;
     block.bottomRightCorner(n, n) = part * m.adjoint();
-    const Matrix grown = exponential(block);
+    const Matrix grown = numerics::exponential(block);
     Matrix propagator = grown.bottomRightCorner(n, n).adjoint();
     Matrix covariance = product(propagator, grown.topRightCorner(n, n));
     for (int k = 0; k < doublings; ++k) {
@@ -224,7 +213,7 @@ private:
             const Matrix noise = e.noise(wave.q)(wave.places, wave.places);
             return calibrate::step_of(m, noise / area_, spacing_);
         }
-        const Matrix propagator = exponential(spacing_ * m);
+        const Matrix propagator = numerics::exponential(spacing_ * m);
         return {.propagator = propagator, .noise = residual(wave.all, propagator) / wave.all.pairs};
     }
 

@@ -42,15 +42,17 @@ Source source_of(const files::ArchiveReader& archive, const std::string& name) {
                   .x = archive.read("/x").values,
                   .y = archive.read("/y").values,
                   .times = archive.read("/time").values};
+    const auto add = [&](const std::string& column) {
+        source.columns.push_back({column, archive.text_attribute("/" + column, "units")});
+    };
     const model::Equations equations = scene.kind == SceneKind::model ? model::Equations(model_of(scene.declared))
                                                                       : physics::Equations(scene.model).solver();
-    for (const model::StateComponent& one : model::components_of_state(equations))
-        source.columns.push_back({one.name, one.unit});
+    for (const model::StateComponent& one : model::components_of_state(equations)) add(one.name);
     if (scene.kind == SceneKind::model) return source;
     for (const char* slaved : {"bead_velocity_x", "bead_velocity_y"})
         if (archive.has(std::string("/") + slaved) && std::none_of(source.columns.begin(), source.columns.end(),
                                                                    [&](const Column& c) { return c.name == slaved; }))
-            source.columns.push_back({slaved, "mm s-1"});
+            add(slaved);
     return source;
 }
 
@@ -96,7 +98,10 @@ std::string vtk_text(const Source& source, std::size_t frame) {
 }
 
 std::string csv_head(const Source& source) {
-    std::string out = "time [s],x [mm],y [mm]";
+    std::string out;
+    for (const char* axis : {"time", "x", "y"})
+        out += text("{}{} [{}]", out.empty() ? "" : ",", axis,
+                    source.archive.text_attribute(std::string("/") + axis, "units"));
     for (const Column& column : source.columns) out += text(",{} [{}]", column.name, column.unit);
     return out + "\n";
 }

@@ -185,15 +185,17 @@ void bind_theory(py::module_& module) {
     module.def(
         "dynamic_structure",
         [](const io::Scene& scene, const std::map<std::string, double>& means, const std::string& component,
-           const std::vector<std::pair<double, double>>& waves, const std::vector<double>& frequencies) {
+           const std::vector<std::pair<double, double>>& waves, const std::vector<double>& frequencies,
+           double interval) {
             std::vector<numerics::Wavevector> at;
             for (const auto& [x, y] : waves) at.push_back({x, y});
-            const analysis::DynamicStructure found =
-                interruptibly([&] { return analysis::dynamic_structure(scene, means, component, at, frequencies); });
+            const analysis::DynamicStructure found = interruptibly(
+                [&] { return analysis::dynamic_structure(scene, means, component, at, frequencies, interval); });
             const std::size_t rows = frequencies.empty() ? 0 : found.values.size() / frequencies.size();
             return py::make_tuple(found.state, array_of(found.values, {rows, frequencies.size()}), found.why_none);
         },
-        py::arg("scene"), py::arg("means"), py::arg("component"), py::arg("waves"), py::arg("frequencies"));
+        py::arg("scene"), py::arg("means"), py::arg("component"), py::arg("waves"), py::arg("frequencies"),
+        py::arg("interval"));
     module.def(
         "boundary",
         [](const io::Scene& scene, int threads, const std::string& collected) {

@@ -241,6 +241,14 @@ std::string report_text(const Report& report) {
              row.estimates.front().autocorrelation_time > slowest->estimates.front().autocorrelation_time))
             slowest = &row;
     if (slowest != nullptr) out += "\nnote: " + slowest->name + ": " + slowest->estimates.front().refusal + "\n";
+    std::string told = slowest != nullptr ? slowest->estimates.front().refusal : "";
+    for (const measure::SummaryRow& row : summary.rows) {
+        const std::string& refusal = row.estimates.front().refusal;
+        if (!row.axes.empty() || std::isfinite(row.estimates.front().mean) || refusal.empty() || refusal == told)
+            continue;
+        out += "note: " + row.name + ": " + refusal + "\n";
+        told = refusal;  // rows with the same reason follow each other
+    }
     return out;
 }
 

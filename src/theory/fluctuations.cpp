@@ -51,6 +51,11 @@ Covariance covariance(const model::LinearisedAt& at, const Wavevector& q) {
         return {.matrix = {},
                 .why_none = text("the noise \"{}\" depends on position or time, so that no uniform state has it",
                                  placed->text)};
+    if (q.x == 0.0 && q.y == 0.0) {
+        const model::Symbol noise = at.noise(q), conserved = conserved_means(at).cast<Complex>();
+        if ((conserved * noise * conserved.adjoint()).norm() > 1e-12 * noise.norm() * conserved.squaredNorm())
+            return {.matrix = {}, .why_none = "no stationary state: noise drives a mean that the equations conserve"};
+    }
     Covariance result;
     const double largest = solve_covariance(at, q, result.matrix);
     // Close to 0 the sign of the rate is not certain.
@@ -69,6 +74,16 @@ model::Symbol dynamic_structure(const model::LinearisedAt& at, const Wavevector&
         fail_run("{} has the frequency {} and does not decay: its spectrum is not finite", mode_text(q), omega);
     const model::Symbol response = at.all_components(q) * inverse;
     return response * at.noise(q) * response.adjoint();
+}
+
+model::Symbol sampled_structure(const model::LinearisedAt& at, const Wavevector& q, double omega, double interval) {
+    const model::Symbol all = at.all_components(q);
+    model::Symbol s;
+    if (!(solve_covariance(at, q, s) < 0.0))
+        return model::Symbol::Constant(all.rows(), all.rows(), std::numeric_limits<double>::quiet_NaN());
+    const model::Symbol step = numerics::exponential(interval * at.symbol(q)) * std::polar(1.0, omega * interval);
+    const model::Symbol after = numerics::inverse(model::Symbol::Identity(s.rows(), s.cols()) - step) * s;
+    return interval * (all * (after + after.adjoint() - s) * all.adjoint());
 }
 
 std::vector<std::string> part_names(const model::Equations& equations) {

@@ -32,13 +32,7 @@ Modes sorted_modes(const model::Symbol& m) {
 
 /// Uniform changes that leave the conserved means: the symbol at q = 0 maps them into themselves.
 Modes uniform_modes(const model::LinearisedAt& at) {
-    const Eigen::MatrixXd of_rates = conserved_means(at.equations());
-    // Equations of rates alone may be taken with some fields in balance.
-    std::vector<Eigen::Index> places;
-    const std::vector<int>&with_rate = at.equations().state_components(), &state = at.state_components();
-    for (std::size_t k = 0; k < with_rate.size(); ++k)
-        if (std::count(state.begin(), state.end(), with_rate[k]) > 0) places.push_back(static_cast<Eigen::Index>(k));
-    const Eigen::MatrixXd conserved = of_rates(Eigen::all, places);
+    const Eigen::MatrixXd conserved = conserved_means(at);
     const Eigen::Index n = conserved.cols(), free = n - conserved.rows();
     if (free == 0) return {.rates = Eigen::VectorXcd(0), .shapes = model::Symbol(n, 0), .duals = model::Symbol(0, n)};
     Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(n, n);
@@ -47,6 +41,15 @@ Modes uniform_modes(const model::LinearisedAt& at) {
     return {.rates = inside.rates, .shapes = basis * inside.shapes, .duals = inside.duals * basis.transpose()};
 }
 }  // namespace
+
+Eigen::MatrixXd conserved_means(const model::LinearisedAt& at) {
+    // Equations of rates alone may be taken with some fields in balance.
+    std::vector<Eigen::Index> places;
+    const std::vector<int>&with_rate = at.equations().state_components(), &state = at.state_components();
+    for (std::size_t k = 0; k < with_rate.size(); ++k)
+        if (std::count(state.begin(), state.end(), with_rate[k]) > 0) places.push_back(static_cast<Eigen::Index>(k));
+    return conserved_means(at.equations())(Eigen::all, places);
+}
 
 Modes modes(const model::LinearisedAt& at, const Wavevector& q) {
     return q.x == 0.0 && q.y == 0.0 ? uniform_modes(at) : sorted_modes(at.symbol(q));

@@ -36,6 +36,8 @@ struct StationaryStates {
 /// Declared as conserved or not: the sum of two densities that turn into each other counts as well.  Throws an input
 /// Error if the rates are not finite about the references.
 Eigen::MatrixXd conserved_means(const model::Equations& equations);
+/// The same over the components of the symbols of `at`.
+Eigen::MatrixXd conserved_means(const model::LinearisedAt& at);
 
 /// The uniform stationary states with conserved means as in the state of the references.  All other components are
 /// unknowns: Newton's method, also with deflation of the states that are known, from a fixed set of starting points
@@ -150,6 +152,11 @@ double solve_covariance(const model::LinearisedAt& at, const numerics::Wavevecto
 /// S(q, omega) = (-i omega - m)^-1 noise (-i omega - m)^-H of all components; its integral over omega/(2 pi) is S(q).
 /// Throws a run Error where a mode has the rate -i omega.
 model::Symbol dynamic_structure(const model::LinearisedAt& at, const numerics::Wavevector& q, double omega);
+
+/// The same of samples at intervals [s]: interval * sum over n of C(n interval) exp(i omega n interval), C(t) the
+/// correlation of two times; the sum of S(q, omega + 2 pi k/interval) over k.  NaN where not all modes decay.
+model::Symbol sampled_structure(const model::LinearisedAt& at, const numerics::Wavevector& q, double omega,
+                                double interval);
 
 /// The names of the parts of LinearisedAt::along_and_across: "phi", "p_along", "p_across".
 std::vector<std::string> part_names(const model::Equations& equations);

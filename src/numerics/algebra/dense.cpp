@@ -18,6 +18,17 @@ MatrixXcd solution(const MatrixXcd& a, const MatrixXcd& b) { return a.partialPiv
 MatrixXd inverse(const MatrixXd& a) { return a.partialPivLu().inverse(); }
 MatrixXcd inverse(const MatrixXcd& a) { return a.partialPivLu().inverse(); }
 
+MatrixXcd exponential(const MatrixXcd& a) {
+    // 15 terms are exact to rounding where the norm is 1/2 at most.
+    const double norm = 2.0 * a.cwiseAbs().rowwise().sum().maxCoeff();
+    const int squarings = norm > 1.0 && std::isfinite(norm) ? static_cast<int>(std::ceil(std::log2(norm))) : 0;
+    const MatrixXcd part = std::ldexp(1.0, -squarings) * a, one = MatrixXcd::Identity(a.rows(), a.cols());
+    MatrixXcd sum = one;
+    for (int k = 14; k > 0; --k) sum = one + MatrixXcd(part.lazyProduct(sum)) / k;
+    for (int k = 0; k < squarings; ++k) sum = MatrixXcd(sum.lazyProduct(sum));
+    return sum;
+}
+
 MatrixXcd pivoted_inverse(const MatrixXcd& a) { return a.fullPivLu().inverse(); }
 bool is_invertible(const MatrixXcd& a) { return a.fullPivLu().isInvertible(); }
 

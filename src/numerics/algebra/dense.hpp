@@ -18,7 +18,10 @@ Eigen::MatrixXcd solution(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& a);
 Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& a);
 
-/// The same with full pivoting, for rows of very different size.
+/// exp(a), for a whose exponential is not far smaller than its norm: Taylor's series of a part, squared.
+Eigen::MatrixXcd exponential(const Eigen::MatrixXcd& a);
+
+/// An inverse with full pivoting, for rows of very different size.
 Eigen::MatrixXcd pivoted_inverse(const Eigen::MatrixXcd& a);
 bool is_invertible(const Eigen::MatrixXcd& a);
 

@@ -20,7 +20,8 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     into `segments` that overlap by half (Welch's method, windows of Hann); the standard error, `..._error`, is that of
     their scatter, and at least that of Gaussian noise, powers of which scatter by S.  Frequencies go to pi over the
     interval of the frames: faster waves appear at lower ones.
-    `..._linear` is the linear theory about the uniform state nearest to the frames, NaN where there is none.
+    `..._linear` is the linear theory of frames at this interval, about the uniform state nearest to them; NaN where
+    there is none.
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 200.0},
@@ -53,13 +54,13 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     wavenumber = 2.0 * numpy.pi / side * numpy.arange(1, modes + 1)
     found = dataset(run.frames[field], wavenumber, frequency, powers, run.scene)
     name = f"dynamic_structure_factor_{field}"
-    values, words = predicted(run, field, along, wavenumber, frequency, frames)
+    values, words = predicted(run, field, along, wavenumber, frequency, frames, interval)
     found[f"{name}_linear"] = found[name].dims, values, about(f"{name}_linear", found[name].units, words)
     return found
 
 
-def predicted(run, field, along, wavenumber, frequency, frames):
-    """S(q, omega) of the linear theory, and about which state it is, or why it is NaN."""
+def predicted(run, field, along, wavenumber, frequency, frames, interval):
+    """S(q, omega) of the linear theory of frames at an interval [s], and about which state it is, or why it is NaN."""
     from drover import _drover
     from drover.locks import hdf5
     nothing = numpy.full((len(wavenumber), len(frequency)), numpy.nan)
@@ -70,12 +71,13 @@ def predicted(run, field, along, wavenumber, frequency, frames):
     try:
         with hdf5():
             state, values, why_none = _drover.dynamic_structure(
-                _drover.Scene.parse(run.attributes["scene"], run.path.name, []), means, field, waves, frequency)
+                _drover.Scene.parse(run.attributes["scene"], run.path.name, []), means, field, waves, frequency,
+                float(interval))
     except Error as error:  # such as a term that is a function of Python, which an archive does not hold
         return nothing, f"no linear theory: {error}"
     if why_none:
         return nothing, f"no linear theory: {why_none}"
-    return values, f"S(q, omega) of the linear theory about the state \"{state}\""
+    return values, f"S(q, omega) of the linear theory about the state \"{state}\", of frames {interval:g} s apart"
 
 
 def frames_on_schedule(run, begin):
