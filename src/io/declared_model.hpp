@@ -26,6 +26,8 @@ struct DeclaredField {
     std::string reference = "0";
     std::string noise = "0";
     bool conserved_noise = false;
+
+    static Rows<DeclaredField> rows();
 };
 
 /// One [[white_noise]].
@@ -34,6 +36,8 @@ struct DeclaredNoise {
     std::string rank = "scalar";
     int spin = -1;  ///< of any rank; -1: that of `rank`
     std::string parity = "even";
+
+    static Rows<DeclaredNoise> rows();
 };
 
 /// One [[tabulated]]: a coefficient that is a smooth function of one or two scalars, by its values on a mesh.
@@ -43,6 +47,8 @@ struct DeclaredTable {
     std::vector<double> first, second;
     std::vector<double> values;  ///< of each of `first`, for each of `second`, which is the faster one
     std::string outside = "refuse";
+
+    static Rows<DeclaredTable> rows();
 };
 
 /// Everything as written, with its places.
@@ -67,12 +73,3 @@ struct DeclaredModel {
 model::Model model_of(const DeclaredModel& declared);
 
 }  // namespace drover::io
-
-namespace drover {
-template <>
-const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>();
-template <>
-const std::vector<Row<io::DeclaredNoise>>& schema<io::DeclaredNoise>();
-template <>
-const std::vector<Row<io::DeclaredTable>>& schema<io::DeclaredTable>();
-}  // namespace drover

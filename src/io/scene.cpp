@@ -342,19 +342,13 @@ std::string unit_of(SceneKind kind, const std::string& key) {
     return "1";
 }
 
-}  // namespace drover::io
-
-namespace drover {
-
-template <>
-const std::vector<Row<io::Approximation>>& schema<io::Approximation>() {
-    static const std::vector<Row<io::Approximation>> rows{
-        {"quasi_linear", &io::Approximation::quasi_linear,
+Rows<Approximation> Approximation::rows() {
+    return Rows<Approximation>{
+        {"quasi_linear", &Approximation::quasi_linear,
          "short waves act on the long ones and these on them, and not short waves on each other"},
-        {"quasi_linear_above", &io::Approximation::quasi_linear_above,
+        {"quasi_linear_above", &Approximation::quasi_linear_above,
          "with quasi_linear: the largest |q| of a long wave; 0: only the means are long", "1/mm", not_negative},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::io

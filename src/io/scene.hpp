@@ -27,6 +27,8 @@ struct TimeControl {
     double max_error = 0.01;         ///< estimated error of the fields above which a run warns; 0: no estimate
     std::string chosen;              ///< written by drover: what chose dt: "fields", "means", "linear"; "": given
     std::string pilot;               ///< written by drover: the error and the pilot runs that chose dt
+
+    static Rows<TimeControl> rows();
 };
 
 inline constexpr double dt_of_particles = 2e-5;
@@ -38,29 +40,39 @@ struct Output {
     double sample_every = 0.1;        ///< time between samples of the observables [s]
     double checkpoint_minutes = 5.0;  ///< wall time between checkpoints
     bool powers = false;              ///< samples include the energy and the power of each term
+
+    static Rows<Output> rows();
 };
 
 /// Time averages.
 struct Analysis {
     double warm_up = -1.0;  ///< time omitted at the start [s]; -1: estimated from the series
+
+    static Rows<Analysis> rows();
 };
 
 /// What the equations leave out.
 struct Approximation {
     bool quasi_linear = false;        ///< short waves meet the long ones, and not each other
     double quasi_linear_above = 0.0;  ///< the largest |q| of a long wave [1/mm]; 0: only the means are long
+
+    static Rows<Approximation> rows();
 };
 
 /// The errors of the results of a run.
 struct Accuracy {
     double effort = 0.05;  ///< of the work of a run, to measure what the time step makes wrong; 0: no biases
     bool biases = true;    ///< whether those of the results are measured; not in runs that have none
+
+    static Rows<Accuracy> rows();
 };
 
 /// Seed and threads.
 struct RunControl {
     std::int64_t seed = 1;
     int threads = 0;  ///< 0: the available cores, capped where more would be slower
+
+    static Rows<RunControl> rows();
 };
 
 /// Many runs of one scene.
@@ -74,6 +86,8 @@ struct SweepPlan {
     int refine_levels = 3;            ///< times that a cell is halved at most
     std::string keep = "archives";    ///< archives, table
     int workers = 0;                  ///< 0: the cores the process may use
+
+    static Rows<SweepPlan> rows();
 };
 
 /// Input of drover stability.
@@ -84,6 +98,8 @@ struct StabilityPlan {
     double max_wavenumber = 0.0;  ///< |q| [1/mm]; 0: the largest of the grid
     double sound = 0.0;           ///< |q| of the dynamic structure factor [1/mm]; 0: the smallest of the cell
     int frequencies = 241;        ///< of the dynamic structure factor
+
+    static Rows<StabilityPlan> rows();
 };
 
 /// Input of drover boundary.
@@ -96,6 +112,8 @@ struct BoundaryPlan {
     int cells = 64;                        ///< islands wider than 1/cells of the plane are found
     double chord = 1e-4;                   ///< distance between line and polyline, relative to the plane
     int map = 96;                          ///< cells along each side of the map of states; 0: no map
+
+    static Rows<BoundaryPlan> rows();
 };
 
 /// Input of drover calibrate.
@@ -110,6 +128,8 @@ struct CalibrationPlan {
     double max_failed = 0.1;                  ///< fraction of the trials that may fail
     int single_rods = 1;                      ///< rods in the cell of an assay of single rods
     int workers = 0;                          ///< 0: the cores the process may use
+
+    static Rows<CalibrationPlan> rows();
 };
 
 /// A table of coefficients that replaces numbers of the model.
@@ -121,6 +141,8 @@ struct CalibratedPlan {
     std::string outside = "refuse";        ///< refuse or hold: behaviour beyond the table
     std::vector<std::string> filled;       ///< written by drover: "drag.coefficient: measured, 3.1 +- 0.2"
     std::vector<std::string> expected;     ///< written by drover: mean-field predictions of the table
+
+    static Rows<CalibratedPlan> rows();
 };
 
 /// A scene with a section of particles ([cell], [plates], [beads], [rods], ...) is a scene of particles, one that
@@ -225,30 +247,3 @@ std::vector<SectionDescription> scene_schema(SceneKind kind);
 std::string unit_of(SceneKind kind, const std::string& key);
 
 }  // namespace drover::io
-
-namespace drover {
-template <>
-const std::vector<Row<io::TimeControl>>& schema<io::TimeControl>();
-template <>
-const std::vector<Row<io::Output>>& schema<io::Output>();
-template <>
-const std::vector<Row<io::Analysis>>& schema<io::Analysis>();
-template <>
-const std::vector<Row<io::Approximation>>& schema<io::Approximation>();
-template <>
-const std::vector<Row<io::Accuracy>>& schema<io::Accuracy>();
-template <>
-const std::vector<Row<io::RunControl>>& schema<io::RunControl>();
-template <>
-const std::vector<Row<io::Units>>& schema<io::Units>();
-template <>
-const std::vector<Row<io::SweepPlan>>& schema<io::SweepPlan>();
-template <>
-const std::vector<Row<io::StabilityPlan>>& schema<io::StabilityPlan>();
-template <>
-const std::vector<Row<io::BoundaryPlan>>& schema<io::BoundaryPlan>();
-template <>
-const std::vector<Row<io::CalibratedPlan>>& schema<io::CalibratedPlan>();
-template <>
-const std::vector<Row<io::CalibrationPlan>>& schema<io::CalibrationPlan>();
-}  // namespace drover

@@ -96,14 +96,9 @@ void fill_from_table(Scene& scene) {
     }
 }
 
-}  // namespace drover::io
-
-namespace drover {
-
-template <>
-const std::vector<Row<io::CalibratedPlan>>& schema<io::CalibratedPlan>() {
-    using Plan = io::CalibratedPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<CalibratedPlan> CalibratedPlan::rows() {
+    using Plan = CalibratedPlan;
+    return Rows<CalibratedPlan>{
         {"table", &Plan::table,
          "a file that drover calibrate made, beside the scene or where drover runs: it gives the numbers of the "
          "model that the scene leaves out"},
@@ -128,7 +123,6 @@ const std::vector<Row<io::CalibratedPlan>>& schema<io::CalibratedPlan>() {
          "written by drover: what came from the table, its origin and its error; leave it out"},
         {"expected", &Plan::expected, "written by drover: what the mean field of the table expects; leave it out"},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::io

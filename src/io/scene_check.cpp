@@ -190,19 +190,10 @@ void check(const Scene& scene) {
             "analysis.warm_up = {}; expected -1 (found from the series) or >= 0", scene.analysis.warm_up);
 }
 
-}  // namespace drover::io
-
-namespace drover {
-
-using namespace io;
-
-template <>
-const std::vector<Row<TimeControl>>& schema<TimeControl>() {
-    static const std::vector<Row<TimeControl>> rows = [] {
-        std::vector<std::string> steppers;
-        for (const numerics::TimeMethod& method : numerics::time_methods()) steppers.push_back(method.name);
-        return std::vector<Row<TimeControl>>{
-            {"dt", &TimeControl::dt,
+Rows<TimeControl> TimeControl::rows() {
+    std::vector<std::string> steppers;
+    for (const numerics::TimeMethod& method : numerics::time_methods()) steppers.push_back(method.name);
+    return {{"dt", &TimeControl::dt,
              "time step; linear terms and noise of fields are exact for any, products of fields are not; 0, or "
              "left out: drover run finds the step for which the error is below time.max_error; particles: the "
              "default is 2e-5 s",
@@ -231,13 +222,10 @@ const std::vector<Row<TimeControl>>& schema<TimeControl>() {
              any_number,
              {"", "fields", "means", "linear"}},
             {"pilot", &TimeControl::pilot, "written by drover: the error and the pilot runs from which dt was chosen"}};
-    }();
-    return rows;
 }
 
-template <>
-const std::vector<Row<Output>>& schema<Output>() {
-    static const std::vector<Row<Output>> rows{
+Rows<Output> Output::rows() {
+    return Rows<Output>{
         {"file", &Output::file, "the archive (HDF5); empty: the scene's name with .h5, in the working folder"},
         {"frame_every", &Output::frame_every,
          "time between frames of all fields or bodies, an integer number of steps; 0: the first and the last only", "s",
@@ -250,34 +238,28 @@ const std::vector<Row<Output>>& schema<Output>() {
          "samples include the energies of fields, the integrals of m F^2/2, and the power of each term; costs "
          "one right-hand side per term and sample; fields only"},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<Analysis>>& schema<Analysis>() {
-    static const std::vector<Row<Analysis>> rows{
+Rows<Analysis> Analysis::rows() {
+    return Rows<Analysis>{
         {"warm_up", &Analysis::warm_up,
          "time omitted from means at the start; -1, or time.end and above: estimated from the series", "s",
          at_least(-1.0)},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<Units>>& schema<Units>() {
-    static const std::vector<Row<Units>> rows{
+Rows<Units> Units::rows() {
+    return Rows<Units>{
         {"length", &Units::length,
          "what archives, tables and figures call the unit of length of the scene; none: numbers without a unit. "
          "All three are names alone: nothing is converted, and messages say mm, s and mg"},
         {"time", &Units::time, "the same for the unit of time"},
         {"mass", &Units::mass, "the same for the unit of mass"},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<Accuracy>>& schema<Accuracy>() {
-    static const std::vector<Row<Accuracy>> rows{
+Rows<Accuracy> Accuracy::rows() {
+    return Rows<Accuracy>{
         {"effort", &Accuracy::effort,
          "part of the work of the run, as counted, that may be spent on what the time step makes wrong (twice as "
          "much up to 3.3 s of it, falling to it at 10 s): on the error of the fields and on the bias of each "
@@ -286,12 +268,10 @@ const std::vector<Row<Accuracy>>& schema<Accuracy>() {
          "for the error of the fields",
          "", within(0.0, 10.0)},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<RunControl>>& schema<RunControl>() {
-    static const std::vector<Row<RunControl>> rows{
+Rows<RunControl> RunControl::rows() {
+    return Rows<RunControl>{
         {"seed", &RunControl::seed, "seed of all random numbers; the same seed gives the same bytes", "",
          within(0, 9.2e18)},
         {"threads", &RunControl::threads,
@@ -299,12 +279,10 @@ const std::vector<Row<RunControl>>& schema<RunControl>() {
          "too few; results are bitwise identical for any number",
          "", within(0, 1024)},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
-    static const std::vector<Row<SweepPlan>> rows{
+Rows<SweepPlan> SweepPlan::rows() {
+    return Rows<SweepPlan>{
         {"vary", &SweepPlan::vary,
          "keys and their values, \"relaxation.rate = 0.5, 1, 2\" or, in 11 equal steps, \"relaxation.rate = "
          "0.5:2:11\"; "
@@ -338,12 +316,10 @@ const std::vector<Row<SweepPlan>>& schema<SweepPlan>() {
          {"archives", "table"}},
         {"workers", &SweepPlan::workers, "parallel runs; 0: the available cores", "", within(0, 1024)},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<StabilityPlan>>& schema<StabilityPlan>() {
-    static const std::vector<Row<StabilityPlan>> rows{
+Rows<StabilityPlan> StabilityPlan::rows() {
+    return Rows<StabilityPlan>{
         {"wavenumbers", &StabilityPlan::wavenumbers, "wavenumbers of the map, logarithmically spaced", "",
          within(8, 4096)},
         {"angles", &StabilityPlan::angles,
@@ -359,16 +335,14 @@ const std::vector<Row<StabilityPlan>>& schema<StabilityPlan>() {
         {"frequencies", &StabilityPlan::frequencies, "number of frequencies of the dynamic structure factor", "",
          within(3, 100001)},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
+Rows<BoundaryPlan> BoundaryPlan::rows() {
     constexpr const char* axis =
         "a number of the model and its range, \"driving.strength = 0.5:2\"; or an area fraction, "
         "\"bead_area_fraction = 0.2:0.7\" or \"rod_area_fraction = 0.02:0.2\", by uniform.bead_area and "
         "uniform.rod_area; in a model of its own a coefficient, \"coefficients.a = 0.5:2\"";
-    static const std::vector<Row<BoundaryPlan>> rows{
+    return Rows<BoundaryPlan>{
         {"x", &BoundaryPlan::x, axis},
         {"y", &BoundaryPlan::y, axis},
         {"lines",
@@ -399,17 +373,13 @@ const std::vector<Row<BoundaryPlan>>& schema<BoundaryPlan>() {
         {"map", &BoundaryPlan::map, "points along each side of the map of stable states; 0: no map", "",
          within(0, 4096)},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<CalibrationPlan>>& schema<CalibrationPlan>() {
+Rows<CalibrationPlan> CalibrationPlan::rows() {
     constexpr Range fraction{.min = 0.0, .max = 0.95, .min_open = true};
-    static const std::vector<Row<CalibrationPlan>> rows = [&] {
-        std::vector<std::string> names;
-        for (const calibrate::Assay& assay : calibrate::make_assays()) names.push_back(assay.name);
-        return std::vector<Row<CalibrationPlan>>{
-            {"bead_area_fractions", &CalibrationPlan::bead_area_fractions,
+    std::vector<std::string> names;
+    for (const calibrate::Assay& assay : calibrate::make_assays()) names.push_back(assay.name);
+    return {{"bead_area_fractions", &CalibrationPlan::bead_area_fractions,
              "Phi_b, ascending: replaces beads.area_fraction; every assay runs at each value", "", fraction},
             {"rod_area_fractions", &CalibrationPlan::rod_area_fractions,
              "Phi_r, ascending: replaces rods.area_fraction for drag, which depends on it", "", fraction},
@@ -435,8 +405,6 @@ const std::vector<Row<CalibrationPlan>>& schema<CalibrationPlan>() {
              within(1, 10000)},
             {"workers", &CalibrationPlan::workers,
              "parallel trials; 0: the available cores; the table is the same for any number", "", within(0, 1024)}};
-    }();
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::io

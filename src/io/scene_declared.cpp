@@ -368,14 +368,8 @@ std::vector<Description> model_rows() {
                  "of modes per area, so it depends on the grid: drover explain prints both"}};
 }
 
-}  // namespace drover::io
-
-namespace drover {
-
-template <>
-const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>() {
-    using io::DeclaredField;
-    static const std::vector<Row<DeclaredField>> rows{
+Rows<DeclaredField> DeclaredField::rows() {
+    return Rows<DeclaredField>{
         {"symbol", &DeclaredField::symbol, "its name in equations: \"phi\""},
         {"name", &DeclaredField::name, "its name in figures and archives: \"rod_density\"; empty: the symbol"},
         {"rank",
@@ -414,13 +408,10 @@ const std::vector<Row<io::DeclaredField>>& schema<io::DeclaredField>() {
         {"conserved_noise", &DeclaredField::conserved_noise,
          "the noise is the divergence of a random flux: D q^2 in place of D"},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<io::DeclaredNoise>>& schema<io::DeclaredNoise>() {
-    using io::DeclaredNoise;
-    static const std::vector<Row<DeclaredNoise>> rows{
+Rows<DeclaredNoise> DeclaredNoise::rows() {
+    return Rows<DeclaredNoise>{
         {"symbol", &DeclaredNoise::symbol,
          "its name in equations: \"xi\" of unit strength, <xi xi> = delta(r - r') delta(t - t') for each "
          "component; equations that have it are driven by the same noise"},
@@ -438,13 +429,10 @@ const std::vector<Row<io::DeclaredNoise>>& schema<io::DeclaredNoise>() {
          any_number,
          {"even", "odd"}},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<io::DeclaredTable>>& schema<io::DeclaredTable>() {
-    using io::DeclaredTable;
-    static const std::vector<Row<DeclaredTable>> rows{
+Rows<DeclaredTable> DeclaredTable::rows() {
+    return Rows<DeclaredTable>{
         {"symbol", &DeclaredTable::symbol,
          "its name in equations: a coefficient that is a smooth function of one or two scalars"},
         {"of", &DeclaredTable::of, "the scalars, as formulas of the fields: [\"rho\"], [\"rho\", \"sigma\"]"},
@@ -459,7 +447,6 @@ const std::vector<Row<io::DeclaredTable>>& schema<io::DeclaredTable>() {
          any_number,
          {"refuse", "hold"}},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::io

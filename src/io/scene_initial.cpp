@@ -134,33 +134,3 @@ void check_noise_of_start(const model::Start& start, const model::Equations& equ
 }
 
 }  // namespace drover::io
-
-namespace drover {
-
-template <>
-const std::vector<Row<model::Start>>& schema<model::Start>() {
-    using model::Start;
-    static const std::vector<Row<Start>> rows{
-        {"kind",
-         &Start::kind,
-         "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary state of the linear "
-         "theory; formula: fields as formulas in x, y, lx and ly; file: a frame of an archive, by its Fourier "
-         "modes "
-         "where the grid has other points",
-         "",
-         any_number,
-         {"uniform", "random", "mode", "stationary", "formula", "file"}},
-        {"amplitude", &Start::amplitude,
-         "random: standard deviation in each cell (formula: of added noise); mode: amplitude of the cosine",
-         "unit of the field", not_negative},
-        {"field", &Start::component, "mode: the field that is perturbed"},
-        {"mode_x", &Start::mode_x, "mode: wavelengths in the cell along x"},
-        {"mode_y", &Start::mode_y, "mode: wavelengths in the cell along y"},
-        {"phase", &Start::phase, "mode: phase of the cosine at the origin", "rad"},
-        {"file", &Start::file, "file: the archive, relative to the scene"},
-        {"frame", &Start::frame, "file: number of the frame from 0; -1 is the last", "", at_least(-1)},
-    };
-    return rows;
-}
-
-}  // namespace drover

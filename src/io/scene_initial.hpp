@@ -35,8 +35,3 @@ void check_unread(const model::Start& start, FormulasOf of, const LocationOf& at
 void check_noise_of_start(const model::Start& start, const model::Equations& equations, const LocationOf& at);
 
 }  // namespace drover::io
-
-namespace drover {
-template <>
-const std::vector<Row<model::Start>>& schema<model::Start>();
-}  // namespace drover

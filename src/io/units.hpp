@@ -1,12 +1,17 @@
 // io/units.hpp: names of units in results: drover computes in the numbers of a scene, whatever their units are called.
 #pragma once
 #include <string>
+#include <vector>
+
+#include "drover/base/schema.hpp"
 
 namespace drover::io {
 
 /// What results call the units of the scene; "none": numbers without a unit.
 struct Units {
     std::string length = "mm", time = "s", mass = "mg";
+
+    static Rows<Units> rows();
 };
 
 /// A unit of mm, s and mg with these names: "mm-2 s" with length "cm" is "cm-2 s", and with length "none" it is "s".

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "drover/base/schema.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/model/equations.hpp"
 
@@ -32,6 +33,8 @@ struct Start {
     std::map<std::string, Text> formulas = {};
     std::string file = {};  ///< of file: an archive
     int frame = -1;         ///< of file: -1 is the last
+
+    static Rows<Start> rows();
 };
 
 /// Throws an input Error, at the keys of [initial], for a component that the model does not have, a mode that the grid

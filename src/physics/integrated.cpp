@@ -169,15 +169,10 @@ std::string nonuniform_term(const Equations& equations) {
     return "";
 }
 
-}  // namespace drover::physics
-
-namespace drover {
-
-template <>
-const std::vector<Row<physics::Dealiasing>>& schema<physics::Dealiasing>() {
-    static const std::vector<Row<physics::Dealiasing>> rows{
+Rows<Dealiasing> Dealiasing::rows() {
+    return Rows<Dealiasing>{
         {"rule",
-         &physics::Dealiasing::rule,
+         &Dealiasing::rule,
          "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; "
          "two-thirds: "
          "|k| < N/3 for any d; none: |k| < N/2; outputs report the tail of the spectrum",
@@ -185,7 +180,6 @@ const std::vector<Row<physics::Dealiasing>>& schema<physics::Dealiasing>() {
          any_number,
          {"exact", "two-thirds", "none"}},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::physics

@@ -11,6 +11,8 @@ namespace drover::physics {
 /// Dealiasing of products.
 struct Dealiasing {
     std::string rule = "exact";  ///< exact: |k| < N/(degree + 1); two-thirds: |k| < N/3; none: |k| < N/2
+
+    static Rows<Dealiasing> rows();
 };
 
 /// The degree of products that determines which modes are kept; 1 if every term is linear.
@@ -26,8 +28,3 @@ model::Integrated integrated(const Equations& equations, const Densities& about,
 model::Integrated integrated(const ModelValues& model, const Dealiasing& dealiasing = {});
 
 }  // namespace drover::physics
-
-namespace drover {
-template <>
-const std::vector<Row<physics::Dealiasing>>& schema<physics::Dealiasing>();
-}  // namespace drover

@@ -14,11 +14,12 @@ struct Sample {
     std::string kind = "soft";
     std::vector<double> sizes;
     std::vector<std::string> words;
+
+    static Rows<Sample> rows();
 };
 
-template <>
-const std::vector<Row<Sample>>& schema<Sample>() {
-    static const std::vector<Row<Sample>> rows{
+Rows<Sample> Sample::rows() {
+    return Rows<Sample>{
         {"loud", &Sample::loud, "whether"},
         {"count", &Sample::count, "how many", "", within(1, 9)},
         {"rate", &Sample::rate, "how fast", "1/s", positive},
@@ -26,7 +27,6 @@ const std::vector<Row<Sample>>& schema<Sample>() {
         {"sizes", &Sample::sizes, "how large", "", not_negative},
         {"words", &Sample::words, "what"},
     };
-    return rows;
 }
 
 namespace {

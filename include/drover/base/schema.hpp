@@ -66,6 +66,9 @@ struct Row {
     std::vector<std::string> choices = {};  ///< of a word; empty: any
 };
 
+template <class Struct>
+using Rows = std::vector<Row<Struct>>;
+
 /// A row without its struct: for listings, help, and reading a value.
 struct Description {
     std::string name;
@@ -76,9 +79,12 @@ struct Description {
     std::string doc;
 };
 
-/// A struct with rows defines: template<> const std::vector<Row<T>>& schema<T>();
+/// The rows of a struct, which makes them in a static function.
 template <class Struct>
-const std::vector<Row<Struct>>& schema();
+const Rows<Struct>& schema() {
+    static const Rows<Struct> rows = Struct::rows();
+    return rows;
+}
 
 /// The value found, converted to the type of the description (an integer is a valid number) and checked against its
 /// range and choices.  Throws an input Error that names section.key, the value found and the value expected.

@@ -14,6 +14,8 @@ struct Cell {
     double radius = 25.0;            ///< of the circle; of the inner corners of the flower [mm]
     int petals = 8;                  ///< arcs of the flower
     double petal_radius = 12.0;      ///< of each arc, at least radius sin(pi/petals) [mm]
+
+    static Rows<Cell> rows();
 };
 
 inline bool is_periodic(const Cell& cell) { return cell.shape == "periodic"; }
@@ -24,10 +26,14 @@ struct Plates {
     double frequency = 200.0;  ///< f [1/s]
     double gap = 1.2;          ///< [mm]
     bool lid = true;
+
+    static Rows<Plates> rows();
 };
 
 struct Gravity {
     double x = 0.0, y = 0.0, z = -9810.0;  ///< acceleration [mm/s^2]
+
+    static Rows<Gravity> rows();
 };
 
 /// Beads: single spheres.
@@ -37,6 +43,8 @@ struct BeadSupply {
     std::vector<double> diameters{0.8};    ///< [mm]
     std::vector<double> proportions{1.0};  ///< of the diameters, by number
     double density = 2.7;                  ///< [mg/mm^3]
+
+    static Rows<BeadSupply> rows();
 };
 
 /// Rods: solids of equally spaced spheres on a line, tail to head; n points to the head.
@@ -48,6 +56,8 @@ struct RodSupply {
     std::vector<double> densities{8.7};  ///< of the rod, or where each sphere is the widest [mg/mm^3]
     double size_tolerance = 0.0;         ///< standard deviation of the relative size of rods
     std::string bearing = "hull";        ///< spheres that can touch a plate: those on the convex hull, or all
+
+    static Rows<RodSupply> rows();
 };
 
 /// Coefficients of normal restitution, 0 to 1, by kinds of bodies.
@@ -55,6 +65,8 @@ struct Restitution {
     double bead_bead = 0.3, rod_bead = 0.3, rod_rod = 0.3;
     double bead_plate = 0.3, rod_plate = 0.1;
     double bead_wall = 0.3, rod_wall = 0.3;
+
+    static Rows<Restitution> rows();
 };
 
 /// Coefficients of Coulomb friction, by kinds of bodies.
@@ -62,12 +74,16 @@ struct Friction {
     double bead_bead = 0.05, rod_bead = 0.05, rod_rod = 0.05;
     double bead_plate = 0.01, rod_plate = 0.03;
     double bead_wall = 0.01, rod_wall = 0.01;
+
+    static Rows<Friction> rows();
 };
 
 /// Noise of the rods: each time a sphere of a rod hits base or lid with normal approach speed v, omega_z += +-strength
 /// v.
 struct Kick {
     double strength = 0.015;  ///< epsilon [rad/mm]
+
+    static Rows<Kick> rows();
 };
 
 /// Forces on bodies besides gravity and contacts.
@@ -80,6 +96,8 @@ struct BodyForces {
     int held_waves = 0;  ///< 0: keep the mean velocity; k: keep the mode sin(2 pi k y/ly) of the flow
     double push = 0.0;   ///< amplitude of a force push sin(2 pi push_waves x/lx) along x on each bead [mg mm/s^2]
     int push_waves = 1;
+
+    static Rows<BodyForces> rows();
 };
 
 /// How contacts are resolved.
@@ -100,6 +118,8 @@ struct ContactControl {
     double tangential_stiffness_ratio = 2.0 / 7.0;  ///< of spring-dashpot contacts, to the normal one
     double skin = 0.25;                             ///< of the neighbour list [mm]
     double max_overlap = 0.02;                      ///< relative to a radius; a run with a larger overlap fails
+
+    static Rows<ContactControl> rows();
 };
 
 /// The bodies at the start.
@@ -107,6 +127,8 @@ struct Packing {
     std::string kind = "random";  ///< random, aligned (all rods along x), file
     std::string file;             ///< of kind "file": an H5MD file of the same bodies
     int frame = -1;               ///< frame of the file; -1: the last
+
+    static Rows<Packing> rows();
 };
 
 struct Setup {
@@ -127,28 +149,3 @@ struct Setup {
 void check(const Setup& setup, const LocationOf& place = no_location);
 
 }  // namespace drover::dem
-
-namespace drover {
-template <>
-const std::vector<Row<dem::Cell>>& schema<dem::Cell>();
-template <>
-const std::vector<Row<dem::Plates>>& schema<dem::Plates>();
-template <>
-const std::vector<Row<dem::Gravity>>& schema<dem::Gravity>();
-template <>
-const std::vector<Row<dem::BeadSupply>>& schema<dem::BeadSupply>();
-template <>
-const std::vector<Row<dem::RodSupply>>& schema<dem::RodSupply>();
-template <>
-const std::vector<Row<dem::Restitution>>& schema<dem::Restitution>();
-template <>
-const std::vector<Row<dem::Friction>>& schema<dem::Friction>();
-template <>
-const std::vector<Row<dem::Kick>>& schema<dem::Kick>();
-template <>
-const std::vector<Row<dem::BodyForces>>& schema<dem::BodyForces>();
-template <>
-const std::vector<Row<dem::ContactControl>>& schema<dem::ContactControl>();
-template <>
-const std::vector<Row<dem::Packing>>& schema<dem::Packing>();
-}  // namespace drover

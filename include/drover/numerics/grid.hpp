@@ -14,6 +14,8 @@ struct Grid {
     int ny = 256;      ///< points along y, even, >= 4; or 1: fields that do not depend on y
     double lx = 64.0;  ///< side along x [mm]
     double ly = 64.0;  ///< side along y [mm]
+
+    static Rows<Grid> rows();
 };
 
 struct Wavevector {
@@ -46,8 +48,3 @@ bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row);
 void check(const Grid& grid, const LocationOf& place = no_location);
 
 }  // namespace drover::numerics
-
-namespace drover {
-template <>
-const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>();
-}  // namespace drover

@@ -113,14 +113,9 @@ Assay alignment(const AlignmentPlan& plan) {
             .conclude = conclude};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::AlignmentPlan>>& schema<calibrate::AlignmentPlan>() {
-    using Plan = calibrate::AlignmentPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<AlignmentPlan> AlignmentPlan::rows() {
+    using Plan = AlignmentPlan;
+    return Rows<AlignmentPlan>{
         {"torques", &Plan::torques, "of the orienting field, ascending; for P from below .4 to .9", "mg mm^2/s^2",
          positive},
         {"warm_up", &Plan::warm_up, "once, without a field", "s", not_negative},
@@ -128,7 +123,6 @@ const std::vector<Row<calibrate::AlignmentPlan>>& schema<calibrate::AlignmentPla
         {"windows", &Plan::windows, "of equal length in that time", "", within(1, 1000)},
         {"frame", &Plan::frame, "between samples of P", "s", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

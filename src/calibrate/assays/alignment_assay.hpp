@@ -13,6 +13,8 @@ struct AlignmentPlan {
     double time = 4.0;     ///< in each field [s]
     int windows = 2;       ///< of equal length in that time
     double frame = 0.025;  ///< between samples of P [s]
+
+    static Rows<AlignmentPlan> rows();
 };
 
 /// Rate of relaxation at which c sigma is also reported [1/s].
@@ -33,8 +35,3 @@ inline constexpr double reference_rate = 0.1;
 Assay alignment(const AlignmentPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::AlignmentPlan>>& schema<calibrate::AlignmentPlan>();
-}  // namespace drover

@@ -137,14 +137,9 @@ Assay damping(const DampingPlan& plan) {
             .conclude = [plan](std::vector<measure::Estimate>& estimates) { return conclude(plan, estimates); }};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::DampingPlan>>& schema<calibrate::DampingPlan>() {
-    using Plan = calibrate::DampingPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<DampingPlan> DampingPlan::rows() {
+    using Plan = DampingPlan;
+    return Rows<DampingPlan>{
         {"speed", &Plan::speed, "initial bead speed at each release", "mm/s", positive},
         {"min_speed", &Plan::min_speed, "bead speed at which the fit of the decay ends: a decade below speed", "mm/s",
          positive},
@@ -156,7 +151,6 @@ const std::vector<Row<calibrate::DampingPlan>>& schema<calibrate::DampingPlan>()
         {"time", &Plan::time, "recorded after each release; until min_speed, about 3/(Gamma/(m rho))", "s", positive},
         {"frame", &Plan::frame, "between samples; a multiple of the plate period", "s", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

@@ -15,6 +15,8 @@ struct DampingPlan {
     int releases = 2;          ///< per system, along x, y, -x, -y, and so on
     double time = 4.0;         ///< recorded after each release [s]; until min_speed, about 3/(Gamma/(m rho))
     double frame = 0.05;       ///< between samples [s]; a multiple of the plate period
+
+    static Rows<DampingPlan> rows();
 };
 
 /// Gamma/(m rho) of beads without rods.  The mean bead velocity is held, then released, and its decay recorded:
@@ -31,8 +33,3 @@ struct DampingPlan {
 Assay damping(const DampingPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::DampingPlan>>& schema<calibrate::DampingPlan>();
-}  // namespace drover

@@ -134,14 +134,9 @@ Assay diffusion(const DiffusionPlan& plan) {
             .conclude = conclude};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::DiffusionPlan>>& schema<calibrate::DiffusionPlan>() {
-    using Plan = calibrate::DiffusionPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<DiffusionPlan> DiffusionPlan::rows() {
+    using Plan = DiffusionPlan;
+    return Rows<DiffusionPlan>{
         {"warm_up", &Plan::warm_up, "before positions are recorded", "s", not_negative},
         {"frame", &Plan::frame, "between recorded positions; a multiple of the plate period", "s", positive},
         {"time", &Plan::time, "recorded in each trial", "s", positive},
@@ -149,7 +144,6 @@ const std::vector<Row<calibrate::DiffusionPlan>>& schema<calibrate::DiffusionPla
          positive},
         {"max_lag", &Plan::max_lag, "longest lag of the fit; less than time", "s", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

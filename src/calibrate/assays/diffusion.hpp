@@ -12,6 +12,8 @@ struct DiffusionPlan {
     double time = 10.0;    ///< recorded [s]
     double min_lag = 0.5;  ///< shortest lag of the fit [s]; longer than ballistic motion and rattling in a cage
     double max_lag = 2.5;  ///< longest lag of the fit [s]; less than `time`
+
+    static Rows<DiffusionPlan> rows();
 };
 
 /// Diffusion coefficients D of a bed without forces, from the slope of the mean-square displacement in two dimensions:
@@ -32,8 +34,3 @@ struct DiffusionPlan {
 Assay diffusion(const DiffusionPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::DiffusionPlan>>& schema<calibrate::DiffusionPlan>();
-}  // namespace drover

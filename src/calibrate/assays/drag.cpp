@@ -159,14 +159,9 @@ Assay drag(const DragPlan& plan) {
             .conclude = [plan](std::vector<measure::Estimate>& estimates) { return conclude(plan, estimates); }};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>() {
-    using Plan = calibrate::DragPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<DragPlan> DragPlan::rows() {
+    using Plan = DragPlan;
+    return Rows<DragPlan>{
         {"torques", &Plan::torques,
          "of the orienting field, ascending; for P from below a half to nearly one.  One < 0 may come first: "
          "it acts last and turns the rods round, so that P passes through 0",
@@ -179,7 +174,6 @@ const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>() {
          "fit a term in |P|^2 P besides the one in P, which makes the error of the slope four times larger; "
          "false: fit a straight line, and the remark reports whether the data follow one"},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

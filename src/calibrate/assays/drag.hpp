@@ -14,6 +14,8 @@ struct DragPlan {
     int windows = 4;       ///< of equal length in that time
     double frame = 0.025;  ///< between samples of P [s]
     bool bend = true;      ///< whether alpha/Gamma and tau come from the fit with a term in |P|^2 P, or without
+
+    static Rows<DragPlan> rows();
 };
 
 /// alpha/Gamma at the area fractions of the setup, normalised such that P is the mean of n (so it is a speed).  An
@@ -39,8 +41,3 @@ struct DragPlan {
 Assay drag(const DragPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::DragPlan>>& schema<calibrate::DragPlan>();
-}  // namespace drover

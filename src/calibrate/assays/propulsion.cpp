@@ -56,19 +56,13 @@ Assay propulsion(const PropulsionPlan& plan) {
             .conclude = {}};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::PropulsionPlan>>& schema<calibrate::PropulsionPlan>() {
-    using Plan = calibrate::PropulsionPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<PropulsionPlan> PropulsionPlan::rows() {
+    using Plan = PropulsionPlan;
+    return Rows<PropulsionPlan>{
         {"warm_up", &Plan::warm_up, "before rods are recorded", "s", not_negative},
         {"time", &Plan::time, "recorded in each trial", "s", positive},
         {"frame", &Plan::frame, "over which displacements are taken", "s", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

@@ -10,6 +10,8 @@ struct PropulsionPlan {
     double warm_up = 1.0;  ///< before rods are recorded [s]
     double time = 4.0;     ///< recorded [s]
     double frame = 0.025;  ///< over which a displacement is taken [s]; the experiment used 1/40 s
+
+    static Rows<PropulsionPlan> rows();
 };
 
 /// u: speed of rods along their axis, among beads whose mean velocity is held at zero.  With the displacement d over a
@@ -22,8 +24,3 @@ struct PropulsionPlan {
 Assay propulsion(const PropulsionPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::PropulsionPlan>>& schema<calibrate::PropulsionPlan>();
-}  // namespace drover

@@ -118,20 +118,14 @@ Assay relaxation(const RelaxationPlan& plan) {
             .conclude = conclude};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::RelaxationPlan>>& schema<calibrate::RelaxationPlan>() {
-    using Plan = calibrate::RelaxationPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<RelaxationPlan> RelaxationPlan::rows() {
+    using Plan = RelaxationPlan;
+    return Rows<RelaxationPlan>{
         {"warm_up", &Plan::warm_up, "before rods are recorded", "s", not_negative},
         {"frame", &Plan::frame, "between samples; a multiple of the plate period, at which rods tilt", "s", positive},
         {"time", &Plan::time, "recorded in each trial", "s", positive},
         {"max_lag", &Plan::max_lag, "longest lag t of C(t), less than time; about 0.5/a if affordable", "s", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

@@ -11,6 +11,8 @@ struct RelaxationPlan {
     double frame = 0.025;  ///< between samples [s]; a multiple of the plate period, at which rods tilt
     double time = 6.0;     ///< recorded [s]
     double max_lag = 2.0;  ///< longest lag [s], less than `time`; about 0.5/a if affordable
+
+    static Rows<RelaxationPlan> rows();
 };
 
 /// a of the equations, from the directions theta of all rods:
@@ -28,8 +30,3 @@ struct RelaxationPlan {
 Assay relaxation(const RelaxationPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::RelaxationPlan>>& schema<calibrate::RelaxationPlan>();
-}  // namespace drover

@@ -62,14 +62,9 @@ Assay rotation(const RotationPlan& plan) {
             .conclude = conclude};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::RotationPlan>>& schema<calibrate::RotationPlan>() {
-    using Plan = calibrate::RotationPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<RotationPlan> RotationPlan::rows() {
+    using Plan = RotationPlan;
+    return Rows<RotationPlan>{
         {"warm_up", &Plan::warm_up, "before angles are recorded", "s", not_negative},
         {"frame", &Plan::frame, "between recorded angles; a rod turns by less than half a turn in it", "s", positive},
         {"time", &Plan::time, "recorded in each trial", "s", positive},
@@ -77,7 +72,6 @@ const std::vector<Row<calibrate::RotationPlan>>& schema<calibrate::RotationPlan>
          positive},
         {"max_lag", &Plan::max_lag, "longest lag of the fit; less than time", "s", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

@@ -12,6 +12,8 @@ struct RotationPlan {
     double time = 10.0;    ///< recorded [s]
     double min_lag = 0.5;  ///< shortest lag of the fit [s]; longer than a rod keeps its rate of turning
     double max_lag = 2.5;  ///< longest lag of the fit [s]; less than `time`
+
+    static Rows<RotationPlan> rows();
 };
 
 /// D_r of single rods among beads whose mean velocity is held at zero, from the slope of the mean-square angle:
@@ -24,8 +26,3 @@ struct RotationPlan {
 Assay rotation(const RotationPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::RotationPlan>>& schema<calibrate::RotationPlan>();
-}  // namespace drover

@@ -202,14 +202,9 @@ Assay scattering(const ScatteringPlan& plan) {
             .conclude = conclude};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::ScatteringPlan>>& schema<calibrate::ScatteringPlan>() {
-    using Plan = calibrate::ScatteringPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<ScatteringPlan> ScatteringPlan::rows() {
+    using Plan = ScatteringPlan;
+    return Rows<ScatteringPlan>{
         {"cell", &Plan::cell, "side of the periodic square with two rods; more than twice the range", "mm", positive},
         {"range", &Plan::range, "distance of centres at which an encounter begins and ends; rods must not touch there",
          "mm", positive},
@@ -218,7 +213,6 @@ const std::vector<Row<calibrate::ScatteringPlan>>& schema<calibrate::ScatteringP
         {"time", &Plan::time, "of a trial, from warm_up on", "s", positive},
         {"frame", &Plan::frame, "between samples of the positions; short compared to an encounter", "s", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

@@ -13,6 +13,8 @@ struct ScatteringPlan {
     double warm_up = 1.0;       ///< once, in random directions [s]
     double time = 100.0;        ///< of a trial [s]
     double frame = 0.1;         ///< between samples of the positions [s]; short compared to an encounter
+
+    static Rows<ScatteringPlan> rows();
 };
 
 /// Two rods meet again and again in a small cell, in a bed whose mean velocity is held at zero.  z_j = exp(i theta_j)
@@ -35,8 +37,3 @@ struct ScatteringPlan {
 Assay scattering(const ScatteringPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::ScatteringPlan>>& schema<calibrate::ScatteringPlan>();
-}  // namespace drover

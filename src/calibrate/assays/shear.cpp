@@ -113,14 +113,9 @@ Assay shear(const ShearPlan& plan) {
             .conclude = conclude};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::ShearPlan>>& schema<calibrate::ShearPlan>() {
-    using Plan = calibrate::ShearPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<ShearPlan> ShearPlan::rows() {
+    using Plan = ShearPlan;
+    return Rows<ShearPlan>{
         {"waves", &Plan::waves, "across the cell, integers, ascending: q = 2 pi waves/ly", "", within(1, 1000)},
         {"speed", &Plan::speed, "initial amplitude at each release", "mm/s", positive},
         {"min_fraction",
@@ -134,7 +129,6 @@ const std::vector<Row<calibrate::ShearPlan>>& schema<calibrate::ShearPlan>() {
         {"time", &Plan::time, "recorded after each release", "s", positive},
         {"frame", &Plan::frame, "between samples; a multiple of the plate period", "s", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

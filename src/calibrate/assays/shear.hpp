@@ -15,6 +15,8 @@ struct ShearPlan {
     int releases = 2;                       ///< of each wave, with alternating sign
     double time = 0.8;                      ///< recorded after each release [s]
     double frame = 0.01;                    ///< between samples [s]; a multiple of the plate period
+
+    static Rows<ShearPlan> rows();
 };
 
 /// eta and Gamma of beads without rods, from the decay of waves v_x = A sin(q y), which (beadmom) damps at the rate
@@ -29,8 +31,3 @@ struct ShearPlan {
 Assay shear(const ShearPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::ShearPlan>>& schema<calibrate::ShearPlan>();
-}  // namespace drover

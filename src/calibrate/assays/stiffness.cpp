@@ -94,14 +94,9 @@ Assay stiffness(const StiffnessPlan& plan) {
             .conclude = conclude};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::StiffnessPlan>>& schema<calibrate::StiffnessPlan>() {
-    using Plan = calibrate::StiffnessPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<StiffnessPlan> StiffnessPlan::rows() {
+    using Plan = StiffnessPlan;
+    return Rows<StiffnessPlan>{
         {"waves", &Plan::waves, "of the force across the cell", "", within(1, 1000)},
         {"pushes", &Plan::pushes, "two force amplitudes on a bead, ascending", "mg mm/s^2", positive},
         {"among_rods", &Plan::among_rods,
@@ -114,7 +109,6 @@ const std::vector<Row<calibrate::StiffnessPlan>>& schema<calibrate::StiffnessPla
         {"time", &Plan::time, "averaged under each force", "s", positive},
         {"frame", &Plan::frame, "between samples", "s", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

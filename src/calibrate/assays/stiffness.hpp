@@ -16,6 +16,8 @@ struct StiffnessPlan {
     double settle = 2.0;
     double time = 2.0;    ///< averaged under each force [s]
     double frame = 0.02;  ///< between samples [s]
+
+    static Rows<StiffnessPlan> rows();
 };
 
 /// Stiffness E of beads, without rods or among them, from the density response to a standing force wave f sin(qx) on
@@ -37,8 +39,3 @@ struct StiffnessPlan {
 Assay stiffness(const StiffnessPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::StiffnessPlan>>& schema<calibrate::StiffnessPlan>();
-}  // namespace drover

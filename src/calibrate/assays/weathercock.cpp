@@ -106,14 +106,9 @@ Assay weathercock(const WeathercockPlan& plan) {
             .conclude = conclude};
 }
 
-}  // namespace drover::calibrate
-
-namespace drover {
-
-template <>
-const std::vector<Row<calibrate::WeathercockPlan>>& schema<calibrate::WeathercockPlan>() {
-    using Plan = calibrate::WeathercockPlan;
-    static const std::vector<Row<Plan>> rows{
+Rows<WeathercockPlan> WeathercockPlan::rows() {
+    using Plan = WeathercockPlan;
+    return Rows<WeathercockPlan>{
         {"speeds", &Plan::speeds, "of the bead flow, ascending", "mm/s", positive},
         {"distance", &Plan::distance, "of the flow while rods turn: at most about 1/lambda_s", "mm", positive},
         {"max_window", &Plan::max_window, "longest time for that distance; slow flows go less far", "s", positive},
@@ -125,7 +120,6 @@ const std::vector<Row<calibrate::WeathercockPlan>>& schema<calibrate::Weathercoc
         {"settle", &Plan::settle, "after each release, until the angular velocity follows the flow", "s", not_negative},
         {"frame", &Plan::frame, "longest time between samples", "s", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::calibrate

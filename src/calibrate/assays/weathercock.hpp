@@ -15,6 +15,8 @@ struct WeathercockPlan {
     double align = 0.5;    ///< before each release [s]
     double settle = 0.05;  ///< after each release, until the angular velocity follows the flow [s]
     double frame = 0.025;  ///< longest time between samples [s]
+
+    static Rows<WeathercockPlan> rows();
 };
 
 /// lambda_s of one rod, and lambda = lambda_s/2 of the equations, of either sign (positive: rods turn along the flow).
@@ -33,8 +35,3 @@ struct WeathercockPlan {
 Assay weathercock(const WeathercockPlan& plan = {});
 
 }  // namespace drover::calibrate
-
-namespace drover {
-template <>
-const std::vector<Row<calibrate::WeathercockPlan>>& schema<calibrate::WeathercockPlan>();
-}  // namespace drover

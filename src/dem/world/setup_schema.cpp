@@ -2,13 +2,10 @@
 #include "dem/contact/contact_law.hpp"
 #include "drover/dem/setup.hpp"
 
-namespace drover {
+namespace drover::dem {
 
-using namespace dem;
-
-template <>
-const std::vector<Row<Cell>>& schema<Cell>() {
-    static const std::vector<Row<Cell>> rows{
+Rows<Cell> Cell::rows() {
+    return Rows<Cell>{
         {"shape",
          &Cell::shape,
          "shape of the cell: periodic in x and y, or with a vertical side wall: a rectangle, a circle, or a "
@@ -25,12 +22,10 @@ const std::vector<Row<Cell>>& schema<Cell>() {
         {"petal_radius", &Cell::petal_radius,
          "flower: radius of each arc, at least radius sin(pi/petals): an arc is at most half a circle", "mm", positive},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<Plates>>& schema<Plates>() {
-    static const std::vector<Row<Plates>> rows{
+Rows<Plates> Plates::rows() {
+    return Rows<Plates>{
         {"amplitude", &Plates::amplitude,
          "amplitude A of the vibration: the base is at z = A (1 + cos(2 "
          "pi f t)), and the lid moves with it; 0: at rest",
@@ -39,22 +34,18 @@ const std::vector<Row<Plates>>& schema<Plates>() {
         {"gap", &Plates::gap, "height of the lid above the base; every body must be thinner", "mm", positive},
         {"lid", &Plates::lid, "whether there is a lid"},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<Gravity>>& schema<Gravity>() {
-    static const std::vector<Row<Gravity>> rows{
+Rows<Gravity> Gravity::rows() {
+    return Rows<Gravity>{
         {"x", &Gravity::x, "acceleration along x; not 0 for tilted plates", "mm/s^2"},
         {"y", &Gravity::y, "acceleration along y; not 0 for tilted plates", "mm/s^2"},
         {"z", &Gravity::z, "acceleration along z (upwards); negative on Earth", "mm/s^2"},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<BeadSupply>>& schema<BeadSupply>() {
-    static const std::vector<Row<BeadSupply>> rows{
+Rows<BeadSupply> BeadSupply::rows() {
+    return Rows<BeadSupply>{
         {"area_fraction", &BeadSupply::area_fraction,
          "area fraction Phi_b: projected area of all beads over the area of the cell, if count is 0", "",
          within(0.0, 1.0)},
@@ -66,12 +57,10 @@ const std::vector<Row<BeadSupply>>& schema<BeadSupply>() {
         {"density", &BeadSupply::density, "density of the material: 2.7 aluminium, 7.8 steel, 2.5 glass", "mg/mm^3",
          positive},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<RodSupply>>& schema<RodSupply>() {
-    static const std::vector<Row<RodSupply>> rows{
+Rows<RodSupply> RodSupply::rows() {
+    return Rows<RodSupply>{
         {"area_fraction", &RodSupply::area_fraction,
          "area fraction Phi_r: projected area of all lying rods over the area of the cell, if count is 0", "",
          within(0.0, 1.0)},
@@ -95,7 +84,6 @@ const std::vector<Row<RodSupply>>& schema<RodSupply>() {
          any_number,
          {"hull", "all"}},
     };
-    return rows;
 }
 
 namespace {
@@ -105,49 +93,41 @@ Row<Struct> coefficient(const char* name, double Struct::*member, const Range& r
 }
 }  // namespace
 
-template <>
-const std::vector<Row<Restitution>>& schema<Restitution>() {
+Rows<Restitution> Restitution::rows() {
     constexpr Range range{.min = 0.0, .max = 1.0};
-    static const std::vector<Row<Restitution>> rows{
-        coefficient("bead_bead", &Restitution::bead_bead, range,
-                    "coefficient of restitution e of two beads: 0: no rebound, 1: no loss of energy"),
-        coefficient("rod_bead", &Restitution::rod_bead, range, "e of a rod and a bead"),
-        coefficient("rod_rod", &Restitution::rod_rod, range, "e of two rods"),
-        coefficient("bead_plate", &Restitution::bead_plate, range, "e of a bead on base or lid"),
-        coefficient("rod_plate", &Restitution::rod_plate, range, "e of a rod on base or lid"),
-        coefficient("bead_wall", &Restitution::bead_wall, range, "e of a bead on a side wall"),
-        coefficient("rod_wall", &Restitution::rod_wall, range, "e of a rod on a side wall")};
-    return rows;
+    return {coefficient("bead_bead", &Restitution::bead_bead, range,
+                        "coefficient of restitution e of two beads: 0: no rebound, 1: no loss of energy"),
+            coefficient("rod_bead", &Restitution::rod_bead, range, "e of a rod and a bead"),
+            coefficient("rod_rod", &Restitution::rod_rod, range, "e of two rods"),
+            coefficient("bead_plate", &Restitution::bead_plate, range, "e of a bead on base or lid"),
+            coefficient("rod_plate", &Restitution::rod_plate, range, "e of a rod on base or lid"),
+            coefficient("bead_wall", &Restitution::bead_wall, range, "e of a bead on a side wall"),
+            coefficient("rod_wall", &Restitution::rod_wall, range, "e of a rod on a side wall")};
 }
 
-template <>
-const std::vector<Row<Friction>>& schema<Friction>() {
-    static const std::vector<Row<Friction>> rows{
-        coefficient("bead_bead", &Friction::bead_bead, not_negative, "coefficient of Coulomb friction mu of two beads"),
-        coefficient("rod_bead", &Friction::rod_bead, not_negative, "mu of a rod and a bead"),
-        coefficient("rod_rod", &Friction::rod_rod, not_negative, "mu of two rods"),
-        coefficient("bead_plate", &Friction::bead_plate, not_negative, "mu of a bead on base or lid"),
-        coefficient("rod_plate", &Friction::rod_plate, not_negative, "mu of a rod on base or lid"),
-        coefficient("bead_wall", &Friction::bead_wall, not_negative, "mu of a bead on a side wall"),
-        coefficient("rod_wall", &Friction::rod_wall, not_negative, "mu of a rod on a side wall")};
-    return rows;
+Rows<Friction> Friction::rows() {
+    return {coefficient("bead_bead", &Friction::bead_bead, not_negative,
+                        "coefficient of Coulomb friction mu of two beads"),
+            coefficient("rod_bead", &Friction::rod_bead, not_negative, "mu of a rod and a bead"),
+            coefficient("rod_rod", &Friction::rod_rod, not_negative, "mu of two rods"),
+            coefficient("bead_plate", &Friction::bead_plate, not_negative, "mu of a bead on base or lid"),
+            coefficient("rod_plate", &Friction::rod_plate, not_negative, "mu of a rod on base or lid"),
+            coefficient("bead_wall", &Friction::bead_wall, not_negative, "mu of a bead on a side wall"),
+            coefficient("rod_wall", &Friction::rod_wall, not_negative, "mu of a rod on a side wall")};
 }
 
-template <>
-const std::vector<Row<Kick>>& schema<Kick>() {
-    static const std::vector<Row<Kick>> rows{
+Rows<Kick> Kick::rows() {
+    return Rows<Kick>{
         {"strength", &Kick::strength,
          "epsilon: each contact of a rod with base or lid that approaches at the speed v changes its spin about z by "
          "+epsilon v or -epsilon v with equal probability",
          "rad/mm", not_negative},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<BodyForces>>& schema<BodyForces>() {
+Rows<BodyForces> BodyForces::rows() {
     constexpr const char* force = "mg mm/s^2";
-    static const std::vector<Row<BodyForces>> rows{
+    return Rows<BodyForces>{
         {"bead_x", &BodyForces::bead_x, "force on each bead, along x", force},
         {"bead_y", &BodyForces::bead_y, "force on each bead, along y", force},
         {"rod_x", &BodyForces::rod_x, "force on each rod, along x", force},
@@ -167,12 +147,10 @@ const std::vector<Row<BodyForces>>& schema<BodyForces>() {
          force},
         {"push_waves", &BodyForces::push_waves, "number of periods of push across the cell", "", at_least(1)},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<ContactControl>>& schema<ContactControl>() {
-    static const std::vector<Row<ContactControl>> rows{
+Rows<ContactControl> ContactControl::rows() {
+    return Rows<ContactControl>{
         {"model", &ContactControl::model, contact_models_doc(), "", any_number, contact_models()},
         {"law",
          &ContactControl::law,
@@ -237,12 +215,10 @@ const std::vector<Row<ContactControl>>& schema<ContactControl>() {
          "",
          {.min = 0.0, .max = 1.0, .min_open = true}},
     };
-    return rows;
 }
 
-template <>
-const std::vector<Row<Packing>>& schema<Packing>() {
-    static const std::vector<Row<Packing>> rows{
+Rows<Packing> Packing::rows() {
+    return Rows<Packing>{
         {"kind",
          &Packing::kind,
          "initial bodies: random positions and directions; random positions with all rods along x; from a file",
@@ -252,7 +228,6 @@ const std::vector<Row<Packing>>& schema<Packing>() {
         {"file", &Packing::file, "file: an H5MD file of the same bodies"},
         {"frame", &Packing::frame, "file: index of its frame, from 0; -1: the last", "", at_least(-1)},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::dem

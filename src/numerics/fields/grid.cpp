@@ -22,15 +22,9 @@ void check(const Grid& grid, const LocationOf& place) {
                 "grid.{} = {}; expected a positive length", name, side);
 }
 
-}  // namespace drover::numerics
-
-namespace drover {
-
-template <>
-const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>() {
-    using numerics::Grid;
+Rows<Grid> Grid::rows() {
     constexpr Range size{.min = 4, .max = 65536}, size_or_one{.min = 1, .max = 65536};
-    static const std::vector<Row<Grid>> rows{
+    return Rows<Grid>{
         {"nx", &Grid::nx, "points along x, an even number; a one-dimensional grid lies along x, with ny = 1", "", size},
         {"ny", &Grid::ny, "points along y, an even number; 1: one-dimensional, nothing depends on y", "", size_or_one},
         {"lx", &Grid::lx, "side of the periodic cell along x", "mm", positive},
@@ -39,7 +33,6 @@ const std::vector<Row<numerics::Grid>>& schema<numerics::Grid>() {
          "averaged",
          "mm", positive},
     };
-    return rows;
 }
 
-}  // namespace drover
+}  // namespace drover::numerics
