@@ -130,7 +130,7 @@ int main(int count, char** words) {
     using namespace drover;
     app::open_standard_streams();
     run::ignore_file_size_signal();
-    files::contain_hdf5();
+    files::leave_hdf5_open();
     app::keep_freed_memory();
     const std::span<char*> after_name(words + 1, words + count);
     // One capture: std::function then needs no memory, which may be what is missing.

@@ -308,7 +308,6 @@ Archive::~Archive() = default;
 Archive Archive::create(const std::filesystem::path& name, const std::vector<Recording>& recordings,
                         const std::vector<Attribute>& attributes, bool overwrite) try {
     const std::filesystem::path file = behind_links(name);
-    require_memory_for_hdf5();
     const QuietErrors quiet;
     check_all(recordings, attributes, file.string());
     const Descriptor old = lock_old(file, overwrite);
@@ -344,7 +343,6 @@ Archive Archive::resume(const std::filesystem::path& name, const std::vector<Rec
                         const std::vector<Attribute>& attributes, std::span<const std::size_t> rows,
                         const std::function<void(const ArchiveReader&)>& check) try {
     const std::filesystem::path file = behind_links(name);
-    require_memory_for_hdf5();
     const QuietErrors quiet;
     check_all(recordings, attributes, file.string());
     require(rows.size() == recordings.size(), {file.string()}, "{} row counts for {} recordings; expected one each",
@@ -411,7 +409,6 @@ void write_pending(File& file) {
 
 void Archive::append(std::size_t recording, double time, std::span<const std::span<const double>> arrays,
                      std::int64_t step) {
-    require_memory_for_hdf5();
     const QuietErrors quiet(&file_->hdf5.failure());
     const Hdf5Errors& errors = file_->errors;
     require(recording < file_->recordings.size(), {errors.file},
@@ -439,7 +436,6 @@ void Archive::append(std::size_t recording, double time, std::span<const std::sp
 }
 
 void Archive::replace(const ResultTable& table) {
-    require_memory_for_hdf5();
     const QuietErrors quiet(&file_->hdf5.failure());
     const Hdf5Errors& errors = file_->errors;
     const GroupPlan plan = plan_of(table);
@@ -475,7 +471,6 @@ bool Archive::is_compressing() const {
 }
 
 void Archive::commit() {
-    require_memory_for_hdf5();
     const QuietErrors quiet(&file_->hdf5.failure());
     write_pending(*file_);
     file_->hdf5.commit();

@@ -72,11 +72,9 @@ private:
 void write_archive(const std::filesystem::path& file, const std::vector<Recording>& recordings,
                    const std::vector<Attribute>& attributes, const std::function<void(Archive&)>& fill);
 
-/// For the start of a program that uses HDF5 only through this layer.  Where HDF5 1.10 crashes, calls exit or may have
-/// damaged its memory, as it does when some of its allocations fail, the process ends with status 1 and a sentence
-/// instead.  HDF5 does nothing when the process ends, where it would crash after a file that could not be closed; no
-/// data depend on that.
-void contain_hdf5();
+/// For the start of a program that uses HDF5 only through this layer.  HDF5 does nothing when the process ends, where
+/// it would crash after a file that could not be closed; no data depend on that.
+void leave_hdf5_open();
 
 /// Name and version of the library that writes archives.
 std::string archive_library();

@@ -5,10 +5,11 @@
 #include <limits>
 #include <set>
 
+#include "files/packed_chunk.hpp"
+
 namespace drover::files {
 namespace {
 
-constexpr unsigned deflate_level = 1;  // higher levels gain almost nothing on shuffled noise and take twice the time
 constexpr std::size_t max_chunk_bytes = std::numeric_limits<std::uint32_t>::max();  // HDF5 counts them in 32 bits
 constexpr unsigned in_order = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
 

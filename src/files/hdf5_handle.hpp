@@ -12,27 +12,7 @@
 
 namespace drover::files {
 
-/// Whether HDF5 can be called: HDF5 1.10 does not check all its allocations, and crashes when one fails.
-bool has_memory_for_hdf5();
-
-void require_memory_for_hdf5();  ///< throws std::bad_alloc
-
-void watch_crashes();  ///< as in contain_hdf5
-
-/// While it lives, a crash is one of HDF5.  At its end the process ends, if its crashes are watched, when an allocation
-/// has failed in calls that succeeded.
-class InHdf5 {
-public:
-    InHdf5();
-    ~InHdf5();
-    InHdf5(const InHdf5&) = delete;
-    InHdf5& operator=(const InHdf5&) = delete;
-
-private:
-    int exceptions_;
-};
-
-/// An identifier and the function that closes it; without the memory for that it stays open until the process ends.
+/// An identifier and the function that closes it.
 class Handle {
 public:
     using Close = herr_t (*)(hid_t);
@@ -45,9 +25,7 @@ public:
         return *this;
     }
     ~Handle() {
-        if (id_ < 0 || !has_memory_for_hdf5()) return;
-        const InHdf5 within;
-        close_(id_);
+        if (id_ >= 0) close_(id_);
     }
     operator hid_t() const { return id_; }
 
@@ -72,7 +50,6 @@ public:
     QuietErrors& operator=(const QuietErrors&) = delete;
 
 private:
-    InHdf5 within_;
     H5E_auto2_t print_ = nullptr;
     void* data_ = nullptr;
 };

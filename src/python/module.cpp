@@ -414,7 +414,7 @@ void bind_runs(py::module_& module) {
     module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("want"), py::arg("budget"), py::arg("quiet"));
     module.def("leave_signals_to_python", &run::leave_signals_to_host, py::arg("leave"));
-    module.def("contain_hdf5", &files::contain_hdf5);
+    module.def("leave_hdf5_open", &files::leave_hdf5_open);
     module.def(
         "slurm_script",
         [](const std::string& command, const std::filesystem::path& scene, const std::vector<std::string>& settings,

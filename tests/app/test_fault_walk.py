@@ -13,7 +13,7 @@ from walk import walk  # noqa: E402
 SHIM = os.environ.get("DROVER_SHIM")
 FAST = (("run:pwrite", 5), ("run:pread", 4), ("run:rename", 2), ("run:open", 3), ("restart:pread", 3),
         ("sweep:pwrite", 2), ("calibrate:write", 1), ("check:read", 4), ("fit:pread", 2), ("stability:rename", 2))
-SLOW = (("run:fsync", 2), ("calibrate:pread", 1), ("run:malloc", 16), ("film:write", 1), ("film:read", 2),
+SLOW = (("run:fsync", 2), ("calibrate:pread", 1), ("film:write", 1), ("film:read", 2),
         ("check:pread", 6), ("info:pread", 3), ("stability:pwrite", 4), ("states:pwrite", 3), ("boundary:fsync", 1))
 
 
@@ -25,13 +25,10 @@ def test_a_command_survives_a_failing_call_and_the_next_one_ends_with_the_same_b
     assert faults > 0 and failures == 0, "\n".join(lines)
 
 
-# Allocations that libraries do not survive: HDF5 recurses when its errors have no memory, and writes to a list that it
-# has freed; the iterator of the standard library and the TOML parser end the process.
+# Allocations that libraries do not survive: the iterator of the standard library and the TOML parser end the process.
 @pytest.mark.skipif(not SHIM, reason="DROVER_SHIM is not set; ctest sets it")
 @pytest.mark.parametrize("within, only, most", slow_but([
-    ("H5dont_atexit", "run:malloc", 2), ("H5F__accum_write", "restart:malloc", 16),
-    ("directory_iterator", "sweep:malloc", 16), ("libtomlplusplus", "restart:malloc", 27),
-], ("H5dont_atexit", "run:malloc", 2)))
+    ("directory_iterator", "sweep:malloc", 16), ("libtomlplusplus", "restart:malloc", 27)]))
 def test_a_library_that_finds_no_memory_ends_a_command_with_a_sentence(within, only, most, monkeypatch):
     monkeypatch.setenv("DROVER_FAULT_WITHIN", within)
     lines = []

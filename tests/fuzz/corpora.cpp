@@ -20,10 +20,10 @@ constexpr int mutants_per_file = 20;
 
 /// As in the program: with that memory lost, HDF5 cannot close itself at the end of the process, and says so.  It has
 /// to be told before its first use, by whatever test.
-struct ContainedHdf5 : ::testing::Environment {
-    void SetUp() override { files::contain_hdf5(); }
+struct OpenHdf5 : ::testing::Environment {
+    void SetUp() override { files::leave_hdf5_open(); }
 };
-[[maybe_unused]] const auto* const contained = ::testing::AddGlobalTestEnvironment(new ContainedHdf5);
+[[maybe_unused]] const auto* const left_open = ::testing::AddGlobalTestEnvironment(new OpenHdf5);
 
 std::vector<char> bytes_of(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);

@@ -1,5 +1,4 @@
 """drover/locks.py: HDF5 from one thread at a time."""
-import mmap
 import os
 import sys
 import threading
@@ -9,7 +8,6 @@ from drover.error import Error
 
 # HDF5 is not thread-safe.  h5py, which shares the library, has a lock of its own.
 LOCK = threading.RLock()
-MEMORY = 16 << 20  # bytes, several times what one call takes
 was_held_at_fork = False
 
 
@@ -28,15 +26,10 @@ def hdf5():
 
 def require_usable_hdf5():
     """Raises Error in a process that was forked within a call of HDF5: it has the locks, and no thread to release them.
-    Raises MemoryError where HDF5 1.10, which does not check all its allocations, might crash.
     """
     if was_held_at_fork:
         raise Error("another thread was using HDF5 when this process was forked, which has it in the middle of a call; "
                     'start processes by multiprocessing.get_context("spawn"), or before the threads', fault="run")
-    try:
-        mmap.mmap(-1, MEMORY, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS).close()
-    except OSError as error:
-        raise MemoryError(f"HDF5 needs {MEMORY >> 20} MB for a call; free some") from error
 
 
 def after_fork_in_child():

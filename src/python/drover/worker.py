@@ -66,7 +66,7 @@ def main():
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)  # stops, after checkpoints, when its parent is killed
     request = json.loads(sys.stdin.read())
     _drover.leave_signals_to_python(False)
-    _drover.contain_hdf5()
+    _drover.leave_hdf5_open()
     try:
         function = getattr(_drover, request["command"])
         scene = [_drover.Scene.parse(*request["scene"])] if request["scene"] else []
