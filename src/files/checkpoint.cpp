@@ -1,5 +1,4 @@
-// files/checkpoint.cpp: "drvchkp1", version, file length, write counter, the members of Checkpoint (in version 1 those
-// up to the state), checksum.
+// files/checkpoint.cpp: "drvchkp1", version, file length, write counter, the members of Checkpoint, checksum.
 #include "files/checkpoint.hpp"
 
 #include <algorithm>
@@ -17,7 +16,7 @@ namespace drover::files {
 namespace {
 
 constexpr std::uint64_t checkpoint_magic = 0x31706b6863767264;  // "drvchkp1"
-constexpr std::uint32_t version = 2, version_without_identity = 1;
+constexpr std::uint32_t version = 2;
 
 /// The content of a checkpoint file.
 struct Stored {
@@ -54,9 +53,8 @@ Stored decoded(Bytes bytes, const std::filesystem::path& file, Part part) {
     ByteReader reader{bytes};
     require(reader.take<std::uint64_t>() == checkpoint_magic, where, "is not a checkpoint of drover; expected one");
     const auto found_version = reader.take<std::uint32_t>();
-    require(reader.is_complete && (found_version == version || found_version == version_without_identity), where,
-            "is a checkpoint of version {}; expected at most version {}: use the drover that wrote it", found_version,
-            version);
+    require(reader.is_complete && found_version == version, where,
+            "is a checkpoint of version {}; expected version {}: use the drover that wrote it", found_version, version);
     const auto length = reader.take<std::uint64_t>();
     require(reader.is_complete && length == bytes.size(), where,
             "has {} bytes; expected {}: it is truncated or extended", bytes.size(), length);
@@ -71,11 +69,9 @@ Stored decoded(Bytes bytes, const std::filesystem::path& file, Part part) {
     stored.checkpoint.rows = reader.take_list<std::vector<std::uint64_t>>();
     if (part == Part::all) stored.checkpoint.state = reader.take_list<std::vector<double>>();
     else reader.skip_list<double>();
-    if (found_version == version) {
-        stored.checkpoint.run_id = reader.take_list<std::string>();
-        stored.checkpoint.program = reader.take_list<std::string>();
-        stored.checkpoint.row_checksums = reader.take_list<std::vector<std::uint64_t>>();
-    }
+    stored.checkpoint.run_id = reader.take_list<std::string>();
+    stored.checkpoint.program = reader.take_list<std::string>();
+    stored.checkpoint.row_checksums = reader.take_list<std::vector<std::uint64_t>>();
     require(reader.is_complete && reader.rest.empty(), where,
             "has lists that do not fit its length: it is damaged; expected a valid checkpoint");
     return stored;

@@ -8,13 +8,12 @@
 namespace drover::files {
 
 struct Checkpoint {
-    std::string scene;                ///< resolved scene text
-    std::int64_t step = 0;            ///< completed steps
-    double time = 0.0;                ///< [s]
-    std::vector<std::uint64_t> rows;  ///< rows of each recording of the archive at this step
-    std::vector<double> state;        ///< the stepper's state, in the model's layout
-    // Empty in checkpoints of versions that had no run ids:
-    std::string run_id = {};                        ///< of the archive; also empty if that has none
+    std::string scene;                              ///< resolved scene text
+    std::int64_t step = 0;                          ///< completed steps
+    double time = 0.0;                              ///< [s]
+    std::vector<std::uint64_t> rows;                ///< rows of each recording of the archive at this step
+    std::vector<double> state;                      ///< the stepper's state, in the model's layout
+    std::string run_id = {};                        ///< of the archive; empty if that has none
     std::string program = {};                       ///< version and commit of the drover that wrote it
     std::vector<std::uint64_t> row_checksums = {};  ///< of the archive at this step
 };

@@ -1,16 +1,13 @@
 // files/journal.cpp: "drvjrnl2", the length after the commit, the file it is for (run id, its offset, the checksums of
-// the first sector before and after the commit), the number of patches, each as offset and bytes, checksum.  "drvjrnl1"
-// lacks the file it is for.
+// the first sector before and after the commit), the number of patches, each as offset and bytes, checksum.
 #include "files/journal.hpp"
 
-#include "files/archive_layout.hpp"
 #include "files/bytes.hpp"
 
 namespace drover::files {
 namespace {
 
-constexpr std::uint64_t journal_magic = 0x326c6e726a767264,
-                        journal_magic_without_file = 0x316c6e726a767264;  // "drvjrnl2", "drvjrnl1"
+constexpr std::uint64_t journal_magic = 0x326c6e726a767264;  // "drvjrnl2"
 
 }  // namespace
 
@@ -30,16 +27,7 @@ namespace {
 /// The file holds the commit before the journal's, that commit, or a part of it.
 void require_for(const Journal& journal, const Descriptor& open, const std::filesystem::path& file) {
     const SourceLocation where{journal_of(file).string()};
-    if (!journal.before) {
-        constexpr std::size_t most = 1 << 20;  // attributes are written first
-        const std::string name(run_id_name, std::string(run_id_name).size() + 1);
-        require(text_at(open, 0, most).find(name) == std::string::npos, where,
-                "is of an earlier version of drover and holds no run_id, which {} has; expected none, or that of the "
-                "same run: put back the file that was replaced, or remove the journal",
-                file.string());
-        return;
-    }
-    const FileMark& before = *journal.before;
+    const FileMark& before = journal.before;
     require(text_at(open, before.offset, before.run_id.size()) == before.run_id, where,
             "holds the last commit of another file, with run_id = {}; expected none, or that of {}: put back the file "
             "that was replaced, or remove the journal",
@@ -57,12 +45,11 @@ std::filesystem::path journal_of(const std::filesystem::path& file) { return fil
 
 std::vector<std::byte> encoded(const Journal& journal) {
     std::vector<std::byte> bytes;
-    const FileMark before = journal.before.value_or(FileMark{});
     put(bytes, journal_magic);
     put(bytes, journal.length);
-    put_text(bytes, before.run_id);
-    put(bytes, before.offset);
-    put(bytes, before.head);
+    put_text(bytes, journal.before.run_id);
+    put(bytes, journal.before.offset);
+    put(bytes, journal.before.head);
     put(bytes, journal.head_after);
     put(bytes, static_cast<std::uint64_t>(journal.patches.size()));
     for (const Patch& patch : journal.patches) {
@@ -73,20 +60,17 @@ std::vector<std::byte> encoded(const Journal& journal) {
     return bytes;
 }
 
-std::optional<Journal> decoded(Bytes bytes, std::uint64_t file_length) {
+std::optional<Journal> decoded(Bytes bytes) {
     const auto content = without_checksum(bytes);
     if (!content) return std::nullopt;
     ByteReader reader{*content};
-    const auto found = reader.take<std::uint64_t>();
-    Journal journal{.length = reader.take<std::uint64_t>(), .patches = {}};
-    if (found != journal_magic && found != journal_magic_without_file) return std::nullopt;
-    if (found == journal_magic_without_file && journal.length > file_length) return std::nullopt;
-    if (found == journal_magic) {
-        journal.before = FileMark{.run_id = reader.take_list<std::string>()};
-        journal.before->offset = reader.take<std::uint64_t>();
-        journal.before->head = reader.take<std::uint64_t>();
-        journal.head_after = reader.take<std::uint64_t>();
-    }
+    if (reader.take<std::uint64_t>() != journal_magic) return std::nullopt;
+    Journal journal;
+    journal.length = reader.take<std::uint64_t>();
+    journal.before.run_id = reader.take_list<std::string>();
+    journal.before.offset = reader.take<std::uint64_t>();
+    journal.before.head = reader.take<std::uint64_t>();
+    journal.head_after = reader.take<std::uint64_t>();
     const auto count = reader.take<std::uint64_t>();
     for (std::uint64_t i = 0; i < count && reader.is_complete; ++i) {
         Patch patch{.offset = reader.take<std::uint64_t>(), .bytes = {}};
@@ -114,7 +98,7 @@ void apply(const Journal& journal, const Descriptor& file) {
 std::optional<Journal> read_journal(const Descriptor& open, const std::filesystem::path& file) {
     const auto bytes = read_file(journal_of(file));
     if (!bytes) return std::nullopt;
-    const auto journal = decoded(*bytes, length_of(open));
+    const auto journal = decoded(*bytes);
     if (journal) require_for(*journal, open, file);
     return journal;
 }

@@ -38,16 +38,16 @@ std::uint64_t head_of(const Descriptor& file);
 struct Journal {
     std::uint64_t length = 0;  ///< of the file after the commit; at most its length before
     std::vector<Patch> patches;
-    std::optional<FileMark> before = {};  ///< of the file that it is for; nothing in journals of earlier versions
-    std::uint64_t head_after = 0;         ///< of the same file after the commit
+    FileMark before = {};          ///< of the file that it is for
+    std::uint64_t head_after = 0;  ///< of the same file after the commit
 };
 
 std::filesystem::path journal_of(const std::filesystem::path& file);
 
 std::vector<std::byte> encoded(const Journal& journal);
 
-/// Nothing unless the bytes are a complete journal; of an earlier version, one for a file of file_length bytes.
-std::optional<Journal> decoded(Bytes bytes, std::uint64_t file_length);
+/// Nothing unless the bytes are a complete journal.
+std::optional<Journal> decoded(Bytes bytes);
 
 /// Makes the journal durable under its name.
 void write_journal(const std::filesystem::path& file, Bytes journal);

@@ -58,7 +58,7 @@ Changes changes_to_commit(const Overlay& overlay) try {
     Changes changes = changes_of(overlay);
     changes.overwriting.before = overlay.mark;
     changes.overwriting.head_after = head_of(overlay);
-    if (!keeps_run_id(overlay)) changes.overwriting.before->run_id.clear();
+    if (!keeps_run_id(overlay)) changes.overwriting.before.run_id.clear();
     return changes;
 } catch (const std::system_error& cause) {
     throw disk_failure(overlay.path, cause);
@@ -169,7 +169,7 @@ void commit_overlay(Overlay& overlay) {
     overlay.committed = overlay.end;
     overlay.pages.clear();
     overlay.mark.head = changes.overwriting.head_after;
-    if (changes.overwriting.before->run_id != overlay.mark.run_id) find_run_id(overlay, overlay.mark.run_id);
+    if (changes.overwriting.before.run_id != overlay.mark.run_id) find_run_id(overlay, overlay.mark.run_id);
 }
 
 namespace {

@@ -155,14 +155,9 @@ std::string join_folder(const fs::path& folder, const std::string& name, const s
     const std::string there = found.substr(std::min(found.size(), head));
     if (there == content) return factory.empty() ? "" : first_line(found);
     const std::string other = difference(there, content);
-    // An earlier version of drover was killed while it wrote the text, before the folder held anything else.
-    const bool is_cut =
-        whole.starts_with(found) && std::next(fs::directory_iterator(folder)) == fs::directory_iterator{};
-    require(is_cut, where,
-            "the folder holds the results of another scene (see {} there): {}; choose another folder with --output",
-            name, other.empty() ? "their texts differ" : other);
-    remove_if_exists(file);
-    return join_folder(folder, name, factory, content);
+    fail_input(where,
+               "the folder holds the results of another scene (see {} there): {}; choose another folder with --output",
+               name, other.empty() ? "their texts differ" : other);
 } catch (const std::system_error& cause) {
     if (cause.code().value() == ENOSPC || cause.code().value() == EDQUOT)
         throw write_failure(folder, cause, content.size(), "nothing was started");

@@ -219,8 +219,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     };
     files::Archive archive = files::Archive::resume(path, recordings_of(*made), attributes, rows, check_and_keep_names);
     require(
-        checkpoint.row_checksums.empty() || archive.row_checksums() == checkpoint.row_checksums,
-        {.file = path.string()},
+        archive.row_checksums() == checkpoint.row_checksums, {.file = path.string()},
         "the frames and samples up to t = {} s are not those that the run had when it wrote its checkpoint; expected "
         "the archive as the run left it: put it back, or run the scene again",
         checkpoint.time);

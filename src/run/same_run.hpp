@@ -10,8 +10,8 @@
 namespace drover::run {
 
 /// Throws an input Error unless both have the same run id and, apart from what a restart may change, the same scene.
-/// Files of earlier versions have no run id.  The Error names the first difference: a key of the scene, the version of
-/// drover, or the ids.
+/// Archives of earlier versions have no run id.  The Error names the first difference: a key of the scene, the version
+/// of drover, or the ids.
 void require_same_run(const files::ArchiveReader& archive, const std::filesystem::path& file,
                       const files::Checkpoint& checkpoint);
 

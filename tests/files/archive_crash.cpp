@@ -356,7 +356,7 @@ TEST(ArchiveCrash, an_invalid_journal_is_discarded) {
     const auto file = folder / "run.h5";
     make_sample(file, rows_before, crash_recordings());
     const std::string before = contents(file);
-    for (const std::string& junk : {std::string(), std::string("drvjrnl1"), std::string(5000, 'x')}) {
+    for (const std::string& junk : {std::string(), std::string("drvjrnl2"), std::string(5000, 'x')}) {
         write_contents(folder / "run.h5.journal", junk);
         EXPECT_EQ(checked_rows(file, crash_recordings()), rows_before);
         EXPECT_FALSE(std::filesystem::exists(folder / "run.h5.journal"));

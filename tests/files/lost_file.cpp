@@ -1,7 +1,6 @@
 // tests/files/lost_file.cpp: archives that another program removes, replaces or changes; journals of other files.
 #include <fcntl.h>
 
-#include "files/bytes.hpp"
 #include "files/checkpoint.hpp"
 #include "files/journal.hpp"
 #include "files/run_id.hpp"
@@ -172,25 +171,6 @@ TEST(Journal, of_another_run_or_another_commit_is_rejected_and_kept) {
     write_contents(one.file, later);
     EXPECT_THAT(one.recovered(), HasSubstr("holds a commit that does not follow the last one of"));
     EXPECT_EQ(contents(one.file), later);
-}
-
-TEST(Journal, of_an_earlier_version_is_applied_to_a_file_without_run_id) {
-    Journaled one;
-    std::vector<std::byte> bytes;
-    put(bytes, std::uint64_t{0x316c6e726a767264});  // "drvjrnl1"
-    put(bytes, one.journal.length);
-    put(bytes, std::uint64_t{1});
-    put(bytes, std::uint64_t{0});
-    put_list(bytes, Bytes(one.journal.patches[0].bytes));
-    put(bytes, checksum(bytes));
-    write_journal(one.file, bytes);
-    recover(one.open(), one.file);
-    EXPECT_EQ(contents(one.file), one.after());
-    const std::string other = std::string(one.content).replace(200, 7, "run_id", 7);
-    write_contents(one.file, other);
-    write_journal(one.file, bytes);
-    EXPECT_THAT(sentence_of([&] { recover(one.open(), one.file); }), HasSubstr("holds no run_id, which"));
-    EXPECT_EQ(contents(one.file), other);
 }
 
 }  // namespace

@@ -155,9 +155,6 @@ TEST(JoinFolder, what_a_killed_process_left_of_the_text_does_not_matter) {
     std::filesystem::create_directory(folder / "sweep");
     std::ofstream((folder / "sweep" / ".sweep.toml.1234").string()) << "[ru";
     EXPECT_EQ(join_folder(folder / "sweep", "sweep.toml", "", "[run]\nseed = 1\n"), "");
-    std::filesystem::create_directory(folder / "cut");  // by an earlier version
-    std::ofstream((folder / "cut" / "sweep.toml").string()) << "[ru";
-    EXPECT_EQ(join_folder(folder / "cut", "sweep.toml", "", "[run]\nseed = 1\n"), "");
 }
 
 }  // namespace
