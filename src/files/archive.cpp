@@ -11,7 +11,6 @@
 
 #include "files/archive_netcdf.hpp"
 #include "files/archive_reader.hpp"
-#include "files/archive_root.hpp"
 #include "files/bytes.hpp"
 #include "files/hdf5_file.hpp"
 #include "files/new_file.hpp"
@@ -24,7 +23,7 @@ namespace {
 constexpr hsize_t max_links = 1000;  ///< in the root group: twenty times what a run writes
 
 struct OpenRecording {
-    GroupPlan plan;
+    Recording about;
     GroupDatasets datasets;
     std::size_t rows = 0;
     std::uint64_t checksum = 0;  ///< of the last row
@@ -65,7 +64,7 @@ void check_all(const std::vector<Recording>& recordings, const std::vector<Attri
                 recording.group, recording.rows_per_chunk);
         require(groups.insert(recording.group).second, {file},
                 "two recordings have the group {}; expected one for each", recording.group);
-        check(plan_of(recording), file);
+        check(recording, file);
     }
     for (const Recording& recording : recordings)
         for (const Quantity& quantity : recording.quantities)
@@ -85,19 +84,13 @@ std::vector<std::string> result_groups(hid_t file, const std::vector<OpenRecordi
     require(about.nlinks <= max_links, {errors.file},
             "has {} objects in its root; expected at most {}: drover wrote fewer", about.nlinks, max_links);
     for (hsize_t i = 0; i < about.nlinks; ++i) {
-        const auto name_into = [&](char* to, std::size_t size) {
-            return static_cast<std::size_t>(
-                errors.check(H5Lget_name_by_idx(file, "/", H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT),
-                             "listing the root group"));
-        };
-        std::string name(name_into(nullptr, 0), '\0');
-        name_into(name.data(), name.size() + 1);
+        std::string name = link_name(file, "/", i, errors);
         H5O_info_t object;
         errors.check(H5Oget_info_by_name2(file, name.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
                      "inspecting " + name);
         const bool is_recording =
             std::any_of(recordings.begin(), recordings.end(), [&](const OpenRecording& recording) {
-                return (recording.plan.group + "/").starts_with("/" + name + "/");
+                return (recording.about.group + "/").starts_with("/" + name + "/");
             });
         if (object.type == H5O_TYPE_GROUP && !is_recording && name != "h5md") found.push_back(name);
     }
@@ -109,12 +102,12 @@ void set_rows(const OpenRecording& recording, std::size_t rows, const Hdf5Errors
     const auto set = [&](hid_t dataset, const std::vector<std::size_t>& shape) {
         std::vector<hsize_t> extent{rows};
         extent.insert(extent.end(), shape.begin(), shape.end());
-        errors.check(H5Dset_extent(dataset, extent.data()), text("setting {} rows in {}", rows, recording.plan.group));
+        errors.check(H5Dset_extent(dataset, extent.data()), text("setting {} rows in {}", rows, recording.about.group));
     };
     set(recording.datasets.time, {});
-    if (recording.plan.trajectory) set(recording.datasets.step, {});
-    for (std::size_t i = 0; i < recording.plan.quantities.size(); ++i)
-        set(recording.datasets.quantities[i], shape_of(recording.plan, recording.plan.quantities[i]));
+    if (recording.about.trajectory) set(recording.datasets.step, {});
+    for (std::size_t i = 0; i < recording.about.quantities.size(); ++i)
+        set(recording.datasets.quantities[i], shape_of(recording.about, recording.about.quantities[i]));
 }
 
 void write_row(hid_t dataset, std::size_t row, const std::vector<std::size_t>& shape, std::span<const double> values,
@@ -131,11 +124,11 @@ void write_row(hid_t dataset, std::size_t row, const std::vector<std::size_t>& s
 }
 
 /// The same for a row as appended and as read.
-std::uint64_t row_checksum(const GroupPlan& plan, double time, std::span<const std::span<const double>> arrays) {
+std::uint64_t row_checksum(const Recording& recording, double time, std::span<const std::span<const double>> arrays) {
     std::vector<std::uint64_t> parts{checksum(std::as_bytes(std::span(&time, 1)))};
     for (std::size_t i = 0; i < arrays.size(); ++i) {
         std::vector<double> integers;
-        if (plan.quantities[i].is_integer)
+        if (recording.quantities[i].is_integer)
             for (const double value : arrays[i]) integers.push_back(value == 0.0 ? 0.0 : value);  // -0 is stored as 0
         parts.push_back(checksum(std::as_bytes(integers.empty() ? arrays[i] : std::span<const double>(integers))));
     }
@@ -143,10 +136,10 @@ std::uint64_t row_checksum(const GroupPlan& plan, double time, std::span<const s
 }
 
 /// Rows that are a chunk each can be compressed without HDF5, which must be called by one thread at a time.
-bool is_frame(const GroupPlan& plan) {
+bool is_frame(const Recording& recording) {
     const auto is_integer = [](const Quantity& quantity) { return quantity.is_integer; };
-    return plan.rows_per_chunk == 1 && !plan.trajectory &&
-           std::none_of(plan.quantities.begin(), plan.quantities.end(), is_integer);
+    return recording.rows_per_chunk == 1 && !recording.trajectory &&
+           std::none_of(recording.quantities.begin(), recording.quantities.end(), is_integer);
 }
 
 /// Compresses a frame in another thread; a small one takes less time than the start of a thread.
@@ -265,36 +258,38 @@ std::vector<std::uint64_t> check_same(const ArchiveReader& reader, const std::fi
                                       const std::vector<Recording>& recordings, std::span<const std::size_t> rows) {
     std::vector<std::uint64_t> checksums;
     for (std::size_t r = 0; r < recordings.size(); ++r) {
-        const GroupPlan plan = plan_of(recordings[r]);
-        const std::vector<double> time = check_recorded(reader, file.string(), time_path(plan), {}, rows[r]);
-        if (plan.trajectory) {
-            for (const FixedArray& array : plan.trajectory->fixed)
-                check_same_values(reader, file.string(), path_in(plan.group, array.name), array.values, "numbers");
+        const Recording& recording = recordings[r];
+        const std::vector<double> time = check_recorded(reader, file.string(), time_path(recording), {}, rows[r]);
+        if (recording.trajectory) {
+            for (const FixedArray& array : recording.trajectory->fixed)
+                check_same_values(reader, file.string(), path_in(recording.group, array.name), array.values, "numbers");
         } else {
-            for (const Axis& axis : plan.axes)
-                check_same_values(reader, file.string(), path_in(plan.group, axis.name), axis.values, "coordinates");
+            for (const Axis& axis : recording.axes)
+                check_same_values(reader, file.string(), path_in(recording.group, axis.name), axis.values,
+                                  "coordinates");
         }
         std::vector<std::vector<double>> row;
-        for (const Quantity& quantity : plan.quantities)
-            row.push_back(
-                check_recorded(reader, file.string(), value_path(plan, quantity), shape_of(plan, quantity), rows[r]));
+        for (const Quantity& quantity : recording.quantities) {
+            const std::string path = value_path(recording, quantity);
+            row.push_back(check_recorded(reader, file.string(), path, shape_of(recording, quantity), rows[r]));
+            const std::string unit = reader.text_attribute(path, "units");
+            require(unit == quantity.unit, {file.string()},
+                    "{} has the unit {}; expected {}: the archive of another scene", path, unit, quantity.unit);
+        }
         const std::vector<std::span<const double>> arrays(row.begin(), row.end());
-        checksums.push_back(time.empty() ? 0 : row_checksum(plan, time.front(), arrays));
+        checksums.push_back(time.empty() ? 0 : row_checksum(recording, time.front(), arrays));
     }
     return checksums;
 }
 
-void check_types_and_units(const OpenRecording& recording, const Hdf5Errors& errors) {
-    for (std::size_t i = 0; i < recording.plan.quantities.size(); ++i) {
-        const Quantity& quantity = recording.plan.quantities[i];
-        const hid_t dataset = recording.datasets.quantities[i];
-        const Handle type = errors.own(H5Dget_type(dataset), H5Tclose, "reading the type of " + quantity.name);
+void check_types(const OpenRecording& recording, const Hdf5Errors& errors) {
+    for (std::size_t i = 0; i < recording.about.quantities.size(); ++i) {
+        const Quantity& quantity = recording.about.quantities[i];
+        const Handle type =
+            errors.own(H5Dget_type(recording.datasets.quantities[i]), H5Tclose, "reading the type of " + quantity.name);
         require(H5Tequal(type, quantity.is_integer ? H5T_STD_I64LE : H5T_IEEE_F64LE) > 0, {errors.file},
                 "{} does not hold {} numbers; expected an archive that drover wrote",
-                value_path(recording.plan, quantity), quantity.is_integer ? "int64" : "float64");
-        const std::string found = read_text_attribute(dataset, "units", errors);
-        require(found == quantity.unit, {errors.file}, "{} has the unit {}; expected {}: the archive of another scene",
-                value_path(recording.plan, quantity), found, quantity.unit);
+                value_path(recording.about, quantity), quantity.is_integer ? "int64" : "float64");
     }
 }
 
@@ -319,10 +314,8 @@ Archive Archive::create(const std::filesystem::path& name, const std::vector<Rec
                                           Fault::environment);
     const QuietErrors watched(&archive->hdf5.failure());
     write_root_attributes(archive->hdf5.id(), attributes, errors);
-    for (const Recording& recording : recordings) {
-        const GroupPlan plan = plan_of(recording);
-        archive->recordings.push_back({plan, make_group(archive->hdf5.id(), plan, errors)});
-    }
+    for (const Recording& recording : recordings)
+        archive->recordings.push_back({recording, make_group(archive->hdf5.id(), recording, errors)});
     archive->hdf5.commit();
     for (const auto& [name_of_attribute, value] : attributes)
         if (name_of_attribute == run_id_name) archive->hdf5.know_by(std::get<std::string>(value));
@@ -365,9 +358,8 @@ Archive Archive::resume(const std::filesystem::path& name, const std::vector<Rec
     const Hdf5Errors errors = archive->hdf5.errors(Fault::input);
     const hid_t hdf5 = archive->hdf5.id();
     for (std::size_t r = 0; r < recordings.size(); ++r) {
-        const GroupPlan plan = plan_of(recordings[r]);
-        archive->recordings.push_back({plan, open_group(hdf5, plan, errors), rows[r], checksums[r]});
-        check_types_and_units(archive->recordings.back(), errors);
+        archive->recordings.push_back({recordings[r], open_group(hdf5, recordings[r], errors), rows[r], checksums[r]});
+        check_types(archive->recordings.back(), errors);
         set_rows(archive->recordings.back(), rows[r], errors);
     }
     for (const std::string& group : result_groups(hdf5, archive->recordings, errors))
@@ -400,7 +392,7 @@ void write_pending(File& file) {
     const OpenRecording& recording = file.recordings[frame.recording];
     const Chunks chunks = frame.chunks.get();
     for (std::size_t i = 0; i < chunks.size(); ++i) {
-        std::vector<hsize_t> corner(recording.plan.quantities[i].axes.size() + 1, 0);
+        std::vector<hsize_t> corner(recording.about.quantities[i].axes.size() + 1, 0);
         corner[0] = frame.row;
         write_chunk(recording.datasets.quantities[i], corner, chunks[i], file.errors);
     }
@@ -414,49 +406,52 @@ void Archive::append(std::size_t recording, double time, std::span<const std::sp
     require(recording < file_->recordings.size(), {errors.file},
             "no recording has the number {}; expected less than {}", recording, file_->recordings.size());
     OpenRecording& into = file_->recordings[recording];
-    const GroupPlan& plan = into.plan;
-    require(arrays.size() == plan.quantities.size(), {errors.file}, "a row of {} has {} arrays; expected {}",
-            plan.group, arrays.size(), plan.quantities.size());
+    const Recording& about = into.about;
+    require(arrays.size() == about.quantities.size(), {errors.file}, "a row of {} has {} arrays; expected {}",
+            about.group, arrays.size(), about.quantities.size());
     for (std::size_t i = 0; i < arrays.size(); ++i)
-        require(arrays[i].size() == count_of(plan, plan.quantities[i]), {errors.file},
-                "a row of {} has {} numbers; expected {}", path_in(plan.group, plan.quantities[i].name),
-                arrays[i].size(), count_of(plan, plan.quantities[i]));
-    if (is_frame(plan)) write_pending(*file_);
+        require(arrays[i].size() == count_of(about, about.quantities[i]), {errors.file},
+                "a row of {} has {} numbers; expected {}", path_in(about.group, about.quantities[i].name),
+                arrays[i].size(), count_of(about, about.quantities[i]));
+    if (is_frame(about)) write_pending(*file_);
     set_rows(into, into.rows + 1, errors);
     write_row(into.datasets.time, into.rows, {}, {&time, 1}, errors);
     const auto steps = static_cast<double>(step);  // exact: far below 2^53
-    if (plan.trajectory) write_row(into.datasets.step, into.rows, {}, {&steps, 1}, errors);
-    if (is_frame(plan))
+    if (about.trajectory) write_row(into.datasets.step, into.rows, {}, {&steps, 1}, errors);
+    if (is_frame(about))
         file_->pending.emplace(PendingFrame{.recording = recording, .row = into.rows, .chunks = packed(arrays)});
     else
         for (std::size_t i = 0; i < arrays.size(); ++i)
-            write_row(into.datasets.quantities[i], into.rows, shape_of(plan, plan.quantities[i]), arrays[i], errors);
+            write_row(into.datasets.quantities[i], into.rows, shape_of(about, about.quantities[i]), arrays[i], errors);
     ++into.rows;
-    into.checksum = row_checksum(plan, time, arrays);
+    into.checksum = row_checksum(about, time, arrays);
 }
 
 void Archive::replace(const ResultTable& table) {
     const QuietErrors quiet(&file_->hdf5.failure());
     const Hdf5Errors& errors = file_->errors;
-    const GroupPlan plan = plan_of(table);
-    check(plan, errors.file);
+    const Recording about{.group = table.group,
+                          .axes = table.axes,
+                          .quantities = table.quantities,
+                          .rows_per_chunk = 0};
+    check(about, errors.file);
     require(table.values.size() == table.quantities.size(), {errors.file}, "{} has {} arrays; expected {}", table.group,
             table.values.size(), table.quantities.size());
     for (std::size_t i = 0; i < table.values.size(); ++i)
-        require(table.values[i].size() == count_of(plan, plan.quantities[i]), {errors.file},
-                "{} has {} numbers; expected {}", path_in(table.group, plan.quantities[i].name), table.values[i].size(),
-                count_of(plan, plan.quantities[i]));
+        require(table.values[i].size() == count_of(about, about.quantities[i]), {errors.file},
+                "{} has {} numbers; expected {}", path_in(table.group, about.quantities[i].name),
+                table.values[i].size(), count_of(about, about.quantities[i]));
     for (const OpenRecording& recording : file_->recordings)
-        require(table.group != "/" && !(recording.plan.group + "/").starts_with(table.group + "/"), {errors.file},
+        require(table.group != "/" && !(recording.about.group + "/").starts_with(table.group + "/"), {errors.file},
                 "{} cannot be a table of results: it belongs to a recording; expected another group", table.group);
     // At the root, of an archive without recordings, there is nothing to replace.
     if (table.group != "/" &&
         errors.check(H5Lexists(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "looking up " + table.group) > 0)
         errors.check(H5Ldelete(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "removing " + table.group);
-    const GroupDatasets created = make_group(file_->hdf5.id(), plan, errors);
+    const GroupDatasets created = make_group(file_->hdf5.id(), about, errors);
     for (std::size_t i = 0; i < table.values.size(); ++i)
-        if (!is_compact(extent_of(shape_of(plan, plan.quantities[i]), 0)) && !plan.quantities[i].is_integer)
-            write_chunk(created.quantities[i], std::vector<hsize_t>(plan.quantities[i].axes.size(), 0),
+        if (!is_compact(extent_of(shape_of(about, about.quantities[i]), 0)) && !about.quantities[i].is_integer)
+            write_chunk(created.quantities[i], std::vector<hsize_t>(about.quantities[i].axes.size(), 0),
                         packed_chunk(table.values[i]), errors);
         else
             errors.check(H5Dwrite(created.quantities[i], H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT,

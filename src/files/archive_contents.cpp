@@ -60,17 +60,9 @@ std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name
 }
 
 std::vector<Attribute> attributes_of(hid_t object, std::uint64_t file_bytes, const Hdf5Errors& errors) {
-    H5O_info_t about;
-    errors.check(H5Oget_info2(object, &about, H5O_INFO_NUM_ATTRS), "counting attributes");
     std::vector<Attribute> found;
-    for (hsize_t i = 0; i < about.num_attrs; ++i) {
-        const Handle attribute =
-            errors.own(H5Aopen_by_idx(object, ".", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                       text("opening attribute {}", i));
-        std::string name(static_cast<std::size_t>(
-                             errors.check(H5Aget_name(attribute, 0, nullptr), "naming an attribute")),
-                         '\0');
-        errors.check(H5Aget_name(attribute, name.size() + 1, name.data()), "naming an attribute");
+    for (const std::string& name : attribute_names(object, errors)) {
+        const Handle attribute = errors.own(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "opening " + name);
         if (auto read = read_attribute(attribute, name, file_bytes, errors)) found.push_back(std::move(*read));
     }
     return found;

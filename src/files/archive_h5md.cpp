@@ -47,11 +47,11 @@ void write_fixed(hid_t group, const FixedArray& array, const Hdf5Errors& errors)
     write_description(dataset, array.name, array.unit, array.meaning, errors);
 }
 
-void make_box(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
-    const Handle box = make_path(file, path_in(plan.group, "box"), errors);
+void make_box(hid_t file, const Recording& recording, const Hdf5Errors& errors) {
+    const Handle box = make_path(file, path_in(recording.group, "box"), errors);
     write_attribute(box, {"dimension", std::int64_t{3}}, errors);
     std::vector<std::string> boundary;
-    for (const bool periodic : plan.trajectory->periodic) boundary.emplace_back(periodic ? "periodic" : "none");
+    for (const bool periodic : recording.trajectory->periodic) boundary.emplace_back(periodic ? "periodic" : "none");
     write_list(box, "boundary", boundary, errors);
 }
 
@@ -62,15 +62,15 @@ void link(hid_t file, const std::string& from, const std::string& to, const Hdf5
 
 }  // namespace
 
-GroupDatasets make_trajectory(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
+GroupDatasets make_trajectory(hid_t file, const Recording& recording, const Hdf5Errors& errors) {
     make_head(file, errors);
-    const Handle group = make_path(file, plan.group, errors);
-    if (plan.trajectory->has_box) make_box(file, plan, errors);
+    const Handle group = make_path(file, recording.group, errors);
+    if (recording.trajectory->has_box) make_box(file, recording, errors);
     GroupDatasets created;
-    const auto rows = static_cast<std::size_t>(plan.rows_per_chunk);
-    const std::string first = path_in(plan.group, plan.quantities.front().name);
-    for (const Quantity& quantity : plan.quantities) {
-        const std::string path = path_in(plan.group, quantity.name);
+    const auto rows = static_cast<std::size_t>(recording.rows_per_chunk);
+    const std::string first = path_in(recording.group, recording.quantities.front().name);
+    for (const Quantity& quantity : recording.quantities) {
+        const std::string path = path_in(recording.group, quantity.name);
         const Handle element = make_path(file, path, errors);
         if (path == first) {
             const Extent extent = extent_of({}, std::max(time_rows_per_chunk, rows));
@@ -81,11 +81,11 @@ GroupDatasets make_trajectory(hid_t file, const GroupPlan& plan, const Hdf5Error
         } else {
             for (const char* shared : {"/time", "/step"}) link(file, first + shared, path + shared, errors);
         }
-        created.quantities.push_back(
-            make_dataset(element, "value", extent_of(shape_of(plan, quantity), rows), quantity.is_integer, errors));
+        created.quantities.push_back(make_dataset(element, "value", extent_of(shape_of(recording, quantity), rows),
+                                                  quantity.is_integer, errors));
         write_description(created.quantities.back(), quantity.name, quantity.unit, quantity.meaning, errors);
     }
-    for (const FixedArray& array : plan.trajectory->fixed) write_fixed(group, array, errors);
+    for (const FixedArray& array : recording.trajectory->fixed) write_fixed(group, array, errors);
     return created;
 }
 

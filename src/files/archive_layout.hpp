@@ -53,7 +53,7 @@ struct Recording {
     std::string group;  ///< "/", "/observables"; of a trajectory also "/particles/spheres"
     std::vector<Axis> axes;
     std::vector<Quantity> quantities;
-    int rows_per_chunk = 1;  ///< 1 for fields, many for scalars
+    int rows_per_chunk = 1;  ///< 1 for fields, many for scalars; 0: no time axis
     std::optional<Trajectory> trajectory = {};
     std::string time_unit = "s";  ///< not of a trajectory
 };

@@ -76,17 +76,18 @@ void write_axes_of(hid_t dataset, std::vector<hobj_ref_t> scales, const Hdf5Erro
 }
 
 /// Links the quantities of a group to its scales, in both directions.
-void attach_scales(hid_t group, const GroupPlan& plan, const std::vector<Handle>& datasets, const Hdf5Errors& errors) {
+void attach_scales(hid_t group, const Recording& recording, const std::vector<Handle>& datasets,
+                   const Hdf5Errors& errors) {
     std::vector<std::string> names;
-    if (plan.rows_per_chunk > 0) names.emplace_back("time");
-    for (const Axis& axis : plan.axes) names.push_back(axis.name);
+    if (recording.rows_per_chunk > 0) names.emplace_back("time");
+    for (const Axis& axis : recording.axes) names.push_back(axis.name);
     std::vector<hobj_ref_t> references;
     for (const std::string& name : names) references.push_back(reference_to(group, name, errors));
     std::vector<std::vector<ScaleUse>> uses(names.size());
-    for (std::size_t k = 0; k < plan.quantities.size(); ++k) {
-        const Quantity& quantity = plan.quantities[k];
+    for (std::size_t k = 0; k < recording.quantities.size(); ++k) {
+        const Quantity& quantity = recording.quantities[k];
         std::vector<std::string> axes = quantity.axes;
-        if (plan.rows_per_chunk > 0) axes.insert(axes.begin(), "time");
+        if (recording.rows_per_chunk > 0) axes.insert(axes.begin(), "time");
         if (axes.empty()) continue;
         const hobj_ref_t itself = reference_to(group, quantity.name, errors);
         std::vector<hobj_ref_t> scales;
@@ -128,10 +129,10 @@ void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
 }
 
 /// The unit is "s", or as the scene calls it: xarray converts "seconds since ..." and "seconds" to dates and durations.
-Handle make_time(hid_t group, const GroupPlan& plan, const Hdf5Errors& errors) {
-    const std::size_t rows = std::max(time_rows_per_chunk, static_cast<std::size_t>(plan.rows_per_chunk));
+Handle make_time(hid_t group, const Recording& recording, const Hdf5Errors& errors) {
+    const std::size_t rows = std::max(time_rows_per_chunk, static_cast<std::size_t>(recording.rows_per_chunk));
     Handle dataset = make_dataset(group, "time", extent_of({}, rows), false, errors);
-    write_description(dataset, "time", plan.time_unit, "time since the start of the run", errors);
+    write_description(dataset, "time", recording.time_unit, "time since the start of the run", errors);
     write_text(dataset, "axis", "T", H5T_STR_NULLPAD, errors);
     mark_as_scale(dataset, "time", errors);
     return dataset;
@@ -196,23 +197,17 @@ Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf
     return errors.own(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose, doing);
 }
 
-GroupPlan plan_of(const Recording& recording) {
-    return {recording.group,          recording.axes,       recording.quantities,
-            recording.rows_per_chunk, recording.trajectory, recording.time_unit};
-}
-
-GroupPlan plan_of(const ResultTable& table) { return {table.group, table.axes, table.quantities, 0, {}}; }
-
 std::string path_in(const std::string& group, const std::string& name) {
     return group == "/" ? "/" + name : group + "/" + name;
 }
 
-std::string time_path(const GroupPlan& plan) {
-    return plan.trajectory ? path_in(plan.group, plan.quantities.front().name + "/time") : path_in(plan.group, "time");
+std::string time_path(const Recording& recording) {
+    return recording.trajectory ? path_in(recording.group, recording.quantities.front().name + "/time")
+                                : path_in(recording.group, "time");
 }
 
-std::string value_path(const GroupPlan& plan, const Quantity& quantity) {
-    return path_in(plan.group, plan.trajectory ? quantity.name + "/value" : quantity.name);
+std::string value_path(const Recording& recording, const Quantity& quantity) {
+    return path_in(recording.group, recording.trajectory ? quantity.name + "/value" : quantity.name);
 }
 
 namespace {
@@ -226,44 +221,44 @@ void check_group_name(const std::string& group, std::size_t max_words, const Sou
 }
 }  // namespace
 
-void check(const GroupPlan& plan, const std::string& file) {
+void check(const Recording& recording, const std::string& file) {
     const SourceLocation where{file};
-    check_group_name(plan.group, plan.trajectory ? 2 : 1, where);
+    check_group_name(recording.group, recording.trajectory ? 2 : 1, where);
     std::set<std::string> names{"time"};
     const auto add_name = [&](const std::string& name) {
-        const bool may_nest = plan.trajectory.has_value() && name == "box/edges";
+        const bool may_nest = recording.trajectory.has_value() && name == "box/edges";
         require(!name.empty() && (may_nest || name.find('/') == std::string::npos) && name != ".", where,
-                "\"{}\" in group {} cannot name a dataset; expected a word without slashes", name, plan.group);
+                "\"{}\" in group {} cannot name a dataset; expected a word without slashes", name, recording.group);
         require(names.insert(name).second, where, "group {} has two datasets named {}; expected each name once",
-                plan.group, name);
+                recording.group, name);
     };
-    if (plan.trajectory) {
-        require(!plan.quantities.empty() && plan.group != "/", where,
-                "the trajectory {} has no element or is the root; expected a group with positions", plan.group);
-        for (const FixedArray& array : plan.trajectory->fixed) {
+    if (recording.trajectory) {
+        require(!recording.quantities.empty() && recording.group != "/", where,
+                "the trajectory {} has no element or is the root; expected a group with positions", recording.group);
+        for (const FixedArray& array : recording.trajectory->fixed) {
             add_name(array.name);
             require(array.components >= 1 && !array.values.empty() && array.values.size() % array.components == 0,
-                    where, "{} has {} numbers, {} each; expected complete rows", path_in(plan.group, array.name),
+                    where, "{} has {} numbers, {} each; expected complete rows", path_in(recording.group, array.name),
                     array.values.size(), array.components);
         }
     }
     std::set<std::string> axes;
-    for (const Axis& axis : plan.axes) {
+    for (const Axis& axis : recording.axes) {
         add_name(axis.name);
         axes.insert(axis.name);
         require(!axis.values.empty(), where, "axis {} has no values; expected at least one",
-                path_in(plan.group, axis.name));
+                path_in(recording.group, axis.name));
     }
-    for (const Quantity& quantity : plan.quantities) {
+    for (const Quantity& quantity : recording.quantities) {
         add_name(quantity.name);
         for (const std::string& axis : quantity.axes)
             require(axes.contains(axis), where, "{} has the unknown axis {}; expected one of: {}",
-                    path_in(plan.group, quantity.name), axis,
+                    path_in(recording.group, quantity.name), axis,
                     joined(std::vector<std::string>(axes.begin(), axes.end())));
-        const std::size_t rows = static_cast<std::size_t>(std::max(plan.rows_per_chunk, 1));
-        require(count_of(plan, quantity) <= max_chunk_bytes / sizeof(double) / rows, where,
+        const std::size_t rows = static_cast<std::size_t>(std::max(recording.rows_per_chunk, 1));
+        require(count_of(recording, quantity) <= max_chunk_bytes / sizeof(double) / rows, where,
                 "{} rows of {} are more than the {} of a chunk; expected fewer rows in a chunk or a smaller grid", rows,
-                path_in(plan.group, quantity.name), bytes_text(static_cast<double>(max_chunk_bytes)));
+                path_in(recording.group, quantity.name), bytes_text(static_cast<double>(max_chunk_bytes)));
     }
 }
 
@@ -275,38 +270,41 @@ std::vector<std::size_t> shape_of(const std::vector<Axis>& axes, const Quantity&
     return shape;
 }
 
-std::size_t count_of(const GroupPlan& plan, const Quantity& quantity) {
+std::size_t count_of(const Recording& recording, const Quantity& quantity) {
     std::size_t count = 1;
-    for (const std::size_t size : shape_of(plan, quantity)) count *= size;
+    for (const std::size_t size : shape_of(recording, quantity)) count *= size;
     return count;
 }
 
-GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
-    if (plan.trajectory) return make_trajectory(file, plan, errors);
-    const Handle group = group_handle(file, plan.group, true, errors);
+GroupDatasets make_group(hid_t file, const Recording& recording, const Hdf5Errors& errors) {
+    if (recording.trajectory) return make_trajectory(file, recording, errors);
+    const Handle group = group_handle(file, recording.group, true, errors);
     GroupDatasets created;
-    const bool has_time = plan.rows_per_chunk > 0;
-    if (has_time) created.time = make_time(group, plan, errors);
-    for (const Axis& axis : plan.axes) make_axis(group, axis, errors);
-    for (const Quantity& quantity : plan.quantities) {
-        const Extent extent = extent_of(shape_of(plan, quantity), static_cast<std::size_t>(plan.rows_per_chunk));
+    const bool has_time = recording.rows_per_chunk > 0;
+    if (has_time) created.time = make_time(group, recording, errors);
+    for (const Axis& axis : recording.axes) make_axis(group, axis, errors);
+    for (const Quantity& quantity : recording.quantities) {
+        const Extent extent =
+            extent_of(shape_of(recording, quantity), static_cast<std::size_t>(recording.rows_per_chunk));
         created.quantities.push_back(make_dataset(group, quantity.name, extent, quantity.is_integer, errors));
         write_description(created.quantities.back(), quantity.name, quantity.unit, quantity.meaning, errors);
     }
-    attach_scales(group, plan, created.quantities, errors);
+    attach_scales(group, recording, created.quantities, errors);
     return created;
 }
 
-GroupDatasets open_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors) {
+GroupDatasets open_group(hid_t file, const Recording& recording, const Hdf5Errors& errors) {
     const auto open = [&](const std::string& path, std::size_t chunk_bytes) {
         const Handle access = dataset_access(chunk_bytes, errors);
         return errors.own(H5Dopen2(file, path.c_str(), access), H5Dclose, text("opening {}", path));
     };
-    GroupDatasets opened{open(time_path(plan), 0), {}, {}};
-    if (plan.trajectory) opened.step = open(path_in(plan.group, plan.quantities.front().name + "/step"), 0);
-    for (const Quantity& quantity : plan.quantities) {
-        const std::size_t rows = static_cast<std::size_t>(plan.rows_per_chunk);
-        opened.quantities.push_back(open(value_path(plan, quantity), sizeof(double) * rows * count_of(plan, quantity)));
+    GroupDatasets opened{open(time_path(recording), 0), {}, {}};
+    if (recording.trajectory)
+        opened.step = open(path_in(recording.group, recording.quantities.front().name + "/step"), 0);
+    for (const Quantity& quantity : recording.quantities) {
+        const std::size_t rows = static_cast<std::size_t>(recording.rows_per_chunk);
+        opened.quantities.push_back(
+            open(value_path(recording, quantity), sizeof(double) * rows * count_of(recording, quantity)));
     }
     return opened;
 }
@@ -346,18 +344,24 @@ void write_list(hid_t object, const char* name, std::span<const std::string> val
     write_raw(object, name, type, space, letters.data(), errors);
 }
 
-std::string read_text_attribute(hid_t object, const std::string& name, const Hdf5Errors& errors) {
-    const std::string doing = text("reading attribute {}", name);
-    const Handle attribute = errors.own(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, doing);
-    const Handle type = errors.own(H5Aget_type(attribute), H5Tclose, doing);
-    const Handle space = errors.own(H5Aget_space(attribute), H5Sclose, doing);
-    if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1)
-        fail_input({errors.file}, "attribute {} is not a fixed-length string; expected an archive that drover wrote",
-                   name);
-    std::string value(H5Tget_size(type), '\0');
-    errors.check(H5Aread(attribute, type, value.data()), doing);
-    value.resize(value.find_last_not_of('\0') + 1);
-    return value;
+void write_root_attributes(hid_t file, const std::vector<Attribute>& attributes, const Hdf5Errors& errors) {
+    const Handle root = errors.own(H5Gopen2(file, "/", H5P_DEFAULT), H5Gclose, "opening the root group");
+    const auto write = [&](const Attribute& attribute) {
+        const char* name = attribute.first.c_str();
+        if (errors.check(H5Aexists(root, name), "looking up an attribute") > 0)
+            errors.check(H5Adelete(root, name), "removing an attribute");
+        write_attribute(root, attribute, errors);
+    };
+    write({"Conventions", std::string("CF-1.8")});
+    for (const Attribute& attribute : attributes) write(attribute);
+}
+
+void replace_root_attributes(hid_t file, const std::vector<Attribute>& attributes, const Hdf5Errors& errors) {
+    std::set<std::string> kept{"Conventions", run_id_name};
+    for (const Attribute& attribute : attributes) kept.insert(attribute.first);
+    for (const std::string& name : attribute_names(file, errors))
+        if (!kept.contains(name)) errors.check(H5Adelete(file, name.c_str()), "removing an attribute");
+    write_root_attributes(file, attributes, errors);
 }
 
 }  // namespace drover::files

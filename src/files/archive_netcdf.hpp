@@ -11,27 +11,14 @@
 
 namespace drover::files {
 
-/// What a group holds.
-struct GroupPlan {
-    std::string group;
-    std::vector<Axis> axes;
-    std::vector<Quantity> quantities;
-    int rows_per_chunk = 0;                     ///< 0: no time axis
-    std::optional<Trajectory> trajectory = {};  ///< laid out as H5MD
-    std::string time_unit = "s";
-};
-
-GroupPlan plan_of(const Recording& recording);
-GroupPlan plan_of(const ResultTable& table);
-
 /// Throws an input Error unless names are plain and unique, axes known and not empty, and a chunk fits HDF5.
-void check(const GroupPlan& plan, const std::string& file);
+void check(const Recording& recording, const std::string& file);
 
 /// Lengths of the axes of a quantity, without time, and their product.
-inline std::vector<std::size_t> shape_of(const GroupPlan& plan, const Quantity& quantity) {
-    return shape_of(plan.axes, quantity);
+inline std::vector<std::size_t> shape_of(const Recording& recording, const Quantity& quantity) {
+    return shape_of(recording.axes, quantity);
 }
-std::size_t count_of(const GroupPlan& plan, const Quantity& quantity);
+std::size_t count_of(const Recording& recording, const Quantity& quantity);
 
 /// The datasets of a group that the archive writes to.
 struct GroupDatasets {
@@ -41,17 +28,17 @@ struct GroupDatasets {
 };
 
 /// Creates the group (unless it is the root group), its axes with their coordinates, time and empty quantities.
-GroupDatasets make_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors);
+GroupDatasets make_group(hid_t file, const Recording& recording, const Hdf5Errors& errors);
 
 /// Opens the datasets that make_group created.
-GroupDatasets open_group(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors);
+GroupDatasets open_group(hid_t file, const Recording& recording, const Hdf5Errors& errors);
 
 /// Path of a member of a group: "/observables/time".
 std::string path_in(const std::string& group, const std::string& name);
 
 /// Paths of the times and of the rows of a quantity of a group.
-std::string time_path(const GroupPlan& plan);
-std::string value_path(const GroupPlan& plan, const Quantity& quantity);
+std::string time_path(const Recording& recording);
+std::string value_path(const Recording& recording, const Quantity& quantity);
 
 // Shared by the two layouts.
 
@@ -77,7 +64,7 @@ void write_list(hid_t object, const char* name, std::span<const std::int64_t> va
 void write_list(hid_t object, const char* name, std::span<const std::string> values, const Hdf5Errors& errors);
 
 /// Creates the groups and datasets of a trajectory, and /h5md if it does not exist.
-GroupDatasets make_trajectory(hid_t file, const GroupPlan& plan, const Hdf5Errors& errors);
+GroupDatasets make_trajectory(hid_t file, const Recording& recording, const Hdf5Errors& errors);
 
 /// For files and groups: links and attributes in order of creation, no timestamps.
 Handle file_creation(const Hdf5Errors& errors);
@@ -85,7 +72,11 @@ Handle file_creation(const Hdf5Errors& errors);
 /// Strings are stored as fixed-length ASCII, or UTF-8 if needed.
 void write_attribute(hid_t object, const Attribute& attribute, const Hdf5Errors& errors);
 
-/// A string attribute of a dataset that make_group created.
-std::string read_text_attribute(hid_t object, const std::string& name, const Hdf5Errors& errors);
+/// Writes "Conventions" and these to the root group; those that exist are replaced one at a time.
+void write_root_attributes(hid_t file, const std::vector<Attribute>& attributes, const Hdf5Errors& errors);
+
+/// The same, and removes all others but the run id.  That stays where it is in the file: HDF5 moves attributes where
+/// there are few.
+void replace_root_attributes(hid_t file, const std::vector<Attribute>& attributes, const Hdf5Errors& errors);
 
 }  // namespace drover::files

@@ -1,4 +1,4 @@
-// files/hdf5_handle.hpp: owning HDF5 identifiers, and HDF5's error messages as Errors.
+// files/hdf5_handle.hpp: owning HDF5 identifiers, HDF5's error messages as Errors, and names.
 #pragma once
 #include <hdf5.h>
 
@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "drover/base/error.hpp"
 
@@ -71,5 +72,11 @@ struct Hdf5Errors {
 
 /// The innermost message on HDF5's error stack.
 std::string hdf5_message();
+
+/// The name of link i of a group, in the order of their names.
+std::string link_name(hid_t file, const std::string& group, hsize_t i, const Hdf5Errors& errors);
+
+/// Of the attributes of the root group, in order.
+std::vector<std::string> attribute_names(hid_t file, const Hdf5Errors& errors);
 
 }  // namespace drover::files

@@ -145,13 +145,13 @@ void touch(const Descriptor& open) {
     if (::futimens(open.number(), nullptr) < 0) fail_call("setting the time", errno);
 }
 
-std::uint64_t length_of(const Descriptor& file) {
+namespace {
+struct stat stat_of(const Descriptor& open) {
     struct stat status {};
-    if (::fstat(file.number(), &status) < 0) fail_call("stat", errno);
-    return static_cast<std::uint64_t>(status.st_size);
+    if (::fstat(open.number(), &status) < 0) fail_call("stat", errno);
+    return status;
 }
 
-namespace {
 FileState state_of(const struct stat& found) {
     return {.device = found.st_dev,
             .number = found.st_ino,
@@ -161,22 +161,19 @@ FileState state_of(const struct stat& found) {
 }
 }  // namespace
 
+std::uint64_t length_of(const Descriptor& file) { return static_cast<std::uint64_t>(stat_of(file).st_size); }
+
 FileState state_of(const std::filesystem::path& file) {
     struct stat found {};
     if (::stat(file.c_str(), &found) < 0) return {};
     return state_of(found);
 }
 
-FileState state_of(const Descriptor& open) {
-    struct stat found {};
-    if (::fstat(open.number(), &found) < 0) fail_call("stat", errno);
-    return state_of(found);
-}
+FileState state_of(const Descriptor& open) { return state_of(stat_of(open)); }
 
 Named named(const Descriptor& open, const std::filesystem::path& file) {
-    struct stat mine {
-    }, there{};
-    if (::fstat(open.number(), &mine) < 0) fail_call("stat", errno);
+    const struct stat mine = stat_of(open);
+    struct stat there {};
     if (::stat(file.c_str(), &there) < 0) {
         if (errno != ENOENT && errno != ENOTDIR) fail_call("stat", errno);
         return Named::nothing;
@@ -185,11 +182,7 @@ Named named(const Descriptor& open, const std::filesystem::path& file) {
     return is_same ? Named::this_file : Named::another_file;
 }
 
-std::uint64_t link_count(const Descriptor& open) {
-    struct stat status {};
-    if (::fstat(open.number(), &status) < 0) fail_call("stat", errno);
-    return status.st_nlink;
-}
+std::uint64_t link_count(const Descriptor& open) { return stat_of(open).st_nlink; }
 
 std::filesystem::path name_of(const Descriptor& open) {
     std::error_code unknown;
