@@ -7,17 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "drover/base/axis.hpp"
 #include "drover/base/variant.hpp"
 
 namespace drover::files {
 
-/// One axis of an array besides time: a dimension scale.
-struct Axis {
-    std::string name;            ///< "x"
-    std::string unit;            ///< UDUNITS text; "1" for a pure number
-    std::string meaning;         ///< CF comment
-    std::vector<double> values;  ///< coordinates
-};
+using drover::Axis;
 
 /// One array.
 struct Quantity {

@@ -62,14 +62,14 @@ std::string link_name(hid_t file, const std::string& group, hsize_t i, const Hdf
     return name_by(call, "listing " + group, errors);
 }
 
-std::vector<std::string> attribute_names(hid_t file, const Hdf5Errors& errors) {
+std::vector<std::string> attribute_names(hid_t object, const Hdf5Errors& errors) {
     const std::string doing = "listing attributes";
     H5O_info_t about;
-    errors.check(H5Oget_info2(file, &about, H5O_INFO_NUM_ATTRS), doing);
+    errors.check(H5Oget_info2(object, &about, H5O_INFO_NUM_ATTRS), doing);
     std::vector<std::string> names;
     for (hsize_t i = 0; i < about.num_attrs; ++i) {
         const auto call = [&](char* to, std::size_t size) {
-            return H5Aget_name_by_idx(file, "/", H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT);
+            return H5Aget_name_by_idx(object, ".", H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT);
         };
         names.push_back(name_by(call, doing, errors));
     }

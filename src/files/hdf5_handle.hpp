@@ -77,6 +77,6 @@ std::string hdf5_message();
 std::string link_name(hid_t file, const std::string& group, hsize_t i, const Hdf5Errors& errors);
 
 /// Of the attributes of the root group, in order.
-std::vector<std::string> attribute_names(hid_t file, const Hdf5Errors& errors);
+std::vector<std::string> attribute_names(hid_t object, const Hdf5Errors& errors);
 
 }  // namespace drover::files

@@ -53,12 +53,10 @@ ScheduledRecording sample_recording(const io::Scene& scene, const char* group, c
                                     std::vector<files::Quantity> quantities,
                                     std::function<std::vector<std::vector<double>>()> measure) {
     const auto values = std::make_shared<std::vector<std::vector<double>>>();
-    return {{.group = group,
-             .axes = file_axes(axes),
-             .quantities = std::move(quantities),
-             .rows_per_chunk = samples_per_chunk(scene)},
-            io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
-            [measure = std::move(measure), values] { return lend(*values, measure()); }};
+    return {
+        {.group = group, .axes = axes, .quantities = std::move(quantities), .rows_per_chunk = samples_per_chunk(scene)},
+        io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
+        [measure = std::move(measure), values] { return lend(*values, measure()); }};
 }
 
 const Prediction* find_prediction(const Report& report, const std::string& name) {
@@ -69,7 +67,7 @@ const Prediction* find_prediction(const Report& report, const std::string& name)
 
 files::ResultTable result_table(const Report& report) {
     files::ResultTable table{.group = "/summary",
-                             .axes = file_axes(measure::axes_of(report.summary.rows)),
+                             .axes = measure::axes_of(report.summary.rows),
                              .warnings = report.warnings};
     const std::string time_unit = io::renamed("s", report.scene.units);
     for (const measure::SummaryRow& row : report.summary.rows) {

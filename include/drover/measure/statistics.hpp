@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "drover/base/axis.hpp"
+
 namespace drover::measure {
 
 /// A mean over time with its standard error.
@@ -21,13 +23,7 @@ struct Estimate {
     std::string refusal = {};  ///< why there is no error, with the run length needed; else ""
 };
 
-/// An axis of an observable, of a summary row and of a dataset.
-struct Axis {
-    std::string name;
-    std::string unit;     ///< UDUNITS text
-    std::string meaning;  ///< for people
-    std::vector<double> values;
-};
+using drover::Axis;
 
 /// Values per sample: the product of the lengths of the axes; 1 without axes.
 inline std::size_t size_of(std::span<const Axis> axes) {
