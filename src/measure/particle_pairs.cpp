@@ -3,8 +3,9 @@
 #include <complex>
 #include <numbers>
 
+#include "dem/neighbours/bins.hpp"
+#include "dem/neighbours/nearest_image.hpp"
 #include "measure/particles.hpp"
-#include "measure/plane_cells.hpp"
 #include "measure/quasirandom_subset.hpp"
 
 namespace drover::measure {
@@ -15,21 +16,31 @@ constexpr double neighbour_reach = 1.4;  ///< in mean diameters: between the fir
 constexpr std::size_t max_bead_centres = 8192;  ///< enough for the error; a moment takes milliseconds
 constexpr std::size_t max_rod_centres = 1024, max_flow_centres = 256;
 
-struct Positions {
-    std::vector<double> x, y;
-};
-
-template <class Body>
-Positions positions_of(const std::vector<Body>& bodies) {
-    Positions positions;
-    positions.x.reserve(bodies.size());
-    positions.y.reserve(bodies.size());
-    for (const Body& body : bodies) {
-        positions.x.push_back(body.position.x);
-        positions.y.push_back(body.position.y);
+/// Beads in squares, to visit those near a point.
+class NearBeads {
+public:
+    /// In a periodic cell `reach` must be at most half the shorter side.
+    NearBeads(const dem::Cell& cell, const std::vector<dem::Bead>& beads, double reach)
+        : nearest_(cell), squares_(cell, reach), beads_(beads), max_square_(reach * reach) {
+        for (const dem::Bead& bead : beads) squares_.add(bead.position);
     }
-    return positions;
-}
+
+    /// Calls visit(i, dx, dy) once for each bead nearer in the plane than `reach`, including one at the place itself.
+    template <class Visit>
+    void for_near(const dem::Vector& place, const Visit& visit) const {
+        squares_.for_near(place, [&](std::size_t i) {
+            const dem::Vector& there = beads_[i].position;
+            const double dx = nearest_.x(there.x - place.x), dy = nearest_.y(there.y - place.y);
+            if (dx * dx + dy * dy < max_square_) visit(i, dx, dy);
+        });
+    }
+
+private:
+    dem::NearestImage nearest_;
+    dem::Bins squares_;
+    const std::vector<dem::Bead>& beads_;
+    double max_square_;
+};
 
 /// Area of the ring of a bin.
 double ring_area(const Bins& bins, std::size_t bin) {
@@ -46,12 +57,13 @@ std::vector<double> correlation(const ParticleSetting& setting, const Bins& bins
     return result;
 }
 
-void add_hexatic(const ParticleSetting& setting, const Positions& beads, const PlaneCells& cells, PairSums& sums) {
-    const double reach = neighbour_reach * setting.bead_diameter, weight = 1.0 / static_cast<double>(beads.x.size());
+void add_hexatic(const ParticleSetting& setting, const std::vector<dem::Bead>& beads, PairSums& sums) {
+    const NearBeads near(setting.cell, beads, neighbour_reach * setting.bead_diameter);
+    const double weight = 1.0 / static_cast<double>(beads.size());
     std::complex<double> sum;
-    for (std::size_t i = 0; i < beads.x.size(); ++i) {
+    for (std::size_t i = 0; i < beads.size(); ++i) {
         double real = 0.0, imaginary = 0.0, count = 0.0;
-        cells.for_near(beads.x[i], beads.y[i], reach, [&](std::size_t j, double dx, double dy) {
+        near.for_near(beads[i].position, [&](std::size_t j, double dx, double dy) {
             const double square = dx * dx + dy * dy;
             if (j == i || square == 0.0) return;
             // (dx + i dy)^6/r^6 through the square z = (dx + i dy)^2/r^2 and z^3.
@@ -69,15 +81,14 @@ void add_hexatic(const ParticleSetting& setting, const Positions& beads, const P
     sums.hexatic = std::abs(sum);
 }
 
-void add_bead_correlation(const ParticleSetting& setting, const Positions& beads, const PlaneCells& cells,
-                          PairSums& sums) {
+void add_bead_correlation(const ParticleSetting& setting, const std::vector<dem::Bead>& beads, PairSums& sums) {
     const Bins& bins = setting.bead_separations;
-    const std::size_t all = beads.x.size(), centres = std::min(all, max_bead_centres);
+    const NearBeads near(setting.cell, beads, bins.width * static_cast<double>(bins.count));
+    const std::size_t all = beads.size(), centres = std::min(all, max_bead_centres);
     std::vector<double> pairs(bins.count);
-    const double reach = bins.width * static_cast<double>(bins.count);
     for (std::size_t k = 0; k < centres; ++k) {
         const std::size_t i = quasirandom_index(k, centres, all);
-        cells.for_near(beads.x[i], beads.y[i], reach, [&](std::size_t j, double dx, double dy) {
+        near.for_near(beads[i].position, [&](std::size_t j, double dx, double dy) {
             const auto bin = static_cast<std::size_t>(std::sqrt(dx * dx + dy * dy) / bins.width);
             if (j != i && bin < bins.count) pairs[bin] += 1.0;
         });
@@ -86,8 +97,8 @@ void add_bead_correlation(const ParticleSetting& setting, const Positions& beads
 }
 
 /// n of each rod in the plane; in a round cell (radial, azimuthal).
-Positions directions(const ParticleSetting& setting, const dem::Bodies& bodies) {
-    Positions result;
+std::vector<dem::Vector> directions(const ParticleSetting& setting, const dem::Bodies& bodies) {
+    std::vector<dem::Vector> result;
     for (const dem::Rod& rod : bodies.rods) {
         double x = rod.axis.x, y = rod.axis.y;
         if (setting.round) {
@@ -96,34 +107,33 @@ Positions directions(const ParticleSetting& setting, const dem::Bodies& bodies) 
             y = c * rod.axis.y - s * rod.axis.x;
         }
         const double flat = std::hypot(x, y);
-        result.x.push_back(flat > 0.0 ? x / flat : 0.0);
-        result.y.push_back(flat > 0.0 ? y / flat : 0.0);
+        result.push_back(flat > 0.0 ? dem::Vector{x / flat, y / flat, 0.0} : dem::Vector{});
     }
     return result;
 }
 
 void add_rod_pairs(const ParticleSetting& setting, const dem::Bodies& bodies, PairSums& sums) {
     const Bins& bins = setting.rod_separations;
-    const Positions rods = positions_of(bodies.rods), n = directions(setting, bodies);
-    const std::size_t all = rods.x.size(), centres = std::min(all, max_rod_centres);
+    const std::vector<dem::Vector> n = directions(setting, bodies);
+    const std::size_t all = n.size(), centres = std::min(all, max_rod_centres);
     const dem::NearestImage nearest(setting.cell);
     const double max_square = std::pow(bins.width * static_cast<double>(bins.count), 2);
     std::vector<double> pairs(bins.count), order(bins.count);
     for (std::size_t k = 0; k < centres; ++k) {
         const std::size_t i = quasirandom_index(k, centres, all);
         for (std::size_t j = 0; j < all; ++j) {
-            const double dx = nearest.x(rods.x[j] - rods.x[i]), dy = nearest.y(rods.y[j] - rods.y[i]),
-                         square = dx * dx + dy * dy;
+            const dem::Vector d = nearest(bodies.rods[i].position, bodies.rods[j].position);
+            const double square = d.x * d.x + d.y * d.y;
             if (square >= max_square || j == i) continue;
             const auto bin = std::min(static_cast<std::size_t>(std::sqrt(square) / bins.width), bins.count - 1);
             pairs[bin] += 1.0;
-            order[bin] += n.x[i] * n.x[j] + n.y[i] * n.y[j];
+            order[bin] += n[i].x * n[j].x + n[i].y * n[j].y;
         }
     }
     double mean_x = 0.0, mean_y = 0.0;
     for (std::size_t i = 0; i < all; ++i) {
-        mean_x += n.x[i] / static_cast<double>(all);
-        mean_y += n.y[i] / static_cast<double>(all);
+        mean_x += n[i].x / static_cast<double>(all);
+        mean_y += n[i].y / static_cast<double>(all);
     }
     if (setting.periodic) sums.rod_correlation = correlation(setting, bins, pairs, centres, all);
     for (std::size_t bin = 0; bin < bins.count; ++bin) {
@@ -134,9 +144,10 @@ void add_rod_pairs(const ParticleSetting& setting, const dem::Bodies& bodies, Pa
     }
 }
 
-void add_flow(const ParticleSetting& setting, const dem::Bodies& bodies, const PlaneCells& beads, PairSums& sums) {
+void add_flow(const ParticleSetting& setting, const dem::Bodies& bodies, PairSums& sums) {
     const auto mesh = static_cast<std::size_t>(setting.mesh);
     const double width = setting.mesh_width, half = 0.5 * width * setting.mesh;
+    const NearBeads near(setting.cell, bodies.beads, std::sqrt(2.0) * half);
     const std::size_t centres = std::min(bodies.rods.size(), max_flow_centres);
     const double weight = 1.0 / (static_cast<double>(centres) * width * width);
     for (auto* field : {&sums.flow_density, &sums.flow_along, &sums.flow_across}) field->assign(mesh * mesh, 0.0);
@@ -145,7 +156,7 @@ void add_flow(const ParticleSetting& setting, const dem::Bodies& bodies, const P
         const double flat = std::hypot(rod.axis.x, rod.axis.y);
         if (flat == 0.0) continue;
         const double c = rod.axis.x / flat, s = rod.axis.y / flat;
-        beads.for_near(rod.position.x, rod.position.y, std::sqrt(2.0) * half, [&](std::size_t j, double dx, double dy) {
+        near.for_near(rod.position, [&](std::size_t j, double dx, double dy) {
             const double along = (c * dx + s * dy + half) / width, across = (c * dy - s * dx + half) / width;
             if (along < 0.0 || across < 0.0) return;
             const auto row = static_cast<std::size_t>(along), column = static_cast<std::size_t>(across);
@@ -163,11 +174,9 @@ void add_flow(const ParticleSetting& setting, const dem::Bodies& bodies, const P
 PairSums pair_sums(const ParticleSetting& setting, const dem::Bodies& bodies) {
     PairSums sums;
     if (!bodies.beads.empty()) {
-        const Positions beads = positions_of(bodies.beads);
-        const PlaneCells cells(setting.cell, beads.x, beads.y, neighbour_reach * setting.bead_diameter);
-        add_hexatic(setting, beads, cells, sums);
-        if (setting.periodic && setting.bead_separations.count > 0) add_bead_correlation(setting, beads, cells, sums);
-        if (setting.mesh > 0) add_flow(setting, bodies, cells, sums);
+        add_hexatic(setting, bodies.beads, sums);
+        if (setting.periodic && setting.bead_separations.count > 0) add_bead_correlation(setting, bodies.beads, sums);
+        if (setting.mesh > 0) add_flow(setting, bodies, sums);
     }
     if (setting.rod_separations.count > 0) add_rod_pairs(setting, bodies, sums);
     return sums;

@@ -1,13 +1,14 @@
 // measure/statistics.cpp: autocorrelation time, warm-up, and the jackknife over blocks.
 #include "drover/measure/statistics.hpp"
 
+#include <gsl/gsl_fft_halfcomplex.h>
+#include <gsl/gsl_fft_real.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <limits>
-#include <numbers>
-#include <numeric>
+#include <utility>
 
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"
@@ -45,42 +46,22 @@ double mean_of(std::span<const double> values) {
     return values[0] + sum / static_cast<double>(values.size());
 }
 
-/// Fourier transform in place; the length is a power of two.
-void transform(std::vector<std::complex<double>>& data) {
-    const std::size_t n = data.size();
-    for (std::size_t i = 1, j = 0; i < n; ++i) {  // bit-reversed order
-        std::size_t bit = n >> 1;
-        for (; j & bit; bit >>= 1) j ^= bit;
-        j ^= bit;
-        if (i < j) std::swap(data[i], data[j]);
-    }
-    std::vector<std::complex<double>> roots(n / 2);
-    for (std::size_t k = 0; k < roots.size(); ++k)
-        roots[k] = std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
-    for (std::size_t half = 1; half < n; half *= 2)
-        for (std::size_t start = 0; start < n; start += 2 * half)
-            for (std::size_t k = 0; k < half; ++k) {
-                const std::complex<double> root = roots[k * (n / (2 * half))], b = data[start + half + k];
-                const std::complex<double> rotated(root.real() * b.real() - root.imag() * b.imag(),
-                                                   root.real() * b.imag() + root.imag() * b.real());
-                data[start + half + k] = data[start + k] - rotated;
-                data[start + k] += rotated;
-            }
-}
-
 /// Sums over i of d_i d_(i+k), d the deviations from the mean, for the lags k = 0 .. n/2: by Fourier transform.
 std::vector<double> all_lagged_products(std::span<const double> deviations) {
     const std::size_t n = deviations.size();
     std::size_t length = 2;
     while (length < n + n / 2 + 1) length *= 2;  // zero padding: no lag up to n/2 wraps around
-    std::vector<std::complex<double>> work(deviations.begin(), deviations.end());
+    std::vector<double> work(deviations.begin(), deviations.end());
     work.resize(length);
-    transform(work);
-    for (auto& value : work) value = std::norm(value);  // real and even: a forward transform inverts it
-    transform(work);
-    std::vector<double> products(n / 2 + 1);
-    for (std::size_t k = 0; k < products.size(); ++k) products[k] = work[k].real() / static_cast<double>(length);
-    return products;
+    gsl_fft_real_radix2_transform(work.data(), 1, length);
+    // Real parts 0 to length/2, then the imaginary ones backwards; the power spectrum has none.
+    for (std::size_t k = 0; k <= length / 2; ++k) {
+        const double imaginary = k % (length / 2) == 0 ? 0.0 : std::exchange(work[length - k], 0.0);
+        work[k] = work[k] * work[k] + imaginary * imaginary;
+    }
+    gsl_fft_halfcomplex_radix2_inverse(work.data(), 1, length);
+    work.resize(n / 2 + 1);
+    return work;
 }
 
 /// Extends `products` beyond the first lags: a few lags per call, then all at once.
