@@ -13,7 +13,7 @@ namespace {
 class WorldSystem : public ParticleSystem {
 public:
     WorldSystem(const dem::Setup& setup, double dt, std::uint64_t seed)
-        : world_(setup, dem::pack(setup, seed).bodies, dt, seed, threads_), bodies_(world_.bodies()) {}
+        : world_(setup, dem::pack(setup, seed), dt, seed, threads_), bodies_(world_.bodies()) {}
 
     void impose(const dem::BodyForces& forces) override { world_.set_forces(forces); }
 

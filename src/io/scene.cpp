@@ -15,22 +15,6 @@
 namespace drover::io {
 
 namespace {
-/// The sections of a particle world.
-template <class AnySetup, class Visit>
-void for_particle_sections(AnySetup& setup, Visit visit) {
-    visit("cell", "The side wall of the particle world.", setup.cell);
-    visit("plates", "Base and lid, which vibrate together.", setup.plates);
-    visit("gravity", "Gravity.", setup.gravity);
-    visit("beads", "Single spheres.", setup.beads);
-    visit("rods", "Rigid bodies of spheres on a line, tail to head.", setup.rods);
-    visit("restitution", "Coefficients of normal restitution.", setup.restitution);
-    visit("friction", "Coefficients of friction.", setup.friction);
-    visit("kick", "Noise of the rods.", setup.kick);
-    visit("forces", "Forces on bodies other than gravity and contacts.", setup.forces);
-    visit("contacts", "How contacts are resolved.", setup.contacts);
-    visit("packing", "Initial positions of the bodies.", setup.packing);
-}
-
 /// The kinds of scenes that have a section.
 enum SectionOf : unsigned { fields = 1, particles = 2, declared = 4, grids = fields | declared, all = 7 };
 
@@ -60,7 +44,7 @@ void for_sections(AnyScene& scene, Visit visit) {
     of_grids("grid", "The periodic cell and its grid.", scene.grid);
     of_grids("dealiasing", "Dealiasing of products of fields.", scene.dealiasing);
     of_grids("approximation", "What the equations leave out.", scene.approximation);
-    for_particle_sections(scene.particles, of_particles);
+    dem::for_sections(scene.particles, of_particles);
     of_all("time", "Time stepping.", scene.time);
     of_grids(initial_section, "The initial state.", scene.initial);
     of_all("output", "Output files and intervals.", scene.output);

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "dem/bodies/rotation.hpp"
-#include "dem/bodies/wall.hpp"
+#include "dem/bodies/walls.hpp"
 
 namespace drover::io {
 

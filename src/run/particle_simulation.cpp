@@ -107,8 +107,7 @@ dem::Bodies start_bodies(const io::Scene& scene, std::span<const double> saved) 
     if (!saved.empty()) return bodies_of_saved(scene, saved);
     if (scene.particles.packing.kind == "file") return bodies_of_file(scene);
     return dem::pack(scene.particles, seed_of(scene),
-                     [&](const std::string& key) { return io::location_of(scene, key); })
-        .bodies;
+                     [&](const std::string& key) { return io::location_of(scene, key); });
 }
 
 class ParticleSimulation final : public Simulation {

@@ -22,7 +22,7 @@ Setup setup_of(double side, double beads, double rods) {
 /// Times steps, neighbour lists included, of a world that has been shaken for a while.
 void time_steps(benchmark::State& state, const Setup& setup, int threads_asked, double shaken) {
     Threads threads(threads_asked);
-    World world(setup, pack(setup, 1).bodies, default_dt, 1, threads);
+    World world(setup, pack(setup, 1), default_dt, 1, threads);
     std::int64_t step = 0;
     while (static_cast<double>(step) * default_dt < shaken) world.advance(step++);
     constexpr int batch = 250;  // one period of the plates: 5 ms

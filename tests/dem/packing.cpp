@@ -16,17 +16,16 @@ using std::numbers::pi;
 
 /// Packs, and looks at every pair, plate and wall.
 Bodies packed(const dem::Setup& setup, std::uint64_t seed = 1) {
-    const Packed result = pack(setup, seed);
-    EXPECT_LE(deepest(setup, result.bodies), 0.0);
-    EXPECT_LE(result.overlap, 0.0);
+    const Bodies result = pack(setup, seed);
+    EXPECT_LE(deepest(setup, result), 0.0);
     const double x = half_width(setup.cell), y = half_height(setup.cell);
-    for (const Bead& bead : result.bodies.beads)
+    for (const Bead& bead : result.beads)
         EXPECT_TRUE(std::abs(bead.position.x) <= x && std::abs(bead.position.y) <= y && length(bead.velocity) == 0.0);
-    for (const Rod& rod : result.bodies.rods) {
+    for (const Rod& rod : result.rods) {
         EXPECT_TRUE(std::abs(rod.position.x) <= x && std::abs(rod.position.y) <= y && length(rod.velocity) == 0.0);
         EXPECT_NEAR(length(rod.axis), 1.0, 1e-14);
     }
-    return result.bodies;
+    return result;
 }
 
 double covered(const Bodies& bodies, const Cell& cell) {
@@ -166,7 +165,7 @@ struct Orders {
 Orders orders(const dem::Setup& setup, int seeds) {
     Orders result{.bins = std::vector<double>(16)};
     for (int seed = 0; seed < seeds; ++seed) {
-        const Bodies bodies = pack(setup, static_cast<std::uint64_t>(seed)).bodies;
+        const Bodies bodies = pack(setup, static_cast<std::uint64_t>(seed));
         const auto count = static_cast<double>(bodies.rods.size());
         result.polar += count * std::norm(order(bodies, 1)) / seeds;
         result.nematic += count * std::norm(order(bodies, 2)) / seeds;
@@ -198,7 +197,7 @@ TEST(PackingStatistics, positions_are_uniform_in_the_cell) {
     // 2.1/sqrt(200).
     double quarters[4] = {};
     for (std::uint64_t seed = 0; seed < 200; ++seed)
-        for (const Rod& rod : pack(mixture(30.0, 0.6, 0.11), seed).bodies.rods)
+        for (const Rod& rod : pack(mixture(30.0, 0.6, 0.11), seed).rods)
             ++quarters[(rod.position.x > 0.0 ? 1 : 0) + (rod.position.y > 0.0 ? 2 : 0)];
     for (const double quarter : quarters) EXPECT_NEAR(quarter / 200, 6.0, 0.6);
 }

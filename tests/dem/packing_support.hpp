@@ -5,7 +5,7 @@
 #include <complex>
 #include <vector>
 
-#include "dem/bodies/wall.hpp"
+#include "dem/bodies/walls.hpp"
 #include "dem/packing/packing.hpp"
 
 namespace drover::dem {
@@ -62,7 +62,7 @@ inline double deepest(const Setup& setup, const Bodies& bodies) {
         most = std::max(most, base + s.radius - s.centre.z);
         if (setup.plates.lid) most = std::max(most, s.centre.z + s.radius - base - setup.plates.gap);
         WallPoint found[4];
-        if (walls_near(setup.cell, s.centre.x, s.centre.y, s.radius, found) > 0)
+        if (Walls(setup.cell).near(s.centre.x, s.centre.y, s.radius, found) > 0)
             most = std::max(most, s.radius - found[0].distance);
     }
     if (setup.cell.shape == "periodic") add_images(setup.cell, 2.0 * largest, spheres);

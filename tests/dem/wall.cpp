@@ -1,5 +1,5 @@
 // tests/dem/wall.cpp: distances to side walls against finely sampled outlines.
-#include "dem/bodies/wall.hpp"
+#include "dem/bodies/walls.hpp"
 
 #include <gtest/gtest.h>
 
@@ -101,7 +101,7 @@ TEST(Wall, of_a_flower_has_the_distance_of_its_outline_inside_and_outside) {
             const double far = distance(points, p), sign = is_within(points, p) ? 1.0 : -1.0;
             for (const double reach : {60.0, 0.55}) {
                 WallPoint found[4];
-                const int count = walls_near(cell, p.x, p.y, reach, found);
+                const int count = Walls(cell).near(p.x, p.y, reach, found);
                 if (sign * far > reach + 0.002) {
                     EXPECT_EQ(count, 0);
                     continue;
@@ -128,7 +128,7 @@ TEST(Wall, of_a_flower_is_found_at_each_local_minimum_of_the_distance) {
                 // On the edge of what is in reach either answer will do.
                 if (std::any_of(expected.begin(), expected.end(), [&](double d) { return d > reach - 0.01; })) continue;
                 WallPoint found[4];
-                const int count = walls_near(cell, p.x, p.y, reach, found);
+                const int count = Walls(cell).near(p.x, p.y, reach, found);
                 ASSERT_EQ(count, static_cast<int>(std::min<std::size_t>(4, expected.size())))
                     << cell.petals << " petals of " << cell.petal_radius << " at " << p.x << ", " << p.y << " reach "
                     << reach;
@@ -146,8 +146,8 @@ TEST(Wall, of_a_flower_whose_arcs_form_a_circle_equals_that_of_the_circle) {
         places.push_back({24.9 * std::cos((k + 0.5) * pi / 4), 24.9 * std::sin((k + 0.5) * pi / 4)});
     for (const Point& p : places) {
         WallPoint expected[4], found[4];
-        const int count = walls_near(round, p.x, p.y, 3.0, expected);
-        ASSERT_EQ(walls_near(made, p.x, p.y, 3.0, found), count) << p.x << " " << p.y;
+        const int count = Walls(round).near(p.x, p.y, 3.0, expected);
+        ASSERT_EQ(Walls(made).near(p.x, p.y, 3.0, found), count) << p.x << " " << p.y;
         if (count == 0) continue;
         EXPECT_NEAR(found[0].distance, expected[0].distance, 1e-12);
         EXPECT_NEAR(found[0].nx, expected[0].nx, 1e-10);
@@ -160,7 +160,7 @@ TEST(Wall, of_a_petal_is_not_found_from_the_next_petal) {
     const Cell cell = flower(8, 12.0);
     const double corner = pi / 8;
     WallPoint found[4];
-    const int count = walls_near(cell, 25.3 * std::cos(corner - 0.03), 25.3 * std::sin(corner - 0.03), 0.5, found);
+    const int count = Walls(cell).near(25.3 * std::cos(corner - 0.03), 25.3 * std::sin(corner - 0.03), 0.5, found);
     ASSERT_GE(count, 1);
     for (int i = 0; i < count; ++i) EXPECT_GT(found[i].distance, 0.0);
 }
@@ -168,20 +168,20 @@ TEST(Wall, of_a_petal_is_not_found_from_the_next_petal) {
 TEST(Wall, of_a_rectangle_is_found_twice_in_a_corner_nearest_first) {
     const Cell cell{.shape = "rectangle", .lx = 20.0, .ly = 10.0};
     WallPoint found[4];
-    ASSERT_EQ(walls_near(cell, 9.7, -4.8, 0.5, found), 2);
+    ASSERT_EQ(Walls(cell).near(9.7, -4.8, 0.5, found), 2);
     EXPECT_NEAR(found[0].distance, 0.2, 1e-14);
     EXPECT_EQ(found[0].ny, 1.0);
     EXPECT_NEAR(found[1].distance, 0.3, 1e-14);
     EXPECT_EQ(found[1].nx, -1.0);
-    EXPECT_EQ(walls_near(cell, 0.0, 0.0, 4.9, found), 0);
-    EXPECT_EQ(walls_near(cell, 0.0, 0.0, 11.0, found), 4);
-    ASSERT_EQ(walls_near(cell, 10.5, 0.0, 0.1, found), 1);
+    EXPECT_EQ(Walls(cell).near(0.0, 0.0, 4.9, found), 0);
+    EXPECT_EQ(Walls(cell).near(0.0, 0.0, 11.0, found), 4);
+    ASSERT_EQ(Walls(cell).near(10.5, 0.0, 0.1, found), 1);
     EXPECT_EQ(found[0].distance, -0.5);
 }
 
 TEST(Wall, a_periodic_cell_has_no_walls) {
     WallPoint found[4];
-    EXPECT_EQ(walls_near({}, 22.4, 22.4, 5.0, found), 0);
+    EXPECT_EQ(Walls(Cell{}).near(22.4, 22.4, 5.0, found), 0);
 }
 
 TEST(Cell, has_the_area_and_the_extent_of_its_outline) {

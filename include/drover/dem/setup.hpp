@@ -145,6 +145,22 @@ struct Setup {
     Packing packing;
 };
 
+/// Calls visit(name, what it is, section) for each section of a scene of particles.
+template <class AnySetup, class Visit>
+void for_sections(AnySetup& setup, Visit visit) {
+    visit("cell", "The side wall of the particle world.", setup.cell);
+    visit("plates", "Base and lid, which vibrate together.", setup.plates);
+    visit("gravity", "Gravity.", setup.gravity);
+    visit("beads", "Single spheres.", setup.beads);
+    visit("rods", "Rigid bodies of spheres on a line, tail to head.", setup.rods);
+    visit("restitution", "Coefficients of normal restitution.", setup.restitution);
+    visit("friction", "Coefficients of friction.", setup.friction);
+    visit("kick", "Noise of the rods.", setup.kick);
+    visit("forces", "Forces on bodies other than gravity and contacts.", setup.forces);
+    visit("contacts", "How contacts are resolved.", setup.contacts);
+    visit("packing", "Initial positions of the bodies.", setup.packing);
+}
+
 /// Throws an input Error at the location of the first invalid key.
 void check(const Setup& setup, const LocationOf& place = no_location);
 

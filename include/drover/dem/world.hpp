@@ -50,6 +50,10 @@ struct Counts {
     double residual = 0.0;           ///< largest remaining speed of approach in a group, relative to that before
     double overlap = 0.0;            ///< largest ever, relative to the smaller radius of the pair
 };
+inline constexpr std::int64_t Counts::*count_parts[] = {&Counts::bead_bead,  &Counts::rod_bead,  &Counts::rod_rod,
+                                                        &Counts::bead_plate, &Counts::rod_plate, &Counts::bead_wall,
+                                                        &Counts::rod_wall,   &Counts::groups,    &Counts::largest_group,
+                                                        &Counts::unresolved, &Counts::limited,   &Counts::lists};
 
 /// A body or a surface, for messages.
 struct Name {

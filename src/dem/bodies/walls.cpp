@@ -1,13 +1,28 @@
 // dem/bodies/walls.cpp: distances to the side walls.
-#include "dem/bodies/wall.hpp"
+#include "dem/bodies/walls.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "dem/bodies/walls.hpp"
-
 namespace drover::dem {
+
+Flower make_flower(const Cell& cell) {
+    Flower flower{.half_turn = std::numbers::pi / cell.petals, .arc_radius = cell.petal_radius};
+    flower.half_chord = cell.radius * std::sin(flower.half_turn);
+    flower.chord_at = cell.radius * std::cos(flower.half_turn);
+    const double square = cell.petal_radius * cell.petal_radius - flower.half_chord * flower.half_chord;
+    flower.arc_at = flower.chord_at - std::sqrt(std::max(0.0, square));
+    flower.half_angle = std::asin(std::min(1.0, flower.half_chord / cell.petal_radius));
+    flower.cosine = std::cos(flower.half_angle);
+    flower.sine = std::sin(flower.half_angle);
+    for (int k = 0; k < cell.petals; ++k) {
+        const double middle = 2.0 * flower.half_turn * k, corner = middle + flower.half_turn;
+        flower.middle.push_back({std::cos(middle), std::sin(middle)});
+        flower.corner.push_back({cell.radius * std::cos(corner), cell.radius * std::sin(corner)});
+    }
+    return flower;
+}
 
 namespace {
 using std::numbers::pi;
@@ -143,10 +158,6 @@ int Walls::near(double x, double y, double radius, WallPoint (&found)[4]) const 
     if (shape_ == Shape::circle) add_circle(cell_, x, y, nearest);
     if (shape_ == Shape::flower) add_flower(cell_, flower_, x, y, nearest);
     return nearest.count;
-}
-
-int walls_near(const Cell& cell, double x, double y, double radius, WallPoint (&found)[4]) {
-    return Walls(cell).near(x, y, radius, found);
 }
 
 double half_width(const Cell& cell) {

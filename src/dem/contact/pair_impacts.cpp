@@ -75,20 +75,20 @@ void trace_back_to_wall(Overlap& overlap, const Vec4d& place, const Vector& velo
 constexpr double steep = 0.05;
 
 /// Whether a sphere at this position that is pushed up (side +1) or down (-1) is held by the lid or the base.
-bool is_held(const Vec4d& position, double side, const PairRules& rules) {
+bool is_held(const Vec4d& position, double side, const StepRules& rules) {
     const double gap =
         side > 0.0 ? rules.lid - position[2] - position[3] : position[2] - position[3] - rules.base.height;
     return gap < rules.simultaneity_gap;
 }
 
 /// Whether one of two beads presses the other onto a plate.
-bool presses_on_plate(const Overlap& overlap, const Spheres& spheres, const PairRules& rules) {
+bool presses_on_plate(const Overlap& overlap, const Spheres& spheres, const StepRules& rules) {
     if (std::abs(overlap.apart.z) < steep * overlap.reach) return false;
     const double up = overlap.apart.z > 0.0 ? 1.0 : -1.0;
     return is_held(spheres.position[overlap.first], up, rules) || is_held(spheres.position[overlap.second], -up, rules);
 }
 
-void resolve_beads(Overlap& overlap, Spheres& spheres, const PairRules& rules, ContactReport& report) {
+void resolve_beads(Overlap& overlap, Spheres& spheres, const StepRules& rules, ContactReport& report) {
     BeadArrays& beads = spheres.beads;
     Vec4d &va = beads.velocity[overlap.first], &vb = beads.velocity[overlap.second];
     Vec4d &wa = beads.spin[overlap.first], &wb = beads.spin[overlap.second];
@@ -131,7 +131,7 @@ void resolve_beads(Overlap& overlap, Spheres& spheres, const PairRules& rules, C
 /// Resolves any group.
 class GroupSolver {
 public:
-    GroupSolver(const Walls& walls, Spheres& spheres, const PairRules& rules)
+    GroupSolver(const Walls& walls, Spheres& spheres, const StepRules& rules)
         : walls_(walls), spheres_(spheres), rules_(rules) {}
 
     void resolve_group(std::span<Overlap*> overlaps, ContactReport& report) {
@@ -260,7 +260,7 @@ private:
 
     const Walls& walls_;
     Spheres& spheres_;
-    const PairRules& rules_;
+    const StepRules& rules_;
     std::vector<std::uint32_t> indices_;  // of the bodies of the group
     std::vector<ImpactBody> bodies_;
     std::vector<Contact> contacts_;
@@ -302,7 +302,7 @@ void PairImpacts::group(const std::vector<Overlap>& overlaps, std::size_t bodies
 }
 
 ContactReport PairImpacts::step(const Walls& walls, Spheres& spheres, const Neighbours& neighbours,
-                                const PairRules& rules, Threads& threads) {
+                                const StepRules& rules, Threads& threads) {
     std::vector<Overlap>& overlaps = search_.find(walls, spheres, neighbours, threads);
     group(overlaps, spheres.beads.size() + spheres.rods.size());
     constexpr std::size_t groups_per_chunk = 32;

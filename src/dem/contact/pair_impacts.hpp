@@ -3,26 +3,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem/bodies/plate_motion.hpp"
 #include "dem/contact/contact_report.hpp"
-#include "dem/impact/closing_time.hpp"
-#include "dem/impact/impact.hpp"
+#include "dem/flight/step_rules.hpp"
 #include "dem/neighbours/overlaps.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::dem {
-
-struct PairRules {
-    Restitution restitution;
-    Friction friction;
-    ImpactLaw law;
-    Vector acceleration, bead_force;  ///< only for the energy balance
-    double dt = 0.0;
-    double simultaneity_gap = 0.0;  ///< a body closer than this to a plate rests on it [mm]
-    PlateState base;                ///< at the end of the step
-    double lid = 0.0;               ///< height of the lid then [mm]; never: no lid
-};
 
 /// Reuses its memory from step to step.
 class PairImpacts {
@@ -30,7 +17,7 @@ public:
     /// Finds all overlaps, resolves each group in which a contact approaches, and corrects positions for the time since
     /// first contact. Returns the contributions of this step to the energy balance and the counts, and its deepest
     /// overlap.
-    ContactReport step(const Walls& walls, Spheres& spheres, const Neighbours& neighbours, const PairRules& rules,
+    ContactReport step(const Walls& walls, Spheres& spheres, const Neighbours& neighbours, const StepRules& rules,
                        Threads& threads);
 
 private:

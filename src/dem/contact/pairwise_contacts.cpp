@@ -57,7 +57,7 @@ void record_plate(const Spheres& spheres, std::uint32_t sphere, double side, dou
 }
 
 /// The contact of a bead with base (side +1) or lid.
-void bounce_bead(Spheres& spheres, std::uint32_t s, double side, double depth, double plate, const PairwiseRules& rules,
+void bounce_bead(Spheres& spheres, std::uint32_t s, double side, double depth, double plate, const StepRules& rules,
                  ContactReport& report) {
     const double opening = side * (spheres.beads.velocity[s][2] - plate);
     record_plate(spheres, s, side, depth, -opening, report);
@@ -120,13 +120,14 @@ void bring_fastest(std::vector<RodPlateOverlap>& overlaps, std::size_t i, const 
 /// The contacts of a rod with the plates at one time.
 template <class FrictionLaw>
 void bounce_rod(const FrictionLaw& friction, Spheres& spheres, std::size_t number, const PlateState& base,
-                const PairwiseRules& rules, std::vector<RodPlateOverlap>& overlaps, ContactReport& report) {
+                ContactOrder order, const StepRules& rules, std::vector<RodPlateOverlap>& overlaps,
+                ContactReport& report) {
     Rod& rod = spheres.rods.rod[number];
     const RodKind& kind = spheres.rods.kinds[spheres.rods.kind[number]];
     ImpactBody body = impact_body_of(rod, kind.shape);
     bool any = false;
     for (std::size_t i = 0; i < overlaps.size(); ++i) {
-        if (rules.law.order == ContactOrder::fastest_first) bring_fastest(overlaps, i, body, kind.shape, base.velocity);
+        if (order == ContactOrder::fastest_first) bring_fastest(overlaps, i, body, kind.shape, base.velocity);
         const auto [k, side, depth] = overlaps[i];
         const Vector normal{0.0, 0.0, side};
         Contact contact{.first = 0,
@@ -152,7 +153,7 @@ void bounce_rod(const FrictionLaw& friction, Spheres& spheres, std::size_t numbe
 }
 
 /// The contact of two beads that overlap, without a frame.
-void resolve_beads(const Overlap& overlap, Spheres& spheres, const PairwiseRules& rules, ContactReport& report) {
+void resolve_beads(const Overlap& overlap, Spheres& spheres, const StepRules& rules, ContactReport& report) {
     BeadArrays& beads = spheres.beads;
     Vec4d &va = beads.velocity[overlap.first], &vb = beads.velocity[overlap.second];
     Vec4d &wa = beads.spin[overlap.first], &wb = beads.spin[overlap.second];
@@ -181,7 +182,7 @@ void resolve_beads(const Overlap& overlap, Spheres& spheres, const PairwiseRules
 
 /// A contact with a rod or a side wall.
 template <class FrictionLaw>
-void resolve_any(const FrictionLaw& friction, const Overlap& overlap, Spheres& spheres, const PairwiseRules& rules,
+void resolve_any(const FrictionLaw& friction, const Overlap& overlap, Spheres& spheres, const StepRules& rules,
                  ContactReport& report) {
     const bool surface = overlap.is_with_surface(), image = !surface && overlap.second_body == overlap.first_body;
     const Coefficients c = coefficients_of(overlap, spheres, rules.restitution, rules.friction);
@@ -211,16 +212,16 @@ void resolve_any(const FrictionLaw& friction, const Overlap& overlap, Spheres& s
 }
 }  // namespace
 
-bool step_beads(Spheres& spheres, std::size_t begin, std::size_t end, const BeadRules& flight, const PlateState& base,
-                const PlateMotion& plates, const PairwiseRules& rules, ContactReport& report) {
+bool step_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateState& base, const PlateMotion& plates,
+                const StepRules& rules, ContactReport& report) {
     const double low = base.height, high = plates.lid() ? low + plates.gap() : never;
-    const double far = 0.25 * flight.skin * flight.skin;
+    const double far = 0.25 * rules.skin * rules.skin;
     const Vec4d time{rules.dt, rules.dt, rules.dt, 0.0};
     bool left_skin = false;
     double beyond = 0.0;
     for (std::size_t s = begin; s < end; ++s) {
         Vec4d& velocity = spheres.beads.velocity[s];
-        const Vec4d change = flight.acceleration_of(velocity[3]) * time;
+        const Vec4d change = rules.acceleration_of(velocity[3]) * time;
         velocity += change;
         spheres.position[s] += velocity * time;
         beyond += (change[0] * change[0] + change[1] * change[1] + change[2] * change[2]) / velocity[3];
@@ -235,12 +236,12 @@ bool step_beads(Spheres& spheres, std::size_t begin, std::size_t end, const Bead
 }
 
 void step_rod(Spheres& spheres, std::size_t number, const Vector& acceleration, const PlateMotion& plates,
-              std::int64_t step, const PairwiseRules& rules, std::vector<RodPlateOverlap>& scratch,
+              std::int64_t step, const PairwiseLaw& law, const StepRules& rules, std::vector<RodPlateOverlap>& scratch,
               ContactReport& report) {
     Rod& rod = spheres.rods.rod[number];
     const RodKind& kind = spheres.rods.kinds[spheres.rods.kind[number]];
-    const int steps = rules.law.rod_steps(rules.dt);
-    const double part = rules.law.rod_step_within(rules.dt);
+    const int steps = law.rod_steps(rules.dt);
+    const double part = law.rod_step_within(rules.dt);
     std::visit(
         [&](const auto& friction) {
             for (int k = 0; k < steps; ++k) {
@@ -248,20 +249,20 @@ void step_rod(Spheres& spheres, std::size_t number, const Vector& acceleration, 
                 const PlateState base = plates.base((k + 1) * part);
                 find_plates(rod, kind, base, plates, scratch);
                 if (scratch.empty()) continue;
-                if (rules.law.order == ContactOrder::random)
+                if (law.order == ContactOrder::random)
                     shuffle({.seed = rules.seed,
                              .stream = Stream::contact_order,
                              .step = static_cast<std::uint64_t>(step),
                              .substep = static_cast<std::uint64_t>(k)},
                             number, scratch);
-                bounce_rod(friction, spheres, number, base, rules, scratch, report);
+                bounce_rod(friction, spheres, number, base, law.order, rules, scratch, report);
             }
         },
-        rules.law.friction);
+        law.friction);
 }
 
-ContactReport resolve_pairs(const std::vector<Overlap>& overlaps, Spheres& spheres, const PairwiseRules& rules,
-                            bool backwards) {
+ContactReport resolve_pairs(const std::vector<Overlap>& overlaps, Spheres& spheres, const PairwiseLaw& law,
+                            const StepRules& rules, bool backwards) {
     ContactReport report;
     std::visit(
         [&](const auto& friction) {
@@ -274,7 +275,7 @@ ContactReport resolve_pairs(const std::vector<Overlap>& overlaps, Spheres& spher
                 else resolve_any(friction, overlap, spheres, rules, report);
             }
         },
-        rules.law.friction);
+        law.friction);
     return report;
 }
 

@@ -78,7 +78,7 @@ Contact SoftContacts::contact_of(const SoftRecord& record, const Spheres& sphere
     return contact;
 }
 
-void SoftContacts::kick(Spheres& spheres, const SoftRules& rules, bool at_start, EnergyBalance& balance) {
+void SoftContacts::kick(Spheres& spheres, const StepRules& rules, bool at_start, EnergyBalance& balance) {
     set_slots(spheres);
     if (at_start) {
         std::fill(velocity_change_.begin(), velocity_change_.end(), Vector{});
@@ -187,7 +187,7 @@ SoftRecord SoftContacts::record_of(const Overlap& overlap, const Spheres& sphere
 }
 
 void SoftContacts::set_contact(std::size_t c, const Spheres& spheres, const std::vector<ImpactBody>& end_bodies,
-                               const SoftRules& rules, ContactReport& report) {
+                               const StepRules& rules, ContactReport& report) {
     const Overlap& overlap = overlaps_[c];
     SoftRecord& record = records_[c];
     const Contact contact = contact_of(record, spheres);
@@ -215,7 +215,7 @@ void SoftContacts::set_contact(std::size_t c, const Spheres& spheres, const std:
 }
 
 void SoftContacts::find(const Walls& walls, const Spheres& spheres, const Neighbours& neighbours,
-                        const PlateMotion& plates, const SoftRules& rules, Threads& threads, ContactReport& report) {
+                        const PlateMotion& plates, const StepRules& rules, Threads& threads, ContactReport& report) {
     set_slots(spheres);
     overlaps_.clear();
     starts_.clear();
@@ -244,7 +244,7 @@ void SoftContacts::set_force(const SoftForce& force, SoftRecord& record, Contact
     report.balance.friction -= force.slipped;
 }
 
-void SoftContacts::kick_rods(Spheres& spheres, const SoftRules& rules, ContactReport& report) const {
+void SoftContacts::kick_rods(Spheres& spheres, const StepRules& rules, ContactReport& report) const {
     if (rules.kick == 0.0) return;
     for (const Start& start : starts_) {
         Rod& rod = spheres.rods.rod[start.rod];

@@ -11,15 +11,6 @@
 
 namespace drover::dem {
 
-struct SoftRules {
-    Restitution restitution;
-    Friction friction;
-    double dt = 0.0;
-    double counted_plate_speed = 0.0;  ///< [mm/s]
-    double kick = 0.0;                 ///< [rad/mm]
-    std::uint64_t seed = 0;
-};
-
 /// One contact.  Its spheres are identified for good: beads by their number in the caller's list, rod spheres by their
 /// index.
 struct SoftRecord {
@@ -43,11 +34,11 @@ struct SoftRecord {
 class SoftContacts {
 public:
     /// Changes velocities by the forces over half a step.  at_start: the half before the motion.
-    void kick(Spheres& spheres, const SoftRules& rules, bool at_start, EnergyBalance& balance);
+    void kick(Spheres& spheres, const StepRules& rules, bool at_start, EnergyBalance& balance);
 
     /// Finds all contacts at the end of the step.  Those of the last step keep their springs.
     void find(const Walls& walls, const Spheres& spheres, const Neighbours& neighbours, const PlateMotion& plates,
-              const SoftRules& rules, Threads& threads, ContactReport& report);
+              const StepRules& rules, Threads& threads, ContactReport& report);
 
     template <SoftLaw Law>
     void apply(const Law& law, ContactReport& report) {
@@ -55,7 +46,7 @@ public:
     }
 
     /// Changes the spins of rods whose contacts with the plates began in this step.
-    void kick_rods(Spheres& spheres, const SoftRules& rules, ContactReport& report) const;
+    void kick_rods(Spheres& spheres, const StepRules& rules, ContactReport& report) const;
 
     /// Elastic energy of all contacts [mg mm^2/s^2].
     double energy() const;
@@ -83,7 +74,7 @@ private:
     SoftRecord record_of(const Overlap& overlap, const Spheres& spheres, const PlateState& base) const;
     const SoftRecord* previous_of(const SoftRecord& record) const;
     void set_contact(std::size_t c, const Spheres& spheres, const std::vector<ImpactBody>& end_bodies,
-                     const SoftRules& rules, ContactReport& report);
+                     const StepRules& rules, ContactReport& report);
 
     OverlapSearch search_;
     std::vector<Overlap> overlaps_;           // of the records

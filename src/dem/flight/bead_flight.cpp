@@ -42,8 +42,8 @@ void drift(Vec4d& position, Vec4d& velocity, const Vector& acceleration, double 
 
 /// One bead that meets a plate in this step, from its state at the start.
 void fly_bead(Vec4d& position, Vec4d& velocity, Vec4d& spin, const Vector& acceleration, const PlateMotion& plates,
-              PlateState base, double dt, const BeadRules& rules, EnergyBalance& balance, Counts& counts) {
-    const double radius = position[3];
+              PlateState base, const StepRules& rules, EnergyBalance& balance, Counts& counts) {
+    const double radius = position[3], dt = rules.dt;
     double now = 0.0, min_interval = 0.0;
     for (;;) {
         const double speed = velocity[2] - base.velocity, rate = acceleration.z - base.acceleration;
@@ -63,8 +63,9 @@ void fly_bead(Vec4d& position, Vec4d& velocity, Vec4d& spin, const Vector& accel
             position[2] = surface;
         }
         if (side * (velocity[2] - base.velocity) < 0.0) {
-            if (side * (velocity[2] - base.velocity) < -rules.counted_speed) ++counts.bead_plate;
-            bounce_on_plate(velocity, spin, radius, side, base.velocity, rules.restitution, rules.friction, balance);
+            if (side * (velocity[2] - base.velocity) < -rules.counted_plate_speed) ++counts.bead_plate;
+            bounce_on_plate(velocity, spin, radius, side, base.velocity, rules.restitution.bead_plate,
+                            rules.friction.bead_plate, balance);
         }
         min_interval = 0.5 * dt;  // limits the bounce rate of a bead that comes to rest on a plate
     }
@@ -94,16 +95,17 @@ bool has_any_left_skin(const Vec4d (&position)[4], const std::array<double, 2>* 
 }
 }  // namespace
 
-bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateMotion& plates, double dt,
-               const BeadRules& rules, EnergyBalance& balance, Counts& counts) {
+bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateMotion& plates, const StepRules& rules,
+               EnergyBalance& balance, Counts& counts) {
     BeadArrays& beads = spheres.beads;
+    const double dt = rules.dt;
     const PlateState start = plates.base(0.0), end_base = plates.base(dt);
     const double low = end_base.height, high = plates.lid() ? end_base.height + plates.gap() : never;
     const double far = 0.25 * rules.skin * rules.skin;
     const Vec4d time{dt, dt, dt, 0.0}, half{0.5 * dt * dt, 0.5 * dt * dt, 0.5 * dt * dt, 0.0};
     const auto acceleration = [&](std::size_t s) { return rules.acceleration_of(beads.velocity[s][3]); };
     const auto bounce_one = [&](std::size_t s) {
-        fly_bead(spheres.position[s], beads.velocity[s], beads.spin[s], vector_of(acceleration(s)), plates, start, dt,
+        fly_bead(spheres.position[s], beads.velocity[s], beads.spin[s], vector_of(acceleration(s)), plates, start,
                  rules, balance, counts);
     };
     bool left_skin = false;
@@ -142,12 +144,12 @@ bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const Plate
     return left_skin;
 }
 
-bool drift_beads(Spheres& spheres, std::size_t begin, std::size_t end, double dt, const BeadRules& rules) {
+bool drift_beads(Spheres& spheres, std::size_t begin, std::size_t end, const StepRules& rules) {
     const double far = 0.25 * rules.skin * rules.skin;
     bool left_skin = false;
     for (std::size_t s = begin; s < end; ++s) {
         Vec4d& velocity = spheres.beads.velocity[s];
-        drift(spheres.position[s], velocity, vector_of(rules.acceleration_of(velocity[3])), dt);
+        drift(spheres.position[s], velocity, vector_of(rules.acceleration_of(velocity[3])), rules.dt);
         left_skin = left_skin || has_left_skin(spheres.position[s], spheres.listed[s], far);
     }
     return left_skin;

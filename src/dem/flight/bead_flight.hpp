@@ -4,33 +4,21 @@
 
 #include "dem/bodies/plate_motion.hpp"
 #include "dem/flight/spheres.hpp"
+#include "dem/flight/step_rules.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::dem {
-
-struct BeadRules {
-    Vector acceleration;  ///< of gravity [mm/s^2]
-    Vector force;         ///< on each bead [mg mm/s^2]
-    double restitution = 0.0, friction = 0.0;
-    double counted_speed = 0.0;  ///< of impacts on the plates [mm/s]
-    double skin = 0.0;           ///< [mm]
-
-    Vec4d acceleration_of(double mass_inverse) const {
-        return Vec4d{acceleration.x, acceleration.y, acceleration.z, 0.0} +
-               Vec4d{force.x, force.y, force.z, 0.0} * mass_inverse;
-    }
-};
 
 /// The impact of a bead on the base (side +1) or the lid (-1), which moves at the speed `plate`.
 void bounce_on_plate(Vec4d& velocity, Vec4d& spin, double radius, double side, double plate, double restitution,
                      double friction, EnergyBalance& balance);
 
-/// Moves the beads [begin, end) by dt with all their impacts on the plates.  `plates` are at the start of the step.
-/// Returns whether a bead has moved by half a skin since the neighbour list was made, or has no finite position.
-bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateMotion& plates, double dt,
-               const BeadRules& rules, EnergyBalance& balance, Counts& counts);
+/// Moves the beads [begin, end) by rules.dt with all their impacts on the plates.  `plates` are at the start of the
+/// step.  Returns whether a bead has moved by half a skin since the neighbour list was made, or has no finite position.
+bool fly_beads(Spheres& spheres, std::size_t begin, std::size_t end, const PlateMotion& plates, const StepRules& rules,
+               EnergyBalance& balance, Counts& counts);
 
 /// The same without plates: uniformly accelerated motion.
-bool drift_beads(Spheres& spheres, std::size_t begin, std::size_t end, double dt, const BeadRules& rules);
+bool drift_beads(Spheres& spheres, std::size_t begin, std::size_t end, const StepRules& rules);
 
 }  // namespace drover::dem

@@ -107,7 +107,7 @@ void kick_spin(ImpactBody& rod, double size, PlateMemory& memory, std::uint64_t 
 namespace {
 /// The impact of all contacts that are closed now.
 void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind,
-                          const FlightRules& rules, const PlateState& base, FlightSpace& space, EnergyBalance& balance,
+                          const StepRules& rules, const PlateState& base, FlightSpace& space, EnergyBalance& balance,
                           Counts& counts) {
     space.contacts.clear();
     space.approach.clear();
@@ -136,7 +136,7 @@ void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, c
     balance.friction += outcome.friction;
     for (const double approach : space.approach) {
         if (approach <= 0.0) continue;
-        if (approach > rules.counted_speed) ++counts.rod_plate;
+        if (approach > rules.counted_plate_speed) ++counts.rod_plate;
         if (rules.kick > 0.0) kick_spin(body, rules.kick * approach, memory, number, rules.seed, balance);
     }
     rod.velocity = body.velocity;
@@ -171,8 +171,9 @@ RodKind make_rod_kind(const Shape& shape, double restitution, double friction, b
 }
 
 void fly_rod(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
-             const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, EnergyBalance& balance,
+             const PlateMotion& plates, const StepRules& rules, FlightSpace& space, EnergyBalance& balance,
              Counts& counts) {
+    const double dt = rules.dt;
     double now = 0.0;
     PlateState base = plates.base(0.0);
     for (;;) {

@@ -3,9 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem/bodies/plate_motion.hpp"
-#include "dem/bodies/vec4d.hpp"
-#include "dem/impact/impact.hpp"
+#include "dem/flight/step_rules.hpp"
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/world.hpp"
 
@@ -22,16 +20,6 @@ struct RodKind {
 /// a plate; in a time-driven law a rod overlaps the plate, and then several of the spheres between those on the hull
 /// do.
 RodKind make_rod_kind(const Shape& shape, double restitution, double friction, bool all_bear);
-
-/// Constants of all rods.
-struct FlightRules {
-    ImpactLaw law;
-    double substep = 0.0;           ///< minimum time between impacts on the plates [s]
-    double simultaneity_gap = 0.0;  ///< contacts with smaller gaps act in one impact [mm]
-    double counted_speed = 0.0;     ///< [mm/s]
-    double kick = 0.0;              ///< [rad/mm]
-    std::uint64_t seed = 0;
-};
 
 /// State of a rod that comes from its impacts on the plates.
 struct PlateMemory {
@@ -60,10 +48,10 @@ struct FlightSpace {
     std::vector<double> approach;
 };
 
-/// Moves a rod by dt under a uniform acceleration, with all its impacts on base and lid.  `plates` are at the start of
-/// the step.
+/// Moves a rod by rules.dt under a uniform acceleration, with all its impacts on base and lid.  `plates` are at the
+/// start of the step.
 void fly_rod(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind, const Vector& acceleration,
-             const PlateMotion& plates, double dt, const FlightRules& rules, FlightSpace& space, EnergyBalance& balance,
+             const PlateMotion& plates, const StepRules& rules, FlightSpace& space, EnergyBalance& balance,
              Counts& counts);
 
 /// Free motion under a uniform acceleration.

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "dem/bodies/wall.hpp"
+#include "dem/bodies/walls.hpp"
 #include "dem/neighbours/nearest_image.hpp"
 
 namespace drover::dem {

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dem/bodies/walls.hpp"
-
 namespace drover::dem {
 
 OverlapRelaxation make_relaxation(const Setup& setup, const Bodies& bodies, double margin) {
-    OverlapRelaxation relaxation{.cell = setup.cell, .turns = setup.packing.kind != "aligned", .margin = margin};
+    OverlapRelaxation relaxation{.cell = setup.cell,
+                                 .walls = Walls(setup.cell),
+                                 .turns = setup.packing.kind != "aligned",
+                                 .margin = margin};
     for (const Bead& bead : bodies.beads) {
         relaxation.body.push_back(static_cast<std::uint32_t>(relaxation.mass.size()));
         relaxation.at.push_back(0.0);
@@ -123,7 +124,6 @@ double push_pairs(OverlapRelaxation& relaxation, const Neighbours& neighbours) {
 /// Adds the forces of plates and walls; returns the deepest overlap relative to the radius.
 double push_inside(OverlapRelaxation& relaxation) {
     double deepest = 0.0;
-    const Walls walls(relaxation.cell);
     for (std::size_t s = 0; s < relaxation.centre.size(); ++s) {
         const double reach = relaxation.reach[s];
         const double below = relaxation.floor + reach - relaxation.centre[s].z,
@@ -131,7 +131,7 @@ double push_inside(OverlapRelaxation& relaxation) {
         relaxation.push[s].z += std::max(0.0, below) - std::max(0.0, above);
         deepest = std::max({deepest, below / reach, above / reach});
         WallPoint found[4];
-        const int count = walls.near(relaxation.centre[s].x, relaxation.centre[s].y, reach, found);
+        const int count = relaxation.walls.near(relaxation.centre[s].x, relaxation.centre[s].y, reach, found);
         for (int i = 0; i < count; ++i) {
             const double depth = reach - found[i].distance;
             relaxation.push[s] = relaxation.push[s] + depth * Vector{found[i].nx, found[i].ny, 0.0};
@@ -253,7 +253,7 @@ double largest_overlap(const OverlapRelaxation& relaxation) {
         const double r = true_size * relaxation.reach[s], z = relaxation.centre[s].z;
         largest = std::max({largest, (relaxation.floor + r - z) / r, (z + r - relaxation.ceiling) / r});
         WallPoint found[4];
-        if (walls_near(relaxation.cell, relaxation.centre[s].x, relaxation.centre[s].y, r, found) > 0)
+        if (relaxation.walls.near(relaxation.centre[s].x, relaxation.centre[s].y, r, found) > 0)
             largest = std::max(largest, (r - found[0].distance) / r);
     }
     return largest;

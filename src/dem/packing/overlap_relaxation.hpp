@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "dem/bodies/walls.hpp"
 #include "dem/neighbours/bins.hpp"
 #include "drover/dem/bodies.hpp"
 
@@ -11,6 +12,7 @@ namespace drover::dem {
 /// Bodies between two heights.  Masses and inertias are those of the minimisation, not of the bodies.
 struct OverlapRelaxation {
     Cell cell;
+    Walls walls;
     double floor = 0.0, ceiling = 0.0;  ///< limits of the heights of all spheres [mm]
     bool turns = true;                  ///< whether rods may turn
     double margin = 0.0;                ///< relative enlargement of the spheres

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dem/bodies/wall.hpp"
+#include "dem/bodies/walls.hpp"
 #include "dem/packing/overlap_relaxation.hpp"
 #include "dem/packing/supply.hpp"
 #include "drover/base/random.hpp"
@@ -66,7 +66,7 @@ Vector place_in(const OverlapRelaxation& relaxation, double reach, Draws& draws)
 bool is_inside(const OverlapRelaxation& relaxation, const Span& spheres) {
     WallPoint found[4];
     for (std::size_t s = spheres.first; s < spheres.last; ++s)
-        if (walls_near(relaxation.cell, relaxation.centre[s].x, relaxation.centre[s].y, relaxation.reach[s], found) > 0)
+        if (relaxation.walls.near(relaxation.centre[s].x, relaxation.centre[s].y, relaxation.reach[s], found) > 0)
             return false;
     return true;
 }
@@ -250,29 +250,28 @@ void write_back(const OverlapRelaxation& relaxation, Bodies& bodies) {
 }
 }  // namespace
 
-Packed pack(const Setup& setup, std::uint64_t seed, const LocationOf& place) {
+Bodies pack(const Setup& setup, std::uint64_t seed, const LocationOf& place) {
     check(setup, place);
     require(setup.packing.kind != "file", place("packing.kind"),
             "packing.kind = \"file\": a packing cannot be made from a file; expected "
             "\"random\" or \"aligned\" here");
-    Packed packed{.bodies = make_bodies(setup, seed, place)};
-    if (packed.bodies.beads.empty() && packed.bodies.rods.empty()) return packed;
+    Bodies bodies = make_bodies(setup, seed, place);
+    if (bodies.beads.empty() && bodies.rods.empty()) return bodies;
     double thickest = 0.0;
-    for (const Shape& shape : packed.bodies.shapes) thickest = std::max(thickest, thickness(shape));
-    OverlapRelaxation relaxation = make_relaxation(setup, packed.bodies, margin_of(setup, thickest, 2e-3));
+    for (const Shape& shape : bodies.shapes) thickest = std::max(thickest, thickness(shape));
+    OverlapRelaxation relaxation = make_relaxation(setup, bodies, margin_of(setup, thickest, 2e-3));
     set_heights(setup, thickest, relaxation);
-    place_all(setup, packed.bodies, seed, relaxation, place);
+    place_all(setup, bodies, seed, relaxation, place);
     grow(relaxation);
     const std::vector<double> overlaps = resolve(relaxation);
-    packed.rounds = static_cast<int>(overlaps.size());
     if (overlaps.back() > 0.0)
         fail_run(
             "no packing without overlaps was found for {} beads and {} rods: after {} rounds of {} steps two still "
             "overlap by {:.3g} of a radius; expected 0: ask for fewer, or give them a larger gap",
-            packed.bodies.beads.size(), packed.bodies.rods.size(), packed.rounds, steps_of_round, overlaps.back());
+            bodies.beads.size(), bodies.rods.size(), overlaps.size(), steps_of_round, overlaps.back());
     loosen(relaxation, margin_of(setup, thickest, 0.04));
-    write_back(relaxation, packed.bodies);
-    return packed;
+    write_back(relaxation, bodies);
+    return bodies;
 }
 
 }  // namespace drover::dem

@@ -6,17 +6,10 @@
 
 namespace drover::dem {
 
-/// A packing and the effort it took.
-struct Packed {
-    Bodies bodies;
-    double overlap = 0.0;  ///< largest, relative to the smaller radius of the pair: <= 0 in a packing
-    int rounds = 0;        ///< of overlap relaxation
-};
-
 /// Bodies of the setup at rest between the plates at t = 0, without overlaps with each other, plates and walls.
 /// Positions are random. Directions are random and without order (kind "random") or all along +x ("aligned").  Throws a
 /// run Error with the remaining overlap if no packing was found (within about a minute at 70,000 beads), and an input
 /// Error for impossible setups, such as more area than the cell has.
-Packed pack(const Setup& setup, std::uint64_t seed, const LocationOf& place = no_location);
+Bodies pack(const Setup& setup, std::uint64_t seed, const LocationOf& place = no_location);
 
 }  // namespace drover::dem

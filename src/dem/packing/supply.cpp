@@ -6,7 +6,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "dem/bodies/flower.hpp"
+#include "dem/bodies/walls.hpp"
 #include "dem/packing/supply.hpp"
 #include "drover/base/random.hpp"
 

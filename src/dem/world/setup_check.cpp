@@ -25,20 +25,6 @@ void check_rows(const Struct& section, const std::string& name, const LocationOf
         checked_value(rows[i], name, {.value = values[i].second, .where = place(name + "." + rows[i].name)});
 }
 
-void check_rows(const Setup& setup, const LocationOf& place) {
-    check_rows(setup.cell, "cell", place);
-    check_rows(setup.plates, "plates", place);
-    check_rows(setup.gravity, "gravity", place);
-    check_rows(setup.beads, "beads", place);
-    check_rows(setup.rods, "rods", place);
-    check_rows(setup.restitution, "restitution", place);
-    check_rows(setup.friction, "friction", place);
-    check_rows(setup.kick, "kick", place);
-    check_rows(setup.forces, "forces", place);
-    check_rows(setup.contacts, "contacts", place);
-    check_rows(setup.packing, "packing", place);
-}
-
 /// The location of the first of these conflicting keys that the scene gives.
 SourceLocation first_given(const LocationOf& place, std::initializer_list<const char*> keys) {
     for (const char* key : keys)
@@ -226,7 +212,7 @@ void check_contacts(const Setup& setup, double thinnest, const LocationOf& place
 }  // namespace
 
 void check(const Setup& setup, const LocationOf& place) {
-    check_rows(setup, place);
+    for_sections(setup, [&](const char* name, const char*, const auto& section) { check_rows(section, name, place); });
     check_unread(setup.cell, place);
     check_flower(setup.cell, place);
     const double area_cell = area(setup.cell);

@@ -15,10 +15,7 @@ void for_numbers(EnergyBalance& balance, Visit visit) {
 
 template <class Visit>
 void for_numbers(Counts& counts, Visit visit) {
-    for (std::int64_t* part : {&counts.bead_bead, &counts.rod_bead, &counts.rod_rod, &counts.bead_plate,
-                               &counts.rod_plate, &counts.bead_wall, &counts.rod_wall, &counts.groups,
-                               &counts.largest_group, &counts.unresolved, &counts.limited, &counts.lists})
-        visit(*part);
+    for (const auto part : count_parts) visit(counts.*part);
     visit(counts.residual);
     visit(counts.overlap);
 }

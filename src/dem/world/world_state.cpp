@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "dem/bodies/rotation.hpp"
+#include "dem/impact/closing_time.hpp"
 #include "dem/world/world_state.hpp"
 
 namespace drover::dem {
@@ -67,18 +68,9 @@ void add(const EnergyBalance& part, EnergyBalance& total) {
 }
 
 void add(const Counts& part, Counts& total) {
-    total.bead_bead += part.bead_bead;
-    total.rod_bead += part.rod_bead;
-    total.rod_rod += part.rod_rod;
-    total.bead_plate += part.bead_plate;
-    total.rod_plate += part.rod_plate;
-    total.bead_wall += part.bead_wall;
-    total.rod_wall += part.rod_wall;
-    total.groups += part.groups;
-    total.largest_group = std::max(total.largest_group, part.largest_group);
-    total.unresolved += part.unresolved;
-    total.limited += part.limited;
-    total.lists += part.lists;
+    const std::int64_t largest_group = std::max(total.largest_group, part.largest_group);
+    for (const auto entry : count_parts) total.*entry += part.*entry;
+    total.largest_group = largest_group;
     total.residual = std::max(total.residual, part.residual);
     total.overlap = std::max(total.overlap, part.overlap);
 }
@@ -93,42 +85,19 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
       walls(the_setup.cell) {
     bodies.shapes = shapes;
     spheres = make_spheres(setup, bodies);
-    const ImpactLaw impact = ImpactLaw::from(setup.contacts);
-    const Vector gravity{setup.gravity.x, setup.gravity.y, setup.gravity.z};
-    bead_rules = {.acceleration = gravity,
-                  .force = {},
-                  .restitution = setup.restitution.bead_plate,
-                  .friction = setup.friction.bead_plate,
-                  .counted_speed = counted_plate_speed(setup),
-                  .skin = near_skin(setup.contacts.skin)};
-    rod_rules = {.law = impact,
-                 .substep = setup.contacts.substep,
-                 .simultaneity_gap = setup.contacts.simultaneity_gap,
-                 .counted_speed = counted_plate_speed(setup),
-                 .kick = setup.kick.strength,
-                 .seed = seed};
-    pair_rules = {.restitution = setup.restitution,
-                  .friction = setup.friction,
-                  .law = impact,
-                  .acceleration = gravity,
-                  .bead_force = {},
-                  .dt = dt,
-                  .simultaneity_gap = setup.contacts.simultaneity_gap,
-                  .base = {}};
-    soft_rules = {.restitution = setup.restitution,
-                  .friction = setup.friction,
-                  .dt = dt,
-                  .counted_plate_speed = counted_plate_speed(setup),
-                  .kick = setup.kick.strength,
-                  .seed = seed};
-    pairwise_rules = {.law = {},
-                      .restitution = setup.restitution,
-                      .friction = setup.friction,
-                      .dt = dt,
-                      .counted_plate_speed = counted_plate_speed(setup),
-                      .kick = setup.kick.strength,
-                      .seed = seed};
-    if (const auto* pairwise = std::get_if<PairwiseLaw>(&law)) pairwise_rules.law = *pairwise;
+    rules = {.restitution = setup.restitution,
+             .friction = setup.friction,
+             .law = ImpactLaw::from(setup.contacts),
+             .acceleration = {setup.gravity.x, setup.gravity.y, setup.gravity.z},
+             .bead_force = {},
+             .dt = dt,
+             .substep = setup.contacts.substep,
+             .simultaneity_gap = setup.contacts.simultaneity_gap,
+             .counted_plate_speed = counted_plate_speed(setup),
+             .skin = near_skin(setup.contacts.skin),
+             .kick = setup.kick.strength,
+             .seed = seed,
+             .base = {}};
     set_forces(setup.forces);
 }
 
@@ -136,7 +105,7 @@ void World::State::set_forces(const BodyForces& forces) {
     const double before = bead_potential();
     setup.forces = forces;
     rod_force = {forces.rod_x, forces.rod_y, 0.0};
-    bead_rules.force = pair_rules.bead_force = {forces.bead_x, forces.bead_y, 0.0};
+    rules.bead_force = {forces.bead_x, forces.bead_y, 0.0};
     bead_potential_start += bead_potential() - before;  // a new zero of the potential does no work
 }
 
@@ -157,7 +126,7 @@ void World::State::run_chunks(std::size_t length, std::size_t chunk, Work work) 
 double World::State::bead_potential() const {
     double total = 0.0;
     for (std::size_t b = 0; b < spheres.beads.size(); ++b) {
-        const Vector weight = 1.0 / spheres.beads.velocity[b][3] * bead_rules.acceleration + bead_rules.force;
+        const Vector weight = 1.0 / spheres.beads.velocity[b][3] * rules.acceleration + rules.bead_force;
         total += dot(weight, unwrapped(vector_of(spheres.position[b]), spheres.beads.image[b]));
     }
     return total;
@@ -172,12 +141,12 @@ Vector World::State::unwrapped(const Vector& position, const std::array<std::int
 template <class Move>
 void World::State::move_rods(Move move) {
     RodArrays& rods = spheres.rods;
-    const double far = 0.25 * bead_rules.skin * bead_rules.skin;
+    const double far = 0.25 * rules.skin * rules.skin;
     run_chunks(rods.size(), rods_per_chunk, [&](std::size_t begin, std::size_t end, ChunkResult& result) {
         FlightSpace space;
         for (std::size_t r = begin; r < end; ++r) {
             const RodKind& kind = rods.kinds[rods.kind[r]];
-            const Vector acceleration = bead_rules.acceleration + 1.0 / kind.shape.mass * rod_force;
+            const Vector acceleration = rules.acceleration + 1.0 / kind.shape.mass * rod_force;
             move(rods.rod[r], kind, acceleration, r, space, result);
             set_rod_spheres(spheres, r);
             // Spheres between the ends move no further than one of them.
@@ -196,32 +165,32 @@ void World::State::renew_lists() {
 
 ContactReport World::State::step_with(const ImpactLaw&) {
     run_chunks(spheres.beads.size(), beads_per_chunk, [&](std::size_t begin, std::size_t end, ChunkResult& result) {
-        result.left_skin = fly_beads(spheres, begin, end, plates, dt, bead_rules, result.balance, result.counts);
+        result.left_skin = fly_beads(spheres, begin, end, plates, rules, result.balance, result.counts);
     });
     move_rods([&](Rod& rod, const RodKind& kind, const Vector& acceleration, std::size_t r, FlightSpace& space,
                   ChunkResult& result) {
-        fly_rod(rod, spheres.rods.memory[r], r, kind, acceleration, plates, dt, rod_rules, space, result.balance,
+        fly_rod(rod, spheres.rods.memory[r], r, kind, acceleration, plates, rules, space, result.balance,
                 result.counts);
     });
     renew_lists();
-    pair_rules.base = plates.base(dt);
-    pair_rules.lid = plates.lid() ? pair_rules.base.height + plates.gap() : never;
-    return pair_impacts.step(walls, spheres, neighbours, pair_rules, threads);
+    rules.base = plates.base(dt);
+    rules.lid = plates.lid() ? rules.base.height + plates.gap() : never;
+    return pair_impacts.step(walls, spheres, neighbours, rules, threads);
 }
 
-ContactReport World::State::step_with(const PairwiseLaw&) {
+ContactReport World::State::step_with(const PairwiseLaw& pairwise) {
     flight = {};
     const PlateState base = plates.base(dt);
     run_chunks(spheres.beads.size(), beads_per_chunk, [&](std::size_t begin, std::size_t end, ChunkResult& result) {
-        result.left_skin = step_beads(spheres, begin, end, bead_rules, base, plates, pairwise_rules, result);
+        result.left_skin = step_beads(spheres, begin, end, base, plates, rules, result);
     });
     move_rods(
         [&](Rod&, const RodKind&, const Vector& acceleration, std::size_t r, FlightSpace& space, ChunkResult& result) {
-            step_rod(spheres, r, acceleration, plates, step, pairwise_rules, space.overlaps, result);
+            step_rod(spheres, r, acceleration, plates, step, pairwise, rules, space.overlaps, result);
         });
     renew_lists();
-    ContactReport report =
-        resolve_pairs(overlap_search.find(walls, spheres, neighbours, threads), spheres, pairwise_rules, step % 2 != 0);
+    ContactReport report = resolve_pairs(overlap_search.find(walls, spheres, neighbours, threads), spheres, pairwise,
+                                         rules, step % 2 != 0);
     keep_deepest(flight, report);
     return report;
 }
@@ -229,17 +198,17 @@ ContactReport World::State::step_with(const PairwiseLaw&) {
 template <SoftLaw Law>
 ContactReport World::State::step_with(const Law& soft_law) {
     ContactReport report;
-    soft_contacts.kick(spheres, soft_rules, true, report.balance);
+    soft_contacts.kick(spheres, rules, true, report.balance);
     run_chunks(spheres.beads.size(), beads_per_chunk, [&](std::size_t begin, std::size_t end, ChunkResult& result) {
-        result.left_skin = drift_beads(spheres, begin, end, dt, bead_rules);
+        result.left_skin = drift_beads(spheres, begin, end, rules);
     });
     move_rods([&](Rod& rod, const RodKind& kind, const Vector& acceleration, std::size_t, FlightSpace&,
                   ChunkResult& result) { drift_rod(rod, kind.shape, acceleration, dt, result.balance); });
     renew_lists();
-    soft_contacts.find(walls, spheres, neighbours, plates, soft_rules, threads, report);
+    soft_contacts.find(walls, spheres, neighbours, plates, rules, threads, report);
     soft_contacts.apply(soft_law, report);
-    soft_contacts.kick(spheres, soft_rules, false, report.balance);
-    soft_contacts.kick_rods(spheres, soft_rules, report);
+    soft_contacts.kick(spheres, rules, false, report.balance);
+    soft_contacts.kick_rods(spheres, rules, report);
     return report;
 }
 
@@ -346,10 +315,12 @@ void World::State::record_overlap(const ContactReport& report) {
                      .first = name_of(spheres, deepest.first),
                      .second = name_of(spheres, deepest.second),
                      .time = static_cast<double>(step + 1) * dt};
-    const bool rod_on_plate = deepest.is_with_surface() && deepest.second != Overlap::side_wall &&
-                              !spheres.is_bead(deepest.first) && std::holds_alternative<PairwiseLaw>(law);
-    const NamedStep moved = rod_on_plate ? NamedStep{"contacts.rod_step", pairwise_rules.law.rod_step_within(dt)}
-                                         : NamedStep{"time.dt", dt};
+    const bool rod_on_plate =
+        deepest.is_with_surface() && deepest.second != Overlap::side_wall && !spheres.is_bead(deepest.first);
+    const auto* const pairwise = std::get_if<PairwiseLaw>(&law);
+    const NamedStep moved = rod_on_plate && pairwise != nullptr
+                                ? NamedStep{"contacts.rod_step", pairwise->rod_step_within(dt)}
+                                : NamedStep{"time.dt", dt};
     if (report.depth > setup.contacts.max_overlap)
         fail_run(
             "{} and {} overlap by {:.2g} mm, {:.2g} of a radius, at step {} (t = {:.6g} s); contacts.max_overlap = "

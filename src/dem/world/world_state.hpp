@@ -25,14 +25,10 @@ struct World::State {
     Spheres spheres;
     Neighbours neighbours;
     PlateMotion plates;
-    BeadRules bead_rules;
-    FlightRules rod_rules;
+    StepRules rules;
     Vector rod_force;
-    PairRules pair_rules;
     PairImpacts pair_impacts;
-    SoftRules soft_rules;
     SoftContacts soft_contacts;
-    PairwiseRules pairwise_rules;
     OverlapSearch overlap_search;
     Walls walls;
     EnergyBalance balance;
