@@ -17,6 +17,9 @@ double saturation_of_alignment(double alignment, double cubic = 0.0);
 /// kappa such that I1(kappa)/I0(kappa) is this order, -1 < P < 1: what holds independent rods at that order.
 double concentration_of_order(double order);
 
+/// 1/a at which the drag assay also reports the alignment, since its error contains the covariance of its parts [s].
+inline constexpr double reference_time = 10.0;
+
 /// Order of finitely many rods.
 struct RodsOrder {
     double mean = 0.0;       ///< <|P|>

@@ -1,11 +1,10 @@
 // calibrate/contact_alignment.cpp: c of rods that align where they meet, from the alignment of many rods.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
+#include "calibrate/alignment.hpp"
 #include "calibrate/assays/alignment_assay.hpp"
-#include "calibrate/assays/alignment_fit.hpp"
 #include "calibrate/closures.hpp"
 
 namespace drover::calibrate {
@@ -81,11 +80,6 @@ std::optional<Estimate> of_held_beads(const Table& table, const Shared& shared, 
                     .by_drag = 0.0,
                     .rod = rod,
                     .trials = steady->trials};
-}
-
-TableEntry missing(const std::string& why) {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    return {.value = none, .error = none, .origin = Origin::missing, .remark = why};
 }
 
 struct Pooled {

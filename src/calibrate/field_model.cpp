@@ -127,8 +127,6 @@ std::vector<Closure> closures_for(const std::vector<std::string>& keys, OrderKin
 }
 }  // namespace
 
-double power_of_density(const std::string& key) { return closure_of(key).order_power; }
-
 const std::vector<std::string>& calibrated_keys() {
     static const std::vector<std::string> keys = [] {
         std::vector<std::string> names;

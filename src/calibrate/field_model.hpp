@@ -16,12 +16,8 @@ struct StatePoint {
 };
 
 /// What p is in the equations: the mean orientation P of the rods, with J = u sigma P; or sigma P, with J = u p.
+/// (The current p = sigma u P of the paper's Methods would need powers of sigma u; calibrated scenes keep u.)
 enum class OrderKind { orientation, density };
-
-/// The power of sigma by which a coefficient is multiplied when p changes from P to sigma P: -1 for driving.strength,
-/// 1 for weathercock.strength.  (The current p = sigma u P of the paper's Methods would need powers of sigma u, and
-/// J = p; calibrated scenes keep u.)
-double power_of_density(const std::string& key);
 
 /// Keys of a model that a table can fill in, in the order of a scene, such as "uniform.bead_density".
 const std::vector<std::string>& calibrated_keys();

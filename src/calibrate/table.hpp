@@ -1,5 +1,6 @@
 // calibrate/table.hpp: tables of coefficients over area fractions, with errors and origins.
 #pragma once
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +30,12 @@ struct TableEntry {
     Origin origin = Origin::missing;
     std::string remark = {};  ///< diagnosis, unmet target or reason why it is missing; may be empty
 };
+
+/// One without a value, and why.
+inline TableEntry missing(const std::string& why) {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    return {.value = none, .error = none, .origin = Origin::missing, .remark = why};
+}
 
 /// One coefficient over the table.
 struct TableRow {

@@ -1,18 +1,12 @@
 // calibrate/table_derived.cpp: rows that follow from measured rows, at each point of a table.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "calibrate/closures.hpp"
 
 namespace drover::calibrate {
 
 namespace {
-TableEntry missing(const std::string& why) {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    return {.value = none, .error = none, .origin = Origin::missing, .remark = why};
-}
-
 /// p/P for p = sigma u P.
 double current_scale(const Measured& at) { return at.rod_density() * at[speed]; }
 

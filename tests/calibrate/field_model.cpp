@@ -137,11 +137,17 @@ TEST(FieldModel, has_the_alignment_of_flow_and_contacts) {
     EXPECT_GT(cell.high, cell.order);
 }
 
+/// The power of sigma by which a coefficient is multiplied when p changes from P to sigma P: -1 for driving.strength,
+/// 1 for weathercock.strength.
+double power_of_density(const std::string& key, double sigma) {
+    return std::round(std::log(value_of(key, OrderKind::density) / value_of(key)) / std::log(sigma));
+}
+
 TEST(FieldModel, of_the_current_has_the_closures_of_independent_rods) {
     // With p the current sigma u P, as in the Methods: J = p, so u = 1 there; from sigma P by powers of u.
     const double sigma = 0.1 / 4.0, u = 3.0, a = 0.1, g = 2.0;
     const auto current = [&](const char* key) {
-        return value_of(key, OrderKind::density) * std::pow(u, power_of_density(key));
+        return value_of(key, OrderKind::density) * std::pow(u, power_of_density(key, sigma));
     };
     EXPECT_NEAR(current("noise.order"), a * sigma * u * u, 1e-12);
     EXPECT_NEAR(current("pressure.rods"), 0.5 * u * u, 1e-12);

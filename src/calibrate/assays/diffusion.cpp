@@ -56,18 +56,12 @@ std::vector<double> rod_displacements(const DiffusionPlan& plan, const SystemFac
                                       std::uint64_t seed) {
     dem::Setup setup = with_rods(given, "diffusion", false);
     setup.forces = bed_at_rest(setup);
-    const auto system = make(setup, seed);
+    const std::vector<std::vector<RodPose>> rods = rod_frames(plan, make, setup, seed);
     const Lags lags = lags_of(plan);
-    const std::size_t frames = frames_in(plan.time, plan.frame);
-    system->advance_to(plan.warm_up);
-    std::vector<RodPose> before = system->rods();
-    std::vector<BodyPath> paths(before.size());
-    for (std::size_t frame = 1; frame <= frames; ++frame) {
-        system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
-        const std::vector<RodPose> now = system->rods();
-        for (std::size_t r = 0; r < now.size(); ++r) paths[r].add(before[r], now[r]);
-        before = now;
-    }
+    const std::size_t frames = rods.size() - 1;
+    std::vector<BodyPath> paths(rods.front().size());
+    for (std::size_t frame = 1; frame <= frames; ++frame)
+        for (std::size_t r = 0; r < paths.size(); ++r) paths[r].add(rods[frame - 1][r], rods[frame][r]);
     std::vector<double> squares(lags.count(), 0.0);
     for (BodyPath& path : paths) {
         const double step = path.along.back() / static_cast<double>(frames);  // u of this rod times the frame
@@ -104,16 +98,8 @@ std::vector<double> estimates_of(const DiffusionPlan& plan, std::span<const doub
 std::string conclude(std::vector<measure::Estimate>& estimates) {
     std::string diagnosis;
     for (const auto& [name, q] : {std::pair{"beads", 4u}, std::pair{"rods", 5u}}) {
-        const measure::Estimate& change = estimates[q];
-        constexpr double rounding = 1e-12;  // of the fits: no change, however small its error
         diagnosis += diagnosis.empty() ? "" : "; ";
-        if (!change.error) diagnosis += text("{}: whether the motion is diffusive is not known", name);
-        else if (std::abs(change.mean) <= 2.0 * *change.error + rounding)
-            diagnosis += text("{}: the mean-square displacement is linear in time", name);
-        else
-            diagnosis +=
-                text("{}: not diffusive: D changes by {:.2g} +- {:.2g} of itself over the lags; use longer lags", name,
-                     change.mean, *change.error);
+        diagnosis += text("{}: {}", name, diffusive_words(estimates[q], "motion", "displacement", "D"));
     }
     return diagnosis;
 }

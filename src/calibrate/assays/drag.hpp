@@ -31,8 +31,7 @@ struct DragPlan {
 /// straight line through the windows of torques > 0.  tau is determined by transients, mainly the start: it is
 /// uncertain if far below a window, and noise biases it towards 0.  Its Gamma is the total friction on the beads: the
 /// plates, which damping() measures alone, and rods that do not move along.
-/// The same windows, but for a reversal, give the total alignment g of the rods, by flow and contacts
-/// (src/calibrate/assays/alignment_fit.hpp):
+/// The same windows, but for a reversal, give the total alignment g of the rods, by flow and contacts:
 ///     kappa [1 + d_t P/(a P)] = g P + beta T,   P = I1(kappa)/I0(kappa),
 /// which is linear in 1/a, and a is of another assay: g = alignment_steady + alignment_drift/a; alignment_reference, g
 /// at 1/a = 10 s, has an error that tells their covariance.

@@ -50,6 +50,19 @@ inline std::size_t frames_in(double time, double frame) {
     return static_cast<std::size_t>(std::max(1.0, std::round(time / frame)));
 }
 
+/// The rods of a system of this setup at the end of the warm-up and in each frame after it.
+template <class Plan>
+std::vector<std::vector<RodPose>> rod_frames(const Plan& plan, const SystemFactory& make, const dem::Setup& setup,
+                                             std::uint64_t seed) {
+    const auto system = make(setup, seed);
+    std::vector<std::vector<RodPose>> rods;
+    for (std::size_t frame = 0; frame <= frames_in(plan.time, plan.frame); ++frame) {
+        system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
+        rods.push_back(system->rods());
+    }
+    return rods;
+}
+
 /// Mean of each number over all trials.
 inline std::vector<double> means_over(std::span<const Trial> trials) {
     std::vector<double> means(trials.front().size(), 0.0);

@@ -74,14 +74,10 @@ Trial angle_correlation(const RelaxationPlan& plan, const SystemFactory& make, c
                         std::uint64_t seed) {
     dem::Setup setup = with_rods(given, "relaxation", false);
     setup.forces = bed_at_rest(setup);
-    const auto system = make(setup, seed);
-    const std::size_t frames = frames_in(plan.time, plan.frame);
-    std::vector<std::vector<double>> angles(system->rods().size());
-    for (std::size_t frame = 0; frame <= frames; ++frame) {
-        system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
-        const std::vector<RodPose> rods = system->rods();
+    const std::vector<std::vector<RodPose>> frames = rod_frames(plan, make, setup, seed);
+    std::vector<std::vector<double>> angles(frames.front().size());
+    for (const std::vector<RodPose>& rods : frames)
         for (std::size_t r = 0; r < rods.size(); ++r) angles[r].push_back(rods[r].angle);
-    }
     return correlation(angles, frames_in(plan.max_lag, plan.frame));
 }
 

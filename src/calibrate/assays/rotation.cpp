@@ -13,19 +13,13 @@ namespace {
 Trial follow(const RotationPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     dem::Setup setup = with_rods(given, "rotation", false);
     setup.forces = bed_at_rest(setup);
-    const auto system = make(setup, seed);
-    system->advance_to(plan.warm_up);
-    const std::size_t frames = frames_in(plan.time, plan.frame), rods = system->rods().size();
+    const std::vector<std::vector<RodPose>> frames = rod_frames(plan, make, setup, seed);
+    const std::size_t rods = frames.front().size();
     std::vector<Path> angles(rods, {0.0});
-    std::vector<RodPose> before = system->rods();
-    for (std::size_t frame = 1; frame <= frames; ++frame) {
-        system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
-        const std::vector<RodPose> now = system->rods();
+    for (std::size_t frame = 1; frame < frames.size(); ++frame)
         for (std::size_t r = 0; r < rods; ++r)
-            angles[r].push_back(angles[r].back() +
-                                std::remainder(now[r].angle - before[r].angle, 2.0 * std::numbers::pi));
-        before = now;
-    }
+            angles[r].push_back(angles[r].back() + std::remainder(frames[frame][r].angle - frames[frame - 1][r].angle,
+                                                                  2.0 * std::numbers::pi));
     const Lags lags = lags_of(plan);
     Trial squares(lags.count(), 0.0);
     for (const Path& path : angles) {
@@ -41,12 +35,7 @@ std::vector<double> estimates_of(const RotationPlan& plan, std::span<const doubl
 }
 
 std::string conclude(std::vector<measure::Estimate>& estimates) {
-    const measure::Estimate& change = estimates[2];
-    constexpr double rounding = 1e-12;  // of the fits: no change, however small its error
-    if (!change.error) return "whether the turning is diffusive is not known";
-    if (std::abs(change.mean) <= 2.0 * *change.error + rounding) return "the mean-square angle is linear in time";
-    return text("not diffusive: D_r changes by {:.2g} +- {:.2g} of itself over the lags; use longer lags", change.mean,
-                *change.error);
+    return diffusive_words(estimates[2], "turning", "angle", "D_r");
 }
 }  // namespace
 

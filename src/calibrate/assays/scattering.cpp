@@ -116,12 +116,9 @@ Trial follow(const ScatteringPlan& plan, const SystemFactory& make, const dem::S
         std::lround(setup.beads.count * plan.cell * plan.cell / (setup.cell.lx * setup.cell.ly)));  // 0: by the area
     setup.cell.lx = setup.cell.ly = plan.cell;
     setup.rods.count = 2;
-    const auto system = make(setup, seed);
     std::vector<Pair> path;
-    for (std::size_t frame = 0; frame <= frames_in(plan.time, plan.frame); ++frame) {
-        system->advance_to(plan.warm_up + static_cast<double>(frame) * plan.frame);
-        path.push_back(pair_of(system->rods(), plan.cell));
-    }
+    for (const std::vector<RodPose>& rods : rod_frames(plan, make, setup, seed))
+        path.push_back(pair_of(rods, plan.cell));
     return evaluated(plan, path);
 }
 
