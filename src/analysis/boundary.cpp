@@ -186,9 +186,12 @@ PlaneMap map_of(const PlaneOfScene& plane) {
     std::vector<std::pair<MarginState, theory::MarginOf>> states;
     for (const std::string& line : lines)
         states.emplace_back(state_of(line), margin_over(plane, models, state_margin(plane, state_of(line))));
-    return {.quantities = {{"stable_states", "1",
-                            "-1 no uniform state, 0 none is stable, 1 isotropic, 2 ordered, 3 both", axes}},
-            .at = stable_states_at(states)};
+    return {
+        .quantities =
+            {{"stable_states", "1",
+              "-1 no uniform state, 0 neither is stable, 1 isotropic, 2 ordered, 3 both, of the states of the lines",
+              axes}},
+        .at = stable_states_at(states)};
 }
 
 files::ResultTable map_table(const PlaneMap& map, const MapPoints& on, Threads& threads) {

@@ -17,8 +17,8 @@ struct DynamicStructure {
 
 /// Of one component of a frame ("rod_density", "polar_order_x") about the uniform state nearest to the means of all, by
 /// name, turned to the direction of their order.  The integral over omega/(2 pi) is S(q); a wave exp(i q.r - i omega t)
-/// is at q and omega.  Of frames at an interval [s], in which faster waves appear at lower frequencies.  Throws an input
-/// Error for a component that the scene does not have.
+/// is at q and omega.  Of frames at an interval [s], in which faster waves appear at lower frequencies.  Throws an
+/// input Error for a component that the scene does not have.
 DynamicStructure dynamic_structure(const io::Scene& scene, const std::map<std::string, double>& means,
                                    const std::string& component, const std::vector<numerics::Wavevector>& waves,
                                    const std::vector<double>& frequencies, double interval);

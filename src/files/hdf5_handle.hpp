@@ -76,7 +76,7 @@ std::string hdf5_message();
 /// The name of link i of a group, in the order of their names.
 std::string link_name(hid_t file, const std::string& group, hsize_t i, const Hdf5Errors& errors);
 
-/// Of the attributes of the root group, in order.
+/// Of the attributes of an object, in order.
 std::vector<std::string> attribute_names(hid_t object, const Hdf5Errors& errors);
 
 }  // namespace drover::files

@@ -155,6 +155,7 @@ void add_box_rows(const BoxSizes& boxes, const RecordedSeries& variance, double 
 /// fluctuations of one run, which in the mean of many runs is no longer small.  Five autocorrelation times later it is
 /// less than a hundredth of them.
 std::size_t forgotten_after(std::span<const double> indicator, std::size_t cut) {
+    if (indicator.size() <= cut) return cut;  // of a field without modes
     const double times = 5.0 * autocorrelation_time(indicator.subspan(cut));
     if (!(times > 2.5)) return cut;  // not correlated, or not finite
     return std::min(cut + static_cast<std::size_t>(std::ceil(times)), std::max(cut, indicator.size() / 2));

@@ -18,12 +18,6 @@ std::size_t regular_samples(const std::vector<double>& times, double spacing) {
         ++count;
     return count;
 }
-
-std::vector<files::Axis> file_axes(const std::vector<measure::Axis>& axes) {
-    std::vector<files::Axis> result;
-    for (const measure::Axis& axis : axes) result.push_back({axis.name, axis.unit, axis.meaning, axis.values});
-    return result;
-}
 }  // namespace
 
 Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group) {

@@ -243,10 +243,9 @@ std::string report_text(const Report& report) {
     if (slowest != nullptr) out += "\nnote: " + slowest->name + ": " + slowest->estimates.front().refusal + "\n";
     std::string told = slowest != nullptr ? slowest->estimates.front().refusal : "";
     for (const measure::SummaryRow& row : summary.rows) {
+        if (!row.axes.empty() || std::isfinite(row.estimates.front().mean)) continue;
         const std::string& refusal = row.estimates.front().refusal;
-        if (!row.axes.empty() || std::isfinite(row.estimates.front().mean) || refusal.empty() || refusal == told)
-            continue;
-        out += "note: " + row.name + ": " + refusal + "\n";
+        if (!refusal.empty() && refusal != told) out += "note: " + row.name + ": " + refusal + "\n";
         told = refusal;  // rows with the same reason follow each other
     }
     return out;

@@ -82,7 +82,7 @@ model::Symbol sampled_structure(const model::LinearisedAt& at, const Wavevector&
     if (!(solve_covariance(at, q, s) < 0.0))
         return model::Symbol::Constant(all.rows(), all.rows(), std::numeric_limits<double>::quiet_NaN());
     const model::Symbol step = numerics::exponential(interval * at.symbol(q)) * std::polar(1.0, omega * interval);
-    const model::Symbol after = numerics::inverse(model::Symbol::Identity(s.rows(), s.cols()) - step) * s;
+    const model::Symbol after = numerics::solution(model::Symbol::Identity(s.rows(), s.cols()) - step, s);
     return interval * (all * (after + after.adjoint() - s) * all.adjoint());
 }
 

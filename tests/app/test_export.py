@@ -66,6 +66,20 @@ def test_a_csv_table_holds_every_point_of_the_chosen_frames(ran, tmp_path):
         assert np.array_equal(table[0, 0, :, 1], file["x"]) and np.array_equal(table[:, 0, 0, 0], file["time"][::2])
 
 
+def test_a_csv_table_has_the_names_of_the_units_of_its_scene(tmp_path):
+    (tmp_path / "own.toml").write_text("""
+field = [{symbol = "u"}]
+equations = {u = "lap u"}
+units = {length = "um", time = "none"}
+grid = {nx = 8, ny = 8, lx = 8.0, ly = 8.0}
+time = {dt = 0.1, end = 1.0}
+output = {frame_every = 1.0}
+""")
+    drover(tmp_path, "run", "own.toml", "--quiet")
+    drover(tmp_path, "export", "own.h5", "-o", "own.csv")
+    assert (tmp_path / "own.csv").read_text().startswith("time [1],x [um],y [um],u [1]\n")
+
+
 def test_one_frame_is_one_file_with_the_name_that_was_given(ran, tmp_path):
     assert drover(tmp_path, "export", ran, "-o", "last.vtk", "--frame", "2").stdout.strip() == "last.vtk: fields"
     assert [path.name for path in tmp_path.iterdir()] == ["last.vtk"]

@@ -215,3 +215,23 @@ def test_a_run_takes_complex_fields_and_vectors_as_such():
     assert (run.set(A=2.0).fields.A_im == 0.0).all() and (run.set(polarity=(0.0, 1.0)).fields.polarity_y == 1.0).all()
     with pytest.raises(drover.Error, match="two components, polarity_x and polarity_y"):
         run.set(p=0.5)
+
+
+def test_a_run_takes_arrays_by_the_names_of_their_dimensions():
+    run = Model(Field("phi", "lap phi")).start(points=(16, 8), side=(16.0, 8.0), dt=0.1)
+    x, y = run.fields.x, run.fields.y
+    wave = np.sin(2 * np.pi * x / 16) + 0.5 * np.cos(2 * np.pi * y / 8)  # over (x, y)
+    assert wave.dims == ("x", "y")
+    assert run.set(phi=wave).fields.phi.values == pytest.approx(wave.transpose("y", "x").values, abs=1e-14)
+    with pytest.raises(drover.Error, match="other values of x"):
+        run.set(phi=wave.assign_coords(x=2.0 * x))
+    with pytest.raises(drover.Error, match="has the dimensions x; expected y and x"):
+        run.set(phi=np.sin(x))
+
+
+def test_a_mean_that_noise_drives_has_no_stationary_variance():
+    # The mean of d_t h = nu lap h + f diffuses; of noise that is a divergence it stays.
+    with pytest.raises(drover.Error, match="noise drives a mean that the equations conserve"):
+        Model([Field("h", "nu lap h", noise=1.0)], nu=1.0).structure_factors([0.0])
+    still = Model([Field("h", "nu lap h", noise=1.0, conserved_noise=True)], nu=1.0)
+    assert still.structure_factors([0.0, 2.0]).values.ravel() == pytest.approx([0.0, 0.5])

@@ -365,6 +365,9 @@ def test_the_summary_has_the_mean_and_error_of_an_observable_of_the_user():
             run.observe(lambda frame: 0.0, name)
     with pytest.raises(drover.Error, match='measures "polar_order" already'):
         run.observe(lambda frame: 0.0, "polar_order")
+    with pytest.raises(drover.Error, match='"field" gave memmap|"field" gave ndarray of shape'):
+        run.observe(lambda frame: frame.rod_density, "field")
+    run.observe(lambda frame: 0.0, "field")  # the name is free
 
 
 def test_an_observable_of_the_user_is_sampled_with_those_of_the_run_and_changes_nothing():

@@ -182,6 +182,18 @@ def test_two_runs_of_any_kind_are_drawn_side_by_side(kinds):
     assert overlaps(picture) == [] and covered(picture) == []
 
 
+def test_runs_without_an_order_are_compared_by_their_variance():
+    model = drover.Model([drover.Field("phi", "-k phi", name="height", noise=0.5)], k=1.0)
+    scene = model.scene(points=8, side=8.0, dt=0.1, end=2.0)
+    runs = [scene.set("coefficients.k", value).start() for value in (1.0, 2.0)]
+    for run in runs:
+        run.advance()
+    axes = next(axes for axes in drover.plot.compare(*runs).axes
+                if axes.get_title(loc="left") == "(c) variance of height")
+    for run, line in zip(runs, axes.lines):
+        assert np.array_equal(line.get_ydata(), run.observables.variance_height.values)
+
+
 def test_a_legend_on_a_curve_is_found_and_one_beside_it_is_not():
     for corner, expected in (("upper left", [("", "rising")]), ("lower right", [])):
         figure = pyplot.figure()

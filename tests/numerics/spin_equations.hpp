@@ -118,7 +118,7 @@ private:
 };
 
 /// exp(m): a series of 24 terms on a norm below 1/4, then squarings.
-inline Eigen::MatrixXcd exponential(Eigen::MatrixXcd m) {
+inline Eigen::MatrixXcd exp_by_series(Eigen::MatrixXcd m) {
     int squarings = 0;
     for (; m.norm() > 0.25; m /= 2.0) ++squarings;
     const Eigen::MatrixXcd one = Eigen::MatrixXcd::Identity(m.rows(), m.cols());

@@ -170,7 +170,7 @@ TEST(Spins, a_step_of_a_linear_system_is_the_matrix_exponential_of_its_equations
         Spectra after = before;
         stepper.step(0.0, 0, after);
         const auto expected = [&](const Wavevector& q, const VectorXcd& from) -> VectorXcd {
-            return exponential(0.8 * equations.matrix(q)) * from;
+            return exp_by_series(0.8 * equations.matrix(q)) * from;
         };
         EXPECT_LT(largest_error(before, after, expected), 1e-14) << components(layout);  // rounding
         // A real field stays real: the modes of q and -q in column 0 are conjugate to the bit.
@@ -201,7 +201,7 @@ TEST(SpinsLong, every_stepper_follows_a_split_system_of_any_layout_with_its_own_
         const System system = split_system(linear, rest);
         const Spectra before = random_state(layout);
         const auto expected = [&](const Wavevector& q, const VectorXcd& from) -> VectorXcd {
-            return exponential(end * (linear.matrix(q) + rest.matrix(q))) * from;
+            return exp_by_series(end * (linear.matrix(q) + rest.matrix(q))) * from;
         };
         // Of 10 steps of 0.05: powers of |rest| dt = 0.03 to the order of the method, with a margin.
         for (const auto& [name, error] :
@@ -277,13 +277,13 @@ TEST(SpinsStatistics, noise_of_any_layout_has_the_covariance_of_its_equations_in
             const auto count = m.rows();
             // By Simpson's rule with 33 points: an error of 1e-8.
             MatrixXcd covariance = MatrixXcd::Zero(count, count);
-            const MatrixXcd part = exponential(dt / 32.0 * m);
+            const MatrixXcd part = exp_by_series(dt / 32.0 * m);
             MatrixXcd e = a;
             for (int k = 0; k <= 32; ++k, e = part * e)
                 covariance += (k == 0 || k == 32 ? 1.0 : k % 2 == 1 ? 4.0 : 2.0) * dt / 96.0 * (e * e.adjoint());
             of_step[mode] = covariance / area(grid);
             // s = c(dt) + exp(m dt) s exp(m dt)^H, by doubling until exp has decayed.
-            MatrixXcd propagator = exponential(dt * m);
+            MatrixXcd propagator = exp_by_series(dt * m);
             for (; propagator.norm() > 1e-12; propagator = propagator * propagator)
                 covariance += propagator * covariance * propagator.adjoint();
             stationary[mode] = covariance / area(grid);

@@ -34,9 +34,9 @@ def draw(first, second, labels=None, frame=-1):
     scaled = max(ends) > MUCH_LONGER * min(ends) > 0.0
     most = draw_orders(axes, runs, orders, labels, ends if scaled else (1.0, 1.0))
     axes.margins(x=0.0)
+    words = "order or variance" if orders[0][0] != orders[1][0] else orders[0][0]
     has_range = most > (0.0 if "variance" in words else model_panels.NO_ORDER)
     axes.set_ylim(0.0, 1.5 * most if has_range else 1.0)  # space for the legend
-    words = "order or variance" if orders[0][0] != orders[1][0] else orders[0][0]
     axes.set_title(f"(c) {words}", loc="left")
     axes.set_xlabel("time over duration $t/T$" if scaled else panels.with_unit("time $t$", runs[0].observables["time"]))
     axes.set_ylabel(words)
