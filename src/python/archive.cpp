@@ -12,7 +12,15 @@ namespace py = pybind11;
 namespace {
 py::dict attributes_dict(const std::vector<files::Attribute>& attributes) {
     py::dict found;
-    for (const auto& [name, value] : attributes) found[py::str(name)] = py::cast(value);
+    // Names of files may be no UTF-8.
+    const auto decoded = [](const std::string& words) {
+        return py::reinterpret_steal<py::str>(
+            PyUnicode_DecodeUTF8(words.data(), static_cast<Py_ssize_t>(words.size()), "replace"));
+    };
+    for (const auto& [name, value] : attributes) {
+        const auto* words = std::get_if<std::string>(&value);
+        found[decoded(name)] = words != nullptr ? py::object(decoded(*words)) : py::cast(value);
+    }
     return found;
 }
 
