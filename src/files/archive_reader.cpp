@@ -190,23 +190,22 @@ void check_inflation(hid_t dataset, const StoredArray& array, const Hdf5Errors& 
             bytes_text(bytes), bytes_text(stored), max_ratio);
 }
 
-/// Reads the part of this shape that begins with the row `first` into an array of matching size.
-void read_part(hid_t dataset, const std::string& name, const std::vector<std::size_t>& shape, std::size_t first,
+/// Reads rows into an array of matching size.
+void read_rows(hid_t dataset, const std::string& name, const RowRange& rows, std::uint64_t file_bytes,
                std::span<double> to, const Hdf5Errors& errors) {
     if (to.empty()) return;
     const std::string doing = text("reading {}", name);
     const Handle creation = errors.own(H5Dget_create_plist(dataset), H5Pclose, doing);
+    if (H5Pget_layout(creation) == H5D_CHUNKED) return read_chunked(dataset, name, rows, file_bytes, to, errors);
     const Handle space = errors.own(H5Dget_space(dataset), H5Sclose, doing);
-    if (H5Pget_layout(creation) != H5D_CHUNKED) {
-        const hsize_t stored = H5Dget_storage_size(dataset);  // 0: never written; HDF5 then reads the fill value
-        const auto count = static_cast<hsize_t>(errors.check(H5Sget_simple_extent_npoints(space), doing));
-        require(stored == 0 || stored / sizeof(double) >= count, {errors.file},
-                "{} has {} bytes for {} numbers; expected 8 bytes per number: it is damaged", name, stored, count);
-    }
-    if (!shape.empty()) {
-        const std::vector<hsize_t> sizes(shape.begin(), shape.end());
-        std::vector<hsize_t> start(shape.size(), 0);
-        start[0] = first;
+    const hsize_t stored = H5Dget_storage_size(dataset);  // 0: never written; HDF5 then reads the fill value
+    const auto count = static_cast<hsize_t>(errors.check(H5Sget_simple_extent_npoints(space), doing));
+    require(stored == 0 || stored / sizeof(double) >= count, {errors.file},
+            "{} has {} bytes for {} numbers; expected 8 bytes per number: it is damaged", name, stored, count);
+    std::vector<hsize_t> start(rows.shape.size(), 0), sizes(rows.shape.begin(), rows.shape.end());
+    if (!sizes.empty()) {
+        start[0] = rows.first;
+        sizes[0] = rows.count;
         errors.check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, sizes.data(), nullptr), doing);
     }
     const hsize_t size = to.size();
@@ -344,7 +343,8 @@ Array ArchiveReader::read(const std::string& dataset) const {
         check_type(open, dataset, errors);
         Array array{.shape = shape_of(open, dataset, errors), .values = {}};
         array.values.resize(checked_count(array.shape, view.hdf5.length(), dataset, errors));
-        read_part(open, dataset, array.shape, 0, array.values, errors);
+        const std::size_t rows = array.shape.empty() ? 1 : array.shape[0];
+        read_rows(open, dataset, {array.shape, 0, rows}, view.hdf5.length(), array.values, errors);
         return array;
     });
 }
@@ -377,7 +377,7 @@ Array ArchiveReader::read(const std::string& dataset, std::size_t first, std::si
         Array array{.shape = shape, .values = {}};
         array.shape[0] = count;
         array.values.resize(checked_count(array.shape, view.hdf5.length(), dataset, errors));
-        read_part(open, dataset, array.shape, first, array.values, errors);
+        read_rows(open, dataset, {shape, first, count}, view.hdf5.length(), array.values, errors);
         return array;
     });
 }

@@ -1,9 +1,11 @@
-// files/hdf5_file.hpp: an open HDF5 file with atomic commits and bounded reads; hides pages and journal.
+// files/hdf5_file.hpp: an open HDF5 file with atomic commits and bounded reads; hides pages, journal and chunks.
 #pragma once
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "files/hdf5_handle.hpp"
 #include "files/system_calls.hpp"
@@ -60,5 +62,18 @@ void recover_file(const Descriptor& locked, const std::filesystem::path& file);
 
 /// Removes the journal of a file that no longer exists, so that it is not applied to a new one.
 void discard_journal(const std::filesystem::path& file);
+
+/// Rows [first, first + count) of the first axis of a dataset of this shape; no size is 0, nor is count.
+struct RowRange {
+    std::vector<std::size_t> shape;
+    std::size_t first = 0;
+    std::size_t count = 0;
+};
+
+/// Reads rows of a chunked float64 dataset whose filters are among deflate, shuffle and fletcher32, without trusting
+/// the chunk sizes that the file claims.  Throws an input Error when a chunk is damaged.  file_bytes: length of the
+/// file, which no stored chunk exceeds.
+void read_chunked(hid_t dataset, const std::string& name, const RowRange& rows, std::uint64_t file_bytes,
+                  std::span<double> to, const Hdf5Errors& errors);
 
 }  // namespace drover::files

@@ -24,8 +24,9 @@ Buffer shuffled(std::span<const double> numbers) {
     return result;
 }
 
-/// HDF5's variant: Fletcher's sums of big-endian 16-bit words, modulo 65535 with end-around carry.
-std::uint32_t fletcher32(const Buffer& bytes) {
+}  // namespace
+
+std::uint32_t fletcher32(std::span<const unsigned char> bytes) {
     const auto carried = [](std::uint32_t sum) { return (sum & 0xffff) + (sum >> 16); };
     std::uint32_t sum = 0, sum_of_sums = 0;
     constexpr std::size_t without_overflow = 2 * 360;
@@ -41,8 +42,6 @@ std::uint32_t fletcher32(const Buffer& bytes) {
     }
     return carried(sum_of_sums) << 16 | carried(sum);
 }
-
-}  // namespace
 
 std::vector<unsigned char> packed_chunk(std::span<const double> numbers) {
     const Buffer bytes = shuffled(numbers);

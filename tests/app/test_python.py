@@ -458,7 +458,7 @@ def test_a_frame_can_be_chosen(copy):
     (["copy.h5", "--frame", "3"], "has no frame 3; expected 0 to 2"),
     (["copy.h5", "--output", "nowhere/picture.png"], "cannot be written"),
     (["copy.h5", "--output", "copy.h5"], 'the extension ".h5" is not supported'),
-    (["damaged.h5"], "reading /rod_density failed"),
+    (["damaged.h5"], "/rod_density is damaged"),
 ])
 def test_bad_input_gives_status_2_a_message_and_no_figure(copy, arguments, message):
     with h5py.File(shutil.copy(copy, copy.with_name("damaged.h5"))) as file:
