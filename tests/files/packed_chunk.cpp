@@ -55,6 +55,17 @@ TEST(PackedChunk, inflates_to_the_shuffled_bytes) {
         }
 }
 
+// Stored bytes and one stream for each of the eight cost room where a single stream would find more.
+TEST(PackedChunk, takes_about_the_room_of_a_single_stream) {
+    for (const auto& [kind, numbers] : kinds_of_numbers(65536)) {
+        const Buffer bytes = shuffled_one_by_one(numbers);
+        Buffer single(::compressBound(bytes.size()));
+        uLongf size = single.size();
+        ASSERT_EQ(::compress2(single.data(), &size, bytes.data(), bytes.size(), 1), Z_OK);
+        EXPECT_LT(static_cast<double>(packed_chunk(numbers).size()), 1.01 * static_cast<double>(size) + 200.0) << kind;
+    }
+}
+
 TEST(PackedChunk, h5py_reads_large_frames) {
     if (!has_python("h5py")) GTEST_SKIP() << "needs python3-h5py";
     const Folder folder;
