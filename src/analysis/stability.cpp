@@ -246,13 +246,21 @@ run::List share_list(const model::LinearisedAt& at, const theory::FastestWave& f
     return list;
 }
 
+/// Im gamma, without what rounding leaves of it.
+double dispersion_of(const theory::SlowMode& mode) {
+    constexpr double rounding = 1e-9;
+    return std::abs(mode.damping.imag()) > rounding * std::abs(mode.damping) ? mode.damping.imag() : 0.0;
+}
+
 run::Record slow_mode_record(const theory::SlowMode& mode, double angle, const std::string& direction,
                              bool is_in_text) {
     return {.entries = {run::number("angle", "degree", "angle of q from " + direction, angle),
                         run::number("speed", "mm s-1", "Re u", mode.speed.real()),
                         run::number("growth", "mm s-1", "Im u", mode.speed.imag()),
                         run::number("damping", "mm2 s-1", "Re gamma; not defined where u is a defective eigenvalue",
-                                    mode.damping.real())},
+                                    mode.damping.real()),
+                        run::number("dispersion", "mm2 s-1", "Im gamma: of the frequency u q + Im gamma q^2",
+                                    dispersion_of(mode))},
             .shown = {.text = is_in_text}};
 }
 
@@ -265,12 +273,17 @@ run::List slow_mode_list(const Analysis& of, const AnalysedState& state, std::st
                             of.problem.direction),
                    .shown = {.archive = false}};
     const bool is_isotropic = state.linear.is_isotropic();
+    bool disperses = false;
     for (const double angle : {0.0, 30.0, 60.0, 90.0}) {
         const theory::SlowModes slow = theory::slow_modes(state.linear, angle * radians_per_degree);
         if (!slow.why_none.empty()) why_none = slow.why_none;
-        for (const theory::SlowMode& mode : slow.modes)
+        for (const theory::SlowMode& mode : slow.modes) {
             list.rows.push_back(slow_mode_record(mode, angle, of.problem.direction, angle == 0.0 || !is_isotropic));
+            disperses = disperses || dispersion_of(mode) != 0.0;
+        }
     }
+    for (run::Record& row : list.rows)
+        if (!disperses) row.entries.back() = run::data_only(std::move(row.entries.back()));
     return list;
 }
 

@@ -92,7 +92,7 @@ void add_branches(const Mapped& mapped, const std::string& direction, files::Res
 }
 
 void add_slow_modes(const Mapped& mapped, files::ResultTable& table) {
-    std::vector<double> speed, growth, damping;
+    std::vector<double> speed, growth, damping, dispersion;
     std::size_t count = 0;
     for (const double angle : mapped.angles) {
         const theory::SlowModes slow = theory::slow_modes(mapped.state.linear, angle);
@@ -105,6 +105,7 @@ void add_slow_modes(const Mapped& mapped, files::ResultTable& table) {
             speed.push_back(mode.speed.real());
             growth.push_back(mode.speed.imag());
             damping.push_back(mode.damping.real());
+            dispersion.push_back(mode.damping.imag());
         }
     }
     table.axes.push_back({"slow_mode", "1", "slow modes at each angle, by speed",
@@ -116,6 +117,7 @@ void add_slow_modes(const Mapped& mapped, files::ResultTable& table) {
     add_map("slow_growth", "mm s-1", "Im u; positive: the slow mode grows in proportion to q", axes, growth, table);
     add_map("slow_damping", "mm2 s-1", "Re gamma of the slow mode; NaN where u is a defective eigenvalue", axes,
             damping, table);
+    add_map("slow_dispersion", "mm2 s-1", "Im gamma: of the frequency u q + Im gamma q^2", axes, dispersion, table);
 }
 
 void add_structure_factors(const Mapped& mapped, files::ResultTable& table) {

@@ -230,6 +230,68 @@ run::List perturbation_list(const Point& point) {
     return list;
 }
 
+double distance(const Point& a, const Point& b) {
+    double squares = 0.0;
+    for (int c = 0; c < a.fields.count(); ++c)
+        for (std::size_t i = 0; i < a.fields[c].size(); ++i) squares += std::pow(a.fields[c][i] - b.fields[c][i], 2);
+    return std::sqrt(squares);
+}
+
+/// Whether the curve turns between the neighbours of a point.
+bool turns_at(const std::vector<Point>& points, std::size_t i) {
+    const auto at = [&](std::size_t k) { return points[k].at.parameter; };
+    return i > 0 && i + 1 < points.size() && (at(i) - at(i - 1)) * (at(i + 1) - at(i)) < 0.0;
+}
+
+/// The polynomial through the points (at, values).
+double interpolated(const std::vector<double>& at, const std::vector<double>& values, double where) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+        double part = values[i];
+        for (std::size_t k = 0; k < at.size(); ++k)
+            if (k != i) part *= (where - at[k]) / (at[i] - at[k]);
+        sum += part;
+    }
+    return sum;
+}
+
+/// Where it turns about a point: the extremum of the polynomial through it and two neighbours on each side, over the
+/// distances between them.
+double turn_of(const std::vector<Point>& points, std::size_t i) {
+    std::vector<double> at, values;
+    double from = 0.0, to = 0.0;  // the places of the nearest neighbours
+    for (std::size_t k = i < 2 ? 0 : i - 2; k < std::min(i + 3, points.size()); ++k) {
+        at.push_back(at.empty() ? 0.0 : at.back() + distance(points[k - 1], points[k]));
+        values.push_back(points[k].at.parameter);
+        if (k + 1 == i) from = at.back();
+        if (k == i + 1) to = at.back();
+    }
+    const double sign = points[i].at.parameter > points[i - 1].at.parameter ? 1.0 : -1.0;
+    constexpr int thirds = 60;  // to rounding
+    for (int n = 0; n < thirds; ++n) {
+        const double low = (2.0 * from + to) / 3.0, high = (from + 2.0 * to) / 3.0;
+        if (sign * interpolated(at, values, low) < sign * interpolated(at, values, high)) from = low;
+        else to = high;
+    }
+    return interpolated(at, values, 0.5 * (from + to));
+}
+
+run::List turn_list(const std::vector<Point>& points, const StatesProblem& problem) {
+    const FollowedNumber& followed = *problem.followed;
+    run::List list{.name = "turns",
+                   .heading = text("\nwhere the curve turns, by the polynomial through five states"),
+                   .row = "turn",
+                   .meaning = "turns of the curve",
+                   .prefix = "turn_",
+                   .group = "/turns",
+                   .empty = "the curve does not turn"};
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (turns_at(points, i))
+            list.rows.push_back(
+                {.entries = {run::number("parameter", followed.unit, followed.key, turn_of(points, i))}});
+    return list;
+}
+
 run::List curve_list(const std::vector<Point>& points, const StatesProblem& problem) {
     const FollowedNumber& followed = *problem.followed;
     run::List list{.name = "curve",
@@ -239,10 +301,8 @@ run::List curve_list(const std::vector<Point>& points, const StatesProblem& prob
                    .prefix = "curve_",
                    .group = "/curve"};
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const auto at = [&](std::size_t k) { return points[k].at.parameter; };
-        const bool turns = i > 0 && i + 1 < points.size() && (at(i) - at(i - 1)) * (at(i + 1) - at(i)) < 0.0;
-        run::Record row{.entries = {run::number("parameter", followed.unit, followed.key, at(i), 10),
-                                    run::flag("fold", "1: the curve turns here", turns)}};
+        run::Record row{.entries = {run::number("parameter", followed.unit, followed.key, points[i].at.parameter, 10),
+                                    run::flag("fold", "1: the curve turns here", turns_at(points, i))}};
         std::vector<run::Entry> entries = state_entries(points[i], problem);
         for (run::Entry& entry : entries) entry.digits = 7;
         row.entries.insert(row.entries.end(), entries.begin(), entries.end());
@@ -317,6 +377,7 @@ run::Result make_states(const io::Scene& scene, const StatesOptions& options, Th
     root.lists.push_back(perturbation_list(points.front()));
     if (problem.followed) {
         root.lists.push_back(curve_list(points, problem));
+        root.lists.push_back(turn_list(points, problem));
         add_end_of_curve(states, *problem.followed, options.max_points, root);
     }
     return {.root = std::move(root), .attributes = {}, .frames = frames_of(scene, points)};

@@ -197,8 +197,12 @@ std::vector<TargetResult> evaluate(const std::vector<Target>& targets, const Tab
     try {
         centre = values_of(targets, table);
     } catch (const Error& error) {
-        for (TargetResult& result : results)
-            result = {.value = none, .error = beyond, .parts = result.parts, .missing = error.what()};
+        for (std::size_t k = 0; k < targets.size(); ++k)
+            results[k] = {.value = none,
+                          .error = beyond,
+                          .allowed = targets[k].is_relative ? none : targets[k].error,
+                          .parts = std::move(results[k].parts),
+                          .missing = error.what()};
         return results;
     }
     const std::vector<std::vector<Value>> redrawn = redrawn_values(targets, table, sources);

@@ -245,7 +245,7 @@ model::Start default_start(SceneKind kind) { return start_without_keys(formulas_
 
 int kept_degree(const Scene& scene, const model::Equations& equations) {
     if (scene.kind == SceneKind::fields) return physics::kept_degree(physics::Equations(scene.model), scene.dealiasing);
-    return numerics::kept_degree(equations.degree(), scene.dealiasing.rule);
+    return numerics::kept_degree(std::max(equations.degree(), scene.dealiasing.degree), scene.dealiasing.rule);
 }
 
 std::string chosen_text(const Scene& scene, const std::function<bool(const std::string&)>& is_chosen) {
@@ -332,6 +332,10 @@ Rows<Approximation> Approximation::rows() {
          "short waves act on the long ones and these on them, and not short waves on each other"},
         {"quasi_linear_above", &Approximation::quasi_linear_above,
          "with quasi_linear: the largest |q| of a long wave; 0: only the means are long", "1/mm", not_negative},
+        {"counterterm", &Approximation::counterterm,
+         "of rods: order grows faster by 2 b s in the run, s the |p|^2 of independent rods in the kept waves, so that "
+         "b "
+         "saturates order and not this noise, and results hardly depend on the grid"},
     };
 }
 

@@ -55,6 +55,7 @@ struct Analysis {
 struct Approximation {
     bool quasi_linear = false;        ///< short waves meet the long ones, and not each other
     double quasi_linear_above = 0.0;  ///< the largest |q| of a long wave [1/mm]; 0: only the means are long
+    bool counterterm = false;         ///< the saturation of the order without that by fluctuations of independent rods
 
     static Rows<Approximation> rows();
 };

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/memory.hpp"
+#include "calibrate/counterterm.hpp"
 #include "dem/contact/contact_law.hpp"
 #include "drover/dem/bodies.hpp"
 #include "io/scene.hpp"
@@ -95,9 +96,16 @@ void check_least_memory(const Scene& scene, std::size_t components, const Locati
             scene.grid.nx, scene.grid.ny, bytes_text(needed), bytes_text(static_cast<double>(memory_available())));
 }
 
+void check_dealiasing(const physics::Dealiasing& dealiasing, const LocationOf& at) {
+    require(dealiasing.degree == 0 || dealiasing.rule == "exact", at("dealiasing.degree"),
+            "dealiasing.degree = {} has no effect with dealiasing.rule = \"{}\"; expected 0, or rule = \"exact\"",
+            dealiasing.degree, dealiasing.rule);
+}
+
 void check_fields(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     physics::check(scene.model, at);
+    check_dealiasing(scene.dealiasing, at);
     const physics::Equations rod_bead(scene.model);
     const model::Equations equations = rod_bead.solver();
     check_least_memory(scene, equations.state_components().size(), at);
@@ -106,16 +114,24 @@ void check_fields(const Scene& scene, const LocationOf& at) {
     model::check(scene.initial, equations, scene.grid, physics::kept_degree(rod_bead, scene.dealiasing), at);
     check_time_method(scene, physics::has_noise(scene.model), at);
     check_approximation(scene.approximation, at);
+    if (scene.approximation.counterterm)
+        calibrate::counterterm(scene.model, {scene.grid, physics::kept_degree(rod_bead, scene.dealiasing)},
+                               at("approximation.counterterm"));
 }
 
 /// The equations, the grid and the start of a declared model.
 void check_declared(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
+    check_dealiasing(scene.dealiasing, at);
     const model::Equations equations(model_of(scene.declared));
     check_least_memory(scene, equations.state_components().size(), at);
     check_unread(scene.initial, FormulasOf::declared, at);
     model::check(scene.initial, equations, scene.grid, kept_degree(scene, equations), at);
     check_time_method(scene, equations.has_noise(), at);
+    require(
+        !scene.approximation.counterterm, at("approximation.counterterm"),
+        "approximation.counterterm is of the order of rods among beads; expected false in a model of one's own: give "
+        "its equation the linear term");
     check_approximation(scene.approximation, at);
 }
 

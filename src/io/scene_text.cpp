@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "files/archive_reader.hpp"
 #include "files/input_file.hpp"
 #include "files/installed_models.hpp"
 #include "io/scene_calibrated.hpp"
@@ -362,6 +363,9 @@ Scene archived_scene(const std::string& toml, const std::string& name) {
 }
 
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
+    require(!files::is_hdf5(file), {.file = file.string()},
+            "an archive (HDF5); expected a scene (input file in TOML): drover restart continues a run, and drover info "
+            "--scene prints its scene");
     const std::string content =
         files::read_text(file, max_scene_bytes, "a scene (input file in TOML), such as models/isotropic.toml");
     return parse_scene(content, file.string(), overrides);

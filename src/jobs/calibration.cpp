@@ -113,8 +113,9 @@ std::string result_text(const calibrate::TrialSet& trial_set) {
     const std::string failed = trial_set.failed() > 0 ? text(", {} failed", trial_set.failed()) : "";
     if (!first.error)
         return text("{}: no error estimate after {} trials{}: {}", quantity.name, found.trials, failed, first.refusal);
-    return text("{} = {} {} from {} trials{}{}", quantity.name, measured_text_with_error(first.mean, *first.error),
-                quantity.unit, found.trials, failed, found.reached ? "" : ", with a larger error than requested");
+    return text("{} = {} {} from {} trials{}{}{}", quantity.name, measured_text_with_error(first.mean, *first.error),
+                quantity.unit, found.trials, failed, found.reached ? "" : ", with a larger error than requested",
+                found.diagnosis.empty() ? "" : "; " + found.diagnosis);
 }
 
 WantLimits limits_of(const io::Scene& scene, const CalibrationOptions& options, int workers) {
@@ -249,9 +250,11 @@ private:
         const double seconds = std::chrono::duration<double>(now - start_).count();
         if (wanted_) {
             for (const WantedValue& value : wanted_->values())
-                log_information("{}: {}, wanted to {:.2g}", value.text,
-                                measured_text_with_error(value.result.value, value.cautious_error),
-                                value.result.allowed);
+                if (std::isfinite(value.result.value))
+                    log_information("{}: {}, wanted to {:.2g}", value.text,
+                                    measured_text_with_error(value.result.value, value.cautious_error),
+                                    value.result.allowed);
+                else log_information("{}: not known yet", value.text);
             return log_information("{} trials in {}", ran_, duration_text(seconds));
         }
         const auto ended = std::count_if(units_.begin(), units_.end(), [](const Unit& m) { return m.trials.ended(); });

@@ -32,8 +32,10 @@ TableEntry entry_of(const CalibrationLayout& layout, const calibrate::TrialSet& 
                     const std::optional<calibrate::Measurement>& measured, std::size_t q) {
     const int tried = static_cast<int>(trial_set.count());
     if (!trial_set.failure_reason().empty()) return missing(trial_set.failure_reason(), tried);
-    const std::string unfinished =
-        trial_set.ended() ? "" : text("not finished: {} of at least {} trials", trial_set.count(), trial_set.needed());
+    const std::string unfinished = trial_set.ended()        ? ""
+                                   : trial_set.count() == 0 ? "no trial was made"
+                                                            : text("not finished: {} of at least {} trials",
+                                                                   trial_set.count(), trial_set.needed());
     if (!measured) return missing(unfinished, tried);
     const calibrate::Measurement& found = *measured;
     const measure::Estimate& estimate = found.estimates[q];

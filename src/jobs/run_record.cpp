@@ -23,6 +23,8 @@ std::vector<std::string> take_texts(files::ByteReader& reader) {
     return all;
 }
 
+constexpr unsigned has_error = 1, is_angle = 2;  // bits
+
 /// Numbers of an estimate that most estimates of a run have in common.
 struct Extent {
     double warm_up = 0.0;
@@ -84,7 +86,8 @@ UnitResult encode(const RunResults& results) {
             const bool is_single = row.axes.empty();
             files::put(numbers, estimate.mean);
             if (estimate.error) files::put(numbers, *estimate.error);
-            files::put(marks, static_cast<std::uint8_t>(estimate.error.has_value()));
+            files::put(marks, static_cast<std::uint8_t>((estimate.error ? has_error : 0) |
+                                                        (estimate.is_direction ? is_angle : 0)));
             files::put(marks, index_in(extents, {estimate.warm_up, estimate.samples, estimate.blocks}));
             if (!is_single) continue;
             files::put(marks, index_in(reasons, estimate.refusal));
@@ -124,7 +127,9 @@ RunResults decode(const UnitResult& result) {
     for (measure::SummaryRow& row : results.rows)
         for (std::size_t k = 0; k < measure::size_of(row.axes) && marks.is_complete; ++k) {
             measure::Estimate estimate{.mean = numbers.take<double>()};
-            if (marks.take<std::uint8_t>() != 0) estimate.error = numbers.take<double>();
+            const auto kind = marks.take<std::uint8_t>();
+            if ((kind & has_error) != 0) estimate.error = numbers.take<double>();
+            estimate.is_direction = (kind & is_angle) != 0;
             const auto extent = marks.take<std::uint16_t>();
             const auto reason = row.axes.empty() ? marks.take<std::uint16_t>() : std::uint16_t{0};
             if (row.axes.empty()) estimate.autocorrelation_time = marks.take<double>();

@@ -18,6 +18,7 @@
 #include "run/provenance.hpp"
 #include "run/run_scene.hpp"
 #include "run/same_run.hpp"
+#include "run/scene_equations.hpp"
 
 namespace drover::jobs {
 
@@ -140,6 +141,23 @@ std::vector<std::string> check_archives(const Sweep& sweep) {
                  runs.front(), runs.size() == 1 ? " was" : text(" and {} more were", runs.size() - 1), version,
                  run::this_program()));
     return warnings;
+}
+
+/// A warning where points differ in the modes that they keep.
+std::vector<std::string> check_kept_modes(const Sweep& sweep) {
+    if (!io::has_grid(sweep.scene.kind)) return {};
+    std::map<int, std::string> point_of;  // by the degree
+    for (SweepRun run : sweep.layout.runs) {
+        run.before.reset();
+        if (run.seed == 0) point_of.emplace(run::integrated_of(scene_of(sweep, run)).kept_degree, run.name);
+    }
+    if (point_of.size() < 2) return {};
+    const auto [least, one] = *point_of.begin();
+    const auto [most, other] = *point_of.rbegin();
+    return {
+        text("{} keeps modes |k| < N/{}, {} |k| < N/{}, since the degree of their equations differs: what depends on "
+             "the grid, such as a variance of white noise, changes with it; set dealiasing.degree = {} for all points",
+             one, least + 1, other, most + 1, most)};
 }
 
 RunResults results_of(run::Report report) {
@@ -272,7 +290,7 @@ private:
 };
 
 /// From the records of all processes.
-void conclude(Sweep& sweep, const SweepOptions& options, const std::vector<std::string>& versions,
+void conclude(Sweep& sweep, const SweepOptions& options, const std::vector<std::string>& remarks,
               SweepOutcome& outcome) {
     const Ended ended = ended_runs(sweep, campaign_records(sweep.folder, sweep.identity));
     outcome.runs = sweep.layout.runs.size();
@@ -289,7 +307,7 @@ void conclude(Sweep& sweep, const SweepOptions& options, const std::vector<std::
         write_sweep_dataset(sweep.folder / "table.nc", sweep.scene, sweep.layout, ended.results, *outcome.table);
         if (is_last && !sweep.keeps_archives()) remove_archives(sweep);
     });
-    outcome.table->warnings.insert(outcome.table->warnings.begin(), versions.begin(), versions.end());
+    outcome.table->warnings.insert(outcome.table->warnings.begin(), remarks.begin(), remarks.end());
 }
 
 /// All values are checked before anything runs.
@@ -316,15 +334,16 @@ SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options) {
     SweepOutcome outcome{.table = {}};
     outcome.already_done = ended_runs(sweep, campaign_records(folder, sweep.identity)).results.size();
     outcome.runs = sweep.layout.runs.size();
-    std::vector<std::string> versions;
-    if (options.share.is_plain() && sweep.keeps_archives()) versions = check_archives(sweep);
+    std::vector<std::string> remarks;
+    if (options.share.is_plain() && sweep.keeps_archives()) remarks = check_archives(sweep);
+    if (options.share.is_plain()) std::ranges::move(check_kept_modes(sweep), std::back_inserter(remarks));
     if (outcome.already_done < outcome.runs && !options.collect)  // else with the table, at once
-        for (const std::string& warning : versions) log_warning("{}", warning);
+        for (const std::string& warning : remarks) log_warning("{}", warning);
     if (!options.quiet && !options.collect)
         log_information("{} points, {} runs ({} already finished) in {}", sweep.layout.points.size(), outcome.runs,
                         outcome.already_done, folder.string());
     if (!options.collect) outcome.stopped = SweepWork(sweep, options).run();
-    conclude(sweep, options, versions, outcome);
+    conclude(sweep, options, remarks, outcome);
     return outcome;
 }
 

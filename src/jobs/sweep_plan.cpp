@@ -152,7 +152,7 @@ std::vector<Varied> read_varied(const io::Scene& scene) {
         runs *= static_cast<double>(one.values.size());
         varied.push_back(std::move(one));
     }
-    require(!varied.empty() || scene.sweep.seeds > 1, where,
+    require(!varied.empty() || scene.sweep.seeds > 1 || !scene.sweep.want.empty(), where,
             "nothing to sweep: give sweep.vary, as in --vary {}, or sweep.seeds > 1", sweep_example(scene));
     require(runs <= max_runs, where, "a sweep of {:.3g} runs; expected at most {:.0e}: choose fewer values or seeds",
             runs, max_runs);

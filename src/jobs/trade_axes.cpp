@@ -227,6 +227,15 @@ void add_keyed_models(const io::Scene& scene, std::vector<Level>& levels) {
 }
 }  // namespace
 
+namespace {
+/// On the modes of the full model: with others two models differ in their grids, too.
+void keep_modes_of(const io::Scene& scene, Level& level) {
+    const int degree = run::integrated_of(scene).kept_degree;
+    if (run::integrated_of(io::changed(scene, level.overrides)).kept_degree < degree)
+        level.overrides.push_back(set("dealiasing.degree", degree));
+}
+}  // namespace
+
 std::vector<Level> model_levels(const io::Scene& scene) {
     std::vector<Level> levels{{"full", {}}};
     if (io::has_grid(scene.kind) && scene.grid.ny > 1) levels.push_back({"one-dimensional", {set("grid.ny", 1)}});
@@ -238,7 +247,10 @@ std::vector<Level> model_levels(const io::Scene& scene) {
     // Saves no time, but tells whether the waves act on each other.
     if (io::has_grid(scene.kind) && !scene.approximation.quasi_linear && run::equations_of(scene).has_nonlinear_part())
         levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
-    for (Level& level : levels) level.reason = reason_against(scene, level.overrides);
+    for (Level& level : levels) {
+        level.reason = reason_against(scene, level.overrides);
+        if (io::has_grid(scene.kind) && level.reason.empty()) keep_modes_of(scene, level);
+    }
     return levels;
 }
 

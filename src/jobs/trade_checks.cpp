@@ -100,14 +100,32 @@ void require_relative(const Wish& wish, const Bias& mean) {
             mean.value, mean.error, wish.text, mean.error);
 }
 
-bool converges(const TradeBench& bench, const std::vector<LevelFound>& grids) {
-    const std::size_t n = grids.size();
-    if (!bench.statistical || n < 2 || is_given(grids[n - 1].level) || !grids[n - 1].is_measured()) return true;
-    for (std::size_t w = 0; w < bench.allowed.size(); ++w) {
-        const Bias last = grids[n - 2].biases[w];
-        const bool small = std::abs(last.value) < std::max(0.25 * bench.allowed[w], 4.0 * last.error);
-        const bool shrinks = n > 2 && grids[n - 3].is_measured() &&
-                             std::abs(last.value) < 2.0 / 3.0 * std::abs(grids[n - 3].biases[w].value - last.value);
+std::vector<std::string> coarser_notes(const io::Scene& scene, const std::string& given, const std::string& tried) {
+    std::vector<std::string> notes{
+        text("the budget is too small for trials on {}: its grid error is that of {}", given, tried)};
+    if (has_random_start(scene))
+        notes.push_back(
+            text("the random start is another one on {}: the values above are those of the trials, and the "
+                 "run will have others; only their relative errors carry over",
+                 tried));
+    return notes;
+}
+
+Bias bias_of_finest(const Bias& longer, const Bias& last, bool is_noisy) {
+    if (!is_noisy) return {last.value / 3.0, last.error / 3.0};
+    constexpr double of_white_noise = 0.5, largest = 2.0 / 3.0, clear = 3.0, uncertainty = 0.25;
+    double ratio = of_white_noise;
+    if (std::abs(longer.value) > clear * longer.error)
+        ratio = std::min((std::abs(last.value) + last.error) / std::abs(longer.value), largest);
+    const double rest = ratio / (1.0 - ratio);
+    return {rest * last.value, rest * std::hypot(last.error, uncertainty * last.value)};
+}
+
+bool converges(const GridSteps& steps, const std::vector<double>& allowed) {
+    for (std::size_t w = 0; w < steps.last.size(); ++w) {
+        const Bias& last = steps.last[w];
+        const bool small = std::abs(last.value) < std::max(0.25 * allowed[w], 4.0 * last.error);
+        const bool shrinks = std::abs(last.value) < 2.0 / 3.0 * std::abs(steps.longer[w].value);
         if (!small && !shrinks) return false;
     }
     return true;

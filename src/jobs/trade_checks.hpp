@@ -27,8 +27,23 @@ std::optional<TrialStart> trial_start(TradeBench& bench);
 /// Throws an input Error for a wish in per cent of a mean that is 0, or may be.
 void require_relative(const Wish& wish, const Bias& mean);
 
+/// What is to be said where trials are made on a coarser grid than the given one.
+std::vector<std::string> coarser_notes(const io::Scene& scene, const std::string& given, const std::string& tried);
+
+/// Differences of the wanted numbers between grids, each of twice the points of the one before: between the two finest,
+/// and those before; 0 +- 0 where there are none.
+struct GridSteps {
+    std::vector<Bias> longer, last;
+};
+
+/// The bias of the finest grid, from the last difference and the one before it.  Smooth fields converge faster than any
+/// power: a third of the last difference is on the safe side.  With white noise differences shrink by the same ratio
+/// again and again: that which is seen, where it is clear, at most 2/3; else 1/2, that of waves on a line, whose
+/// variance is the sum of 1/q^2.
+Bias bias_of_finest(const Bias& longer, const Bias& last, bool is_noisy);
+
 /// Whether the last difference between noisy grids is small, or at most two thirds of the one before.
-bool converges(const TradeBench& bench, const std::vector<LevelFound>& grids);
+bool converges(const GridSteps& steps, const std::vector<double>& allowed);
 
 inline bool changes_grid(const Level& level) {
     return std::any_of(level.overrides.begin(), level.overrides.end(),

@@ -109,8 +109,7 @@ private:
         if (!bench_.run(trials)) return false;
         if (levels.size() > 1 && io::has_grid(bench_.scene.kind) && trials.size() < levels.size()) {
             const auto given = static_cast<std::size_t>(
-                std::find_if(levels.begin(), levels.end(), [](const Level& one) { return is_given(one); }) -
-                levels.begin());
+                std::ranges::find_if(levels, [](const Level& one) { return is_given(one); }) - levels.begin());
             const Measured coarser =
                 given > 0 ? bench_.measured(levels[given - 1].overrides) : Measured{.failure = "none"};
             if (coarser.failure.empty() && bench_.ratio(bench_.differences(coarser, base)) < small) levels.pop_back();
@@ -121,7 +120,9 @@ private:
         found_.notes.clear();
         if (io::has_grid(bench_.scene.kind) && levels.size() == 1)
             found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
-        if (!converges(bench_, found_.grids)) {
+        const LevelFound& finest = found_.grids.back();
+        if (bench_.statistical && !is_given(finest.level) && finest.is_measured() &&
+            !converges(grid_steps_, bench_.allowed)) {
             // Noise reaches the shortest waves: the grid is part of the model, as given.
             collect({levels.begin(), levels.end() - 1}, on_level, found_.grids);
             grid_is_model_ = true;
@@ -146,39 +147,45 @@ private:
         if (refinement_ > 1.0) {
             found_.grids[given].start_seconds *= refinement_;
             found_.grids[given].step_seconds *= refinement_;
-            found_.notes.push_back(text("the budget is too small for trials on {}: its grid error is that of {}",
-                                        given_grid_, found_.grids[given].level.name));
-            if (has_random_start(bench_.scene))
-                found_.notes.push_back(
-                    text("the random start is another one on {}: the values above are those of the trials, and the "
-                         "run will have others; only their relative errors carry over",
-                         found_.grids[given].level.name));
+            std::ranges::move(coarser_notes(bench_.scene, given_grid_, found_.grids[given].level.name),
+                              std::back_inserter(found_.notes));
             found_.grids[given].level.name = given_grid_;
         }
         return true;
     }
 
-    /// Biases against the last level that was run, whose own error is a third of the last difference; costs relative to
-    /// the given level.
+    /// Biases against what the grids converge to, by bias_of_finest(); without noise that bias is known in size alone.
+    /// Costs relative to the given level.
     template <class MeasureLevel>
     void collect(const std::vector<Level>& levels, const MeasureLevel& measure_level, std::vector<LevelFound>& into) {
         into.clear();
         std::vector<Measured> runs;
-        std::optional<std::size_t> last, before, given;
+        std::optional<std::size_t> last, before, earlier, given;
         for (std::size_t k = 0; k < levels.size(); ++k) {
             runs.push_back(measure_level(levels[k]));
             if (is_given(levels[k])) given = k;
             if (!runs[k].failure.empty()) continue;
+            earlier = before;
             before = last;
             last = k;
         }
         if (!last) fail_run("no grid was measured: {}: {}", levels.front().name, runs.front().failure);
+        const bool is_noisy = io::has_grid(bench_.scene.kind) && bench_.statistical;
+        std::vector<Bias> finest(found_.wishes.size());
+        grid_steps_ = {finest, finest};
+        if (before) grid_steps_.last = bench_.differences(runs[*before], runs[*last]);
+        if (earlier) grid_steps_.longer = bench_.differences(runs[*earlier], runs[*before]);
+        for (std::size_t w = 0; w < finest.size(); ++w)
+            finest[w] = bias_of_finest(grid_steps_.longer[w], grid_steps_.last[w], is_noisy);
         for (std::size_t k = 0; k < levels.size(); ++k) {
             LevelFound found{.level = levels[k], .failure = runs[k].failure, .biases = {}};
             if (found.is_measured()) {
-                if (k != *last) found.biases = bench_.differences(runs[k], runs[*last]);
-                else if (before) found.biases = scaled(bench_.differences(runs[*before], runs[*last]), 1.0 / 3.0);
-                else found.biases.assign(found_.wishes.size(), {});
+                found.biases = k != *last ? bench_.differences(runs[k], runs[*last]) : finest;
+                for (std::size_t w = 0; w < finest.size() && k != *last; ++w) {
+                    Bias& bias = found.biases[w];
+                    if (is_noisy) bias.value += finest[w].value;
+                    bias.error = std::hypot(bias.error, is_noisy ? finest[w].error : 0.5 * finest[w].value);
+                }
                 found.is_compared = k != *last || before;
                 found.start_seconds = given ? runs[k].start_seconds / std::max(runs[*given].start_seconds, 1e-3) : 1.0;
                 found.step_seconds = given ? runs[k].step_seconds / std::max(runs[*given].step_seconds, 1e-9) : 1.0;
@@ -480,10 +487,11 @@ private:
     std::vector<StepLadder> ladders_;
     std::vector<std::string> reference_;  ///< changes of the reference of the steps
     std::vector<Bias> reference_bias_;    ///< of that reference, estimated
-    double refinement_ = 1.0;             ///< points of the scene's grid over those of the trials'
-    bool is_settled_ = true;              ///< the trials are longer than the slowest fluctuation of a wanted number
-    bool grid_is_model_ = false;          ///< wanted numbers do not converge with the grid
-    std::string given_grid_;              ///< name of the scene's grid, where it is finer
+    GridSteps grid_steps_;
+    double refinement_ = 1.0;     ///< points of the scene's grid over those of the trials'
+    bool is_settled_ = true;      ///< the trials are longer than the slowest fluctuation of a wanted number
+    bool grid_is_model_ = false;  ///< wanted numbers do not converge with the grid
+    std::string given_grid_;      ///< name of the scene's grid, where it is finer
 };
 }  // namespace
 

@@ -245,6 +245,10 @@ bool WantPlan::add_for_relevant(const std::vector<UnitProgress>& units, std::vec
 }
 
 void WantPlan::add_for_missing(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const {
+    const auto half_more = [&](std::size_t u) {
+        return std::min<std::uint64_t>(limits_.max_trials, units[u].given + units[u].given / 2 + 1);
+    };
+    bool all_complete = true, all_ended = true;
     for (std::size_t u = 0; u < units.size(); ++u) {
         const auto& quantities = layout_.assays[layout_.units[u].assay].quantities;
         bool is_complete = ended_[u].measurement().has_value();
@@ -252,9 +256,15 @@ void WantPlan::add_for_missing(const std::vector<UnitProgress>& units, std::vect
             if (const measure::Estimate& found = ended_[u].measurement()->estimates[q]; quantities[q].wanted)
                 is_complete = found.error && std::isfinite(found.mean);
         const bool waits = units[u].given > units[u].trials->count();
-        if (!is_complete && !waits && lacks_trials(u, units[u]))
-            needed[u] = std::min<std::uint64_t>(limits_.max_trials, units[u].given + units[u].given / 2 + 1);
+        all_complete = all_complete && (is_complete || !is_needed_[u]);
+        all_ended = all_ended && !waits;
+        if (!is_complete && !waits && lacks_trials(u, units[u])) needed[u] = half_more(u);
     }
+    const bool is_unclear =
+        std::ranges::any_of(values_, [](const WantedValue& value) { return !value.result.missing.empty(); });
+    if (!is_unclear || !all_complete || !all_ended) return;
+    for (std::size_t u = 0; u < units.size(); ++u)  // a divisor may be within its error of 0
+        if (lacks_trials(u, units[u])) needed[u] = half_more(u);
 }
 
 void WantPlan::add_for_errors(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const {

@@ -133,9 +133,9 @@ void require_small_error(const Wish& wish, const std::string& unit, double value
     require(wish.unit.empty() || wish.unit == unit, where, "the error is in {}; expected {}, the unit of {}", wish.unit,
             unit, wish.text);
     require(!wish.unit.empty() || wish.error < 0.5 * std::abs(value), where,
-            "the error {:.6g} has no unit, and the value {} {:.4g} {}; expected {}={:.6g}% (of the mean), or with the "
+            "the error {:.6g} has no unit, and the value {} {:.4g}{}; expected {}={:.6g}% (of the mean), or with the "
             "unit {}=\"{:.6g} {}\"",
-            wish.error, is, value, unit, wish.text, wish.error, wish.text, wish.error, unit);
+            wish.error, is, value, unit == "1" ? "" : " " + unit, wish.text, wish.error, wish.text, wish.error, unit);
 }
 
 const measure::SummaryRow& row_of(const Wish& wish, const measure::Summary& summary) {

@@ -191,7 +191,7 @@ void add_energy(ParticleRows& rows) {
         "work of gravity and of the constant forces on bodies, forces.bead_x to forces.rod_y, since the start",
         work(&dem::EnergyBalance::gravity), true);
     add(rows, "work_plates", unit, "work of base and lid since the start", work(&dem::EnergyBalance::plates), true);
-    add(rows, "work_forces", unit, "work of torques, push and hold_beads since the start",
+    add(rows, "work_forces", unit, "work of torques, push, hold_beads and edits by a program since the start",
         work(&dem::EnergyBalance::forces), true);
     add(rows, "work_kicks", unit, "work of the kicks since the start", work(&dem::EnergyBalance::kicks), true);
     add(rows, "work_impact", unit, "work of impacts along the normals since the start, <= 0",

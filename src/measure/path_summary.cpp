@@ -182,4 +182,12 @@ std::vector<SummaryRow> path_rows(const Paths& paths) {
     return rows;
 }
 
+double persistence(const Paths& paths) {
+    double sum = 0.0;
+    std::size_t turns = 0;
+    for (const std::vector<double>& angles : paths.angles)
+        for (std::size_t i = 1; i < angles.size(); ++i, ++turns) sum += std::cos(angles[i] - angles[i - 1]);
+    return sum / static_cast<double>(turns);
+}
+
 }  // namespace drover::measure

@@ -42,4 +42,7 @@ void add_frame(Paths& paths, std::span<const double> rod_position, std::span<con
 /// With fewer than two frames all are NaN, and `refusal` gives the reason.
 std::vector<SummaryRow> path_rows(const Paths& paths);
 
+/// C(T) = <cos of the turn of a rod from one frame to the next>; NaN without two frames of rods.
+double persistence(const Paths& paths);
+
 }  // namespace drover::measure

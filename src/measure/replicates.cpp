@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"
@@ -35,10 +36,19 @@ void add_own_errors(std::span<const Estimate> runs, Replicates& result) {
     const double above = gsl_cdf_fdist_Q(result.chi_squared, count - 1.0, freedom);
     result.chance = std::min(above, 1.0 - above);
 }
-}  // namespace
+constexpr double turn = 2.0 * std::numbers::pi;
 
-Replicates combine(std::span<const Estimate> runs) {
-    require(!runs.empty(), {}, "no runs to combine; expected at least one");
+/// Angles within half a turn of the direction of all.
+std::vector<Estimate> unwrapped(std::span<const Estimate> runs) {
+    std::vector<Estimate> result(runs.begin(), runs.end());
+    double x = 0.0, y = 0.0;
+    for (const Estimate& run : runs) x += std::cos(run.mean), y += std::sin(run.mean);
+    const double middle = std::atan2(y, x);
+    for (Estimate& run : result) run.mean = middle + std::remainder(run.mean - middle, turn);
+    return result;
+}
+
+Replicates combined(std::span<const Estimate> runs) {
     const double count = static_cast<double>(runs.size());
     Replicates result{.mean = {}, .deviation = nan, .own_error = {}, .chi_squared = nan, .chance = nan};
     Estimate& mean = result.mean;
@@ -65,6 +75,16 @@ Replicates combine(std::span<const Estimate> runs) {
     constexpr std::size_t few = 8;
     if (runs.size() < few) mean.error = std::max(*mean.error, result.own_error.value_or(0.0));
     mean.refusal.clear();
+    return result;
+}
+}  // namespace
+
+Replicates combine(std::span<const Estimate> runs) {
+    require(!runs.empty(), {}, "no runs to combine; expected at least one");
+    if (!runs.front().is_direction) return combined(runs);
+    Replicates result = combined(unwrapped(runs));
+    result.mean.mean = std::remainder(result.mean.mean, turn);
+    result.mean.is_direction = true;
     return result;
 }
 

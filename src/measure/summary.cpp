@@ -49,6 +49,7 @@ SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t 
         row.estimates.push_back(estimate_mean(samples, k));
         double& mean = row.estimates.back().mean;
         if (recorded.is_direction) mean = std::remainder(mean, 2.0 * std::numbers::pi);
+        row.estimates.back().is_direction = recorded.is_direction;
     }
     return row;
 }

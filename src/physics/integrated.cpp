@@ -12,7 +12,7 @@
 namespace drover::physics {
 
 int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
-    int most = 1;
+    int most = std::max(1, dealiasing.degree);
     const FieldRow* pointwise = pointwise_balance(equations);
     const int balanced = pointwise == nullptr ? -1 : equations.component(pointwise->symbol);
     for (std::size_t n = 0; n < equations.terms().size(); ++n) {
@@ -179,6 +179,10 @@ Rows<Dealiasing> Dealiasing::rows() {
          "",
          any_number,
          {"exact", "two-thirds", "none"}},
+        {"degree", &Dealiasing::degree,
+         "exact: with at least this degree, so that scenes with and without a term keep the same modes; 0: that of the "
+         "equations",
+         "", within(0.0, 20.0)},
     };
 }
 

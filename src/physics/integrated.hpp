@@ -11,6 +11,7 @@ namespace drover::physics {
 /// Dealiasing of products.
 struct Dealiasing {
     std::string rule = "exact";  ///< exact: |k| < N/(degree + 1); two-thirds: |k| < N/3; none: |k| < N/2
+    int degree = 0;              ///< at least, with exact
 
     static Rows<Dealiasing> rows();
 };

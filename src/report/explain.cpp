@@ -227,7 +227,7 @@ void add_means_of_start(const io::Scene& scene, const model::Equations& equation
 }
 
 run::Record explain_fields(const io::Scene& scene) {
-    const model::Integrated what = run::integrated_of(scene);
+    const model::Integrated what = run::integrated_of(run::with_counterterm(scene));
     const ListedTerms of = listed_terms(scene, what.equations);
     const numerics::Grid& grid = scene.grid;
     run::Record root{.heading = text("fields on {} by {} points, {} by {} {}", grid.nx, grid.ny, grid.lx, grid.ly,
@@ -242,6 +242,13 @@ run::Record explain_fields(const io::Scene& scene) {
     add_means_of_start(scene, what.equations, root);
     root.lists = {fields_of(scene, what.equations), terms_of(what.equations.model(), of),
                   coefficients_of(scene, what.equations.model())};
+    if (scene.approximation.counterterm) {
+        const double rate = run::counterterm_of(scene);
+        root.entries.push_back(
+            run::data_only(run::number("counterterm", "s-1", "by which order grows faster in the run", rate)));
+        root.footer.push_back(text("counterterm: in the run order grows faster than in theory, by {:.6g} {}", rate,
+                                   io::renamed("1/s", scene.units)));
+    }
     if (what.long_waves < INFINITY)
         root.footer.push_back(
             text("quasi-linear: waves with |q| > {} {} act on the others and these on them, not on each other",

@@ -67,7 +67,7 @@ SharedObserver observer_of_state(const SharedObserver& whole, Threads& threads) 
 }
 
 FieldProblem field_problem(const io::Scene& scene) {
-    FieldProblem problem{.integrated = integrated_of(scene)};
+    FieldProblem problem{.integrated = integrated_of(with_counterterm(scene))};
     problem.components = quantities(model::components_of_state(problem.integrated.equations));
     problem.balanced = quantities(model::components_in_balance(problem.integrated.equations));
     complete_problem(scene, problem);

@@ -1,5 +1,7 @@
 // run/particle_report.cpp: the results of a run of particles from its archive.
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "io/trajectory.hpp"
 #include "measure/particles.hpp"
@@ -24,14 +26,13 @@ FrameRange frames_on_schedule(const std::vector<double>& times, double spacing, 
     return range;
 }
 
-/// Results from the paths after the warm-up, read frame by frame; none where only the first and the last frame are
-/// kept.
-std::vector<measure::SummaryRow> path_rows(const files::ArchiveReader& archive, const io::Scene& scene,
-                                           const dem::Bodies& bodies, double warm_up) {
+/// The paths after the warm-up, read frame by frame; none where only the first and the last frame are kept.
+std::optional<measure::Paths> paths_of(const files::ArchiveReader& archive, const io::Scene& scene,
+                                       const dem::Bodies& bodies, double warm_up) {
     const double spacing = scene.output.frame_every;
     const std::string rods = std::string(io::rods_group) + "/", beads = std::string(io::beads_group) + "/";
     const bool has_rods = !bodies.rods.empty(), has_beads = !bodies.beads.empty();
-    if (!(spacing > 0.0) || (!has_rods && !has_beads)) return {};
+    if (!(spacing > 0.0) || (!has_rods && !has_beads)) return std::nullopt;
     const std::vector<double> times = archive.read((has_rods ? rods : beads) + "position/time").values;
     const FrameRange range = frames_on_schedule(times, spacing, warm_up);
     measure::Paths paths =
@@ -42,7 +43,7 @@ std::vector<measure::SummaryRow> path_rows(const files::ArchiveReader& archive, 
     for (std::size_t frame = range.first; frame < range.end; ++frame)
         measure::add_frame(paths, row(has_rods, rods + "position", frame), row(has_rods, rods + "axis", frame),
                            row(has_beads, beads + "position", frame));
-    return measure::path_rows(paths);
+    return paths;
 }
 }  // namespace
 
@@ -58,8 +59,10 @@ Report make_particle_report(const files::ArchiveReader& archive, const io::Scene
     for (std::string& warning : particle_state_warnings(scene, bodies, recorded.series, sampling.spacing))
         report.warnings.push_back(std::move(warning));
     const double warm_up = static_cast<double>(report.summary.warm_up) * sampling.spacing;
-    for (measure::SummaryRow& row : path_rows(archive, scene, bodies, warm_up))
-        report.summary.rows.push_back(std::move(row));
+    if (const std::optional<measure::Paths> paths = paths_of(archive, scene, bodies, warm_up)) {
+        std::ranges::move(measure::path_rows(*paths), std::back_inserter(report.summary.rows));
+        std::ranges::move(frame_warnings(*paths), std::back_inserter(report.warnings));
+    }
     return report;
 }
 

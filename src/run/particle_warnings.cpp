@@ -110,4 +110,17 @@ std::vector<std::string> particle_state_warnings(const io::Scene& scene, const d
     return warnings;
 }
 
+std::vector<std::string> frame_warnings(const measure::Paths& paths) {
+    constexpr double least = 0.9;  // of the speed
+    const double kept = measure::persistence(paths);
+    if (!(kept < 1.0)) return {};  // NaN: without rods
+    // Of a rod that turns at random: the mean of n(t).n(0) = exp(-t/tau) over a frame.
+    const double part = kept > 0.0 ? (kept - 1.0) / std::log(kept) : 0.0;
+    if (part >= least) return {};
+    return {
+        text("rods turn between frames of {} s (the mean cosine of a turn is {:.2g}): rod_speed, d.n/T with n at the "
+             "start of a frame, is at most {:.2g} of the speed along n; reduce output.frame_every",
+             paths.spacing, kept, part)};
+}
+
 }  // namespace drover::run

@@ -6,7 +6,7 @@
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/setup.hpp"
 #include "io/scene.hpp"
-#include "measure/summary.hpp"
+#include "measure/path_summary.hpp"
 
 namespace drover::run {
 
@@ -17,5 +17,8 @@ std::vector<std::string> unit_warnings(const dem::Setup& setup);
 /// samples [s].
 std::vector<std::string> particle_state_warnings(const io::Scene& scene, const dem::Bodies& bodies,
                                                  const std::vector<measure::RecordedSeries>& series, double spacing);
+
+/// Rods that turn so much between frames that rod_speed is no longer their speed along n.
+std::vector<std::string> frame_warnings(const measure::Paths& paths);
 
 }  // namespace drover::run

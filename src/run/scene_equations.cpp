@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "calibrate/counterterm.hpp"
 #include "calibrate/slow_order.hpp"
 #include "model/energy.hpp"
 #include "model/start.hpp"
@@ -43,6 +44,18 @@ model::Integrated integrated_of(const io::Scene& scene) {
     model::Integrated what = whole_equations_of(scene);
     if (scene.approximation.quasi_linear) what.long_waves = scene.approximation.quasi_linear_above;
     return what;
+}
+
+double counterterm_of(const io::Scene& scene) {
+    const int degree = physics::kept_degree(physics::Equations(scene.model), scene.dealiasing);
+    return calibrate::counterterm(scene.model, {scene.grid, degree},
+                                  io::location_of(scene, "approximation.counterterm"));
+}
+
+io::Scene with_counterterm(const io::Scene& scene) {
+    io::Scene result = scene;
+    if (scene.approximation.counterterm) calibrate::add_counterterm(counterterm_of(scene), result.model);
+    return result;
 }
 
 model::Equations equations_of(const io::Scene& scene) {

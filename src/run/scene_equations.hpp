@@ -9,6 +9,10 @@ namespace drover::run {
 
 /// What a run integrates, about the state of the references.
 model::Integrated integrated_of(const io::Scene& scene);
+/// What approximation.counterterm adds to the growth of order [1/s].
+double counterterm_of(const io::Scene& scene);
+/// With the rate that it gives a run; theory is of the scene as it is.
+io::Scene with_counterterm(const io::Scene& scene);
 /// The equations alone: a function of the calling program may be missing.
 model::Equations equations_of(const io::Scene& scene);
 

@@ -116,6 +116,9 @@ SCENES = {
                                   ["bad.toml:2:1", "initial.file = \"a.h5\" has no effect", 'kind = "file"']),
     "long waves of a full model": ("[approximation]\nquasi_linear_above = 0.3\n",
                                    ["bad.toml:2:1", "has no effect without approximation.quasi_linear = true"]),
+    "a degree of dealiasing with another rule": (
+        "[dealiasing]\nrule = \"none\"\ndegree = 3\n",
+        ["bad.toml:3:1", "dealiasing.degree = 3 has no effect with dealiasing.rule = \"none\""]),
     "a negative seed": ("[run]\nseed = -1\n", ["bad.toml:2:1", "run.seed = -1", ">= 0"]),
     "too many threads": ("[run]\nthreads = 5000\n", ["bad.toml:2:1", "run.threads = 5000", "1024"]),
     "negative threads": ("[run]\nthreads = -1\n", ["bad.toml:2:1", "run.threads = -1", ">= 0"]),

@@ -182,13 +182,13 @@ def test_wanted_numbers_run_only_the_trials_that_they_need_and_a_smaller_error_c
     assert not any(one["reached"] for one in refused) and "budget" in refused[0]["note"]
     # Without a wish the same trials have every assay reach its own target.
     whole = drover(tmp_path, "calibrate", scene, "--collect", "--json", status=1)
-    assert "not finished" in json.loads(whole.stdout)["coefficients"]["drag"]["points"][0]["remark"]
+    assert "no trial was made" in json.loads(whole.stdout)["coefficients"]["drag"]["points"][0]["remark"]
 
 
 def test_wishes_that_a_calibration_cannot_answer_are_rejected(tmp_path):
     scene = write_tiny(tmp_path)
     for wish, expected in (("onsett=5%", "did you mean onset?"), ("onset(q<1)=5%", "expected Phi_b, Phi_r"),
-                           ("onset", "OBSERVABLE=ERROR"), ("onset=5", "the value is at most 1 1; expected onset=5%"),
+                           ("onset", "OBSERVABLE=ERROR"), ("onset=5", "the value is at most 1; expected onset=5%"),
                            ("onset(Phi_r>0.5)=5%", "no point of the table")):
         assert expected in drover(tmp_path, "calibrate", scene, "--want", wish, status=2).stderr
     assert not list(tmp_path.glob("*.calibration"))

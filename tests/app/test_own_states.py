@@ -91,6 +91,30 @@ def test_a_wave_is_followed_along_a_coefficient(tmp_path):
         assert point["speed"] == pytest.approx(speed_of_plane_wave(point["parameter"], -0.4), rel=1e-9)
 
 
+# A = X + i Y, d_t A = m A + |A|^2 A - |A|^4 A + lap A: waves of |A|^2 = 1/2 (1 +- sqrt(1 + 4 (m - q^2))).
+QUINTIC = f"""
+field = [{{symbol = "X", name = "real"}}, {{symbol = "Y", name = "imaginary"}}]
+grid = {{nx = 64, ny = 4, lx = {LENGTH}, ly = 4.0}}
+time = {{dt = 0.05, end = 10.0}}
+initial = {{kind = "formula", real = "cos(2 pi x / lx)", imaginary = "sin(2 pi x / lx)"}}
+define = {{power = "X^2 + Y^2"}}
+coefficients = {{m = 0.2}}
+[equations]
+X = "m X + lap X + power (1 - power) X"
+Y = "m Y + lap Y + power (1 - power) Y"
+"""
+
+
+def test_a_curve_turns_at_its_exact_fold_between_the_states_that_were_found(tmp_path):
+    found = states(tmp_path, write(tmp_path, QUINTIC), "--follow", "m = -0.5", "--points", "30")
+    square = (2.0 * math.pi / LENGTH)**2
+    turns = [turn["parameter"] for turn in found["turns"]]
+    states_at = [point["parameter"] for point in found["curve"] if point["fold"]]
+    # m is of fourth order in |A|, and so is the polynomial: it turns where the root is 0, and where A passes through 0.
+    assert turns[:2] == pytest.approx([square - 0.25, square], abs=1e-7)  # of Newton's method
+    assert abs(states_at[0] - turns[0]) > 1e-3
+
+
 def test_a_band_of_the_same_equations_is_that_of_rods_and_beads(tmp_path):
     text = (MODELS / "toner-tu.toml").read_text()
     rise = "(1 / (1 + exp((x - 80) / sqrt(3))) + 1 / (1 + exp(-(x - 32) / sqrt(12))) - 1)"

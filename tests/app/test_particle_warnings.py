@@ -60,6 +60,15 @@ def test_a_setting_of_contacts_outside_what_was_studied_is_reported(tmp_path, ke
     assert warning.startswith(f"contacts.{key} = {value}") and "half the step" in warning
 
 
+def test_frames_between_which_rods_turn_are_reported(tmp_path):
+    # Strong kicks turn rods about within frames of 0.2 s, and hardly within those of 0.002 s.
+    changes = {"rods.count": 3, "beads.area_fraction": 0.0, "kick.strength": 0.1, "analysis.warm_up": 0.0}
+    [warning] = [w for w in warnings_of(tmp_path, changes) if "rods turn between frames" in w]
+    assert "of 0.2 s" in warning and "reduce output.frame_every" in warning
+    often = {**changes, "output.frame_every": 0.002, "output.sample_every": 0.002, "time.end": 0.1}
+    assert not [w for w in warnings_of(tmp_path, often) if "rods turn between frames" in w]
+
+
 def test_steps_of_the_pairwise_law_that_change_the_gait_of_a_rod_are_reported(tmp_path):
     changes = {"contacts.law": "pairwise", "rods.bearing": "all", "rods.count": 1, "beads.area_fraction": 0.1,
                "time.dt": 1e-5, "time.end": 0.01, "output.frame_every": 0.01, "output.sample_every": 0.005}

@@ -254,6 +254,39 @@ def test_seeds_that_end_in_different_states_contradict_their_errors_and_are_repo
     assert "polar_order_mean_x" in named and "polar_order" not in named
 
 
+CUBIC = """
+field = [{symbol = "h", noise = "1"}]
+equations = {h = "-a h + lap h - b h^3"}
+coefficients = {a = 1.0, b = 1.0}
+grid = {nx = 16, ny = 16, lx = 16.0, ly = 16.0}
+time = {dt = 0.1, end = 20.0}
+output = {sample_every = 0.5, frame_every = 0.0}
+"""
+
+
+def test_points_that_keep_other_modes_are_reported_and_may_keep_the_same(tmp_path):
+    (tmp_path / "cubic.toml").write_text(CUBIC)
+    words = ("--vary", "coefficients.b = 0, 1", "--keep", "table", "--quiet")
+    warned = drover(tmp_path, "sweep", "cubic.toml", *words).stdout
+    (warning,) = [line for line in warned.splitlines() if "dealiasing.degree" in line]
+    assert "point-0000-seed-1 keeps modes |k| < N/2, point-0001-seed-1 |k| < N/4" in warning
+    assert warning.endswith("set dealiasing.degree = 3 for all points")
+    same = drover(tmp_path, "sweep", "cubic.toml", *words, "--set", "dealiasing.degree=3", "-o", "same.sweep").stdout
+    assert "dealiasing" not in same
+    # The variance without b is then that of the kept waves: 1/(2 A (1 + q^2)) each, of |k| < 4 on each axis.
+    number = np.arange(-3, 4) * 2.0 * np.pi / 16.0
+    exact = (0.5 / 256.0 / (1.0 + number[:, None]**2 + number[None, :]**2)).sum()
+    found = [float(row["variance_h [1]"]) for row in table_of(tmp_path / "same.sweep")][0]
+    assert found == pytest.approx(exact, rel=0.2)  # of 20 s: waves of 7 by 7 modes; N/2 has 1.9 times as much
+
+
+def test_seeds_are_added_to_one_point_until_its_error_is_reached(tmp_path):
+    (tmp_path / "cubic.toml").write_text(CUBIC)
+    drover(tmp_path, "sweep", "cubic.toml", "--want", "variance_h=2%", "--keep", "table", "--quiet")
+    (row,) = table_of(tmp_path / "cubic.sweep")
+    assert int(row["seeds"]) >= 4 and float(row["variance_h error"]) < 0.02 * float(row["variance_h [1]"])
+
+
 # --- the dataset
 
 def test_one_file_has_every_observable_of_all_runs_over_the_keys_the_seeds_and_its_own_axes(tmp_path):

@@ -5,8 +5,11 @@
 
 #include "drover/base/error.hpp"
 #include "drover/measure/statistics.hpp"
+#include "io/scene_text.hpp"
+#include "jobs/trade_axes.hpp"
 #include "jobs/trade_checks.hpp"
 #include "jobs/trade_front.hpp"
+#include "run/scene_equations.hpp"
 
 namespace drover::jobs::tradeoff_tests {
 
@@ -182,6 +185,45 @@ TEST(TradeFront, replaces_sums_of_biases_by_those_of_a_trial_and_drops_what_fail
     found.checked.front().failure = "unstable";
     const std::vector<Candidate> failed = front_of(found, scene);
     for (const Candidate& one : failed) EXPECT_NE(overrides_of(one), found.checked.front().overrides);
+}
+
+TEST(BiasOfFinest, is_what_is_left_of_the_waves_on_a_line_and_small_where_fields_are_smooth) {
+    // White noise on a line leaves out c/N: 32, 64 and 128 points differ by c/64 and c/128, and the last lacks c/128.
+    const double c = 3.0, error = 1e-3;
+    const Bias longer{-c / 64.0, error}, last{-c / 128.0, error};
+    for (const Bias& before : {longer, Bias{}}) {  // seen, and taken as usual where there are two grids
+        const Bias found = bias_of_finest(before, last, true);
+        EXPECT_NEAR(found.value, -c / 128.0, 2.0 * found.error);
+        EXPECT_LT(found.error, 0.5 * c / 128.0);
+    }
+    // Steps that shrink by 1/8 leave 1/7 of the last.
+    EXPECT_NEAR(bias_of_finest({0.8, 1e-4}, {0.1, 1e-4}, true).value, 0.1 / 7.0, 1e-4);
+    EXPECT_DOUBLE_EQ(bias_of_finest(longer, last, false).value, -c / 384.0);
+}
+
+TEST(Converges, only_where_steps_between_grids_shrink_or_are_small) {
+    const std::vector<double> allowed{0.01};
+    EXPECT_TRUE(converges({{{0.2, 1e-4}}, {{0.1, 1e-4}}}, allowed));
+    EXPECT_FALSE(converges({{{0.2, 1e-4}}, {{0.19, 1e-4}}}, allowed));  // as of a logarithm
+    EXPECT_FALSE(converges({{{}}, {{0.1, 1e-4}}}, allowed));
+    EXPECT_TRUE(converges({{{}}, {{0.002, 1e-4}}}, allowed));
+}
+
+TEST(ModelLevels, keep_the_modes_of_the_full_model) {
+    const io::Scene scene = io::parse_scene(R"(
+field = [{symbol = "h", noise = "1"}]
+equations = {h = "-a h + lap h - b h^3"}
+coefficients = {a = 1.0, b = 2.0}
+grid = {nx = 32, ny = 32, lx = 16.0, ly = 16.0}
+)",
+                                            "h.toml", {});
+    int compared = 0;
+    for (const Level& level : model_levels(scene))
+        if (level.name == "without b" || level.name == "without a") {
+            EXPECT_EQ(run::integrated_of(io::changed(scene, level.overrides)).kept_degree, 3) << level.name;
+            ++compared;
+        }
+    EXPECT_EQ(compared, 2);
 }
 
 TEST(LongerDuration, is_a_whole_multiple_of_that_of_the_trials_whatever_may_be_spent) {

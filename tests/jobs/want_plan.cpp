@@ -16,7 +16,8 @@ struct Ended {
 };
 
 /// Runs the trials that the plan asks for.
-Ended carried_out(const CalibrationLayout& layout, const char* wish, const WantLimits& limits, std::uint64_t seed) {
+Ended carried_out(const CalibrationLayout& layout, const char* wish, const WantLimits& limits, std::uint64_t seed,
+                  const NormalScatter& scatter = {}) {
     WantPlan plan(layout, {parse_wish(wish)}, limits);
     Ended ended;
     for (const CalibrationUnit& unit : layout.units)
@@ -28,7 +29,7 @@ Ended carried_out(const CalibrationLayout& layout, const char* wish, const WantL
         goes_on = false;
         for (std::size_t u = 0; u < ended.sets.size(); ++u)
             for (; ended.sets[u].count() < needed[u]; goes_on = true)
-                ended.sets[u].add(trial_of(layout, u, ended.sets[u].count(), seed));
+                ended.sets[u].add(trial_of(layout, u, ended.sets[u].count(), seed, scatter));
     }
     ended.values = plan.values();
     return ended;
@@ -91,6 +92,15 @@ TEST(WantPlan, of_coefficients_needs_their_points_alone) {
         const auto trials = static_cast<double>(ended.sets[u].count());
         EXPECT_NEAR(trials, is_wanted ? 45.0 : 0.0, is_wanted ? 20.0 : 0.0) << unit.name;
     }
+}
+
+TEST(WantPlan, goes_on_where_a_divisor_is_within_its_error_of_zero) {
+    // a of four trials is known to a half, and the alignment divides by it.
+    const CalibrationLayout layout = normal_layout();
+    const Ended ended = carried_out(layout, "alignment(0.35<Phi_b<0.45)=40%", {.max_trials = 2000}, 3, {.rods = 1.0});
+    ASSERT_EQ(ended.values.size(), 1u);
+    EXPECT_TRUE(ended.values[0].reached) << ended.values[0].note;
+    EXPECT_NEAR(ended.values[0].result.value, 2.0 * 0.1 * 2.6 / 0.28, 4.0 * ended.values[0].result.error);
 }
 
 TEST(WantPlan, refuses_wishes_that_the_table_cannot_answer) {

@@ -52,6 +52,12 @@ TEST(PathSummary, of_rods_with_known_speeds_has_their_mean_spread_and_head_first
     for (const SummaryRow& row : rows) EXPECT_FALSE(row.unit.empty() || row.formula.empty()) << row.name;
 }
 
+TEST(PathSummary, persistence_is_the_mean_cosine_of_turns_between_frames) {
+    EXPECT_NEAR(persistence(rods_of({12.0, 13.0}, 3, 0.1, {0.3, -0.5, 0.2, 0.1})),
+                (std::cos(0.3) + std::cos(0.5) + std::cos(0.2) + std::cos(0.1)) / 4.0, 1e-14);  // rounding
+    EXPECT_TRUE(std::isnan(persistence(rods_of({12.0}, 1, 0.1, {}))));
+}
+
 TEST(PathSummary, of_few_rods_of_two_gaits_has_the_errors_of_so_few) {
     const auto two = path_rows(rods_of({12.0, -8.0}, 401, 0.025, {}));
     EXPECT_NEAR(estimate_of(two, "rod_speed").error.value_or(0.0), 10.0, 1e-10);  // |x - y|/2

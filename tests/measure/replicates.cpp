@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 namespace drover::measure::replicates_tests {
@@ -123,6 +124,22 @@ TEST(Replicates, a_conserved_number_has_the_error_zero_and_an_undefined_one_has_
     const Replicates undefined = combine(std::vector<Estimate>{{.mean = 1.0}, {.mean = NAN, .refusal = "undefined"}});
     EXPECT_FALSE(undefined.mean.error);
     EXPECT_EQ(undefined.mean.refusal, "undefined");
+}
+
+TEST(Replicates, directions_have_the_mean_direction_and_not_the_mean_of_their_numbers) {
+    // Six directions about pi, which is -pi: their numbers have a mean near 0 and a scatter of pi.
+    const std::vector<double> away{0.02, -0.04, 0.03, -0.01, 0.05, -0.03};
+    std::vector<Estimate> directions, angles;
+    for (const double by : away) {
+        angles.push_back({.mean = by, .error = 0.03});
+        directions.push_back({.mean = std::remainder(3.0 + by + 0.2, 2.0 * std::numbers::pi), .error = 0.03});
+        directions.back().is_direction = true;
+    }
+    const Replicates found = combine(directions), expected = combine(angles);
+    EXPECT_NEAR(std::remainder(found.mean.mean - 3.2 - expected.mean.mean, 2.0 * std::numbers::pi), 0.0, 1e-14);
+    EXPECT_LE(std::abs(found.mean.mean), std::numbers::pi);
+    EXPECT_NEAR(*found.mean.error, *expected.mean.error, 1e-14);
+    EXPECT_TRUE(found.mean.is_direction);
 }
 
 }  // namespace

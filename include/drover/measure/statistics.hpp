@@ -19,8 +19,9 @@ struct Estimate {
     double autocorrelation_time = 0.0;  ///< integrated, tau = dt (1/2 + sum rho_k), in the unit of the spacing
     double warm_up = 0.0;               ///< time left out at the start
     std::size_t samples = 0;            ///< samples used
-    std::size_t blocks = 0;    ///< used for the error: (mean - truth)/error is Student's t with blocks - 1 degrees
-    std::string refusal = {};  ///< why there is no error, with the run length needed; else ""
+    std::size_t blocks = 0;     ///< used for the error: (mean - truth)/error is Student's t with blocks - 1 degrees
+    std::string refusal = {};   ///< why there is no error, with the run length needed; else ""
+    bool is_direction = false;  ///< an angle [rad] of which 2 pi is none
 };
 
 using drover::Axis;

@@ -69,7 +69,8 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
             "the density response does not exceed its fluctuations: use larger forces (pushes) or a longer time";
         return "not available: " + modulus.refusal;
     }
-    if (!ratio.error) return "linearity of the density response is not known";
+    constexpr double useful = 1.0;  // a ratio that is known worse tells nothing
+    if (!ratio.error || *ratio.error > useful) return "linearity of the density response is not known";
     const bool linear = std::abs(ratio.mean - 1.0) <= 2.0 * *ratio.error;
     return text(
         "the density response is {} in the force: d/f at the larger force is {:.3g} +- {:.2g} times that at the "

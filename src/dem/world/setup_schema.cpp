@@ -136,7 +136,7 @@ Rows<BodyForces> BodyForces::rows() {
          not_negative},
         {"angle", &BodyForces::angle, "direction of the field h, from x", "rad"},
         {"hold_beads", &BodyForces::hold_beads,
-         "whether an equal force on every bead keeps the mean velocity of the beads constant"},
+         "whether an equal acceleration of every bead keeps the mean velocity of the beads constant"},
         {"bead_velocity_x", &BodyForces::bead_velocity_x, "mean velocity that hold_beads keeps, along x", "mm/s"},
         {"bead_velocity_y", &BodyForces::bead_velocity_y, "mean velocity that hold_beads keeps, along y", "mm/s"},
         {"held_waves", &BodyForces::held_waves,

@@ -101,8 +101,12 @@ def map_shown(axes, bar_axes, run, role, other, sampled):
         return size(frame, refined_values)
 
     colours, low, high, extend = panels.colours_for(role, numpy.stack([size(frame) for frame in sampled]))
-    image = axes.imshow(drawn(sampled[0]), origin="lower", extent=(0.0, grid["lx"], 0.0, grid["ly"]), cmap=colours,
-                        vmin=low, vmax=high, interpolation="nearest", aspect="auto")
+    first = drawn(sampled[0])
+    # Half a point before the first one, which is at 0: of the finer ones where there is no average.
+    y, x = (0.5 * grid[length] / (count if pixels == [1, 1] else grid[points])
+            for length, count, points in (("ly", first.shape[0], "ny"), ("lx", first.shape[1], "nx")))
+    image = axes.imshow(first, origin="lower", extent=(-x, grid["lx"] - x, -y, grid["ly"] - y), cmap=colours, vmin=low,
+                        vmax=high, interpolation="nearest", aspect="auto")
     axes.figure.colorbar(image, cax=bar_axes, extend=extend)
     axes.set(xlabel=with_unit("$x$", run.frames["x"]), ylabel=with_unit("$y$", run.frames["y"]))
     for axis in (axes.xaxis, axes.yaxis):
