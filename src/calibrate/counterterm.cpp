@@ -1,8 +1,6 @@
 // calibrate/counterterm.cpp: the sum over kept waves.
 #include "calibrate/counterterm.hpp"
 
-#include <algorithm>
-
 #include "drover/base/error.hpp"
 #include "physics/compiled_model.hpp"
 

@@ -249,6 +249,10 @@ std::vector<Level> model_levels(const io::Scene& scene) {
         levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
     for (Level& level : levels) {
         level.reason = reason_against(scene, level.overrides);
+        if (!level.reason.empty() && scene.approximation.counterterm) {  // without noise or saturation it is of nothing
+            level.overrides.emplace_back("approximation.counterterm=false");
+            level.reason = reason_against(scene, level.overrides);
+        }
         if (io::has_grid(scene.kind) && level.reason.empty()) keep_modes_of(scene, level);
     }
     return levels;

@@ -487,11 +487,11 @@ private:
     std::vector<StepLadder> ladders_;
     std::vector<std::string> reference_;  ///< changes of the reference of the steps
     std::vector<Bias> reference_bias_;    ///< of that reference, estimated
-    GridSteps grid_steps_;
-    double refinement_ = 1.0;     ///< points of the scene's grid over those of the trials'
-    bool is_settled_ = true;      ///< the trials are longer than the slowest fluctuation of a wanted number
-    bool grid_is_model_ = false;  ///< wanted numbers do not converge with the grid
-    std::string given_grid_;      ///< name of the scene's grid, where it is finer
+    GridSteps grid_steps_;                ///< of the last grids that were collected
+    double refinement_ = 1.0;             ///< points of the scene's grid over those of the trials'
+    bool is_settled_ = true;              ///< the trials are longer than the slowest fluctuation of a wanted number
+    bool grid_is_model_ = false;          ///< wanted numbers do not converge with the grid
+    std::string given_grid_;              ///< name of the scene's grid, where it is finer
 };
 }  // namespace
 
