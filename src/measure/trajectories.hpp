@@ -1,5 +1,6 @@
 // measure/trajectories.hpp: observables of the paths of bodies: rotational correlation and diffusion, speeds of rods.
 #pragma once
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -61,6 +62,8 @@ Estimate with_error_over_time(const GroupSums& groups, const Samples& samples);
 struct Speeds {
     Estimate mean;                ///< over rods and frames [mm/s]
     std::vector<double> of_rods;  ///< mean of each rod [mm/s]
+    /// Of these means, over the error of each in time; about 1 where rods are alike; NaN with fewer than four errors.
+    double scatter = std::numeric_limits<double>::quiet_NaN();
 };
 /// Of consecutive frames.  The frame of the experiment is 1/40 s.  A rod with speed v and rotational diffusion D_r has
 /// the mean v (1 - exp(-D_r T))/(D_r T).

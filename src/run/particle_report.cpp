@@ -62,6 +62,7 @@ Report make_particle_report(const files::ArchiveReader& archive, const io::Scene
     if (const std::optional<measure::Paths> paths = paths_of(archive, scene, bodies, warm_up)) {
         std::ranges::move(measure::path_rows(*paths), std::back_inserter(report.summary.rows));
         std::ranges::move(frame_warnings(*paths), std::back_inserter(report.warnings));
+        std::ranges::move(scatter_warnings(*paths), std::back_inserter(report.warnings));
     }
     return report;
 }

@@ -110,6 +110,18 @@ std::vector<std::string> particle_state_warnings(const io::Scene& scene, const d
     return warnings;
 }
 
+std::vector<std::string> scatter_warnings(const measure::Paths& paths) {
+    constexpr double most = 3.0;  // of what few rods scatter by chance
+    if (paths.rods.empty() || paths.added < 2) return {};
+    const double scatter = measure::speeds_along(paths.rods, paths.angles, paths.spacing).scatter;
+    if (!(scatter > most)) return {};  // NaN: not known
+    return {
+        text("the mean speeds of rods differ by {:.2g} times their errors over time, as of rods of different sizes or "
+             "gaits: errors that are over time alone, such as that of rod_velocity_along, hold for these rods, and "
+             "other seeds differ by more; give several (drover sweep --seeds)",
+             scatter)};
+}
+
 std::vector<std::string> frame_warnings(const measure::Paths& paths) {
     constexpr double least = 0.9;  // of the speed
     const double kept = measure::persistence(paths);

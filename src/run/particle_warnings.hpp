@@ -18,6 +18,9 @@ std::vector<std::string> unit_warnings(const dem::Setup& setup);
 std::vector<std::string> particle_state_warnings(const io::Scene& scene, const dem::Bodies& bodies,
                                                  const std::vector<measure::RecordedSeries>& series, double spacing);
 
+/// Rods whose means differ by more than each changes in time.
+std::vector<std::string> scatter_warnings(const measure::Paths& paths);
+
 /// Rods that turn so much between frames that rod_speed is no longer their speed along n.
 std::vector<std::string> frame_warnings(const measure::Paths& paths);
 

@@ -235,6 +235,30 @@ TEST(SpeedsAlong, of_unequal_rods_has_the_standard_error_of_their_means) {
     EXPECT_NEAR(*speeds.mean.error, spread / std::sqrt(150.0), 1e-10);
 }
 
+/// Straight rods along x with these mean speeds, and noise of 1 mm/s in each of the frames.
+double scatter_of_rods(const std::vector<double>& means, std::size_t frames) {
+    std::vector<Path> paths;
+    for (std::size_t r = 0; r < means.size(); ++r) {
+        const std::vector<double> noise = normal_numbers(frames, 40 + r);
+        Path path{.x = {0.0}, .y = std::vector<double>(frames + 1, 0.0)};
+        for (const double one : noise) path.x.push_back(path.x.back() + 0.1 * (means[r] + one));
+        paths.push_back(std::move(path));
+    }
+    const std::vector<std::vector<double>> angles(means.size(), std::vector<double>(frames + 1, 0.0));
+    return speeds_along(paths, angles, 0.1).scatter;
+}
+
+TEST(SpeedsAlong, scatter_as_their_errors_where_rods_are_alike_and_by_more_in_two_gaits) {
+    // Chi-square of 19 degrees over 19 has a deviation of 0.32, and its root half of that.
+    EXPECT_NEAR(scatter_of_rods(std::vector<double>(20, 5.0), 400), 1.0, 0.5);
+    // +-2 mm/s with errors of 1/20 mm/s, known to a tenth from at most 64 blocks.
+    std::vector<double> gaits(20, 3.0);
+    for (std::size_t r = 0; r < 10; ++r) gaits[r] = 7.0;
+    EXPECT_NEAR(scatter_of_rods(gaits, 400), 2.0 * 20.0 * std::sqrt(20.0 / 19.0), 10.0);
+    EXPECT_TRUE(std::isnan(scatter_of_rods({3.0, 7.0, 3.0}, 400)));
+    EXPECT_TRUE(std::isnan(scatter_of_rods(std::vector<double>(20, 5.0), 10)));
+}
+
 TEST(SpeedsAlongStatistics, has_errors_with_the_nominal_coverage) {
     Coverage speed{.truth = 3.6, .quantile = student_19};
     for (std::uint64_t repeat = 0; repeat < 200; ++repeat) {
