@@ -19,12 +19,15 @@ struct IndependentRods {
         return 0.5 * noise_per_area * (1.0 / across + 1.0 / (across + splay * square));
     }
 };
+
+physics::CompiledModel without_contact(physics::ModelValues model) {
+    physics::number_in(model, "relaxation.contact") = 0.0;
+    return physics::CompiledModel(model);
+}
 }  // namespace
 
 double counterterm(const physics::ModelValues& model, const numerics::KeptGrid& on, const SourceLocation& where) {
-    physics::ModelValues without_contact = model;
-    physics::number_in(without_contact, "relaxation.contact") = 0.0;
-    const physics::CompiledModel compiled(without_contact);
+    const physics::CompiledModel compiled = without_contact(model);
     const physics::Densities means = physics::mean_densities(model);
     const auto at = [&](const char* key) { return compiled.coefficient(key).at(means); };
     const auto require_positive = [&](const char* key) {
@@ -52,6 +55,18 @@ double counterterm(const physics::ModelValues& model, const numerics::KeptGrid& 
         }
     });
     return 2.0 * at(saturation_key) * sum;
+}
+
+double part_of_waves(const physics::ModelValues& model, const numerics::KeptGrid& on) {
+    const physics::CompiledModel compiled = without_contact(model);
+    const physics::Coefficient& rate = compiled.coefficient(rate_key);
+    const auto is_positive = [&](const char* key) {
+        return compiled.coefficient(key).at(physics::mean_densities(model)) > 0.0;
+    };
+    if (rate.table() != nullptr || !is_positive(rate_key) || !is_positive(saturation_key) ||
+        !is_positive("noise.order"))
+        return 0.0;
+    return counterterm(model, on, {}) / rate.at(physics::mean_densities(model));
 }
 
 void add_counterterm(double rate, physics::ModelValues& model) { physics::number_in(model, rate_key) -= rate; }

@@ -12,6 +12,9 @@ namespace drover::calibrate {
 /// `where` unless a, b and Delta are positive, and a from no table.
 double counterterm(const physics::ModelValues& model, const numerics::KeptGrid& on, const SourceLocation& where);
 
+/// The same over a: by how much of itself the decay of order is too large in fields; 0 where nothing saturates.
+double part_of_waves(const physics::ModelValues& model, const numerics::KeptGrid& on);
+
 /// Makes order grow faster by so much.
 void add_counterterm(double rate, physics::ModelValues& model);
 

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <limits>
 
+#include "calibrate/counterterm.hpp"
 #include "model/start.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "physics/program_functions.hpp"
@@ -114,6 +115,21 @@ bool stays_at_start(const io::Scene& scene, const model::Equations& equations) {
            equations.uniform_rates(equations.reference()).cwiseAbs().maxCoeff() == 0.0;
 }
 
+namespace {
+/// Where rods of a table saturate by the noise of the waves of the grid.
+void add_saturation_by_waves(const io::Scene& scene, int degree, std::vector<std::string>& warnings) {
+    constexpr double most = 0.1;
+    if (scene.kind != io::SceneKind::fields || scene.calibrated.filled.empty() || scene.approximation.counterterm)
+        return;
+    const double part = calibrate::part_of_waves(scene.model, {scene.grid, degree});
+    if (part > most)
+        warnings.push_back(text(
+            "the noise of the waves of this grid saturates the order, as if it decayed {:.3g} times as fast: rods of "
+            "the table do not, and the order falls as the grid is refined; set approximation.counterterm = true",
+            1.0 + part));
+}
+}  // namespace
+
 std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
     const model::Equations equations = equations_of(scene);
     const int degree = io::kept_degree(scene, equations);
@@ -121,6 +137,7 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
     if (scene.kind == io::SceneKind::fields)
         std::ranges::move(physics::function_remarks(physics::CompiledModel(scene.model)), std::back_inserter(warnings));
     if (!physics::missing_function(scene.model).empty()) return warnings;
+    add_saturation_by_waves(scene, degree, warnings);
     const numerics::System system = equations.linear_system(scene.grid, degree);
     if (const std::vector<std::string> idle = without_effect(scene.declared); !idle.empty())
         warnings.push_back(text("{} {} no effect: no equation has {}; use or delete {}", joined(idle),

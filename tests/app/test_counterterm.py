@@ -4,7 +4,7 @@ import math
 import h5py
 import numpy as np
 import pytest
-from support import drover, drover_json, write_scene
+from support import MODELS, drover, drover_json, write_scene
 
 # Order alone, far from a flock: |p|^2 of the waves is that of linear theory, but for b.
 ORDER = {"fields.rod_density": False, "relaxation.rate": 0.5, "relaxation.saturation": 0.5, "elasticity.stiffness": 0.3,
@@ -54,6 +54,13 @@ def test_with_it_the_mean_order_fluctuates_as_in_linear_theory_and_without_it_le
         found.append(float(np.mean(order**2)) / linear)
     # 6000 s are 3000 autocorrelation times of |P|^2: its mean is known to 1/sqrt(1500), 3 %.
     assert found[0] < 0.83 and found[1] == pytest.approx(1.0, abs=0.15)
+
+
+def test_fields_of_a_table_warn_without_it(tmp_path):
+    flock = MODELS / "calibrated-flock.toml"
+    assert "approximation.counterterm" not in drover(tmp_path, "check", flock).stderr
+    words = ("check", flock, "--set", "approximation.counterterm=false", "--set", "grid.nx=32", "--set", "grid.ny=32")
+    assert "set approximation.counterterm = true" in drover(tmp_path, *words).stderr
 
 
 @pytest.mark.parametrize("changes, says", [
