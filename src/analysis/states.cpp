@@ -255,12 +255,12 @@ double interpolated(const std::vector<double>& at, const std::vector<double>& va
     return sum;
 }
 
-/// Where it turns about a point: the extremum of the polynomial through it and two neighbours on each side, over the
-/// distances between them.
-double turn_of(const std::vector<Point>& points, std::size_t i) {
+/// Where it turns about a point: the extremum of the polynomial through it and so many neighbours on each side, over
+/// the distances between them.
+double turn_of(const std::vector<Point>& points, std::size_t i, std::size_t neighbours) {
     std::vector<double> at, values;
     double from = 0.0, to = 0.0;  // the places of the nearest neighbours
-    for (std::size_t k = i < 2 ? 0 : i - 2; k < std::min(i + 3, points.size()); ++k) {
+    for (std::size_t k = i - std::min(i, neighbours); k < std::min(i + neighbours + 1, points.size()); ++k) {
         at.push_back(at.empty() ? 0.0 : at.back() + distance(points[k - 1], points[k]));
         values.push_back(points[k].at.parameter);
         if (k + 1 == i) from = at.back();
@@ -286,9 +286,13 @@ run::List turn_list(const std::vector<Point>& points, const StatesProblem& probl
                    .group = "/turns",
                    .empty = "the curve does not turn"};
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (turns_at(points, i))
+        if (turns_at(points, i)) {
+            const double turn = turn_of(points, i, 2);
             list.rows.push_back(
-                {.entries = {run::number("parameter", followed.unit, followed.key, turn_of(points, i))}});
+                {.entries = {run::number("parameter", followed.unit, followed.key, turn),
+                             run::number("error", followed.unit, "by how much a parabola through three states differs",
+                                         std::abs(turn - turn_of(points, i, 1)), 2)}});
+        }
     return list;
 }
 

@@ -96,7 +96,11 @@ void check_least_memory(const Scene& scene, std::size_t components, const Locati
             scene.grid.nx, scene.grid.ny, bytes_text(needed), bytes_text(static_cast<double>(memory_available())));
 }
 
-void check_dealiasing(const physics::Dealiasing& dealiasing, const LocationOf& at) {
+void check_dealiasing(const physics::Dealiasing& dealiasing, const numerics::Grid& grid, const LocationOf& at) {
+    const int fewest = grid.ny == 1 ? grid.nx : std::min(grid.nx, grid.ny);
+    require(dealiasing.degree + 1 < fewest, at("dealiasing.degree"),
+            "dealiasing.degree = {} keeps no wave on {} points; expected less than {}", dealiasing.degree, fewest,
+            fewest - 1);
     require(dealiasing.degree == 0 || dealiasing.rule == "exact", at("dealiasing.degree"),
             "dealiasing.degree = {} has no effect with dealiasing.rule = \"{}\"; expected 0, or rule = \"exact\"",
             dealiasing.degree, dealiasing.rule);
@@ -105,7 +109,7 @@ void check_dealiasing(const physics::Dealiasing& dealiasing, const LocationOf& a
 void check_fields(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
     physics::check(scene.model, at);
-    check_dealiasing(scene.dealiasing, at);
+    check_dealiasing(scene.dealiasing, scene.grid, at);
     const physics::Equations rod_bead(scene.model);
     const model::Equations equations = rod_bead.solver();
     check_least_memory(scene, equations.state_components().size(), at);
@@ -122,7 +126,7 @@ void check_fields(const Scene& scene, const LocationOf& at) {
 /// The equations, the grid and the start of a declared model.
 void check_declared(const Scene& scene, const LocationOf& at) {
     numerics::check(scene.grid, at);
-    check_dealiasing(scene.dealiasing, at);
+    check_dealiasing(scene.dealiasing, scene.grid, at);
     const model::Equations equations(model_of(scene.declared));
     check_least_memory(scene, equations.state_components().size(), at);
     check_unread(scene.initial, FormulasOf::declared, at);

@@ -88,6 +88,16 @@ std::optional<TrialStart> trial_start(TradeBench& bench) {
     return start;
 }
 
+double allowed_of(const Wish& wish, const Bias& mean) {
+    return wish.error * (wish.is_relative ? std::abs(mean.value) : 1.0);
+}
+
+std::vector<Level> compared_cells(const io::Scene& scene, const std::vector<Wish>& wishes) {
+    const auto has_range = [](const Wish& wish) { return !wish.ranges.empty(); };
+    if (io::has_grid(scene.kind) && std::ranges::any_of(wishes, has_range)) return {};
+    return cell_levels(scene);
+}
+
 void require_relative(const Wish& wish, const Bias& mean) {
     if (!wish.is_relative) return;
     const SourceLocation where{.file = "--want " + wish.text};

@@ -24,6 +24,13 @@ struct TrialStart {
 /// Throws a run Error where no grid is coarse enough.
 std::optional<TrialStart> trial_start(TradeBench& bench);
 
+/// The error that a wish allows a number, in its unit.
+double allowed_of(const Wish& wish, const Bias& mean);
+
+/// Those of cell_levels(), but none where a wish is of a range of waves: the waves of a larger cell are others, and
+/// their mean is another number.
+std::vector<Level> compared_cells(const io::Scene& scene, const std::vector<Wish>& wishes);
+
 /// Throws an input Error for a wish in per cent of a mean that is 0, or may be.
 void require_relative(const Wish& wish, const Bias& mean);
 

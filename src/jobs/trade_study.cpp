@@ -92,7 +92,7 @@ private:
             const Wish& wish = found_.wishes[w];
             require_relative(wish, found_.references[w]);
             require_unit(wish, base.numbers[w].unit, found_.references[w].value);
-            bench_.allowed.push_back(wish.error * (wish.is_relative ? std::abs(found_.references[w].value) : 1.0));
+            bench_.allowed.push_back(allowed_of(wish, found_.references[w]));
         }
     }
 
@@ -120,8 +120,8 @@ private:
         found_.notes.clear();
         if (io::has_grid(bench_.scene.kind) && levels.size() == 1)
             found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
-        const LevelFound& finest = found_.grids.back();
-        if (bench_.statistical && !is_given(finest.level) && finest.is_measured() &&
+        const LevelFound& last = found_.grids.back();
+        if (bench_.statistical && !is_given(last.level) && last.is_measured() &&
             !converges(grid_steps_, bench_.allowed)) {
             // Noise reaches the shortest waves: the grid is part of the model, as given.
             collect({levels.begin(), levels.end() - 1}, on_level, found_.grids);
@@ -154,8 +154,7 @@ private:
         return true;
     }
 
-    /// Biases against what the grids converge to, by bias_of_finest(); without noise that bias is known in size alone.
-    /// Costs relative to the given level.
+    /// Biases against the limit by bias_of_finest(), without noise known in size alone; costs over those as given.
     template <class MeasureLevel>
     void collect(const std::vector<Level>& levels, const MeasureLevel& measure_level, std::vector<LevelFound>& into) {
         into.clear();
@@ -328,6 +327,7 @@ private:
         for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
             found_.references[w] =
                 less(bench_.mean_of(reference.numbers[w]), found_.grids[found_.pilot_grid].biases[w]);
+            bench_.allowed[w] = allowed_of(found_.wishes[w], found_.references[w]);
         }
         if (std::any_of(reference_bias_.begin(), reference_bias_.end(),
                         [](const Bias& bias) { return !std::isfinite(bias.value); }))
@@ -408,7 +408,7 @@ private:
     }
 
     bool measure_rounding_and_cell() {
-        const std::vector<Level> cells = cell_levels(pilot());
+        const std::vector<Level> cells = compared_cells(pilot(), found_.wishes);
         std::vector<Trial> trials{bench_.trial_of(on_pilot_grid({}), true)};
         const auto is_tried = [&](const Level& level) {
             return bench_.statistical && reason_against(bench_.scene, on_pilot_grid(level.overrides)).empty();

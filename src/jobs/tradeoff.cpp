@@ -70,7 +70,9 @@ std::string advice_on(const Findings& found, const Candidate& one) {
                "error";
     if (part == "step")
         return "the step limits it: a longer run is wasted; a shorter step or a method of higher order helps";
-    if (part == "grid") return "the grid limits it: a longer run or a shorter step is wasted";
+    if (part == "grid")
+        return "the grid limits it: a longer run or a shorter step is wasted; trials have at most twice the points of "
+               "the scene: give it a finer grid";
     return "the simpler model limits it: only a fuller model is more accurate";
 }
 

@@ -113,6 +113,7 @@ def test_a_curve_turns_at_its_exact_fold_between_the_states_that_were_found(tmp_
     # m is of fourth order in |A|, and so is the polynomial: it turns where the root is 0, and where A passes through 0.
     assert turns[:2] == pytest.approx([square - 0.25, square], abs=1e-7)  # of Newton's method
     assert abs(states_at[0] - turns[0]) > 1e-3
+    assert all(1e-9 < turn["error"] < 0.01 for turn in found["turns"][:1])  # what a parabola leaves out
 
 
 def test_a_band_of_the_same_equations_is_that_of_rods_and_beads(tmp_path):

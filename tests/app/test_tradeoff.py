@@ -361,8 +361,8 @@ initial = {kind = "stationary"}
 output = {sample_every = 1}
 analysis = {warm_up = 0}
 """
-    done = drover(tmp_path, "tradeoff", scene(tmp_path, slow), "--want", "variance_phi=1%", "--budget", "2s", "--quiet",
-                  status=1)
+    tight = ("--want", "variance_phi=0.2%", "--budget", "2s", "--quiet")
+    done = drover(tmp_path, "tradeoff", scene(tmp_path, slow), *tight, status=1)
     assert "s with 4 seeds" in done.stdout and "it fluctuates more slowly than they show" in done.stdout
     assert "no setting meets the wishes" in done.stdout
     # It is told as well where so much is allowed that it does not matter.  A mode has the variance of an exponential,
