@@ -253,11 +253,13 @@ def test_a_sweep_ends_when_its_process_is_killed(tmp_path):
         wait_until(lambda: len(list(folder.glob("*.checkpoint-a"))) == 2, "the runs of the sweep", process=process)
         process.kill()
 
-    def is_alive():
-        return [path for path in Path("/proc").glob("[0-9]*/cwd")
-                if os.path.realpath(path) == str(tmp_path) and path.parent.joinpath("status").exists()]
+    def runs_here(process):
+        try:
+            return os.readlink(process / "cwd") == str(tmp_path)
+        except OSError:  # it has ended since it was listed
+            return False
 
-    wait_until(lambda: not is_alive(), "the end of the workers", seconds=20.0)
+    wait_until(lambda: not any(map(runs_here, Path("/proc").glob("[0-9]*"))), "the end of the workers", seconds=20.0)
 
 
 def test_two_runs_at_once_in_one_process_have_the_bytes_of_each_alone():
