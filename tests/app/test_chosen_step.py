@@ -223,6 +223,7 @@ def test_a_start_that_a_coarse_pilot_would_lose_has_a_pilot_on_all_points(tmp_pa
     assert "of 64 by 8 points" in time_table(tmp_path / "fine.h5")["pilot"]
 
 
+@pytest.mark.slow
 def test_a_run_that_no_chosen_step_brings_to_the_limit_ends_with_a_remedy(tmp_path):
     # A pilot to 64 s sees linear terms alone; the method, of first order, would then need steps of 1e-5 s.
     scene = write_scene(tmp_path, {**LATE, "time.max_error": 1e-5}, name="late.toml", base={})

@@ -35,6 +35,7 @@ def test_a_mode_that_relaxes_has_the_spectrum_of_its_exact_solution(tmp_path):
     assert total == pytest.approx(0.05, rel=0.15)
 
 
+@pytest.mark.slow
 def test_errors_of_few_segments_are_at_least_those_of_gaussian_noise(tmp_path):
     with drover.Scene.from_dict(RELAXATION).run(tmp_path / "relaxation.h5") as run:
         found = drover.dynamic_structure_factor(run, "polar_order_x", modes=4)
