@@ -10,12 +10,12 @@ BUILD := build/release
 DEMO := build/demo
 SOURCES = $(shell find include src tests -name '*.cpp' -o -name '*.hpp')
 
-.PHONY: help setup configure build product demo docs test test-thorough test-slow bench format \
-    format-check package install clean
+.PHONY: help setup configure build product demo docs test test-thorough test-slow \
+    test-sanitizers bench format format-check package install clean
 .NOTPARALLEL:
 
 help:  ## list the targets
-	@awk -F ':.*## *' '/^[a-z-]+:.*##/ { printf "  make %-14s%s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## *' '/^[a-z-]+:.*##/ { printf "  make %-17s%s\n", $$1, $$2 }' Makefile
 
 setup:  ## install missing Debian packages
 	@$(SETUP)
@@ -46,6 +46,9 @@ test-thorough: build  ## run the tests of faults, pages, pictures and studies, w
 
 test-slow: build  ## run the slow tests
 	@ctest --test-dir $(BUILD) --label-regex slow --parallel $(JOBS) --output-on-failure --no-tests=error
+
+test-sanitizers: setup  ## run the fast and thorough tests under address and undefined-behaviour sanitizers
+	@.ci/sanitize
 
 bench: setup  ## run the benchmarks; fail if a ratio of costs is worse than listed
 	@cmake --preset release --log-level=WARNING -D DROVER_BENCHMARKS=ON >/dev/null

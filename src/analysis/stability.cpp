@@ -9,6 +9,7 @@
 #include "analysis/analysed_state.hpp"
 #include "base/constants.hpp"
 #include "calibrate/slow_order.hpp"
+#include "measure/unit_product.hpp"
 #include "run/scene_equations.hpp"
 #include "theory/instabilities.hpp"
 #include "theory/state_text.hpp"
@@ -50,9 +51,12 @@ std::vector<run::Entry> value_entries(const model::Model& model, const model::Un
 /// Parts of structure factors along and across q.
 std::vector<StructurePart> parts_by_wave(const model::LinearisedAt& at) {
     std::vector<StructurePart> parts;
+    std::vector<std::string> units;
+    for (const model::Field& field : at.equations().model().fields)
+        units.insert(units.end(), field.spin == 0 ? 1 : 2, measure::unit_product({field.unit, field.unit, "mm2"}));
     for (const std::string& name : theory::part_names(at.equations())) {
         const auto place = static_cast<Eigen::Index>(parts.size());
-        parts.push_back({name, "1", [at, place](const model::Symbol& s, const numerics::Wavevector& q) {
+        parts.push_back({name, units[parts.size()], [at, place](const model::Symbol& s, const numerics::Wavevector& q) {
                              return at.along_and_across(s, q)(place, place).real();
                          }});
     }
@@ -67,7 +71,7 @@ std::vector<StructurePart> parts_by_state(const model::LinearisedAt& at) {
     for (const std::size_t n : theory::drawn_fields(model)) {
         const model::Field& field = model.fields[n];
         const int x = model::first_components(model)[n], y = x + 1;
-        const std::string unit = field.unit == "1" ? "mm2" : field.unit == "mm-2" ? "mm-2" : field.unit + "2 mm2";
+        const std::string unit = measure::unit_product({field.unit, field.unit, "mm2"});
         if (field.spin == 0)
             parts.push_back({model::short_name(field), unit,
                              [x](const model::Symbol& s, const numerics::Wavevector&) { return s(x, x).real(); }});

@@ -333,9 +333,8 @@ Rows<Approximation> Approximation::rows() {
         {"quasi_linear_above", &Approximation::quasi_linear_above,
          "with quasi_linear: the largest |q| of a long wave; 0: only the means are long", "1/mm", not_negative},
         {"counterterm", &Approximation::counterterm,
-         "of rods: order grows faster by 2 b s in the run, s the |p|^2 of independent rods in the kept waves, so that "
-         "b "
-         "saturates order and not this noise, and results hardly depend on the grid"},
+         "of rods: order grows faster in the run, by 2 b s with s the |p|^2 of independent rods in the kept waves: b "
+         "then saturates the order and not this noise, and results hardly depend on the grid"},
     };
 }
 

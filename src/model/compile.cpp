@@ -1,5 +1,4 @@
 // model/compile.cpp: from the texts of a model to linear forms and functions at points.
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,7 +1,6 @@
 // model/linearised_at.cpp: the coefficients of the powers of the wavevector.
 #include "drover/model/linearised_at.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -1,9 +1,9 @@
 // run/late_order.cpp: order that a run without noise shows late, also along a ramp in time.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "measure/field_setting.hpp"
+#include "numerics/algebra/dense.hpp"
 #include "numerics/steppers/linear_operator.hpp"
 #include "run/field_prediction.hpp"
 #include "run/scene_equations.hpp"
@@ -39,10 +39,12 @@ public:
         for (Eigen::Index k = 0; k < count; ++k)
             slopes.col(k) = rates(t, tiny * Eigen::VectorXd::Unit(count, k)) / tiny;
         if (!slopes.allFinite()) return {};
-        const Eigen::EigenSolver<Eigen::MatrixXd> modes(slopes);
-        Eigen::Index at = 0;
-        const double rate = modes.eigenvalues().real().maxCoeff(&at);
-        return {modes.eigenvectors().col(at).real(), modes.eigenvectors().inverse().row(at).real(), rate};
+        numerics::DenseEigen modes = numerics::dense_eigen(slopes.cast<std::complex<double>>());
+        Eigen::Index at = 0, largest = 0;
+        const double rate = modes.values.real().maxCoeff(&at);
+        modes.vectors.col(at).cwiseAbs().maxCoeff(&largest);
+        modes.vectors.col(at) /= std::polar(1.0, std::arg(modes.vectors(largest, at)));  // real, for a real rate
+        return {modes.vectors.col(at).real(), numerics::inverse(modes.vectors).row(at).real(), rate};
     }
     /// The size at which it stops growing; infinite: none.
     double saturated(double t, const Mode& mode) {

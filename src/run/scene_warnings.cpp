@@ -116,17 +116,23 @@ bool stays_at_start(const io::Scene& scene, const model::Equations& equations) {
 }
 
 namespace {
-/// Where rods of a table saturate by the noise of the waves of the grid.
+/// Where the noise of the waves of the grid saturates the order of rods, and its counterterm is missing or too large.
 void add_saturation_by_waves(const io::Scene& scene, int degree, std::vector<std::string>& warnings) {
-    constexpr double most = 0.1;
-    if (scene.kind != io::SceneKind::fields || scene.calibrated.filled.empty() || scene.approximation.counterterm)
-        return;
+    constexpr double most_without = 0.1, most = 1.0;
+    const bool has_counterterm = scene.approximation.counterterm;
+    if (scene.kind != io::SceneKind::fields || (scene.calibrated.filled.empty() && !has_counterterm)) return;
     const double part = calibrate::part_of_waves(scene.model, {scene.grid, degree});
-    if (part > most)
+    if (!has_counterterm && part > most_without)
         warnings.push_back(text(
             "the noise of the waves of this grid saturates the order, as if it decayed {:.3g} times as fast: rods of "
             "the table do not, and the order falls as the grid is refined; set approximation.counterterm = true",
             1.0 + part));
+    if (has_counterterm && part > most)
+        warnings.push_back(text(
+            "approximation.counterterm takes {:.3g} times the decay of order from it, so that order grows by itself: "
+            "it is of first order, and right where it takes a small part; expected fewer waves for each rod, that is "
+            "a coarser grid",
+            part));
 }
 }  // namespace
 

@@ -29,7 +29,9 @@ Covariance by_modes(const Modes& all, const model::Symbol& noise, const Wavevect
         decays.push_back(rate < -rounding);
         if (!decays.back() && drive(k, k).real() > 16.0 * epsilon * dual * dual * noise.norm())
             return {.matrix = {},
-                    .why_none = text("no stationary state: noise drives {}, which does not decay", mode_text(q))};
+                    .why_none = text("no stationary state: noise drives {}, which does not decay: its rate of {:.2g} "
+                                     "is 0 within a rounding error of {:.2g}",
+                                     mode_text(q), rate, rounding)};
     }
     model::Symbol amplitudes = model::Symbol::Zero(n, n);
     for (Eigen::Index i = 0; i < n; ++i)

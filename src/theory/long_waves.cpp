@@ -1,5 +1,4 @@
 // theory/long_waves.cpp: elimination of the fast modes about q = 0.
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -15,6 +14,7 @@ using Complex = std::complex<double>;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
+using Eigen::VectorXd;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// The powers of q in the equations: the factors of (i q_x)^x (i q_y)^y, and what multiplies d/dt.
@@ -194,11 +194,10 @@ Group group_of(const AtAngle& at, Complex speed, int count) {
     const MatrixXcd right = svd.right.rightCols(count), left = svd.left.rightCols(count).adjoint();
     const MatrixXcd overlap = left * right;
     const double most = std::max(svd.values(0), at.speed.cwiseAbs().maxCoeff());
-    const Eigen::FullPivLU<MatrixXcd> by_overlap(overlap);
-    const double least_pivot = by_overlap.matrixLU().diagonal().cwiseAbs().minCoeff();
-    if (!(least_pivot > 1e-6 * by_overlap.maxPivot()) || svd.values(k - count) > 1e-5 * most)
+    const VectorXd sizes = numerics::dense_svd(overlap).values;
+    if (!(sizes(count - 1) > 1e-6 * sizes(0)) || svd.values(k - count) > 1e-5 * most)
         return {.damping = VectorXcd::Constant(count, not_a_number), .shape = right};
-    const MatrixXcd reduced = by_overlap.solve(left * at.damping.cast<Complex>() * right);
+    const MatrixXcd reduced = numerics::solution(overlap, left * at.damping.cast<Complex>() * right);
     const numerics::DenseEigen solved = numerics::dense_eigen(reduced);
     return {.damping = solved.values, .shape = right * solved.vectors};
 }

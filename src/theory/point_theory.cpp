@@ -1,11 +1,11 @@
 // theory/point_theory.cpp: the isotropic state and the state of the largest order, by one unknown.
 #include "theory/point_theory.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "numerics/algebra/dense.hpp"
 #include "theory/uniform_equations.hpp"
 
 namespace drover::theory {
@@ -99,13 +99,12 @@ public:
             const Eigen::VectorXd rates = theory_.rates(point.state);
             if (!rates.allFinite()) return point;
             if (are_balanced(rates, point.state)) return with_rates(std::move(point), rates);
-            Eigen::VectorXd change = -of_others_.solve(Eigen::VectorXd(rates(others_)));
+            Eigen::MatrixXd inverse = inverse_of_others_;
             if (step > 8) {  // the slopes have changed
                 const Eigen::MatrixXd slopes = theory_.slopes(theory_.linearised(point.state));
-                change =
-                    -Eigen::FullPivLU<Eigen::MatrixXd>(slopes(others_, others_)).solve(Eigen::VectorXd(rates(others_)));
+                inverse = numerics::pivoted_inverse(Eigen::MatrixXd(slopes(others_, others_)));
             }
-            move_others(point.state, change);
+            move_others(point.state, -inverse * Eigen::VectorXd(rates(others_)));
         }
         return point;
     }
@@ -131,11 +130,12 @@ private:
         response_ = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(others_.size()), 2);
         if (order_ >= 0) of_order_ = slopes_(order, order);
         if (others_.empty()) return true;
-        of_others_.compute(slopes_(others_, others_));
-        if (!of_others_.isInvertible()) return false;
+        const Eigen::MatrixXd of_others = slopes_(others_, others_);
+        if (!numerics::is_invertible(of_others)) return false;
+        inverse_of_others_ = numerics::pivoted_inverse(of_others);
         if (order_ < 0) return true;
-        response_ = -of_others_.solve(Eigen::MatrixXd(slopes_(others_, order)));
-        of_order_ += slopes_(order, others_) * response_;
+        response_ = -inverse_of_others_ * Eigen::MatrixXd(slopes_(others_, order));
+        of_order_ += Eigen::MatrixXd(slopes_(order, others_)) * response_;
         return true;
     }
 
@@ -172,7 +172,7 @@ private:
     std::optional<model::LinearisedAt> linear_;
     Eigen::MatrixXd slopes_, response_;  ///< at rest; what the others are of the order
     std::vector<Eigen::Index> others_;
-    Eigen::FullPivLU<Eigen::MatrixXd> of_others_;
+    Eigen::MatrixXd inverse_of_others_;
     Eigen::Matrix2d of_order_ = Eigen::Matrix2d::Zero();
 };
 
@@ -362,9 +362,9 @@ double relaxation_of_order(const PointTheory& theory, const PointState& isotropi
     Eigen::Matrix2d rates = slopes(order, order);
     const Eigen::MatrixXd by_others = slopes(order, others), of_order = slopes(others, order);
     if (!by_others.isZero(0.0) && !of_order.isZero(0.0)) {
-        const Eigen::FullPivLU<Eigen::MatrixXd> alone(slopes(others, others));
-        if (!alone.isInvertible()) return not_known;
-        rates -= Eigen::Matrix2d(by_others * alone.solve(of_order));
+        const Eigen::MatrixXd alone = slopes(others, others);
+        if (!numerics::is_invertible(alone)) return not_known;
+        rates -= by_others * numerics::pivoted_inverse(alone) * of_order;
     }
     // The larger real part of the eigenvalues.
     const double mean = 0.5 * rates.trace(),

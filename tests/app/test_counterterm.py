@@ -63,6 +63,15 @@ def test_fields_of_a_table_warn_without_it(tmp_path):
     assert "set approximation.counterterm = true" in drover(tmp_path, *words).stderr
 
 
+def test_a_counterterm_larger_than_the_decay_is_warned_of(tmp_path):
+    noise = 1.1 * ORDER["noise.order"] * ORDER["relaxation.rate"] / (2.0 * ORDER["relaxation.saturation"]
+                                                                    * fluctuations(ORDER))
+    write_scene(tmp_path, {**ON, "noise.order": noise}, base=ORDER)
+    assert "takes 1.1 times the decay of order from it" in drover(tmp_path, "check", "flock.toml").stderr
+    write_scene(tmp_path, {**ON, "noise.order": noise / 1.2}, base=ORDER)
+    assert "the decay of order" not in drover(tmp_path, "check", "flock.toml").stderr
+
+
 @pytest.mark.parametrize("changes, says", [
     ({"noise.order": 0.0}, "noise.order = 0; expected > 0"),
     ({"relaxation.saturation": 0.0}, "relaxation.saturation = 0; expected > 0"),

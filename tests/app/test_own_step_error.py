@@ -79,6 +79,37 @@ def test_the_error_of_a_pattern_is_the_true_one_within_a_factor_of_three(tmp_pat
             assert true / 3.0 < told < 3.0 * true
 
 
+@pytest.mark.parametrize("equation, points, time, frequency", [
+    ("-d_x u", 128, "dt = 0.1, end = 20.0, tolerance = 1e-4", lambda k: k),
+    ("-d_x d_x d_x u", 128, "dt = 0.01, end = 2.0, tolerance = 1e-5", lambda k: -k**3),
+    ("-d_x d_x d_x u", 32, "dt = 0.01, end = 2.0, tolerance = 1e-5", lambda k: -k**3)])
+def test_steps_as_long_as_is_stable_do_not_make_short_waves_of_the_error_grow(tmp_path, equation, points, time,
+                                                                              frequency):
+    # Waves keep their size, and the exact solution is a sum of them.  A method of second order for the error let its
+    # shortest waves grow to 1 (the true errors are 2e-5 and 2e-8), and local errors of waves that the fields hardly
+    # have counted as if they added up in all steps (0.33 for 2e-5).
+    (tmp_path / "wave.toml").write_text(f"""
+field = [{{symbol = "u", conserved = true}}]
+grid = {{nx = {points}, ny = 1, lx = {2.0 * np.pi}, ly = 1.0}}
+time = {{{time}, stepper = "etdrk4-krogstad"}}
+initial = {{kind = "formula", u = "exp(cos(x))"}}
+equations = {{u = "{equation}"}}
+output = {{frame_every = 0.2, sample_every = 0.2}}
+""")
+    assert "too inaccurate" not in drover(tmp_path, "run", "wave.toml", "-q").stderr
+    found = errors(tmp_path / "wave.h5")[1]
+    with h5py.File(tmp_path / "wave.h5") as run:
+        fields = np.array(run["u"])
+        fields = fields.reshape(len(fields), -1)
+        start, k = np.fft.fft(fields[0]), np.fft.fftfreq(points, 1.0 / points)
+        largest = 0.0  # short waves come and go, and the first are seen a step or two late
+        for frame in range(1, len(fields)):
+            exact = np.fft.ifft(start * np.exp(-1j * frequency(k) * run["time"][frame])).real
+            true = np.sqrt(np.mean((fields[frame] - exact)**2)) / np.std(exact)
+            largest = max(largest, true)
+            assert frame < 8 or true / 3.0 < found[frame] < 5.0 * largest
+
+
 def test_a_long_step_is_reported_with_a_step_that_is_not(tmp_path):
     words = ["run", MODELS / "swift-hohenberg.toml", "-q", *settings(["time.end=40.0"])]
     told = drover_json(tmp_path, *words, "-o", "long.h5", "--set", "time.dt=4.0", "--set", "output.sample_every=4.0",

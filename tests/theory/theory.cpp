@@ -315,7 +315,8 @@ TEST(ModelFluctuations, have_no_stationary_state_where_a_mode_grows_or_a_margina
         return covariance(model::LinearisedAt(model::Equations(model), rest), {q, 0.0});
     };
     EXPECT_EQ(found(0.1).why_none, "no stationary state: a mode at q = (0.1, 0) grows at the rate 0.24");
-    EXPECT_EQ(found(0.5).why_none, "no stationary state: noise drives a mode at q = (0.5, 0), which does not decay");
+    EXPECT_TRUE(found(0.5).why_none.starts_with(
+        "no stationary state: noise drives a mode at q = (0.5, 0), which does not decay"));
     const Covariance decays = found(0.7);  // c neither decays nor fluctuates
     ASSERT_EQ(decays.why_none, "");
     EXPECT_NEAR(decays.matrix(0, 0).real(), 0.05 / (0.49 - 0.25), 1e-14);

@@ -29,7 +29,9 @@ MatrixXcd exponential(const MatrixXcd& a) {
     return sum;
 }
 
+MatrixXd pivoted_inverse(const MatrixXd& a) { return a.fullPivLu().inverse(); }
 MatrixXcd pivoted_inverse(const MatrixXcd& a) { return a.fullPivLu().inverse(); }
+bool is_invertible(const MatrixXd& a) { return a.fullPivLu().isInvertible(); }
 bool is_invertible(const MatrixXcd& a) { return a.fullPivLu().isInvertible(); }
 
 MatrixXd shortest_solution(const MatrixXd& a, const MatrixXd& b, double threshold) {

@@ -22,7 +22,9 @@ Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& a);
 Eigen::MatrixXcd exponential(const Eigen::MatrixXcd& a);
 
 /// An inverse with full pivoting, for rows of very different size.
+Eigen::MatrixXd pivoted_inverse(const Eigen::MatrixXd& a);
 Eigen::MatrixXcd pivoted_inverse(const Eigen::MatrixXcd& a);
+bool is_invertible(const Eigen::MatrixXd& a);
 bool is_invertible(const Eigen::MatrixXcd& a);
 
 /// The shortest x of all that make |a x - b| least.  Singular values below `threshold` times the largest count as 0;

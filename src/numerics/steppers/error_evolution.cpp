@@ -18,7 +18,11 @@ namespace {
 /// than 0.3: the error of advected waves would grow by itself.
 constexpr std::int64_t max_stride = 64, max_noisy_stride = 8;
 constexpr std::int64_t min_strides = 4, min_noisy_strides = 8;  // in the run so far: a short run has an error, too
-constexpr double max_change = 0.3;                              // of the error by the explicit terms, in one step of it
+constexpr double max_change = 0.3;  // of the error by the explicit terms, in one step of it of second order
+/// For runs whose method divides steps: explicit terms may turn the shortest waves of the error by radians in a step,
+/// where a method of second order lets them grow from nothing (|R|^2 = 1 + (w dt)^4/4).
+constexpr const char* stable_on_waves = "etdrk4-krogstad";
+constexpr double max_change_of_waves = 0.6;  // at the same cost
 /// The same in a step of a run by a method of second order: the error may be taken as the fields are.
 constexpr double largest_own_change = 1.0;
 /// Parts of an error that grow show late, by longer steps than they allow: how fast terms were is forgotten slowly.
@@ -61,8 +65,8 @@ StepError::StepError(const ErrorEquations& the_equations, const Grid& grid, cons
     error = Spectra(coarse.grid, components(system.layout));
     shifted = rate = local.last = local.before = local.other = drive = driven = error;
     local.motion = local.other_motion = earlier = change = start = motion = motion_before = error;
-    constexpr double right_hand_sides = 3.3;  // of the fields once or twice, twice with their error
-    constexpr double part_of_checks = 0.5;    // of the effort
+    const double right_hand_sides = divides ? 6.6 : 3.3;  // half of fields, half of these with their error
+    constexpr double part_of_checks = 0.5;                // of the effort
     effort.part = control.effort;
     checks.part = part_of_checks * control.effort;
     const double values = static_cast<double>(points(coarse.grid) * static_cast<std::size_t>(error.count())),
@@ -215,8 +219,12 @@ void StepError::add_unresolved_waves(const Spectra& after) {
 Stepper& StepError::stepper(double steps) {
     const auto found = steppers.find(steps);
     if (found != steppers.end()) return found->second;
-    return steppers.emplace(steps, Stepper(system, stepper_table("etdrk2"), steps * dt, 0, one)).first->second;
+    return steppers
+        .emplace(steps, Stepper(system, stepper_table(divides ? stable_on_waves : "etdrk2"), steps * dt, 0, one))
+        .first->second;
 }
+
+double StepError::longest_change() const { return divides ? max_change_of_waves : max_change; }
 
 /// The error over the steps since it last evolved, in as many parts as its explicit terms need.
 void StepError::evolve(std::int64_t step) {
@@ -227,10 +235,10 @@ void StepError::evolve(std::int64_t step) {
     for (int parts = 1;; parts *= 2) {
         const double change = perturbation_growth * strides * dt;
         const bool is_own_step = parts == 1 && change <= own_change;
-        const bool is_coarse = change > max_change * stretch() * parts;
+        const bool is_coarse = change > longest_change() * stretch() * parts;
         if (is_coarse && !is_own_step && parts < max_parts && stride == 1) continue;
         error.values = before.values;
-        if (stride == 1 && perturbation_growth * dt > 2.0 * max_change * max_parts) {
+        if (stride == 1 && perturbation_growth * dt > 2.0 * longest_change() * max_parts) {
             // An interval of outputs, much longer than the steps of its method: the errors of such intervals add up.
             for (std::size_t k = 0; k < error.values.size(); ++k) error.values[k] += dt * driven.values[k];
             return;
@@ -249,7 +257,8 @@ void StepError::evolve(std::int64_t step) {
         }
         perturbation_growth = std::max(fastest, forgotten * growth_before);
         alignment = fastest > 0.0 ? std::abs(std::cos(angle_between(rate, error, fields, coarse))) : 0.0;
-        if (stride > 1 || fastest * dt <= std::max(2.0 * max_change * parts, parts == 1 ? own_change : 0.0)) return;
+        if (stride > 1 || fastest * dt <= std::max(2.0 * longest_change() * parts, parts == 1 ? own_change : 0.0))
+            return;
     }
 }
 
@@ -269,7 +278,7 @@ void StepError::follow_motion() {
 void StepError::choose_stride(std::int64_t step) {
     const double so_far = static_cast<double>(step) / static_cast<double>(noisy ? min_noisy_strides : min_strides);
     const double longest = std::min(
-        {so_far, max_change * stretch() / (perturbation_growth * dt), noisy ? INFINITY : max_turn / turn_rate});
+        {so_far, longest_change() * stretch() / (perturbation_growth * dt), noisy ? INFINITY : max_turn / turn_rate});
     stride = noisy ? max_noisy_stride : max_stride;
     while (stride > 1 && static_cast<double>(stride) > longest) stride /= 2;
 }
@@ -354,16 +363,32 @@ Spectra StepError::error_now() const {
     return now;
 }
 
-/// How much the error of earlier steps adds to that of the last.
-double StepError::growth() const {
+/// The error over local errors: of the last step, or summed.
+double StepError::growth(double FieldSize::*local) const {
     double low = 0.0;
-    for (const FieldSize& field : fields) low += std::pow(ratio(field.local_low, field.scale()), 2.0);
+    for (const FieldSize& field : fields) low += std::pow(ratio(field.*local, field.scale()), 2.0);
     return low > 0.0 ? relative_size(error) / std::sqrt(low) : 1.0;
 }
 
-/// The size of the part of an error beyond the coarse grid, and of fast waves.
+void StepError::measure_fluctuations(const Spectra& fine_fields, double weight) {
+    for (FieldSize& field : fields) {
+        field.add_moment(fine_fields, fine, noisy, weight);
+        double long_waves = 0.0;
+        for (int c = field.first; c < field.first + field.count; ++c)
+            for (const ModePair& pair : shared)
+                long_waves +=
+                    mode_weight(coarse.grid, pair.coarse % columns(coarse.grid)) * std::norm(fine_fields[c][pair.fine]);
+        field.short_waves =
+            std::max(forgotten * field.short_waves, std::sqrt(std::max(0.0, field.size * field.size - long_waves)));
+    }
+}
+
+/// The size of the part of an error beyond the coarse grid, and of fast waves.  An explicit method whose steps are as
+/// long as is stable makes large local errors of waves that hardly are there.
 double StepError::size_without_phase(const FieldSize& field) const {
-    const double high = std::min(growth(), noisy ? std::sqrt(field.memory) : field.memory) * field.local_high();
+    double high = std::min(growth(&FieldSize::local_low), noisy ? std::sqrt(field.memory) : field.memory);
+    high = std::min(high * field.local_high(), 2.0 * field.short_waves + field.local_high());
+    if (!noisy) high = std::min(high, growth(&FieldSize::low_sum) * field.high_sum);
     return std::hypot(wave_size(field), high);
 }
 

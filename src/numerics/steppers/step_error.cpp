@@ -38,6 +38,8 @@ void StepError::add_local(const Spectra& of_step, const Spectra& state, double w
         before += std::pow(ratio(field.local, field.fluctuation()), 2.0);
         field.local = field.size_of(of_step, fine);
         field.local_low = size_of(shifted, field);
+        field.low_sum += static_cast<double>(waited) * field.local_low;
+        field.high_sum += static_cast<double>(waited) * field.local_high();
         now += std::pow(ratio(field.local, field.fluctuation()), 2.0);
     }
     for (int c = 0; c < start.count(); ++c)
@@ -182,8 +184,8 @@ void StepError::for_saved(Self& self, Visit visit) {
         self.alignment, self.turn_rate, self.unforeseen, self.follows, self.effort.spent, self.checks.spent,
         self.is_lost, self.is_waiting);
     for (auto& field : self.fields)
-        all(field.size, field.largest, field.start, field.local, field.local_low, field.moments, field.squares,
-            field.means[0], field.means[1], field.variance);
+        all(field.size, field.largest, field.start, field.local, field.local_low, field.low_sum, field.high_sum,
+            field.short_waves, field.moments, field.squares, field.means[0], field.means[1], field.variance);
     for (auto* part : {&self.wave_local, &self.wave_error})
         for (auto& number : *part) visit(number);
     for (auto* spectra :

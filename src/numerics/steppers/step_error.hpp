@@ -19,7 +19,8 @@ namespace drover::numerics {
 /// noise on the same path.  Now and then the caller repeats a step in halves and adds the difference; in between, the
 /// error evolves as a small perturbation of the fields does, d_t e = L e + N(a + e) - N(a), on fewer points: it grows
 /// where they are unstable and decays where they relax.  Its part beyond those points is taken to grow as the rest, but
-/// to persist no longer than a linear mode at their cut.  It is good to a factor of about 3 (tests/bench/step_error).
+/// to persist no longer than a linear mode at their cut, and to be twice as large as these waves at most.  It is good
+/// to a factor of about 3 (tests/bench/step_error).
 class StepError {
 public:
     StepError(const ErrorEquations& equations, const Grid& grid, const StepControl& control);
@@ -122,19 +123,18 @@ private:
     Reference& reference_at(double t);
     void perturbation_rate(double t, const Spectra& perturbation, Spectra& out);
     double size_of(const Spectra& spectra, const FieldSize& field) const { return field.size_of(spectra, coarse); }
-    void measure_fluctuations(const Spectra& fine_fields, double weight) {
-        for (FieldSize& field : fields) field.add_moment(fine_fields, fine, noisy, weight);
-    }
+    void measure_fluctuations(const Spectra& fine_fields, double weight);
     double wave_size(const FieldSize& field) const;
     double relative_size(const Spectra& spectra) const;
     double local_size() const;
     Spectra error_now() const;
     /// Whether it is more than what so many first steps make of 0, of which a part is wrong whatever their length.
     bool has_size(const FieldSize& field, std::int64_t first) const { return steps > first || field.start > 0.0; }
-    double growth() const;
+    double growth(double FieldSize::*local) const;
     double size_without_phase(const FieldSize& field) const;
     void sample(const Spectra& fine_fields, Reference& into);
     Stepper& stepper(double steps);
+    double longest_change() const;
     void evolve(std::int64_t step);
     void add_unresolved_waves(const Spectra& after);
     void add_random_errors(std::int64_t step, std::uint64_t number);

@@ -5,12 +5,12 @@ Usage: printed.py --drover PROGRAM --output FOLDER [--only SET ...]
        printed.py --table TABLE.h5
 
 Runs the cases of the sets: models/paper-flock.toml at the area fractions of `states` and `onset` (steps as in the
-scene), `fine` (half of both steps), `phases` (the plane of both area fractions) and `held` (the mean velocity of the
-beads held at zero), and in `shapes` the flowers, the circle and the beads of several sizes of flocks.py with these
-rods.  FOLDER/NAME.csv gets a row a second and FOLDER/flocks.json an entry a case, as flocks.py writes them:
-order_mean_second_half is the mean of P from 50 to 100 s. A case that is there is not run again, and one that was
-interrupted resumes from its checkpoint, so the study may be stopped at any time. A case takes 10 to 20 minutes of one
-core.
+scene), `fine` (half of both steps), `phases` (the plane of both area fractions), `large` (cells of 90 mm) and `held`
+(the mean velocity of the beads held at zero), and in `shapes` the flowers, the circle and the beads of several sizes of
+flocks.py with these rods. FOLDER/NAME.csv gets a row a second and FOLDER/flocks.json an entry a case, as flocks.py
+writes them: order_mean_second_half is the mean of P from 50 to 100 s. A case that is there is not run again, and one
+that was interrupted resumes from its checkpoint, so the study may be stopped at any time. A case takes 5 to 20 minutes
+of one core, one of 90 mm four times that.
 
 --verdicts compares CRITERIA, which were written before the runs, with the cases that are there.  --table does the same
 for the coefficients of drover calibrate models/calibrate-paper.toml and TABLE_CRITERIA, which were written after the
@@ -40,11 +40,13 @@ STATES = [(beads, 0.11, seed) for seed in (1, 2, 3, 4) for beads in (0.6, 0.2)]
 ONSET = [(beads, 0.11, seed) for seed in (1, 2, 3) for beads in (0.4, 0.3, 0.5, 0.35, 0.45)]
 PHASES = [(beads, rods, seed) for seed in (1, 2, 3) for rods in (0.05, 0.08, 0.16, 0.03)
           for beads in (0.6, 0.4, 0.2, 0.5, 0.3, 0.68)]
+LARGE = [*((beads, 1) for beads in (0.5, 0.3, 0.35)), *((beads, 2) for beads in (0.6, 0.2, 0.4, 0.5, 0.3, 0.35))]
 SETS = {
     "states": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in STATES},
     "onset": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in ONSET},
     "fine": {f"fine-{b}-{r}-{s}": point(b, r, s, FINE) for b, r, s in STATES + ONSET},
     "phases": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in PHASES},
+    "large": {f"90mm-{b}-0.11-{s}": point(b, 0.11, s, {"cell.lx": 90.0, "cell.ly": 90.0}) for b, s in LARGE},
     "held": {f"held-0.6-0.11-{seed}": point(0.6, 0.11, seed, {"forces.hold_beads": True}) for seed in (1, 2)},
     "shapes": {"amorphous": ("amorphous", RODS["printed"]), "circle-dense": ("circle-flock", RODS["printed"]),
                "flower-poor": ("flower-poor", RODS["printed"]),

@@ -1,4 +1,4 @@
-// tests/model/white_noise.cpp: white noises that equations name: shared, random fluxes, coloured; what is rejected.
+// tests/theory/white_noise.cpp: white noises that equations name: shared, random fluxes, coloured; what is rejected.
 #include <gtest/gtest.h>
 
 #include <cmath>
