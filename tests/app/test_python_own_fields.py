@@ -163,8 +163,8 @@ def test_the_figure_of_linear_theory_has_the_structure_factors_of_own_fields():
     figure = drover.plot.figure(scene_of_ranks(**{"coefficients.a": -1.0, "coefficients.u": 0.0}).stability())
     axes = next(axes for axes in figure.axes if "$S(" in axes.get_title(loc="left"))
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    parts = [rf"$\mathbf{{{name}}}$ {end} $\mathbf{{q}}$" for name in "pH" for end in ("along", "across")]
-    assert labels == [r"$\rho$", "$w$", *parts]  # Q is driven by products of p alone
+    parts = [rf"$\mathbf{{{name}}}$ {end} $\mathbf{{q}}$ [mm$^{{2}}$]" for name in "pH" for end in ("along", "across")]
+    assert labels == [r"$\rho$ [mm$^{-2}$]", r"$w$ [s$^{-2}$ mm$^{2}$]", *parts]  # Q is driven by products of p alone
     figure.set_dpi(60)
     assert overlaps(figure) == []
 

@@ -46,7 +46,7 @@ SETS = {
     "onset": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in ONSET},
     "fine": {f"fine-{b}-{r}-{s}": point(b, r, s, FINE) for b, r, s in STATES + ONSET},
     "phases": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in PHASES},
-    "large": {f"90mm-{b}-0.11-{s}": point(b, 0.11, s, {"cell.lx": 90.0, "cell.ly": 90.0}) for b, s in LARGE},
+    "large": {f"large-{b}-0.11-{s}": point(b, 0.11, s, {"cell.lx": 90.0, "cell.ly": 90.0}) for b, s in LARGE},
     "held": {f"held-0.6-0.11-{seed}": point(0.6, 0.11, seed, {"forces.hold_beads": True}) for seed in (1, 2)},
     "shapes": {"amorphous": ("amorphous", RODS["printed"]), "circle-dense": ("circle-flock", RODS["printed"]),
                "flower-poor": ("flower-poor", RODS["printed"]),
