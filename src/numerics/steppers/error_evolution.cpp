@@ -333,10 +333,10 @@ double StepError::wave_size(const FieldSize& field) const {
     return std::sqrt(sum);
 }
 
-/// The size of the last local error, of all fields.
-double StepError::local_size() const {
+/// Sizes that are known of each field, as one of all.
+double StepError::relative_size(double FieldSize::*of_field) const {
     double sum = 0.0;
-    for (const FieldSize& field : fields) sum += std::pow(ratio(field.local, field.scale()), 2.0);
+    for (const FieldSize& field : fields) sum += std::pow(ratio(field.*of_field, field.scale()), 2.0);
     return std::sqrt(sum);
 }
 
@@ -365,9 +365,8 @@ Spectra StepError::error_now() const {
 
 /// The error over local errors: of the last step, or summed.
 double StepError::growth(double FieldSize::*local) const {
-    double low = 0.0;
-    for (const FieldSize& field : fields) low += std::pow(ratio(field.*local, field.scale()), 2.0);
-    return low > 0.0 ? relative_size(error) / std::sqrt(low) : 1.0;
+    const double low = relative_size(local);
+    return low > 0.0 ? relative_size(error) / low : 1.0;
 }
 
 void StepError::measure_fluctuations(const Spectra& fine_fields, double weight) {

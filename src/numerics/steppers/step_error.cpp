@@ -48,7 +48,8 @@ void StepError::add_local(const Spectra& of_step, const Spectra& state, double w
     // After a long wait: whether the errors that were added were others than those that were made, and matter.
     constexpr double unlike = 0.5, matters = 0.1;  // radians; of the error
     const bool is_unlike = is_waiting && unforeseen > unlike;
-    is_lost = is_lost || (is_unlike && static_cast<double>(waited) * local_size() > matters * relative_size(error));
+    is_lost = is_lost || (is_unlike && static_cast<double>(waited) * relative_size(&FieldSize::local) >
+                                           matters * relative_size(error));
     is_waiting = false;
     local.add(shifted, start, std::sqrt(now), std::sqrt(before), fields, coarse);
     bound();
@@ -164,7 +165,7 @@ double StepError::turn() const { return unforeseen; }
 bool StepError::follows_phases(std::int64_t more) const {
     constexpr double parted = 0.5, negligible = 0.1;
     if (noisy || !(largest().error <= parted)) return false;
-    return static_cast<double>(more) * local_size() > negligible * relative_size(error);
+    return static_cast<double>(more) * relative_size(&FieldSize::local) > negligible * relative_size(error);
 }
 
 StepError::Relative StepError::largest_local() const {

@@ -126,7 +126,7 @@ private:
     void measure_fluctuations(const Spectra& fine_fields, double weight);
     double wave_size(const FieldSize& field) const;
     double relative_size(const Spectra& spectra) const;
-    double local_size() const;
+    double relative_size(double FieldSize::*of_field) const;
     Spectra error_now() const;
     /// Whether it is more than what so many first steps make of 0, of which a part is wrong whatever their length.
     bool has_size(const FieldSize& field, std::int64_t first) const { return steps > first || field.start > 0.0; }
