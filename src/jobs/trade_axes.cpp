@@ -6,12 +6,12 @@
 
 #include "dem/contact/contact_law.hpp"
 #include "drover/base/error.hpp"
+#include "io/names_used.hpp"
 #include "io/scene_text.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "physics/integrated.hpp"
-#include "run/kind.hpp"
 #include "run/scene_equations.hpp"
-#include "run/text_resolution.hpp"
+#include "run/simulation_type.hpp"
 
 namespace drover::jobs {
 
@@ -19,10 +19,10 @@ namespace {
 
 std::string number_text(double value) { return text("{:.12g}", value); }
 
-Level dt_level(const io::Scene& scene, const std::string& method, double dt) {
+AxisLevel dt_level(const io::Scene& scene, const std::string& method, double dt) {
     if (!io::has_grid(scene.kind)) {
         const dem::ContactControl& contacts = scene.particles.contacts;
-        Level level{text("dt = {} s", number_text(dt)), {set("time.dt", dt)}};
+        AxisLevel level{text("dt = {} s", number_text(dt)), {set("time.dt", dt)}};
         const double factor = dt / scene.time.dt;
         if (dem::PairwiseLaw::is_chosen(contacts))
             level.overrides.push_back(set("contacts.rod_step", factor * contacts.rod_step));
@@ -30,8 +30,8 @@ Level dt_level(const io::Scene& scene, const std::string& method, double dt) {
             level.overrides.push_back(set("contacts.substep", factor * contacts.substep));
         return level;
     }
-    Level level{text("{}, dt = {} s", method, number_text(dt)),
-                {text("time.stepper={}", method), set("time.dt", dt), "time.tolerance=0.0"}};
+    AxisLevel level{text("{}, dt = {} s", method, number_text(dt)),
+                    {text("time.stepper={}", method), set("time.dt", dt), "time.tolerance=0.0"}};
     if (dt > scene.output.sample_every) {
         level.sample_every = dt;
         level.overrides.push_back(set("output.sample_every", dt));
@@ -39,7 +39,7 @@ Level dt_level(const io::Scene& scene, const std::string& method, double dt) {
     return level;
 }
 
-Level tolerance_level(const std::string& method, double dt, double tolerance) {
+AxisLevel tolerance_level(const std::string& method, double dt, double tolerance) {
     return {text("{}, tolerance {:.2g}", method, tolerance),
             {text("time.stepper={}", method), set("time.dt", dt), set("time.tolerance", tolerance)}};
 }
@@ -49,7 +49,7 @@ StepLadder dt_ladder(const io::Scene& scene, const std::string& method) {
     // Of particles, whose outputs are whole numbers of decimal steps, 5 and 2.5 too.
     for (const double times :
          io::has_grid(scene.kind) ? std::vector{8.0, 4.0, 2.0, 1.0} : std::vector{5.0, 2.5, 2.0, 1.0}) {
-        const Level level = dt_level(scene, method, scene.time.dt * times);
+        const AxisLevel level = dt_level(scene, method, scene.time.dt * times);
         if (reason_against(scene, level.overrides).empty()) ladder.levels.push_back(level);
     }
     return ladder;
@@ -59,7 +59,7 @@ StepLadder tolerance_ladder(const io::Scene& scene, const std::string& method, d
                             double smallest) {
     StepLadder ladder{.method = method + " by tolerance", .levels = {}, .order = 1.0, .shorter = 10.0};
     for (double tolerance = largest; tolerance > 0.5 * smallest; tolerance *= 0.1) {
-        const Level level = tolerance_level(method, dt, tolerance);
+        const AxisLevel level = tolerance_level(method, dt, tolerance);
         if (reason_against(scene, level.overrides).empty()) ladder.levels.push_back(level);
     }
     return ladder;
@@ -119,7 +119,7 @@ std::string reason_against(const io::Scene& scene, const std::vector<std::string
     }
 }
 
-bool is_given(const Level& level) { return level.overrides.empty(); }
+bool is_given(const AxisLevel& level) { return level.overrides.empty(); }
 
 std::vector<StepLadder> step_ladders(const io::Scene& scene) {
     std::vector<StepLadder> ladders;
@@ -152,7 +152,7 @@ std::vector<StepLadder> step_ladders(const io::Scene& scene) {
 void add_shorter(const io::Scene& scene, StepLadder& ladder, int count) {
     for (int n = 0; n < count; ++n) {
         const io::Scene finest = io::changed(scene, ladder.levels.back().overrides);
-        const Level level =
+        const AxisLevel level =
             ladder.shorter == 2.0
                 ? dt_level(scene, finest.time.stepper, finest.time.dt / ladder.shorter)
                 : tolerance_level(finest.time.stepper, finest.time.dt, finest.time.tolerance / ladder.shorter);
@@ -165,19 +165,19 @@ bool has_random_start(const io::Scene& scene) {
     return scene.initial.kind == "random" || (scene.initial.kind == "formula" && scene.initial.amplitude > 0.0);
 }
 
-std::vector<Level> grid_levels(const io::Scene& scene, bool same_start) {
+std::vector<AxisLevel> grid_levels(const io::Scene& scene, bool same_start) {
     if (!io::has_grid(scene.kind)) return {{"the cell", {}}};
     const auto name = [](int nx, int ny) { return text("{} by {}", nx, ny); };
-    std::vector<Level> levels;
+    std::vector<AxisLevel> levels;
     const bool comparable = !same_start || !has_random_start(scene);
     constexpr int fewest = 16;
-    const std::size_t warnings = run::kind_of(scene).warnings(scene).size();
+    const std::size_t warnings = run::simulation_type_of(scene).warnings(scene).size();
     for (const int part : {4, 2}) {
         const int nx = scene.grid.nx / part, ny = scene.grid.ny == 1 ? 1 : scene.grid.ny / part;
         if (!comparable || nx < fewest || (ny != 1 && ny < fewest)) continue;
-        const Level level{name(nx, ny), {set("grid.nx", nx), set("grid.ny", ny)}};
+        const AxisLevel level{name(nx, ny), {set("grid.nx", nx), set("grid.ny", ny)}};
         if (!reason_against(scene, level.overrides).empty()) continue;
-        if (run::kind_of(scene).warnings(io::changed(scene, level.overrides)).size() <= warnings)
+        if (run::simulation_type_of(scene).warnings(io::changed(scene, level.overrides)).size() <= warnings)
             levels.push_back(level);
     }
     levels.push_back({name(scene.grid.nx, scene.grid.ny), {}});
@@ -189,7 +189,7 @@ std::vector<Level> grid_levels(const io::Scene& scene, bool same_start) {
 }
 
 namespace {
-void add_particle_models(const io::Scene& scene, std::vector<Level>& levels) {
+void add_particle_models(const io::Scene& scene, std::vector<AxisLevel>& levels) {
     const dem::ContactControl& contacts = scene.particles.contacts;
     if (contacts.model == "impulse" && contacts.law == "simultaneous") {
         const dem::ContactControl usual;
@@ -201,7 +201,7 @@ void add_particle_models(const io::Scene& scene, std::vector<Level>& levels) {
     levels.push_back({"without a lid", {"plates.lid=false"}});
 }
 
-void add_declared_models(const io::DeclaredModel& declared, std::vector<Level>& levels) {
+void add_declared_models(const io::DeclaredModel& declared, std::vector<AxisLevel>& levels) {
     for (const auto& [name, value] : declared.coefficients)
         if (value != 0.0) levels.push_back({"without " + name, {set("coefficients." + name, 0.0)}});
     for (std::size_t k = 0; k < declared.fields.size(); ++k)
@@ -209,7 +209,7 @@ void add_declared_models(const io::DeclaredModel& declared, std::vector<Level>& 
             levels.push_back({"without the noise of " + declared.fields[k].symbol, {text("field[{}].noise=0", k + 1)}});
 }
 
-void add_keyed_models(const io::Scene& scene, std::vector<Level>& levels) {
+void add_keyed_models(const io::Scene& scene, std::vector<AxisLevel>& levels) {
     const physics::ModelValues& model = scene.model;
     for (const physics::FieldRow& field : model.file->fields)
         if (!field.mass.empty() && presence(model, field) == physics::Presence::rate)
@@ -229,15 +229,15 @@ void add_keyed_models(const io::Scene& scene, std::vector<Level>& levels) {
 
 namespace {
 /// On the modes of the full model: with others two models differ in their grids, too.
-void keep_modes_of(const io::Scene& scene, Level& level) {
+void keep_modes_of(const io::Scene& scene, AxisLevel& level) {
     const int degree = run::integrated_of(scene).kept_degree;
     if (run::integrated_of(io::changed(scene, level.overrides)).kept_degree < degree)
         level.overrides.push_back(set("dealiasing.degree", degree));
 }
 }  // namespace
 
-std::vector<Level> model_levels(const io::Scene& scene) {
-    std::vector<Level> levels{{"full", {}}};
+std::vector<AxisLevel> model_levels(const io::Scene& scene) {
+    std::vector<AxisLevel> levels{{"full", {}}};
     if (io::has_grid(scene.kind) && scene.grid.ny > 1) levels.push_back({"one-dimensional", {set("grid.ny", 1)}});
     switch (scene.kind) {
         case io::SceneKind::particles: add_particle_models(scene, levels); break;
@@ -247,7 +247,7 @@ std::vector<Level> model_levels(const io::Scene& scene) {
     // Saves no time, but tells whether the waves act on each other.
     if (io::has_grid(scene.kind) && !scene.approximation.quasi_linear && run::equations_of(scene).has_nonlinear_part())
         levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
-    for (Level& level : levels) {
+    for (AxisLevel& level : levels) {
         level.reason = reason_against(scene, level.overrides);
         if (!level.reason.empty() && scene.approximation.counterterm) {  // without noise or saturation it is of nothing
             level.overrides.emplace_back("approximation.counterterm=false");
@@ -258,7 +258,7 @@ std::vector<Level> model_levels(const io::Scene& scene) {
     return levels;
 }
 
-std::vector<Level> cell_levels(const io::Scene& scene) {
+std::vector<AxisLevel> cell_levels(const io::Scene& scene) {
     if (!io::has_grid(scene.kind)) {
         if (scene.particles.cell.shape != "periodic") return {};
         return {{"twice the sides",
@@ -267,7 +267,7 @@ std::vector<Level> cell_levels(const io::Scene& scene) {
     if (scene.initial.kind == "file" || scene.initial.kind == "mode") return {};
     bool uniform = true;
     for (const auto& [component, formula] : scene.initial.formulas)
-        uniform = uniform && !run::mentions(formula.text, {"x", "y"});
+        uniform = uniform && !io::mentions(formula.text, {"x", "y"});
     if (!uniform) return {};
     return {{"twice the sides",
              {set("grid.nx", 2 * scene.grid.nx), set("grid.ny", 2 * scene.grid.ny), set("grid.lx", 2.0 * scene.grid.lx),

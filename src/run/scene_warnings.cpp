@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "calibrate/counterterm.hpp"
+#include "io/names_used.hpp"
 #include "model/start.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "physics/program_functions.hpp"
@@ -46,8 +47,8 @@ void add_growth(const io::Scene& scene, const model::Equations& equations, const
         for (const numerics::Block& block : {system.linear(0.0).even, system.linear(0.0).odd})
             for (const numerics::Complex rate : numerics::eigenvalues(block))
                 growth.rate = std::max(growth.rate, rate.real());
-    const double most = std::log(max_field_size);
-    if (growth.rate * scene.time.end <= most) return;
+    const double max_log = std::log(max_field_size);
+    if (growth.rate * scene.time.end <= max_log) return;
     if (equations.has_nonlinear_part() &&
         (calls_program(scene) || !placed_term_of(scene, equations).empty() || !is_linear_when_uniform(equations)))
         return;
@@ -60,49 +61,7 @@ void add_growth(const io::Scene& scene, const model::Equations& equations, const
         text("a mode grows at {:.4g} /s at |q| = {:.3g} /mm, by a factor e^{:.3g} in this run, and no term stops it: "
              "{}, or choose time.end = {:.2g} or less",
              growth.rate, growth.q, growth.rate * scene.time.end, limits.empty() ? "add a product that does" : limits,
-             most / growth.rate));
-}
-/// What a scene declares for its equations.
-struct Declared {
-    std::string place;                  ///< for people
-    std::vector<std::string> names;     ///< in formulas
-    std::vector<std::string> formulas;  ///< of what it is
-};
-
-std::vector<Declared> declared_names(const io::DeclaredModel& model) {
-    std::vector<Declared> all;
-    for (const auto& [name, value] : model.coefficients) all.push_back({"coefficients." + name, {name}, {}});
-    for (const auto& [name, value] : model.definitions) all.push_back({"define." + name, {name}, {value.text}});
-    for (const io::DeclaredTable& table : model.tables)
-        all.push_back({"[[tabulated]] " + table.symbol, {table.symbol}, table.of});
-    for (const io::DeclaredNoise& noise : model.noises) {
-        all.push_back({"[[white_noise]] " + noise.symbol, {noise.symbol}, {}});
-        for (const int spin : {1, 2, 3})
-            for (std::string& name : component_names(model::Field{.symbol = noise.symbol, .spin = spin}))
-                all.back().names.push_back(std::move(name));
-    }
-    return all;
-}
-
-/// Where a scene declares what none of its equations has, directly or by another name.
-std::vector<std::string> without_effect(const io::DeclaredModel& model) {
-    std::vector<Declared> idle = declared_names(model);
-    std::vector<std::string> formulas;
-    for (const auto& [symbol, equation] : model.equations) formulas.push_back(equation.text);
-    for (const io::DeclaredField& field : model.fields)
-        formulas.insert(formulas.end(), {field.reference, field.noise, field.mass});
-    while (!formulas.empty()) {
-        const std::string formula = std::move(formulas.back());
-        formulas.pop_back();
-        std::erase_if(idle, [&](const Declared& one) {
-            const bool is_there = mentions(formula, one.names);
-            if (is_there) formulas.insert(formulas.end(), one.formulas.begin(), one.formulas.end());
-            return is_there;
-        });
-    }
-    std::vector<std::string> places;
-    for (Declared& one : idle) places.push_back(std::move(one.place));
-    return places;
+             max_log / growth.rate));
 }
 }  // namespace
 
@@ -118,16 +77,16 @@ bool stays_at_start(const io::Scene& scene, const model::Equations& equations) {
 namespace {
 /// Where the noise of the waves of the grid saturates the order of rods, and its counterterm is missing or too large.
 void add_saturation_by_waves(const io::Scene& scene, int degree, std::vector<std::string>& warnings) {
-    constexpr double most_without = 0.1, most = 1.0;
+    constexpr double max_without = 0.1, max_part = 1.0;
     const bool has_counterterm = scene.approximation.counterterm;
     if (scene.kind != io::SceneKind::fields || (scene.calibrated.filled.empty() && !has_counterterm)) return;
     const double part = calibrate::part_of_waves(scene.model, {scene.grid, degree});
-    if (!has_counterterm && part > most_without)
+    if (!has_counterterm && part > max_without)
         warnings.push_back(text(
             "the noise of the waves of this grid saturates the order, as if it decayed {:.3g} times as fast: rods of "
             "the table do not, and the order falls as the grid is refined; set approximation.counterterm = true",
             1.0 + part));
-    if (has_counterterm && part > most)
+    if (has_counterterm && part > max_part)
         warnings.push_back(text(
             "approximation.counterterm takes {:.3g} times the decay of order from it, so that order grows by itself: "
             "it is of first order, and right where it takes a small part; expected fewer waves for each rod, that is "
@@ -145,7 +104,7 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
     if (!physics::missing_function(scene.model).empty()) return warnings;
     add_saturation_by_waves(scene, degree, warnings);
     const numerics::System system = equations.linear_system(scene.grid, degree);
-    if (const std::vector<std::string> idle = without_effect(scene.declared); !idle.empty())
+    if (const std::vector<std::string> idle = io::without_effect(scene.declared); !idle.empty())
         warnings.push_back(text("{} {} no effect: no equation has {}; use or delete {}", joined(idle),
                                 idle.size() == 1 ? "has" : "have", idle.size() == 1 ? "it" : "them",
                                 idle.size() == 1 ? "it" : "them"));

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <optional>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "drover/base/threads.hpp"
+#include "io/names_used.hpp"
 #include "model/start.hpp"
 #include "numerics/fields/shells.hpp"
 #include "numerics/fields/wavenumbers.hpp"
@@ -84,7 +84,7 @@ std::vector<std::string> formulas_of(const model::Model& model) {
 
 bool any_text_mentions(const io::Scene& scene, const std::vector<std::string>& names) {
     const std::vector<std::string> formulas = formulas_of(equations_of(scene).model());
-    return std::ranges::any_of(formulas, [&](const std::string& one) { return mentions(one, names); });
+    return std::ranges::any_of(formulas, [&](const std::string& one) { return io::mentions(one, names); });
 }
 
 /// The numbers between 0 and `end` in formulas, and those that have names there: a pulse may be at one of them.
@@ -109,8 +109,8 @@ std::vector<double> named_times(const model::Model& model, double end) {
     std::erase_if(numbers, [&](double one) { return !(one > 0.0 && one < end); });
     std::ranges::sort(numbers);
     numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
-    constexpr std::size_t most = 16;
-    if (numbers.size() > most) numbers.resize(most);
+    constexpr std::size_t max_numbers = 16;
+    if (numbers.size() > max_numbers) numbers.resize(max_numbers);
     return numbers;
 }
 
@@ -138,10 +138,10 @@ struct Window {
 
 /// All steps of a short run, parts of a long one; and the steps about each named time.
 std::vector<Window> windows_of(std::int64_t steps, double dt, const std::vector<double>& named) {
-    constexpr std::int64_t in_window = 128, most_windows = 8, about = in_window / 2;
+    constexpr std::int64_t in_window = 128, max_windows = 8, about = in_window / 2;
     std::vector<Window> windows;
-    const std::int64_t count = std::min(most_windows, std::max<std::int64_t>(1, steps / in_window));
-    const std::int64_t length = count < most_windows ? steps / count : in_window;
+    const std::int64_t count = std::min(max_windows, std::max<std::int64_t>(1, steps / in_window));
+    const std::int64_t length = count < max_windows ? steps / count : in_window;
     for (std::int64_t window = 0; window < count; ++window)
         windows.push_back({count == 1 ? 0 : (steps - length) * window / (count - 1), length});
     if (count * length < steps)
@@ -272,11 +272,13 @@ public:
                 std::max(deviation, std::abs(integral_[i] - static_cast<double>(i + 1) / steps * integral_.back()));
         return deviation;
     }
-    /// To the deviation, and at least to `least`.
-    double relative(double least) const {
+    /// The sum of the sizes of the integrals.
+    double size() const { return size_; }
+    /// To the deviation, and at least to `min_scale`; 0 within a rounding error of a rate of `size`.
+    double relative(double min_scale, double size) const {
         constexpr double rounding = 1e-9;
-        const double scale = std::max({deviation(), rounding * size_, least});
-        return largest_ <= rounding * size_ ? 0.0 : largest_ / scale;
+        const double scale = std::max({deviation(), rounding * size, min_scale});
+        return largest_ <= rounding * size ? 0.0 : largest_ / scale;
     }
 
 private:
@@ -342,11 +344,16 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
     }
     constexpr double matters = 0.01;  // of the largest change in any window
     double worst = 0.0, worst_time = 0.0;
+    // The mean and both parts of the wave of one component have the rounding errors of the largest of them.
+    const auto size_of = [&](std::size_t n, std::size_t k) {
+        const std::size_t first = k - k % 3;
+        return std::max({all[n][first].size(), all[n][first + 1].size(), all[n][first + 2].size()});
+    };
     for (std::size_t k = 0; k < all.front().size(); ++k) {
         double largest = 0.0;
         for (const std::vector<TimeError>& errors : all) largest = std::max(largest, errors[k].deviation());
         for (std::size_t n = 0; n < all.size(); ++n)
-            if (const double relative = all[n][k].relative(matters * largest); relative > worst) {
+            if (const double relative = all[n][k].relative(matters * largest, size_of(n, k)); relative > worst) {
                 worst = relative;
                 worst_time = static_cast<double>(windows[n].first) * dt;
             }
@@ -359,17 +366,6 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
         dt, std::min(worst, 1.0), worst_time, dt / 4.0);
 }
 }  // namespace
-
-bool mentions(const std::string& formula, const std::vector<std::string>& names) {
-    const auto in_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
-    for (std::size_t i = 0; i < formula.size();) {
-        const auto end = std::find_if_not(formula.begin() + static_cast<std::ptrdiff_t>(i), formula.end(), in_name);
-        const std::string name(formula.begin() + static_cast<std::ptrdiff_t>(i), end);
-        if (std::find(names.begin(), names.end(), name) != names.end()) return true;
-        i += std::max<std::size_t>(1, name.size());
-    }
-    return false;
-}
 
 bool resolves_time(const io::Scene& scene) {
     try {

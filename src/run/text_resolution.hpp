@@ -7,9 +7,6 @@
 
 namespace drover::run {
 
-/// Whether one of these names occurs in a formula.
-bool mentions(const std::string& formula, const std::vector<std::string>& names);
-
 /// Whether the steps of a scene see its terms of t: they are compared with a finer sampling, also about each time that
 /// the formulas name.  True where that is not known.
 bool resolves_time(const io::Scene& scene);
