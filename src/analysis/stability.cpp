@@ -166,12 +166,6 @@ struct Analysis {
     Threads* threads;  ///< of maps; nullptr: no maps
 };
 
-/// A number with the name of its unit in the scene.
-std::string in_unit(const char* format, double value, const char* unit, const io::Units& units) {
-    const std::string name = io::renamed(unit, units);
-    return text(format, value) + (name == "1" ? "" : " " + (name.starts_with("1/") ? name.substr(1) : name));
-}
-
 run::Record instability_record(const theory::Instability& found, const std::string& direction) {
     const bool is_uniform = found.q == 0.0;
     return {
@@ -208,7 +202,7 @@ run::List instability_list(const Analysis& of, const std::vector<theory::Instabi
                    .meaning = "instabilities, fastest first",
                    .prefix = "instability_",
                    .empty = text("stable against all waves from |q| = {:.3g} to {}", of.search.min,
-                                 in_unit("{:.3g}", of.search.max, "/mm", of.scene.units))};
+                                 io::in_unit("{:.3g}", of.search.max, "/mm", of.scene.units))};
     for (const theory::Instability& one : found) list.rows.push_back(instability_record(one, of.problem.direction));
     return list;
 }
@@ -232,8 +226,8 @@ run::List share_list(const model::LinearisedAt& at, const theory::FastestWave& f
     run::List list{.name = "shares",
                    .heading =
                        text("terms in the rate {} of the fastest wave, |q| = {}{}",
-                            in_unit("{:.6g}", fastest.growth.rate, "/s", units),
-                            in_unit("{:.4g}", fastest.q, "/mm", units),
+                            io::in_unit("{:.6g}", fastest.growth.rate, "/s", units),
+                            io::in_unit("{:.4g}", fastest.q, "/mm", units),
                             at.is_isotropic() ? "" : text(", at {:.4g} degrees", fastest.angle / radians_per_degree)),
                    .row = "term",
                    .meaning = "terms of the equations",
@@ -343,7 +337,7 @@ theory::GrowthSearch growth_search(const io::Scene& scene) {
     if (search.min == 0.0) search.min = 1e-3 * smallest_wavenumber(scene.grid);
     if (search.max == 0.0) search.max = pi * std::max(scene.grid.nx / scene.grid.lx, scene.grid.ny / scene.grid.ly);
     const char* given = plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber";
-    require(search.min < search.max, io::location_of(scene, given),
+    require(search.min < search.max, io::locate(scene, given),
             "the search covers |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below "
             "stability.max_wavenumber",
             search.min, search.max);

@@ -84,7 +84,8 @@ void add_branches(const Mapped& mapped, const std::string& direction, files::Res
     for (const auto& [name, has_rate] : components_of(at)) {
         ++row;
         if (!has_rate) continue;
-        fill("amplitude_" + name, "1", "amplitude of " + name + " in the mode, whose shape has length 1 in mm, s, mg",
+        fill("amplitude_" + name, "1",
+             "amplitude of " + name + " in the mode, whose shape has length 1 in the units of the fields",
              [&](std::size_t n, Eigen::Index b) { return std::abs(shapes[n](row, b)); });
         fill("phase_" + name, "rad", "phase of " + name + " in the mode",
              [&](std::size_t n, Eigen::Index b) { return std::arg(shapes[n](row, b)); });
@@ -158,7 +159,7 @@ void add_dynamic_structure(const Mapped& mapped, double q, const std::vector<dou
     add_map("sound_wavenumber", "mm-1", "wavenumber |q| of the dynamic structure factors", {}, {q}, table);
     for (std::size_t p = 0; p < parts.size(); ++p)
         add_map("dynamic_structure_factor_" + parts[p].name, parts[p].unit + " s",
-                text("S(q, omega) at |q| = {:.6g} /mm; its integral over omega/(2 pi) is S(q)", q),
+                "S(q, omega) at |q| = sound_wavenumber; its integral over omega/(2 pi) is S(q)",
                 {"angle", "frequency_axis"}, std::move(values[p]), table);
 }
 

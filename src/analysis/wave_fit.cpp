@@ -182,7 +182,7 @@ bool add_numbers(const io::Scene& scene, const std::vector<std::string>& keys, W
         if (scene.kind != io::SceneKind::model) {
             require(!key.starts_with("uniform."), {},
                     "{} is that of the frames; expected a coefficient of the equations", key);
-            fitted.least = io::model_number(key, {}, scene.model).range.min;
+            fitted.min = io::model_number(key, {}, scene.model).range.min;
         }
         const double other = number.value + 0.5 * std::abs(number.value) + 1.0;
         is_in_noise = is_in_noise || noise_of(run::scene_with(scene, number.key, other)) != noise;
@@ -360,9 +360,10 @@ run::Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options)
     double largest = 0.0;
     for (const numerics::Wavevector& q : problem.record.q) largest = std::max(largest, std::hypot(q.x, q.y));
     run::Result result;
-    result.root.header = {text("waves of {} about {}: {} up to {:.4g} /mm, in {} frames {:.4g} s apart",
-                               options.archive, problem.about, problem.record.q.size(), largest, problem.record.frames,
-                               problem.record.spacing)};
+    result.root.header = {text("waves of {} about {}: {} up to {}, in {} frames {} apart", options.archive,
+                               problem.about, problem.record.q.size(),
+                               io::in_unit("{:.4g}", largest, "/mm", scene.units), problem.record.frames,
+                               io::in_unit("{:.4g}", problem.record.spacing, "s", scene.units))};
     result.root.entries = entries_of(problem, largest, remarks);
     result.root.lists = {std::move(list)};
     result.root.footer = remarks;

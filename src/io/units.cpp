@@ -62,4 +62,9 @@ std::string renamed(const std::string& unit, const Units& units) {
     return tidied(std::move(result));
 }
 
+std::string in_unit(const char* format, double value, const char* unit, const Units& units) {
+    const std::string name = renamed(unit, units);
+    return text(format, value) + (name == "1" ? "" : " " + (name.starts_with("1/") ? name.substr(1) : name));
+}
+
 }  // namespace drover::io

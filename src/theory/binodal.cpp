@@ -62,7 +62,7 @@ std::optional<Coexistence> phases_of(const TravellingProblem& problem, const Tra
 
 Binodal trace_binodal(const TravellingProblem& problem, const TravellingState& first, int component, double last,
                       int steps, Threads& threads) {
-    constexpr int most_halvings = 6;
+    constexpr int max_halvings = 6;
     const std::optional<Coexistence> start = phases_of(problem, first, component, threads);
     if (!start)
         fail_run(
@@ -88,7 +88,7 @@ Binodal trace_binodal(const TravellingProblem& problem, const TravellingState& f
         } catch (const Error& error) {
             if (error.fault() != Fault::run) throw;
             step *= 0.5;
-            if (std::abs(step) > std::abs(whole) * std::exp2(-most_halvings)) continue;
+            if (std::abs(step) > std::abs(whole) * std::exp2(-max_halvings)) continue;
             binodal.ends = error.what();
             break;
         }

@@ -21,8 +21,8 @@ double share_above(std::span<const double> values, double middle) {
 }  // namespace
 
 DensityProfile density_profile(std::span<const double> density, double lx) {
-    const auto [least, most] = std::minmax_element(density.begin(), density.end());
-    const double middle = 0.5 * (*least + *most), range = *most - *least;
+    const auto [min, max] = std::minmax_element(density.begin(), density.end());
+    const double middle = 0.5 * (*min + *max), range = *max - *min;
     constexpr double rounding = 1e-12;
     if (range <= rounding * std::abs(middle)) return {.low = middle, .high = middle};  // uniform
     const std::size_t n = density.size();

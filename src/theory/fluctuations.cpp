@@ -22,12 +22,14 @@ Covariance by_modes(const Modes& all, const model::Symbol& noise, const Wavevect
     const model::Symbol drive = all.duals * noise * all.duals.adjoint();
     std::vector<bool> decays;
     for (Eigen::Index k = 0; k < n; ++k) {
-        const double rate = all.rates(k).real(), dual = all.duals.row(k).norm(), rounding = all.rounding(k);
+        const double rate = all.rates(k).real(), rounding = all.roundings(k);
         if (rate > rounding)
             return {.matrix = {},
                     .why_none = text("no stationary state: {} grows at the rate {:.3g}", mode_text(q), rate)};
         decays.push_back(rate < -rounding);
-        if (!decays.back() && drive(k, k).real() > 16.0 * epsilon * dual * dual * noise.norm())
+        const Eigen::RowVectorXd sizes = all.duals.row(k).cwiseAbs();
+        const double parts = sizes * noise.cwiseAbs() * sizes.transpose();
+        if (!decays.back() && drive(k, k).real() > 16.0 * epsilon * parts)
             return {.matrix = {},
                     .why_none = text("no stationary state: noise drives {}, which does not decay: its rate of {:.2g} "
                                      "is 0 within a rounding error of {:.2g}",

@@ -138,8 +138,8 @@ std::vector<Instability> isotropic_instabilities(const Landscape& land, const Gr
 
 double uniform_growth(const model::LinearisedAt& at) {
     const Eigen::VectorXcd rates = mode_rates(at, {});
-    const double most = rates.real().maxCoeff();
-    return most > 1e-13 * rates.cwiseAbs().maxCoeff() ? most : 0.0;
+    const double max_rate = rates.real().maxCoeff();
+    return max_rate > 1e-13 * rates.cwiseAbs().maxCoeff() ? max_rate : 0.0;
 }
 /// Rates at q and -q are conjugate: half a turn holds all, a quarter where the state is its own mirror image.
 struct Looks {
@@ -236,16 +236,16 @@ GrowingWaves growing_waves(const model::LinearisedAt& at, const GrowthSearch& se
 double direction_diffusion(const model::LinearisedAt& at, const LongWaves& waves) {
     if (!waves.why_none.empty()) return std::numeric_limits<double>::quiet_NaN();
     const std::vector<int>&members = at.members(), &state = at.state_components();
-    Eigen::VectorXd turn = Eigen::VectorXd::Zero(at.moved().size());  // of the state, by an angle
+    Eigen::VectorXd turn = Eigen::VectorXd::Zero(at.mass_density().size());  // of the state, by an angle
     for (const auto& [field, first] : model::placed_fields(at.equations().model()))
         if (field.spin > 0)
             turn.segment<2>(static_cast<Eigen::Index>(first)) << -field.spin * at.about()[first + 1],
                 field.spin * at.about()[first];
     if (at.equations().placed_noise() != nullptr) return std::numeric_limits<double>::quiet_NaN();
-    const Eigen::VectorXd moved = at.moved()(members);
-    const Eigen::VectorXd amplitudes = waves.left * moved.cwiseProduct(turn(members));  // a turn is a slow mode
-    Eigen::MatrixXd by_rates = Eigen::MatrixXd::Zero(waves.left.rows(), at.moved().size());
-    by_rates(Eigen::all, members) = waves.left * moved.asDiagonal();
+    const Eigen::VectorXd mass_density = at.mass_density()(members);
+    const Eigen::VectorXd amplitudes = waves.left * mass_density.cwiseProduct(turn(members));  // a turn is a slow mode
+    Eigen::MatrixXd by_rates = Eigen::MatrixXd::Zero(waves.left.rows(), at.mass_density().size());
+    by_rates(Eigen::all, members) = waves.left * mass_density.asDiagonal();
     const Eigen::MatrixXd driven =
         by_rates(Eigen::all, state) * at.noise({}).real() * by_rates(Eigen::all, state).transpose();
     const Eigen::VectorXd angle = amplitudes / amplitudes.squaredNorm();

@@ -46,20 +46,20 @@ private:
 };
 
 /// The minimum margin over angles from the order: sampled, then refined about the smallest sample.
-Margin least_over_angles(const SlowMargin& slow, bool quarter) {
+Margin min_over_angles(const SlowMargin& slow, bool quarter) {
     const int samples = quarter ? 18 : 36;  // every 5 degrees of a quarter or of half a turn
     constexpr double quarter_turn = std::numbers::pi / 2.0, step = quarter_turn / 18.0;
-    Margin least{.value = std::numeric_limits<double>::infinity(), .angle = step};
+    Margin lowest{.value = std::numeric_limits<double>::infinity(), .angle = step};
     for (int n = 1; n <= samples; ++n)
-        if (const double value = slow.at(n * step); value < least.value) least = {.value = value, .angle = n * step};
+        if (const double value = slow.at(n * step); value < lowest.value) lowest = {.value = value, .angle = n * step};
     double width = 0.5 * step;
     // Closing in by halves; a kink between two modes does no harm.
     for (int i = 0; i < 16 && width > 1e-6; ++i, width *= 0.5)
-        for (const double angle : {least.angle - width, least.angle + width}) {
+        for (const double angle : {lowest.angle - width, lowest.angle + width}) {
             if (quarter && (angle <= 0.0 || angle > quarter_turn)) continue;
-            if (const double value = slow.at(angle); value < least.value) least = {.value = value, .angle = angle};
+            if (const double value = slow.at(angle); value < lowest.value) lowest = {.value = value, .angle = angle};
         }
-    return least;
+    return lowest;
 }
 
 /// Whether a reflection in the line of the direction of a state maps waves to waves.
@@ -121,7 +121,7 @@ Margin margin(const PointTheory& theory, const model::UniformState& means, Limit
     if (!flock) return {.value = no_margin};
     const SlowMargin slow(flock->linear);
     if (!slow.has_modes()) return {.value = no_margin};
-    if (limit == Limit::oblique) return least_over_angles(slow, is_mirrored(flock->linear, search));
+    if (limit == Limit::oblique) return min_over_angles(slow, is_mirrored(flock->linear, search));
     return {.value = slow.at(0.0)};
 }
 

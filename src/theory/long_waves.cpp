@@ -20,7 +20,7 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 /// The powers of q in the equations: the factors of (i q_x)^x (i q_y)^y, and what multiplies d/dt.
 struct Expansion {
     std::function<MatrixXd(int x, int y)> factors;
-    Eigen::VectorXd moved;
+    Eigen::VectorXd mass_density;
 };
 
 /// The size of an entry of the rates at q = 0 before its terms cancel.
@@ -56,7 +56,8 @@ MatrixXd factors_of(const model::LinearisedAt& at, int x, int y) {
 }
 
 Expansion expansion_of(const model::LinearisedAt& at) {
-    return {.factors = [&at](int x, int y) { return factors_of(at, x, y); }, .moved = at.moved()(at.members())};
+    return {.factors = [&at](int x, int y) { return factors_of(at, x, y); },
+            .mass_density = at.mass_density()(at.members())};
 }
 
 /// Modes at q = 0 that neither grow nor decay, of LinearisedAt::members(): left moved right is the identity.
@@ -69,7 +70,7 @@ struct SlowSpace {
 /// By the singular values of the equations at q = 0.
 SlowSpace slow_space(const Expansion& at) {
     const MatrixXd m = at.factors(0, 0);
-    const Eigen::VectorXd& moved = at.moved;
+    const Eigen::VectorXd& mass_density = at.mass_density;
     const Eigen::Index n = m.rows();
     // Rows and columns of size 1, so that units do not decide what is singular.
     Eigen::VectorXd rows = Eigen::VectorXd::Ones(n), columns = rows;
@@ -86,9 +87,9 @@ SlowSpace slow_space(const Expansion& at) {
     SlowSpace result{.right = columns.asDiagonal() * svd.right.rightCols(slow),
                      .left = svd.left.rightCols(slow).transpose() * rows.asDiagonal()};
     for (Eigen::Index k = 0; k < slow; ++k) result.right.col(k).normalize(), result.left.row(k).normalize();
-    const MatrixXd overlap = result.left * moved.asDiagonal() * result.right;
+    const MatrixXd overlap = result.left * mass_density.asDiagonal() * result.right;
     for (Eigen::Index k = 0; k < n; ++k)  // such as a stream function
-        if (moved(k) == 0.0 && m.row(k).isZero(0.0) && m.col(k).isZero(0.0))
+        if (mass_density(k) == 0.0 && m.row(k).isZero(0.0) && m.col(k).isZero(0.0))
             return {.why_none =
                         "a balance leaves its field free at q = 0, where long waves are expanded; expected that "
                         "field as a divergence-free one, such as the velocity of a stream function"};
@@ -98,8 +99,8 @@ SlowSpace slow_space(const Expansion& at) {
     // In the same units: rates near a threshold are small beside slopes in a density.
     MatrixXd bordered = MatrixXd::Zero(n + slow, n + slow);
     bordered.topLeftCorner(n, n) = rows.asDiagonal() * m * columns.asDiagonal();
-    bordered.topRightCorner(n, slow) = rows.asDiagonal() * (moved.asDiagonal() * result.right);
-    bordered.bottomLeftCorner(slow, n) = result.left * moved.asDiagonal() * columns.asDiagonal();
+    bordered.topRightCorner(n, slow) = rows.asDiagonal() * (mass_density.asDiagonal() * result.right);
+    bordered.bottomLeftCorner(slow, n) = result.left * mass_density.asDiagonal() * columns.asDiagonal();
     for (Eigen::Index k = n; k < n + slow; ++k) bordered.col(k).normalize(), bordered.row(k).normalize();
     const MatrixXd inverse = numerics::pivoted_inverse(bordered).real();
     result.fast = columns.asDiagonal() * inverse.topLeftCorner(n, n) * rows.asDiagonal();
@@ -193,9 +194,9 @@ Group group_of(const AtAngle& at, Complex speed, int count) {
     const numerics::DenseSvd<MatrixXcd> svd = numerics::dense_svd(rest);
     const MatrixXcd right = svd.right.rightCols(count), left = svd.left.rightCols(count).adjoint();
     const MatrixXcd overlap = left * right;
-    const double most = std::max(svd.values(0), at.speed.cwiseAbs().maxCoeff());
+    const double max_speed = std::max(svd.values(0), at.speed.cwiseAbs().maxCoeff());
     const VectorXd sizes = numerics::dense_svd(overlap).values;
-    if (!(sizes(count - 1) > 1e-6 * sizes(0)) || svd.values(k - count) > 1e-5 * most)
+    if (!(sizes(count - 1) > 1e-6 * sizes(0)) || svd.values(k - count) > 1e-5 * max_speed)
         return {.damping = VectorXcd::Constant(count, not_a_number), .shape = right};
     const MatrixXcd reduced = numerics::solution(overlap, left * at.damping.cast<Complex>() * right);
     const numerics::DenseEigen solved = numerics::dense_eigen(reduced);
@@ -271,7 +272,7 @@ Expansion along_one_direction(const model::LinearisedAt& at, double angle, const
                     sum += std::pow(c, n) * std::pow(s, x - n) * factors_of(at, n, x - n);
                 return parts.transpose() * sum * parts;
             },
-            .moved = parts.transpose().cwiseAbs2() * at.moved()(at.members())};
+            .mass_density = parts.transpose().cwiseAbs2() * at.mass_density()(at.members())};
 }
 }  // namespace
 

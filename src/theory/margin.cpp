@@ -44,7 +44,7 @@ public:
         const double slow = at_zero.rates.size() > 0 ? 1e-10 * at_zero.rates.cwiseAbs().maxCoeff() : 0.0;
         for (Eigen::Index k = 0; k < at_zero.rates.size(); ++k)
             if (std::abs(at_zero.rates(k)) > slow)
-                return {.value = -at_zero.rates(k).real(), .frequency = -at_zero.rates(k).imag(), .is_uniform = true};
+                return {.value = -at_zero.rates(k).real(), .frequency = at_zero.frequency(k), .is_uniform = true};
         return {.value = std::numeric_limits<double>::infinity(), .is_uniform = true};
     }
     /// The least stable change in the limit of long waves that is not slow: with a pressure it is not one at q = 0.
@@ -76,19 +76,19 @@ public:
         return {.value = -found.rate * (1.0 + weight_ / (q * q)), .angle = angle, .q = q, .frequency = found.frequency};
     }
     /// The least stable wave at all |q| and angles of the search.
-    Margin least() const {
+    Margin lowest() const {
         const std::vector<double> log_q = numerics::even_logarithms(search_.min, search_.max, search_.wavenumbers);
         const int angles = at_.is_isotropic() ? 1 : search_.angles;
         const double step = log_q[1] - log_q[0], step_angle = std::numbers::pi / angles;
-        Margin least = uniform();
+        Margin lowest = uniform();
         Margin best{.value = std::numeric_limits<double>::infinity()};
         for (int a = 0; a < angles; ++a) {
             for (const Margin& long_wave : {slow(a * step_angle), limit(a * step_angle)})
-                if (long_wave.value < least.value) least = long_wave;
+                if (long_wave.value < lowest.value) lowest = long_wave;
             for (const double x : log_q)
                 if (const Margin here = wave(x, a * step_angle); here.value < best.value) best = here;
         }
-        if (!std::isfinite(best.value)) return best.value < 0.0 ? best : least;
+        if (!std::isfinite(best.value)) return best.value < 0.0 ? best : lowest;
         std::pair<double, double> place{std::log(best.q), best.angle};
         const auto rate = [&](double x, double angle) { return -wave(x, angle).value; };
         if (angles > 1) place = numerics::climbed(rate, place, {step, step_angle});
@@ -96,7 +96,7 @@ public:
             numerics::refined_maximum(log_q, place.first, [&](double x) { return rate(x, place.second); });
         for (const Margin& refined : {wave(place.first, place.second), wave(fine, place.second)})
             if (refined.value < best.value) best = refined;
-        return best.value < least.value ? best : least;
+        return best.value < lowest.value ? best : lowest;
     }
 
 private:
@@ -114,7 +114,7 @@ Margin margin(const model::Equations& equations, MarginState which, const std::v
     const StationaryState* state = state_of(equations, found, which);
     if (state == nullptr) return {.value = none};
     const model::LinearisedAt at(equations, state->values);
-    return Waves(at, search).least();
+    return Waves(at, search).lowest();
 }
 
 }  // namespace drover::theory

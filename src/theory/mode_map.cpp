@@ -36,7 +36,8 @@ std::vector<Eigen::Index> continuation(const Modes& last, const Modes& next) {
 Modes reordered(const Modes& modes, const std::vector<Eigen::Index>& order) {
     return {.rates = modes.rates(order),
             .shapes = modes.shapes(Eigen::all, order),
-            .duals = modes.duals(order, Eigen::all)};
+            .duals = modes.duals(order, Eigen::all),
+            .roundings = modes.roundings(order)};
 }
 }  // namespace
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
@@ -13,32 +14,103 @@ namespace drover::theory {
 namespace {
 using numerics::Wavevector;
 
-/// Eigenvalues to six digits of each rate where the matrix is small enough; as modes().
-Modes sorted_modes(const model::Symbol& m) {
-    const numerics::DenseEigen found =
-        m.rows() <= numerics::max_small_rows ? numerics::reliable_eigen(m) : numerics::dense_eigen(m);
-    if (!found.has_converged)
-        fail_run("the eigenvalues of a linear mode do not converge; choose less extreme coefficients");
-    std::vector<int> order(static_cast<std::size_t>(found.values.size()));
+/// The fields of the components of a state.
+std::vector<int> fields_of(const model::LinearisedAt& at) {
+    std::vector<int> of_component, result;
+    for (std::size_t n = 0; n < at.equations().model().fields.size(); ++n)
+        of_component.insert(of_component.end(), components(at.equations().model().fields[n]), static_cast<int>(n));
+    for (const int k : at.state_components()) result.push_back(of_component[static_cast<std::size_t>(k)]);
+    return result;
+}
+
+/// Sets of rows that are not coupled to each other.  The components of one field are in one set, since their rates are
+/// sums of the same terms: where these cancel, rounding errors of all are left.
+std::vector<std::vector<int>> uncoupled_sets(const model::Symbol& m, std::vector<int> set) {
+    const auto rows = static_cast<int>(m.rows());
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < rows; ++j)
+            if (m(i, j) != 0.0 && set[static_cast<std::size_t>(i)] != set[static_cast<std::size_t>(j)])
+                std::replace(set.begin(), set.end(), int{set[static_cast<std::size_t>(j)]},
+                             int{set[static_cast<std::size_t>(i)]});
+    std::vector<std::vector<int>> result;
+    for (int i = 0; i < rows; ++i) {
+        const auto same = std::find_if(result.begin(), result.end(), [&](const std::vector<int>& members) {
+            return set[static_cast<std::size_t>(members.front())] == set[static_cast<std::size_t>(i)];
+        });
+        if (same != result.end()) same->push_back(i);
+        else result.push_back({i});
+    }
+    return result;
+}
+
+/// visit(rows, scale, balanced) for each uncoupled set: balanced = diag(1/scale) m(rows, rows) diag(scale).
+template <class Visit>
+void for_balanced_sets(const model::Symbol& m, const std::vector<int>& fields, Visit visit) {
+    for (const std::vector<int>& rows : uncoupled_sets(m, fields)) {
+        Eigen::MatrixXcd inside = m(rows, rows);
+        const Eigen::VectorXd scale = numerics::balance(inside);
+        if ((scale.array() != 1.0).any()) inside = scale.cwiseInverse().asDiagonal() * inside * scale.asDiagonal();
+        visit(rows, scale, inside);
+    }
+}
+
+/// Eigenvalues to six digits of each rate where the matrix is small enough; as modes().  `fields`: of the rows.
+Modes sorted_modes(const model::Symbol& m, const std::vector<int>& fields) {
+    const Eigen::Index n = m.rows();
+    Modes all{.rates = Eigen::VectorXcd(n),
+              .shapes = model::Symbol::Zero(n, n),
+              .duals = model::Symbol::Zero(n, n),
+              .roundings = Eigen::VectorXd(n)};
+    Eigen::Index first = 0;
+    for_balanced_sets(m, fields, [&](const std::vector<int>& rows, const Eigen::VectorXd& scale, const auto& balanced) {
+        const auto count = static_cast<Eigen::Index>(rows.size());
+        const numerics::DenseEigen found =
+            count <= numerics::max_small_rows ? numerics::reliable_eigen(balanced) : numerics::dense_eigen(balanced);
+        if (!found.has_converged)
+            fail_run("the eigenvalues of a linear mode do not converge; choose less extreme coefficients");
+        const Eigen::MatrixXcd duals = numerics::inverse(found.vectors);
+        const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * found.values.cwiseAbs().maxCoeff();
+        const Eigen::MatrixXcd shapes = scale.asDiagonal() * found.vectors;
+        const Eigen::VectorXd norms = shapes.colwise().stableNorm().transpose();
+        for (Eigen::Index k = 0; k < count; ++k) {
+            all.rates(first + k) = found.values(k);
+            all.roundings(first + k) = rounding * duals.row(k).norm();  // columns have the norm 1
+        }
+        const auto places = Eigen::seqN(first, count);
+        all.shapes(rows, places) = shapes * norms.cwiseInverse().asDiagonal();
+        all.duals(places, rows) = norms.asDiagonal() * duals * scale.cwiseInverse().asDiagonal();
+        first += count;
+    });
+    std::vector<int> order(static_cast<std::size_t>(n));
     std::iota(order.begin(), order.end(), 0);
     std::sort(order.begin(), order.end(), [&](int a, int b) {
-        const std::complex<double> first = found.values(a), second = found.values(b);
-        return first.real() != second.real() ? first.real() > second.real() : first.imag() > second.imag();
+        const std::complex<double> one = all.rates(a), other = all.rates(b);
+        return one.real() != other.real() ? one.real() > other.real() : one.imag() > other.imag();
     });
-    Modes sorted{.rates = found.values(order), .shapes = found.vectors(Eigen::all, order), .duals = {}};
-    sorted.duals = numerics::inverse(sorted.shapes);
-    return sorted;
+    for (std::size_t k = 0; k + 1 < order.size(); ++k) {  // of a conjugate pair, whose order is one of rounding errors
+        const std::complex<double> one = all.rates(order[k]), other = all.rates(order[k + 1]);
+        const double rounding = std::max(all.roundings(order[k]), 1e-12 * std::abs(one));
+        if (one.imag() > 0.0 && std::abs(other - std::conj(one)) <= 2.0 * rounding) std::swap(order[k], order[k + 1]);
+    }
+    return {.rates = all.rates(order),
+            .shapes = all.shapes(Eigen::all, order),
+            .duals = all.duals(order, Eigen::all),
+            .roundings = all.roundings(order)};
 }
 
 /// Uniform changes that leave the conserved means: the symbol at q = 0 maps them into themselves.
 Modes uniform_modes(const model::LinearisedAt& at) {
     const Eigen::MatrixXd conserved = conserved_means(at);
     const Eigen::Index n = conserved.cols(), free = n - conserved.rows();
-    if (free == 0) return {.rates = Eigen::VectorXcd(0), .shapes = model::Symbol(n, 0), .duals = model::Symbol(0, n)};
-    Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(n, n);
-    if (conserved.rows() > 0) basis = numerics::orthogonal_factor(conserved.transpose()).rightCols(free);
-    Modes inside = sorted_modes(basis.transpose() * at.symbol({}) * basis);
-    return {.rates = inside.rates, .shapes = basis * inside.shapes, .duals = inside.duals * basis.transpose()};
+    if (free == 0) return {.rates = {}, .shapes = model::Symbol(n, 0), .duals = model::Symbol(0, n), .roundings = {}};
+    std::vector<int> fields = fields_of(at);
+    if (conserved.rows() == 0) return sorted_modes(at.symbol({}), fields);
+    const Eigen::MatrixXd basis = numerics::orthogonal_factor(conserved.transpose()).rightCols(free);
+    Modes inside =
+        sorted_modes(basis.transpose() * at.symbol({}) * basis, std::vector<int>(static_cast<std::size_t>(free), 0));
+    inside.shapes = basis * inside.shapes;
+    inside.duals = inside.duals * basis.transpose();
+    return inside;
 }
 }  // namespace
 
@@ -52,37 +124,42 @@ Eigen::MatrixXd conserved_means(const model::LinearisedAt& at) {
 }
 
 Modes modes(const model::LinearisedAt& at, const Wavevector& q) {
-    return q.x == 0.0 && q.y == 0.0 ? uniform_modes(at) : sorted_modes(at.symbol(q));
+    return q.x == 0.0 && q.y == 0.0 ? uniform_modes(at) : sorted_modes(at.symbol(q), fields_of(at));
 }
 
 Eigen::VectorXcd mode_rates(const model::LinearisedAt& at, const Wavevector& q) {
     const model::Symbol m = at.symbol(q);
-    if (m.rows() <= numerics::max_small_rows) return numerics::reliable_eigenvalues(m);
-    return numerics::dense_eigenvalues(m);
+    Eigen::VectorXcd rates(m.rows());
+    Eigen::Index first = 0;
+    for_balanced_sets(m, fields_of(at), [&](const std::vector<int>& rows, const auto&, const auto& balanced) {
+        const auto count = static_cast<Eigen::Index>(rows.size());
+        rates.segment(first, count) = count <= numerics::max_small_rows ? numerics::reliable_eigenvalues(balanced)
+                                                                        : numerics::dense_eigenvalues(balanced);
+        first += count;
+    });
+    return rates;
 }
 
 double growth_rate(const model::LinearisedAt& at, double q, double angle) {
     return mode_rates(at, at.wavevector(q, angle)).real().maxCoeff();
 }
 
-double Modes::rounding(Eigen::Index mode) const {
-    return 4.0 * std::numeric_limits<double>::epsilon() * rates.cwiseAbs().maxCoeff() * duals.row(mode).norm() *
-           shapes.col(mode).norm();
-}
-
 bool Modes::grows() const {
     for (Eigen::Index k = 0; k < rates.size(); ++k)
-        if (rates(k).real() > rounding(k)) return true;
+        if (rates(k).real() > roundings(k)) return true;
     return false;
+}
+
+double Modes::frequency(Eigen::Index mode) const {
+    const std::complex<double> rate = rates(mode);
+    const double rounding = std::max(roundings(mode), 1e-12 * std::abs(rate));
+    return std::abs(rate.imag()) > rounding ? -rate.imag() : 0.0;
 }
 
 Growth growth(const model::LinearisedAt& at, double q, double angle) {
     const Modes all = modes(at, at.wavevector(q, angle));
     if (all.rates.size() == 0) return {.rate = -std::numeric_limits<double>::infinity()};
-    const std::complex<double> fastest = all.rates(0);
-    const double rounding = all.rounding(0);
-    const bool oscillates = std::abs(fastest.imag()) > std::max(rounding, 1e-12 * std::abs(fastest));
-    return {.rate = fastest.real(), .frequency = oscillates ? -fastest.imag() : 0.0, .rounding = rounding};
+    return {.rate = all.rates(0).real(), .frequency = all.frequency(0), .rounding = all.roundings(0)};
 }
 
 std::vector<std::complex<double>> term_shares(const model::LinearisedAt& at, const Wavevector& q, std::size_t mode) {

@@ -307,8 +307,8 @@ std::optional<StationaryStates> states_of_cubic_order(const PointTheory& theory,
         result.why_no_order = "the uniform equations have no ordered solution";
         return result;
     }
-    constexpr double most = 1e-12;  // as in a search
-    if (found.outcome != Outcome::found || residual(found) > most) return {};
+    constexpr double max_residual = 1e-12;  // as in a search
+    if (found.outcome != Outcome::found || residual(found) > max_residual) return {};
     result.states.push_back(
         {.name = "ordered", .values = found.state, .residual = residual(found), .has_free_direction = true});
     return result;

@@ -35,15 +35,33 @@ Vector newton_step(const Matrix& jacobian, const Vector& values) {
     return -numerics::shortest_solution(scale.asDiagonal() * jacobian, scale.asDiagonal() * values, 1e-12);
 }
 
+/// The size of each field, repeated for its components with a rate.
+Vector field_sizes(const UniformEquations& equations, const Vector& z) {
+    model::UniformState all = equations.state_of(z), sizes(all.size());
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        const auto first = static_cast<std::size_t>(equations.places()[k].first);
+        const bool has_two = equations.model().fields[equations.places()[k].field].spin > 0;
+        sizes[k] = has_two ? std::hypot(all[first], all[first + 1]) : std::abs(all[first]);
+    }
+    return equations.of_state(sizes);
+}
+
 Attempt newton(const UniformEquations& equations, Vector z) {
     Vector f = equations.values(z);
     for (int step = 0; step < 60 && f.allFinite() && f.norm() > 0.0; ++step) {
-        Vector change = newton_step(equations.jacobian(z), f);
+        const Matrix j = equations.jacobian(z);
+        Vector change = newton_step(j, f);
         if (!change.allFinite()) break;
-        for (int half = 0; half < 12 && !(equations.values(z + change).norm() <= f.norm()); ++half) change *= 0.5;
+        // Relative to the sizes of the terms: rates of different fields have different units.
+        const Vector sizes = equations.sizes(z, j);
+        const double before = UniformEquations::relative(f, sizes).norm();
+        for (int half = 0; half < 12; ++half) {
+            if (UniformEquations::relative(equations.values(z + change), sizes).norm() <= before) break;
+            change *= 0.5;
+        }
         z += change;
         f = equations.values(z);
-        if (change.norm() <= 1e-15 * z.norm()) break;
+        if ((change.array().abs() <= 1e-15 * field_sizes(equations, z).array()).all()) break;
     }
     Attempt attempt{.z = z};
     if (!z.allFinite() || !f.allFinite()) return attempt;
@@ -55,17 +73,6 @@ Attempt newton(const UniformEquations& equations, Vector z) {
     }
     attempt.residual = equations.relative(z, slopes).maxCoeff(&attempt.row);
     return attempt;
-}
-
-/// The size of each field, repeated for its components with a rate.
-Vector field_sizes(const UniformEquations& equations, const Vector& z) {
-    model::UniformState all = equations.state_of(z), sizes(all.size());
-    for (std::size_t k = 0; k < all.size(); ++k) {
-        const auto first = static_cast<std::size_t>(equations.places()[k].first);
-        const bool has_two = equations.model().fields[equations.places()[k].field].spin > 0;
-        sizes[k] = has_two ? std::hypot(all[first], all[first + 1]) : std::abs(all[first]);
-    }
-    return equations.of_state(sizes);
 }
 
 /// At the threshold of order any order below the root of rounding is stationary: where twice as much is too, it is 0.
@@ -85,15 +92,20 @@ Attempt without_rounding(const UniformEquations& equations, const Attempt& root)
     return none.is_root() && twice.is_root() ? none : root;
 }
 
-/// Values that are rounding errors of 0 become 0.
+/// Values that are rounding errors of 0 become 0.  A field that is small in its own unit is none: twice as much of it
+/// is no root.
 Attempt cleaned(const UniformEquations& equations, const Attempt& root) {
     const Vector sizes = field_sizes(equations, root.z);
-    Attempt clean = root;
-    for (Eigen::Index k = 0; k < clean.z.size(); ++k)
-        if (sizes(k) <= 1e-9 * std::max(sizes.maxCoeff(), 1e-3) || std::abs(clean.z(k)) <= 1e-15 * sizes(k))
-            clean.z(k) = 0.0;
-    clean.residual = equations.relative(clean.z, equations.jacobian(clean.z)).maxCoeff(&clean.row);
-    return without_rounding(equations, clean.is_root() ? clean : root);
+    Attempt clean = root, twice = root;
+    for (Eigen::Index k = 0; k < clean.z.size(); ++k) {
+        const bool is_small = sizes(k) <= 1e-9 * std::max(sizes.maxCoeff(), 1e-3);
+        if (is_small) twice.z(k) *= 2.0;
+        if (is_small || std::abs(clean.z(k)) <= 1e-15 * sizes(k)) clean.z(k) = 0.0;
+    }
+    for (Attempt* const one : {&clean, &twice})
+        one->residual = equations.relative(one->z, equations.jacobian(one->z)).maxCoeff(&one->row);
+    const bool is_rounding = clean.is_root() && (twice.is_root() || !root.is_root());
+    return without_rounding(equations, is_rounding ? clean : root);
 }
 
 bool equal_states(const UniformEquations& equations, const Vector& a, const Vector& b) {

@@ -120,14 +120,19 @@ UniformEquations::Matrix UniformEquations::jacobian(const Vector& z) const {
     return j;
 }
 
-UniformEquations::Vector UniformEquations::relative(const Vector& z, const Matrix& j) const {
-    const Vector f = values(z);
+UniformEquations::Vector UniformEquations::sizes(const Vector& z, const Matrix& j) const {
     Vector sizes = j.cwiseAbs() * z.cwiseAbs();
     sizes.head(count()) += equations_.uniform_rate_sizes(state_of(z))(equations_.state_components());
     sizes.tail(conserved_.rows()) += conserved_.cwiseAbs() * reference_.cwiseAbs();
-    Vector ratios(f.size());
-    for (Eigen::Index k = 0; k < f.size(); ++k) ratios(k) = f(k) == 0.0 ? 0.0 : std::abs(f(k)) / sizes(k);
-    return ratios;
+    return sizes;
+}
+
+UniformEquations::Vector UniformEquations::relative(const Vector& z, const Matrix& j) const {
+    return relative(values(z), sizes(z, j));
+}
+
+UniformEquations::Vector UniformEquations::relative(const Vector& f, const Vector& sizes) {
+    return (f.array() == 0.0).select(0.0, f.array().abs() / sizes.array());
 }
 
 bool UniformEquations::commutes_with_turns() const {
@@ -170,7 +175,11 @@ Eigen::MatrixXd conserved_means(const model::Equations& equations) {
     Numbers numbers;
     Eigen::MatrixXd rates(n, 0);
     for (int trial = 0; trial < 64 * n && rates.cols() < 4 * n + 8; ++trial) {
-        const Eigen::VectorXd found = equations.uniform_rates(random_state(equations, numbers))(state);
+        model::UniformState at = random_state(equations, numbers);
+        if (trial % 2 == 1)  // of other units: where one field outweighs all others, its own rates are seen
+            for (std::size_t k = 0; k < at.size(); ++k)
+                if (equations.reference()[k] == 0.0) at[k] *= std::pow(10.0, numbers.between(-15.0, 15.0));
+        const Eigen::VectorXd found = equations.uniform_rates(at)(state);
         if (!found.allFinite()) continue;  // such as the square root of a density below 0
         rates.conservativeResize(Eigen::NoChange, rates.cols() + 1);
         rates.rightCols(1) = found;
@@ -181,14 +190,21 @@ Eigen::MatrixXd conserved_means(const model::Equations& equations) {
         "the references",
         64 * n);
     Eigen::VectorXd scale = Eigen::VectorXd::Ones(n);
-    for (Eigen::Index k = 0; k < n; ++k)
-        if (const double size = rates.row(k).cwiseAbs().maxCoeff(); size > 0.0) scale(k) = 1.0 / size;
+    for (int round = 0; round < 3; ++round) {  // states of one size, and rates of one size
+        for (Eigen::Index k = 0; k < rates.cols(); ++k)
+            if (const double size = rates.col(k).cwiseAbs().maxCoeff(); size > 0.0) rates.col(k) /= size;
+        for (Eigen::Index k = 0; k < n; ++k)
+            if (const double size = rates.row(k).cwiseAbs().maxCoeff(); size > 0.0) {
+                rates.row(k) /= size;
+                scale(k) /= size;
+            }
+    }
     Eigen::MatrixXd combinations = Eigen::MatrixXd::Zero(0, n);
     const auto add = [&](const Eigen::VectorXd& row) {
         combinations.conservativeResize(combinations.rows() + 1, Eigen::NoChange);
         combinations.bottomRows(1) = row.transpose();
     };
-    const numerics::DenseSvd<Eigen::MatrixXd> svd = numerics::dense_svd(Eigen::MatrixXd(scale.asDiagonal() * rates));
+    const numerics::DenseSvd<Eigen::MatrixXd> svd = numerics::dense_svd(rates);
     for (Eigen::Index k = 0; k < n; ++k) {
         const bool vanishes = k >= svd.values.size() || svd.values(0) == 0.0 || svd.values(k) <= 1e-12 * svd.values(0);
         if (vanishes) add(scale.asDiagonal() * svd.left.col(k));

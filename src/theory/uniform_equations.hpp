@@ -54,8 +54,11 @@ public:
     Vector values(const Vector& z) const;
     /// Not finite where the rates have no finite derivative.
     Matrix jacobian(const Vector& z) const;
-    /// |values| relative to the sizes of their parts.
+    /// Sizes of the parts of values(); j: the Jacobian there.
+    Vector sizes(const Vector& z, const Matrix& j) const;
+    /// |values| relative to them.
     Vector relative(const Vector& z, const Matrix& j) const;
+    static Vector relative(const Vector& values, const Vector& sizes);
 
 private:
     bool commutes_with_turns() const;

@@ -199,6 +199,6 @@ initial = {kind = "formula", c = "1", u = "60"}
 """
 
 
-def test_explain_needs_no_theory_about_the_references(tmp_path):
+def test_explain_needs_no_finite_rates_about_the_references(tmp_path):
     (tmp_path / "far.toml").write_text(NOT_FINITE)
-    assert "other conserved means" not in drover(tmp_path, "explain", "far.toml").stdout
+    assert "other conserved means than the references (c = 1 for 0)" in drover(tmp_path, "explain", "far.toml").stdout

@@ -65,16 +65,18 @@ bool turns_freely(const model::Equations& equations);
 
 // ---- Modes of one wave
 
-/// Sorted by growth rate, fastest first.  `shapes` has one row for each of LinearisedAt::state_components(), and one
-/// column of norm 1 for each mode; `duals` times `shapes` is the identity.  Near a defective matrix, columns of
-/// `shapes` are nearly equal and `duals` is large.  LinearisedAt::all_components(q) times `shapes` has all fields.
+/// Sorted by growth rate, fastest first, of a conjugate pair the mode of positive frequency.  `shapes` has one row for
+/// each of LinearisedAt::state_components(), and one column of norm 1 for each mode; `duals` times `shapes` is the
+/// identity.  Near a defective matrix, columns of `shapes` are nearly equal and `duals` is large.
+/// LinearisedAt::all_components(q) times `shapes` has all fields.
 struct Modes {
     Eigen::VectorXcd rates;  ///< s
     model::Symbol shapes, duals;
-    /// The rounding error of a rate: that of the matrix times the condition of the mode, large where modes nearly
-    /// coincide.
-    double rounding(Eigen::Index mode) const;
+    /// The rounding error of each rate: that of the fields coupled to it, in balanced units, times the condition of the
+    /// mode, large where modes nearly coincide.
+    Eigen::VectorXd roundings;
     bool grows() const;  ///< whether a rate is above its rounding error
+    double frequency(Eigen::Index mode) const;  ///< -Im s; 0 within the rounding error
 };
 
 /// At q = 0 without the conserved means.  For at most 6 components every growth rate has six digits, however slow the
@@ -87,8 +89,8 @@ Eigen::VectorXcd mode_rates(const model::LinearisedAt& at, const numerics::Wavev
 /// The largest of them; angle: from the direction of the state [rad].
 double growth_rate(const model::LinearisedAt& at, double q, double angle = 0.0);
 
-/// The largest growth rate of one wave, and its frequency -Im s, 0 for a stationary mode; `rounding`: the size of its
-/// rounding error.
+/// The largest growth rate of one wave, and its Modes::frequency(), 0 for a stationary mode; `rounding`: the size of
+/// its rounding error.
 struct Growth {
     double rate = 0.0, frequency = 0.0, rounding = 0.0;
     bool grows() const { return rate > rounding; }

@@ -60,6 +60,32 @@ VectorXcd eigenvalues_of(const typename Solver::MatrixType& a) {
 }
 }  // namespace
 
+Eigen::VectorXd balance(const Eigen::MatrixXcd& a) {
+    Eigen::ArrayXXd size = a.real().array().abs() + a.imag().array().abs();
+    const double largest = size.matrix().diagonal().maxCoeff();
+    size.matrix().diagonal().setZero();
+    Eigen::VectorXd result = Eigen::VectorXd::Ones(a.rows());
+    constexpr int max_sweeps = 64;
+    bool changes = true;
+    for (int sweep = 0; changes && sweep < max_sweeps; ++sweep) {
+        changes = false;
+        for (Eigen::Index i = 0; i < a.rows(); ++i) {
+            const double row = size.row(i).sum(), column = size.col(i).sum();
+            double squared = row / column;
+            if (!(row > 0.0)) squared = std::min(1.0, std::pow(largest / column, 2));
+            else if (!(column > 0.0)) squared = std::max(1.0, std::pow(row / largest, 2));
+            if (!(squared > 0.0) || !std::isfinite(squared) || (squared > 0.25 && squared < 4.0)) continue;
+            const double factor = std::exp2(std::round(0.5 * std::log2(squared)));
+            if (column * factor + row / factor > 0.95 * (column + row)) continue;
+            result(i) *= factor;
+            size.row(i) /= factor;
+            size.col(i) *= factor;
+            changes = true;
+        }
+    }
+    return result;
+}
+
 DenseEigen dense_eigen(const MatrixXcd& a) {
     return a.rows() <= max_small_rows ? eigen_of<SmallSquare<std::complex<double>>>(a) : eigen_of(a);
 }

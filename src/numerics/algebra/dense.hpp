@@ -35,6 +35,12 @@ Eigen::MatrixXcd shortest_solution(const Eigen::MatrixXcd& a, const Eigen::Matri
 /// An orthogonal matrix whose first columns span those of a; the others, what is normal to them.
 Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a);
 
+/// Powers of 2, d, with which the rows of diag(1/d) a diag(d) are as large as its columns, off the diagonal: units that
+/// differ much make no rounding errors there.  A row or column without such elements gets those of the other no larger
+/// than the diagonal.
+/// Source: Parlett & Reinsch, Numer. Math. 13, 293 (1969).
+Eigen::VectorXd balance(const Eigen::MatrixXcd& a);
+
 /// a vectors = vectors diag(values); columns of norm 1.
 struct DenseEigen {
     Eigen::VectorXcd values;
