@@ -56,8 +56,8 @@ UniformState CompiledEquations::balanced(const UniformState& at) const {
 Eigen::VectorXd CompiledEquations::uniform_products(const UniformState& at) const {
     const std::vector<double> slots = slots_at(at, false);
     Eigen::VectorXd result = Eigen::VectorXd::Zero(components);
-    for (const Output& force : forces)
-        for (const Output::Use& use : force.uses)
+    for (const RateFunction& force : forces)
+        for (const RateFunction::Use& use : force.uses)
             if (use.order == Order{}) result(use.component) += use.factor * evaluate(force.value, slots);
     return result;
 }
@@ -143,10 +143,10 @@ Symbol CompiledEquations::inverse_of_balance(const Symbol& m, double q) const {
 
 /// Whether a linear force that names a direction, as a weight "n e_y" does, is that of a field whose mean changes.
 bool CompiledEquations::reads_changing_mean() const {
-    for (const Output& force : forces)
+    for (const RateFunction& force : forces)
         for (const int slot : slots_read(force.value)) {
             if (slot < first_atom || !constant_value(slope(force.value, slot))) continue;
-            for (const Output::Use& use : force.uses)
+            for (const RateFunction::Use& use : force.uses)
                 for (const auto& [derivative, coefficient] : atoms[static_cast<std::size_t>(slot - first_atom)])
                     if (use.order == Order{} && derivative.order == Order{} &&
                         !model.fields[field(derivative.component)].conserved)
@@ -186,8 +186,9 @@ void CompiledEquations::check_balance_at(double q) const {
     }
     const Field& first = model.fields[field(held[0])];
     require(is_determined, first.equation.text.empty() ? first.where : first.equation.where,
-            "the balance of {} does not determine it at wavenumber {}; expected a term such as -c {}", first.symbol, q,
-            first.symbol);
+            "the balance of {} does not determine it at wavenumber {}; expected a term such as -c {}{}", first.symbol,
+            q, first.symbol,
+            q == 0.0 ? ", or conserved = true of the fields in it, where their means do not change" : "");
 }
 
 }  // namespace drover::model

@@ -10,6 +10,7 @@
 #include "drover/model/evolution.hpp"
 #include "drover/theory/theory.hpp"
 #include "io/declared_model.hpp"
+#include "io/names_used.hpp"
 #include "model/lowering.hpp"
 #include "python/bindings.hpp"
 
@@ -69,9 +70,11 @@ void add_table(const py::dict& given, io::DeclaredModel& model) {
     model.table_places.push_back({.file = model.tables.back().symbol});
 }
 
+/// Warns of those of the `named` coefficients that no equation has.
 model::Equations equations_of(const py::list& fields, const py::list& noises, const py::list& tables,
                               const std::map<std::string, std::string>& definitions,
-                              const std::map<std::string, double>& coefficients, bool chiral) {
+                              const std::map<std::string, double>& coefficients, bool chiral,
+                              const std::vector<std::string>& named) {
     io::DeclaredModel model;
     model.chiral = chiral;
     model.coefficients = coefficients;
@@ -80,7 +83,15 @@ model::Equations equations_of(const py::list& fields, const py::list& noises, co
     for (const py::handle& table : tables) add_table(table.cast<py::dict>(), model);
     for (const auto& [name, text] : definitions)
         model.definitions.emplace(name, model::Text{text, {.file = name, .line = 1, .column = 1}});
-    return model::Equations(io::model_of(model));
+    model::Equations equations(io::model_of(model));
+    const std::vector<std::string> idle = io::without_effect(model);
+    for (const std::string& name : named) {
+        if (std::ranges::find(idle, "coefficients." + name) == idle.end()) continue;
+        const std::string warning =
+            text("{} has no effect: no equation of this model has it, and it is no argument", name);
+        if (PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 2) != 0) throw py::error_already_set();
+    }
+    return equations;
 }
 
 py::list terms_of(const model::Equations& equations) {

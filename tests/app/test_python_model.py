@@ -1,5 +1,6 @@
 """tests/app/test_python_model.py: models of declared fields in Python: exact results, and the page of the manual."""
 import sys
+import warnings
 
 import matplotlib
 import numpy as np
@@ -190,6 +191,16 @@ def test_a_word_that_an_equation_does_not_know_is_an_operator_or_a_coefficient_t
         with pytest.raises(drover.Error, match="expected one of .* an operator such as grad or lap, a function, or a "
                                                "coefficient with a value"):
             Model([Field("u", equation)], D=1.0)
+
+
+def test_a_keyword_that_no_equation_has_is_warned_of():
+    """noise is an argument of a Field: as a coefficient it would have no effect, and no one would notice."""
+    fields = [drover.Field("phi", "-k phi")]
+    with pytest.warns(UserWarning, match="noise has no effect: no equation of this model has it"):
+        drover.Model(fields, k=1.0, noise=0.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drover.Model(fields, coefficients={"k": 1.0, "spare": 2.0})
 
 
 def test_fields_in_balance_follow_the_others_in_a_run_in_memory():

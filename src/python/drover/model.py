@@ -233,8 +233,8 @@ class Model:
     noises: white noises that the equations name, each a Noise.  tables: coefficients by their values, each a Table.
     calculus: the sense of noise that multiplies fields, "ito" or "stratonovich"; the drift of the second depends on the
     grid, so that theory and runs of such a model are those of its scene.
-    Coefficients are keyword arguments, or, for names such as "lambda" and "define", in `coefficients`.  Errors give the
-    place as "symbol.equation:1:column".
+    Coefficients are keyword arguments, with a warning where no equation has one, or, for names such as "lambda" and
+    "define", in `coefficients`.  Errors give the place as "symbol.equation:1:column".
 
     >>> model = Model([Field("phi", "D lap phi - k phi", noise=0.5)], D=2.0, k=1.0)
     >>> float(model.growth_rates([3.0]).growth_rate[0, 0])
@@ -258,7 +258,7 @@ class Model:
         self._equations = Equations([{**vars(field), "name": field.name or field.symbol} for field in self.fields],
                                     [vars(noise) for noise in self.noises],
                                     [vars(table) for table in self.tables], self.define,
-                                    {key: float(value) for key, value in self.coefficients.items()}, chiral)
+                                    {key: float(value) for key, value in self.coefficients.items()}, chiral, list(more))
 
     @property
     def terms(self):
@@ -319,8 +319,13 @@ class Model:
         return state
 
     def rates(self, state=None):
-        """d/dt of a uniform state, by components."""
-        return self._equations.uniform_rates(self._of(state))
+        """d/dt of a uniform state, by components.  Raises Error where a function or a table has no value."""
+        rates = self._equations.uniform_rates(self._of(state))
+        for name, rate in zip(self.components, rates):
+            if not np.isfinite(rate):
+                raise Error(f"the rate of {name} is {rate} in this state; expected one in which all functions and "
+                            "tables have values")
+        return rates
 
     def symbol(self, q, state=None):
         """The matrix M of d_t a = M a for small waves a exp(i q.r) about a uniform state, by components."""
