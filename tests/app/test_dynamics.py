@@ -6,6 +6,7 @@ from support import MODELS, SMALL
 
 import drover
 from drover import figure
+from drover.dynamics import segment_powers
 from drover.figures import dynamics_figure
 
 RELAXATION = {**SMALL, "relaxation.rate": 0.5, "current.speed": 0.0, "pressure.rods": 0.0, "elasticity.stiffness": 0.0,
@@ -159,3 +160,12 @@ def test_a_run_of_particles_is_none_of_fields(tmp_path):
     scene = drover.Scene.load(MODELS / "bead-gas.toml").set({"time.end": 0.01, "output.frame_every": 0.0})
     with scene.run(tmp_path / "gas.h5") as run, pytest.raises(drover.Error, match="expected one of fields"):
         drover.dynamic_structure_factor(run, "rod_density")
+
+
+def test_a_wave_that_stands_still_has_its_power_at_frequency_0():
+    """No mean is subtracted: a slow wave of noise has a mean over any number of frames."""
+    window = numpy.hanning(33)[:-1]
+    powers = segment_powers(numpy.full((96, 1), 0.3 - 0.4j), 32, 0.5)
+    assert powers.shape == (5, 1, 32)
+    numpy.testing.assert_allclose(powers[:, 0, 16], 0.125 * window.sum()**2 / (window**2).sum(),
+                                  rtol=1e-13)

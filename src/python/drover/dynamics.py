@@ -111,8 +111,7 @@ def segment_powers(values, length, interval):
     parts = []
     for first in range(0, len(values) - length + 1, length // 2):
         part = values[first:first + length]
-        part = (part - values.mean(axis=0)) * window[:, None]
-        waves = numpy.fft.ifft(part, axis=0) * length  # exp(+i omega t)
+        waves = numpy.fft.ifft(part * window[:, None], axis=0) * length  # exp(+i omega t)
         parts.append(scale * numpy.abs(numpy.fft.fftshift(waves, axes=0).T) ** 2)
     return numpy.array(parts)
 
