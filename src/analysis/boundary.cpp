@@ -206,7 +206,7 @@ files::ResultTable map_table(const PlaneMap& map, const MapPoints& on, Threads& 
 }
 
 /// The samples of each contour, at the corners and centres of its cells, and those of the map.
-std::int64_t least_points(const io::Scene& scene, const PlannedBoundary& planned) {
+std::int64_t min_points(const io::Scene& scene, const PlannedBoundary& planned) {
     const std::int64_t cells = scene.boundary.cells, side = scene.boundary.map;
     return static_cast<std::int64_t>(planned.lines.size()) * ((cells + 1) * (cells + 1) + cells * cells + side * side);
 }
@@ -215,7 +215,7 @@ PlaneOfScene plane_of(const io::Scene& scene, const PlannedBoundary& planned, bo
     warn_of_fixed_coefficients(scene, planned);
     std::unique_ptr<run::PointProgress> progress;
     if (scene.kind == io::SceneKind::model)
-        progress = std::make_unique<run::PointProgress>(least_points(scene, planned), quiet);
+        progress = std::make_unique<run::PointProgress>(min_points(scene, planned), quiet);
     return {.scene = scene,
             .planned = planned,
             .rectangle = planned.rectangle(),

@@ -65,7 +65,7 @@ KeyRange read_axis(const std::string& list, const std::string& written, const st
 /// An axis, with what it sets.
 std::pair<DescribedAxis, PlaneNumber> axis_of(const io::Scene& scene, const std::string& list,
                                               const std::string& written) {
-    const SourceLocation where = io::location_of(scene, list);
+    const SourceLocation where = io::locate(scene, list);
     const bool is_own = scene.kind == io::SceneKind::model;
     const auto [key, from, to] = read_axis(list, written, text("\"{} = 0.5:2\"", example_key(scene)), where);
     const PlaneNumber number = plane_number(scene, list, key, where);
@@ -86,7 +86,7 @@ std::vector<std::pair<std::string, double>> errors_of(const io::Scene& scene, co
     std::vector<std::pair<std::string, double>> errors;
     const bool is_own = scene.kind == io::SceneKind::model;
     const std::string list = "boundary.errors", example = text("\"{} = 0.02\"", example_key(scene));
-    const SourceLocation where = io::location_of(scene, list);
+    const SourceLocation where = io::locate(scene, list);
     for (const std::string& written : scene.boundary.errors) {
         const auto [given, value] = run::read_assignment(written, list, example, where);
         const double error = run::read_number(value, written, list, example, where);
@@ -110,7 +110,7 @@ std::vector<std::pair<std::string, double>> errors_of(const io::Scene& scene, co
 
 std::vector<std::string> conventions_of(const io::Scene& scene) {
     if (scene.kind == io::SceneKind::model) {
-        require(scene.boundary.conventions.empty(), io::location_of(scene, "boundary.conventions"),
+        require(scene.boundary.conventions.empty(), io::locate(scene, "boundary.conventions"),
                 "boundary.conventions is for the equations of rods and beads; expected a scene without it");
         return {""};
     }
@@ -120,7 +120,7 @@ std::vector<std::string> conventions_of(const io::Scene& scene) {
     if (io::is_from_table(scene, row->key()))
         for (const std::string& convention : scene.boundary.conventions)
             require(
-                convention == of_scene, io::location_of(scene, "boundary.conventions"),
+                convention == of_scene, io::locate(scene, "boundary.conventions"),
                 "boundary.conventions has \"{}\", but {} comes from a table in the convention {} = \"{}\"; expected "
                 "that one: choose by {}",
                 convention, row->symbol, row->factor_key, of_scene, row->factor_key);
@@ -135,7 +135,7 @@ std::vector<std::string> lines_in(const io::Scene& scene) {
         return states;
     }
     const std::vector<std::string>& known = line_names();
-    const SourceLocation where = io::location_of(scene, "boundary.lines");
+    const SourceLocation where = io::locate(scene, "boundary.lines");
     std::vector<std::string> lines = scene.boundary.lines;
     require(!lines.empty(), where, "boundary.lines is empty; expected at least one of {}", joined(known));
     for (const std::string& name : lines) {
@@ -181,7 +181,7 @@ void check_binodal_plane(const io::Scene& scene, const PlannedBoundary& planned)
     for (const model::Field& field : equations.model().fields)
         if (field.spin == 0 && field.conserved) example = "such as uniform." + field.name;
     require(density_component(equations, planned.x_number) >= 0 || density_component(equations, planned.y_number) >= 0,
-            io::location_of(scene, "boundary.lines"),
+            io::locate(scene, "boundary.lines"),
             "boundary.lines has \"binodal\", the densities of coexisting phases, and the axes are {} and {}; expected "
             "the mean density of a field as one axis, {}",
             planned.x.name, planned.y.name, example);
@@ -193,7 +193,7 @@ PlannedBoundary plan_boundary(const io::Scene& scene) {
     planned.cells = scene.boundary.cells;
     std::tie(planned.x, planned.x_number) = axis_of(scene, "boundary.x", scene.boundary.x);
     std::tie(planned.y, planned.y_number) = axis_of(scene, "boundary.y", scene.boundary.y);
-    require(!are_same(planned.x_number, planned.y_number), io::location_of(scene, "boundary.y"),
+    require(!are_same(planned.x_number, planned.y_number), io::locate(scene, "boundary.y"),
             "boundary.x is {} and boundary.y is {}; expected two different numbers", planned.x.name, planned.y.name);
     planned.errors = errors_of(scene, planned);
     planned.conventions = conventions_of(scene);

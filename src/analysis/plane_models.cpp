@@ -58,7 +58,7 @@ PlaneNumber plane_number(const io::Scene& scene, const std::string& list, const 
         const std::string body_area = field.observed.counted + "_area", area_key = mean_of + body_area;
         const PlaneNumber number = number_of_model(scene.model, mean, where);
         const double area = area_of_body(scene.model, body_area);
-        require(area > 0.0, io::location_of(scene, area_key),
+        require(area > 0.0, io::locate(scene, area_key),
                 "{} names {}, which needs the area of one particle, and {} = {}; expected > 0 [mm^2]", list, name,
                 area_key, area);
         return {.name = name,
@@ -106,7 +106,7 @@ PlaneModels::PlaneModels(io::SceneKind kind, SceneModel base, PlaneNumber x, Pla
 }
 
 std::optional<PlaneModels::Change> PlaneModels::change_of(const PlaneNumber& number, const SceneModel& middle,
-                                                          double least) const {
+                                                          double min_value) const {
     if (!number.density.empty()) {
         for (const auto& [field, first] : model::placed_fields(theory_->equations().model()))
             if (field.name == number.density) return Change{.component = static_cast<int>(first), .terms = {}};
@@ -120,11 +120,12 @@ std::optional<PlaneModels::Change> PlaneModels::change_of(const PlaneNumber& num
     for (std::size_t n = 0; n < names.size(); ++n)
         if (names[n] == number.name) change.terms.push_back(n);
     // A balance needs a drag above 0: where it may not have it, each model is checked.
-    const bool is_checked = least <= 0.0 && std::any_of(change.terms.begin(), change.terms.end(), [&](std::size_t n) {
-                                const std::string& symbol =
-                                    theory_->equations().model().fields[theory_->equations().terms()[n].field].symbol;
-                                return presence(middle.model, symbol) == physics::Presence::balance;
-                            });
+    const bool is_checked =
+        min_value <= 0.0 && std::any_of(change.terms.begin(), change.terms.end(), [&](std::size_t n) {
+            const std::string& symbol =
+                theory_->equations().model().fields[theory_->equations().terms()[n].field].symbol;
+            return presence(middle.model, symbol) == physics::Presence::balance;
+        });
     if (change.terms.empty() || is_checked) return {};
     return change;
 }

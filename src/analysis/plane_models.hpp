@@ -74,7 +74,7 @@ private:
         double base = 1.0;
     };
     /// least: its smallest value in the plane.
-    std::optional<Change> change_of(const PlaneNumber& number, const SceneModel& middle, double least) const;
+    std::optional<Change> change_of(const PlaneNumber& number, const SceneModel& middle, double min_value) const;
     std::optional<Change> x_change_, y_change_;
 };
 

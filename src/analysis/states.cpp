@@ -83,7 +83,7 @@ numerics::TravellingFamily family_of(const StatesProblem& problem, Threads& thre
     return family;
 }
 
-/// What is told of a scalar, and its name; "": nothing.
+/// What is reported of a scalar, and its name; "": nothing.
 struct ScalarNames {
     std::string mean, min, max, low, high, coexistence, width;
 };
@@ -104,12 +104,12 @@ void add_scalar(const ScalarNames& names, const model::StateComponent& of, doubl
         if (!name.empty())
             entries.push_back({.name = name, .unit = unit, .meaning = meaning, .value = value, .digits = 10});
     };
-    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    const auto [min, max] = std::minmax_element(values.begin(), values.end());
     const theory::DensityProfile profile = theory::density_profile(values, lx);
     const std::string words = of.name;
     add(names.mean, of.unit, text("mean of {}", words), mean);
-    add(names.min, of.unit, text("smallest {} on a point", words), *least);
-    add(names.max, of.unit, text("largest {} on a point", words), *most);
+    add(names.min, of.unit, text("smallest {} on a point", words), *min);
+    add(names.max, of.unit, text("largest {} on a point", words), *max);
     add(names.low, of.unit, text("{} where it is flattest below the middle of its range", words), profile.low);
     add(names.high, of.unit, text("{} where it is flattest above the middle of its range", words), profile.high);
     add(names.coexistence, "1", text("1: both values of {} are plateaus, of two phases", words),
@@ -181,19 +181,19 @@ double tail_of(const TravellingState& at, const StatesProblem& problem) {
 
 /// Of the states, where it is too large for their digits to mean anything.
 void add_unresolved(const std::vector<TravellingState>& states, const StatesProblem& problem, run::Record& root) {
-    constexpr double most = 1e-6;  // waves of a thousandth of the state
+    constexpr double max_tail = 1e-6;  // waves of a thousandth of the state
     const auto is_less = [&](const auto& a, const auto& b) { return tail_of(a, problem) < tail_of(b, problem); };
     const TravellingState& worst = *std::max_element(states.begin(), states.end(), is_less);
     root.entries.push_back(run::number("spectral_tail", "1",
                                        "largest part of the variance of a component in the shortest waves of the grid",
                                        tail_of(states.front(), problem), 2));
-    if (tail_of(worst, problem) <= most) return;
+    if (tail_of(worst, problem) <= max_tail) return;
     const std::string where =
         problem.followed ? text(" at {} = {:.6g}", problem.followed->key, worst.parameter) : std::string();
     root.footer.push_back(text(
         "the grid does not resolve the state{}: {:.2g} of the variance of a field is in the shortest waves of the grid "
         "(spectral_tail); expected less than {:.0e}: choose grid.nx = {}",
-        where, tail_of(worst, problem), most, 2 * problem.grid().nx));
+        where, tail_of(worst, problem), max_tail, 2 * problem.grid().nx));
 }
 
 double growth_of(const Point& point) {

@@ -16,7 +16,7 @@ namespace drover::analysis {
 namespace {
 using calibrate::WaveRecord;
 using numerics::Complex;
-constexpr std::size_t most_waves = 400;
+constexpr std::size_t max_waves = 400;
 
 /// Frames at equal times: numbers of the first and of those after it.
 struct FrameTimes {
@@ -70,15 +70,15 @@ std::vector<Wavenumber> wavenumbers_of(double lx, double ly, const std::string& 
     const double turn = 2.0 * std::numbers::pi, smallest = turn / std::max(lx, ly),
                  largest = (choice.max_wavenumber > 0.0 ? choice.max_wavenumber : 3.0 * smallest) * (1.0 + 1e-9);
     const double columns = largest * lx / turn, rows = largest * ly / turn;
-    require(std::numbers::pi / 2.0 * columns * rows <= 2.0 * static_cast<double>(most_waves), {name},
+    require(std::numbers::pi / 2.0 * columns * rows <= 2.0 * static_cast<double>(max_waves), {name},
             "a largest wavenumber of {:.4g} /mm; expected one below which there are at most {} waves: choose {:.3g}",
-            largest, most_waves, 3.0 * smallest);
+            largest, max_waves, 3.0 * smallest);
     std::vector<Wavenumber> found{{0, 0}};
     for (int x = 0; x <= static_cast<int>(columns); ++x)
         for (int y = -static_cast<int>(rows); y <= static_cast<int>(rows); ++y)
             if ((x > 0 || y > 0) && std::hypot(turn * x / lx, turn * y / ly) <= largest) found.push_back({x, y});
-    require(found.size() <= most_waves, {name}, "{} waves up to {:.4g} /mm; expected at most {}: choose {:.3g}",
-            found.size(), largest, most_waves, 3.0 * smallest);
+    require(found.size() <= max_waves, {name}, "{} waves up to {:.4g} /mm; expected at most {}: choose {:.3g}",
+            found.size(), largest, max_waves, 3.0 * smallest);
     return found;
 }
 

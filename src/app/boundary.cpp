@@ -71,7 +71,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
     return run::exit_stopped;
 }
 
-constexpr int least_draws = 20;  ///< of a table: 16 % of them are three
+constexpr int min_draws = 20;  ///< of a table: 16 % of them are three
 
 /// "0.35,0.14" as area fractions of beads and rods.
 analysis::AreaFractions point_of(const std::string& written) {
@@ -93,9 +93,9 @@ int print_table_boundary(const BoundaryOptions& options) {
     require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(), file,
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
             "that of its area fractions; expected the command without them");
-    require(!options.draws || *options.draws >= least_draws, {},
+    require(!options.draws || *options.draws >= min_draws, {},
             "--draws {} for a table of coefficients; expected at least {}, from which its errors follow",
-            *options.draws, least_draws);
+            *options.draws, min_draws);
     require(options.cell || options.points.empty(), {}, "--point is for --cell; expected the side of a cell too");
     std::vector<analysis::AreaFractions> points;
     for (const std::string& written : options.points) points.push_back(point_of(written));

@@ -17,7 +17,7 @@ namespace drover::app {
 namespace {
 struct CalibrateOptions : SceneOptions, ShareOptions {
     std::string budget;
-    std::vector<std::string> wishes;
+    std::vector<std::string> targets;
     int workers = 0;
     bool json = false, quiet = false;
 };
@@ -63,7 +63,7 @@ int calibrate_scene(const CalibrateOptions& options) {
                                  .collect = options.collect,
                                  .quiet = options.quiet};
     if (!options.share.empty()) how.share = jobs::read_share(options.share);
-    how.wishes = jobs::parse_wishes(options.wishes);
+    how.targets = jobs::parse_accuracy_targets(options.targets);
     if (!options.budget.empty()) how.budget = seconds_of(options.budget, "--budget");
     require(!options.json || options.share.empty(), {},
             "--json with --share, which prints no table; give --json to --collect");
@@ -72,9 +72,9 @@ int calibrate_scene(const CalibrateOptions& options) {
         return run::exit_done;
     }
     if (options.slurm > 0) {
-        jobs::needed_assays(jobs::plan_calibration(scene), how.wishes);
+        jobs::needed_assays(jobs::plan_calibration(scene), how.targets);
         std::vector<std::string> words;
-        for (const std::string& wish : options.wishes) words.insert(words.end(), {"--want", wish});
+        for (const std::string& target : options.targets) words.insert(words.end(), {"--want", target});
         if (!options.budget.empty()) words.insert(words.end(), {"--budget", options.budget});
         print(jobs::slurm_script({.command = "calibrate",
                                   .scene = options.scene,
@@ -99,7 +99,7 @@ void add_calibrate(CLI::App& program, Action& action) {
                         "Folder of the trials and the table; default: the name of the scene with .calibration");
     CLI::Option* want =
         command
-            ->add_option("--want", options->wishes,
+            ->add_option("--want", options->targets,
                          "A number and its standard error: onset=5%, \"onset(Phi_r<0.06)=0.02\", "
                          "\"alignment(0.35<Phi_b<0.45)=10%\"; trials are spread so that it is reached at the least "
                          "cost, and calibrate.relative_error and round have no effect; repeatable")

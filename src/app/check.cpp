@@ -7,7 +7,7 @@
 #include "base/log.hpp"
 #include "jobs/calibration.hpp"
 #include "jobs/sweep.hpp"
-#include "run/kind.hpp"
+#include "run/simulation_type.hpp"
 
 namespace drover::app {
 
@@ -30,7 +30,8 @@ void add_check(CLI::App& program, Action& action) {
             analysis::check_boundary(scene);
             if (options->resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
             else print(options->scene + ": valid\n");
-            for (const std::string& warning : run::kind_of(scene).warnings(scene)) log_warning("{}", warning);
+            for (const std::string& warning : run::simulation_type_of(scene).warnings(scene))
+                log_warning("{}", warning);
             return run::exit_done;
         };
     });

@@ -10,7 +10,7 @@
 #include "jobs/stop_rules.hpp"
 #include "report/json.hpp"
 #include "report/write_result.hpp"
-#include "run/kind.hpp"
+#include "run/simulation_type.hpp"
 
 namespace drover::app {
 

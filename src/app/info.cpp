@@ -12,7 +12,7 @@
 #include "jobs/calibration.hpp"
 #include "report/json.hpp"
 #include "report/write_result.hpp"
-#include "run/kind.hpp"
+#include "run/simulation_type.hpp"
 
 namespace drover::app {
 

@@ -41,14 +41,14 @@ void open_standard_streams() {
 
 /// The limit of the stack, which threads and child processes get too, is raised where it is too low and may be raised.
 void allow_stack() {
-    constexpr rlim_t least = rlim_t{2} << 20, usual = rlim_t{8} << 20;
+    constexpr rlim_t min_bytes = rlim_t{2} << 20, usual = rlim_t{8} << 20;
     struct rlimit limit {};
-    if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= least) return;
+    if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= min_bytes) return;
     const rlim_t allowed = limit.rlim_max;
     limit.rlim_cur = std::min(usual, allowed);
-    require(allowed >= least && ::setrlimit(RLIMIT_STACK, &limit) == 0, {},
+    require(allowed >= min_bytes && ::setrlimit(RLIMIT_STACK, &limit) == 0, {},
             "the stack is limited to {} kB (ulimit -s); expected at least {}: raise the limit", allowed / 1024,
-            least / 1024);
+            min_bytes / 1024);
 }
 
 /// A stack that cannot grow later, for want of memory, ends the process by a signal; so it grows now.
@@ -74,7 +74,7 @@ void require_stack() {
     };
     // Where an exception leaves a noexcept function, as in some libraries, its type may not be known here.
     if (!std::current_exception() && std::uncaught_exceptions() > 0)
-        end("error: drover could not go on, probably for want of memory; free some\n");
+        end("error: drover cannot continue, probably out of memory; free some memory\n");
     try {
         if (std::current_exception()) std::rethrow_exception(std::current_exception());
     } catch (const std::bad_alloc&) {

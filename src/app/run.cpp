@@ -30,9 +30,9 @@ void add_run(CLI::App& program, Action& action) {
             const run::RunOptions how{.overwrite = options->overwrite, .quiet = options->quiet};
             io::Scene scene = scene_of(*options);
             if (!options->accuracy.empty()) {
-                const std::vector<jobs::Wish> wishes = jobs::parse_wishes(options->accuracy);
+                const std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(options->accuracy);
                 run::check_needs(scene, how);  // before the trials
-                scene = jobs::with_accuracy(scene, wishes, options->quiet);
+                scene = jobs::with_accuracy(scene, targets, options->quiet);
             }
             return print_outcome(run::run_scene(scene, how), options->json);
         };

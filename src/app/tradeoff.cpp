@@ -12,7 +12,7 @@ namespace drover::app {
 
 void add_tradeoff(CLI::App& program, Action& action) {
     struct Options : SceneOptions, ShareOptions {
-        std::vector<std::string> wishes;
+        std::vector<std::string> targets;
         std::string budget = "20min";
         int workers = 0;
         bool json = false, quiet = false;
@@ -23,7 +23,7 @@ void add_tradeoff(CLI::App& program, Action& action) {
         "Measure what accuracy costs on a scene, and find the cheapest run that is accurate enough; re-run to resume");
     add_scene_options(*command, *options);
     command
-        ->add_option("--want", options->wishes,
+        ->add_option("--want", options->targets,
                      "A time mean and its error, of 95 % of all runs: polar_order=1%, polar_order=0.01, "
                      "\"structure_factor_rods(q<1)=3%\"; repeatable")
         ->required()
@@ -48,7 +48,7 @@ void add_tradeoff(CLI::App& program, Action& action) {
         action = [options] {
             jobs::TradeoffOptions study;
             study.budget = study.run_budget = seconds_of(options->budget, "--budget");
-            study.wishes = jobs::parse_wishes(options->wishes);
+            study.targets = jobs::parse_accuracy_targets(options->targets);
             const io::Scene scene = io::read_scene(options->scene, options->overrides);
             study.folder = jobs_output(*options, ".tradeoff");
             study.workers = options->workers;
@@ -63,7 +63,7 @@ void add_tradeoff(CLI::App& program, Action& action) {
             }
             if (options->slurm > 0) {
                 std::vector<std::string> words{"--budget", options->budget};
-                for (const std::string& wish : options->wishes) words.insert(words.end(), {"--want", wish});
+                for (const std::string& target : options->targets) words.insert(words.end(), {"--want", target});
                 print(jobs::slurm_script({.command = "tradeoff",
                                           .scene = options->scene,
                                           .overrides = options->overrides,
@@ -81,7 +81,7 @@ void add_tradeoff(CLI::App& program, Action& action) {
             if (!options->share.empty()) return int{run::exit_done};
             print_result(found.result, {.json = options->json}, scene, 1);
             if (!found.recommended) {
-                if (options->json) std::fprintf(stderr, "%s\n", printable(found.refusal).c_str());
+                if (options->json) std::fprintf(stderr, "%s\n", printable(found.why_none).c_str());
                 return int{run::exit_run_failed};
             }
             if (!options->json) print((study.folder / "recommended.toml").string() + ": the recommended scene\n");

@@ -124,15 +124,15 @@ std::string shell_word(const std::string& word) {
 }
 
 std::string measured_text(double value, double error) {
-    constexpr int most = 6;
+    constexpr int max_digits = 6;
     if (!std::isfinite(value) || !(error > 0.0) || !std::isfinite(error)) return text("{:.6g}", value);
     // The error as it is printed decides: 0.0996 is 0.1, whose second digit is that of hundredths.
     const int last_of_error = static_cast<int>(std::floor(std::log10(error * (1.0 + 1e-12)))) - 1;
     const int first = value == 0.0 ? last_of_error : static_cast<int>(std::floor(std::log10(std::abs(value))));
-    const int last = std::max(last_of_error, first - most + 1);
+    const int last = std::max(last_of_error, first - max_digits + 1);
     const double unit = std::pow(10.0, last);
     const double rounded = std::round(value / unit) * unit;
-    const bool is_plain = first < most && first > -5;
+    const bool is_plain = first < max_digits && first > -5;
     if (is_plain) return text("{:." + std::to_string(std::max(0, -last)) + "f}", rounded);
     return text("{:." + std::to_string(std::max(0, first - last)) + "e}", rounded);
 }

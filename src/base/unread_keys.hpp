@@ -20,14 +20,14 @@ struct Reading {
 /// \param readings of keys by name; a key that is not among them is always read
 template <class Struct>
 void reject_unread(const Struct& section, const std::string& name, const std::string& chosen,
-                   const std::map<std::string, Reading>& readings, const LocationOf& place,
+                   const std::map<std::string, Reading>& readings, const Locate& locate,
                    const Struct& without_keys = {}) {
     const auto values = values_of(section), defaults = values_of(without_keys);
     for (std::size_t i = 0; i < values.size(); ++i) {
         const auto found = readings.find(values[i].first);
         if (found == readings.end() || found->second.is_read || values[i].second == defaults[i].second) continue;
         const std::string key = name + "." + values[i].first;
-        fail_input(place(key), "{} = {} has no effect with {}; expected its default, {}, or {}", key,
+        fail_input(locate(key), "{} = {} has no effect with {}; expected its default, {}, or {}", key,
                    toml_text(values[i].second), chosen, toml_text(defaults[i].second), found->second.readers);
     }
 }

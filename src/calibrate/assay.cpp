@@ -36,8 +36,8 @@ void set_error_and_bias(measure::Estimate& estimate, const std::vector<std::vect
             sum += apart, squares += apart * apart, count += 1.0;
         }
     if (!std::isfinite(estimate.mean) || count < (1.0 - max_failing) * static_cast<double>(values.size())) {
-        estimate.refusal = text("no error estimate: {} of {} resamples of the {} trials give no value",
-                                static_cast<double>(values.size()) - count, values.size(), estimate.samples);
+        estimate.why_no_error = text("no error estimate: {} of {} resamples of the {} trials give no value",
+                                     static_cast<double>(values.size()) - count, values.size(), estimate.samples);
         return;
     }
     const double trials = static_cast<double>(estimate.samples);
@@ -70,7 +70,7 @@ std::string unmet_target_of(const Assay& assay, const Measurement& measurement, 
     const measure::Estimate& estimate = measurement.estimates[measurement.unmet];
     if (!estimate.error)
         return text("{}: {} has no error estimate after {} trials: {}", assay.name, name, measurement.trials,
-                    estimate.refusal);
+                    estimate.why_no_error);
     const double trials = std::ceil(static_cast<double>(measurement.trials) * largest * largest);
     if (std::abs(estimate.mean) < 2.0 * *estimate.error)
         return text(

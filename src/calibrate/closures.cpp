@@ -31,7 +31,7 @@ const char* row_name(Input input) {
 }
 
 namespace {
-using M = const Measured&;
+using M = const ClosureNumbers&;
 
 // D_r is the relaxation rate, P the mean orientation.
 std::vector<Closure> of_densities() {
@@ -250,7 +250,7 @@ Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formul
         if (std::find(closure.of.begin(), closure.of.end(), input) == closure.of.end()) closure.of.push_back(input);
         if (closure.order_power < 0.0) closure.under.push_back(input);
     }
-    closure.value = [unscaled = closure.value, scale, power = closure.order_power](const Measured& at) {
+    closure.value = [unscaled = closure.value, scale, power = closure.order_power](const ClosureNumbers& at) {
         return unscaled(at) * std::pow(scale(at), power);
     };
     return closure;
@@ -263,14 +263,14 @@ std::string divisor_refusal(Input input, double value, double error) {
                 error);
 }
 
-void put(Measured& at, Input input, double value, double error) {
+void put(ClosureNumbers& at, Input input, double value, double error) {
     at.numbers[input] = is_below_error(input, value, error) ? error : value;
     at.errors[input] = input == contact && at.contact_error >= 0.0 ? at.contact_error : error;
 }
 
-Uncertain evaluated(const Measured& at, const std::vector<Input>& of, const Formula& value, double part) {
+Uncertain evaluated(const ClosureNumbers& at, const std::vector<Input>& of, const Formula& value, double part) {
     const auto stepped = [&](Input input, double step) {
-        Measured moved = at;
+        ClosureNumbers moved = at;
         moved.numbers[input] += step;
         moved.numbers[contact] += at.contact_slopes[input] * step;
         return value(moved);

@@ -38,7 +38,7 @@ constexpr std::size_t input_count = 17;
 const char* row_name(Input input);
 
 /// The numbers that one closure needs at one point; others are zero.
-struct Measured {
+struct ClosureNumbers {
     double bead_fraction = 0.0, rod_fraction = 0.0;
     std::array<double, input_count> numbers{}, errors{};
     std::array<double, input_count> contact_slopes{};  ///< of c by the inputs that it follows from
@@ -86,19 +86,19 @@ inline bool may_be_absent(Input input) { return input == contact || input == cub
 std::string divisor_refusal(Input input, double value, double error);
 
 /// Sets one of the inputs of a closure.
-void put(Measured& at, Input input, double value, double error);
+void put(ClosureNumbers& at, Input input, double value, double error);
 
-using Formula = std::function<double(const Measured&)>;
+using Formula = std::function<double(const ClosureNumbers&)>;
 
 struct Closure {
     std::string row = {};  ///< of a table, for p = sigma u P; "" if there is none, or an assay or the setup gives it
     std::string key = {};  ///< of a model; "" if there is none
-    std::string unit = {}, formula = {};                  ///< of the row
-    Origin origin = Origin::set;                          ///< unless an input has a lesser origin
-    std::vector<Input> of = {};                           ///< its inputs
-    std::vector<Input> under = {};                        ///< those inputs that are divisors
-    double order_power = 0.0;                             ///< power of p/P by which it is multiplied if p is not P
-    Formula value = [](const Measured&) { return 0.0; };  ///< for p = P
+    std::string unit = {}, formula = {};  ///< of the row
+    Origin origin = Origin::set;          ///< unless an input has a lesser origin
+    std::vector<Input> of = {};           ///< its inputs
+    std::vector<Input> under = {};        ///< those inputs that are divisors
+    double order_power = 0.0;             ///< power of p/P by which it is multiplied if p is not P
+    Formula value = [](const ClosureNumbers&) { return 0.0; };  ///< for p = P
 };
 
 /// The closure for p = P times this scale, which has these inputs.  Unchanged if it does not depend on p, or is zero.
@@ -130,6 +130,6 @@ const std::vector<Closure>& closures();
 
 /// The formula and its error to first order in the errors of `of`, from central differences over `part` of each error.
 /// They are taken as independent, and c changes with the inputs that it follows from.
-Uncertain evaluated(const Measured& at, const std::vector<Input>& of, const Formula& value, double part = 1e-3);
+Uncertain evaluated(const ClosureNumbers& at, const std::vector<Input>& of, const Formula& value, double part = 1e-3);
 
 }  // namespace drover::calibrate

@@ -27,8 +27,8 @@ public:
             if (!may_be_absent(input) || find_row(table, row_name(input)) != nullptr)
                 rows_.emplace_back(input, SmoothCoefficient(table, row_name(input), point.varied, point.outside));
     }
-    Measured at(double bead_fraction, double rod_fraction) const {
-        Measured measured{.bead_fraction = bead_fraction, .rod_fraction = rod_fraction};
+    ClosureNumbers at(double bead_fraction, double rod_fraction) const {
+        ClosureNumbers measured{.bead_fraction = bead_fraction, .rod_fraction = rod_fraction};
         for (const auto& [input, row] : rows_) {
             const Uncertain found = row.at(bead_fraction, rod_fraction);
             put(measured, input, found.value, found.error);
@@ -41,7 +41,7 @@ private:
 };
 
 /// A wanted number needs its divisors to be significantly different from 0; `give`: the scene key that can replace it.
-void check_divisors(const Measured& measured, const std::vector<Input>& under, const std::string& what,
+void check_divisors(const ClosureNumbers& measured, const std::vector<Input>& under, const std::string& what,
                     const std::string& give) {
     for (const Input input : under) {
         const std::string why = divisor_refusal(input, measured[input], measured.errors[input]);
@@ -70,7 +70,7 @@ bool is_short_around(const Table& table, const TableRow& row, const StatePoint& 
 }
 
 /// Origin of a number, which its inputs may lower.
-Origin origin_of(const Closure& closure, const Table& table, const Measured& measured, const StatePoint& point) {
+Origin origin_of(const Closure& closure, const Table& table, const ClosureNumbers& measured, const StatePoint& point) {
     if (!closure.of.empty() && closure.value(measured) == 0.0) return Origin::set;
     bool all_set = !closure.of.empty(), any_short = false;
     for (const Input input : closure.of) {
@@ -96,19 +96,19 @@ public:
     }
     double error_of(const Formula& formula) const {
         std::vector<double> values;
-        for (const Measured& one : drawn_) values.push_back(formula(one));
+        for (const ClosureNumbers& one : drawn_) values.push_back(formula(one));
         return half_width(std::move(values));
     }
 
 private:
-    std::vector<Measured> drawn_;
+    std::vector<ClosureNumbers> drawn_;
 };
 
 /// The closure of a key for p of this kind.
 Closure closure_for(const std::string& key, OrderKind kind) {
     const Closure& closure = closure_of(key);
     if (kind == OrderKind::orientation) return closure;
-    return scaled(closure, {rod_area}, [](const Measured& at) { return at.rod_density(); });
+    return scaled(closure, {rod_area}, [](const ClosureNumbers& at) { return at.rod_density(); });
 }
 
 /// The inputs of all these closures.
@@ -140,7 +140,8 @@ const std::vector<std::string>& calibrated_keys() {
 std::vector<double> field_values(const Table& table, const std::vector<std::string>& keys, const StatePoint& point,
                                  OrderKind kind) {
     const std::vector<Closure> wanted = closures_for(keys, kind);
-    const Measured measured = Interpolated(table, inputs_of(wanted), point).at(point.bead_fraction, point.rod_fraction);
+    const ClosureNumbers measured =
+        Interpolated(table, inputs_of(wanted), point).at(point.bead_fraction, point.rod_fraction);
     std::vector<double> values;
     for (const Closure& closure : wanted) values.push_back(closure.value(measured));
     return values;
@@ -150,7 +151,7 @@ std::vector<FieldNumber> field_numbers(const Table& table, const std::vector<std
                                        const StatePoint& point, OrderKind kind) {
     const std::vector<Closure> wanted = closures_for(keys, kind);
     const std::vector<Input> inputs = inputs_of(wanted);
-    const Measured measured = Interpolated(table, inputs, point).at(point.bead_fraction, point.rod_fraction);
+    const ClosureNumbers measured = Interpolated(table, inputs, point).at(point.bead_fraction, point.rod_fraction);
     for (std::size_t i = 0; i < keys.size(); ++i) check_divisors(measured, wanted[i].under, keys[i], keys[i]);
     const DrawnInputs drawn(table, inputs, point);
     std::vector<FieldNumber> numbers;
@@ -180,7 +181,7 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
     const std::vector<Closure> wanted = closures_for(node_keys, kind);
     const Interpolated rows(table, inputs_of(wanted), point);
     const auto values_at = [&](double bead, double rod) {
-        const Measured measured = rows.at(bead, rod);
+        const ClosureNumbers measured = rows.at(bead, rod);
         std::vector<double> values;
         for (const Closure& closure : wanted) values.push_back(closure.value(measured));
         return values;
@@ -203,13 +204,13 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
 
 MeanField mean_field(const Table& table, const StatePoint& point) {
     const std::vector<Input> all{relaxation, weathercock, drag, cubic, response, contact, rod_area};
-    const Measured measured = Interpolated(table, all, point).at(point.bead_fraction, point.rod_fraction);
+    const ClosureNumbers measured = Interpolated(table, all, point).at(point.bead_fraction, point.rod_fraction);
     check_divisors(measured, {relaxation, rod_area}, "the order of the mean field", "relaxation.rate");
     const DrawnInputs redrawn(table, all, point);
     const auto of = [&](const Formula& formula) {
         return Uncertain{.value = formula(measured), .error = redrawn.error_of(formula)};
     };
-    using M = const Measured&;
+    using M = const ClosureNumbers&;
     const auto order_of = [](M m) { return order_of_alignment(m.alignment(), m.alignment_cubic()); };
     return {.alignment = of([](M m) { return m.alignment(); }),
             .alignment_cubic = of([](M m) { return m.alignment_cubic(); }),

@@ -8,9 +8,9 @@ namespace drover::calibrate {
 
 namespace {
 /// p/P for p = sigma u P.
-double current_scale(const Measured& at) { return at.rod_density() * at[speed]; }
+double current_scale(const ClosureNumbers& at) { return at.rod_density() * at[speed]; }
 
-TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>& inputs, Measured at) {
+TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>& inputs, ClosureNumbers at) {
     const std::vector<Input>&of = closure.of, &under = closure.under;
     TableEntry result{.origin = closure.origin};
     for (std::size_t i = 0; i < of.size(); ++i) {
@@ -43,7 +43,7 @@ TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>
 
 /// The errors of a node whose c follows from other rows: c keeps its own, and that of drag at other area fractions of
 /// rods.
-void share_errors(const Table& table, std::size_t varied, std::size_t bead, std::size_t rod, Measured& at) {
+void share_errors(const Table& table, std::size_t varied, std::size_t bead, std::size_t rod, ClosureNumbers& at) {
     const std::optional<ContactSlopes> slopes = contact_slopes(table, varied, bead);
     if (!slopes) return;
     at.contact_slopes[relaxation] = slopes->by_relaxation;
@@ -76,8 +76,8 @@ bool make_row(const Closure& closure, const Table& table, TableRow& row) {
         std::vector<const TableEntry*> inputs;
         for (const TableRow* one : from) inputs.push_back(&one->entries[one->by_rods ? point : bead]);
         const std::size_t beads = table.bead_fractions.size();
-        Measured at{.bead_fraction = table.bead_fractions[bead % beads],
-                    .rod_fraction = row.by_rods ? table.rod_fractions[point % rods] : 0.0};
+        ClosureNumbers at{.bead_fraction = table.bead_fractions[bead % beads],
+                          .rod_fraction = row.by_rods ? table.rod_fractions[point % rods] : 0.0};
         if (takes(contact) && takes(drag)) share_errors(table, bead / beads, bead % beads, point % rods, at);
         row.entries.push_back(entry_of(closure, inputs, at));
     }

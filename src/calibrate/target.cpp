@@ -13,20 +13,20 @@
 namespace drover::calibrate {
 
 namespace {
-constexpr double none = std::numeric_limits<double>::quiet_NaN(), beyond = std::numeric_limits<double>::infinity();
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN(), beyond = std::numeric_limits<double>::infinity();
 
 constexpr int subdivisions = 5;  // enough to see a crossing and a fall back between two area fractions
 
-bool is_onset(const Target& target) { return target.row.empty(); }
+bool is_onset(const TableTarget& target) { return target.row.empty(); }
 
 /// A target in one table.
 struct Value {
-    double value = none;
-    double excess = none, slope = none;  ///< of an onset, see OnsetPlace
+    double value = not_known;
+    double excess = not_known, slope = not_known;  ///< of an onset, see OnsetPlace
 };
 
 /// Those of the onset that share a value of the varied key are found together.
-void add_onsets(const std::vector<Target>& targets, const Table& table, std::vector<Value>& values) {
+void add_onsets(const std::vector<TableTarget>& targets, const Table& table, std::vector<Value>& values) {
     for (std::size_t varied = 0; varied < table.varied.size(); ++varied) {
         std::vector<std::size_t> which;
         std::vector<double> rods;
@@ -50,14 +50,14 @@ void add_onsets(const std::vector<Target>& targets, const Table& table, std::vec
 }
 
 /// The table with all that follows from its rows and is needed.
-std::vector<Value> values_of(const std::vector<Target>& targets, Table table) {
+std::vector<Value> values_of(const std::vector<TableTarget>& targets, Table table) {
     std::vector<Value> values(targets.size());
     if (std::all_of(targets.begin(), targets.end(), is_onset)) add_contact_alignment(table);
     else add_derived(table);
     add_onsets(targets, table, values);
     for (std::size_t k = 0; k < targets.size(); ++k) {
         if (is_onset(targets[k])) continue;
-        const Target& target = targets[k];
+        const TableTarget& target = targets[k];
         const TableRow& row = *find_row(table, target.row);
         const std::size_t index = entry_index(table, row, target.varied, target.bead, target.rod);
         const TableEntry& entry = row.entries[index];
@@ -69,10 +69,10 @@ std::vector<Value> values_of(const std::vector<Target>& targets, Table table) {
 }
 
 /// The rows that the resampled tables need, without what makes copies slow.
-Table slim(const Table& table, const std::vector<Target>& targets) {
+Table slim(const Table& table, const std::vector<TableTarget>& targets) {
     std::vector<std::string> names, inputs;
     for (const TableRow& row : table.rows) names.push_back(row.name);
-    for (const Target& target : targets)
+    for (const TableTarget& target : targets)
         for (const std::string& row : inputs_of(target, names)) inputs.push_back(row);
     const auto is_used = [&](const TableRow& row) {
         return row.entries.front().origin == Origin::set ||
@@ -96,7 +96,7 @@ double& entry_value(Table& table, const Scatter& scatter) {
 }
 
 /// NaN for all if the table has no values.
-std::vector<Value> values_or_none(const std::vector<Target>& targets, const Table& table) {
+std::vector<Value> values_or_none(const std::vector<TableTarget>& targets, const Table& table) {
     try {
         return values_of(targets, table);
     } catch (const Error&) {
@@ -105,7 +105,7 @@ std::vector<Value> values_or_none(const std::vector<Target>& targets, const Tabl
 }
 
 /// Slopes of all targets by one result, from steps of half its standard deviation; 0 where there is none.
-std::vector<double> slopes_by(const Scatter& scatter, const std::vector<Target>& targets,
+std::vector<double> slopes_by(const Scatter& scatter, const std::vector<TableTarget>& targets,
                               const std::vector<Value>& centre, Table& table) {
     double squares = 0.0;
     for (const double one : scatter.deviations) squares += one * one;
@@ -131,7 +131,7 @@ std::vector<double> slopes_by(const Scatter& scatter, const std::vector<Target>&
 }
 
 /// The part of one source in the variances of all targets, to first order.
-std::vector<double> variances_by(const Source& source, const std::vector<Target>& targets,
+std::vector<double> variances_by(const Source& source, const std::vector<TableTarget>& targets,
                                  const std::vector<Value>& centre, Table& table) {
     std::vector<double> variances(targets.size(), 0.0);
     if (source.empty()) return variances;
@@ -148,7 +148,7 @@ std::vector<double> variances_by(const Source& source, const std::vector<Target>
 }
 
 /// The values of each target in tables in which every source is replaced by one of its resamples.
-std::vector<std::vector<Value>> redrawn_values(const std::vector<Target>& targets, const Table& measured,
+std::vector<std::vector<Value>> redrawn_values(const std::vector<TableTarget>& targets, const Table& measured,
                                                const std::vector<Source>& sources) {
     std::size_t resamples = 0;
     for (const Source& source : sources)
@@ -167,7 +167,7 @@ std::vector<std::vector<Value>> redrawn_values(const std::vector<Target>& target
     return values;
 }
 
-void set_error(const Target& target, const std::vector<Value>& redrawn, TargetResult& result) {
+void set_error(const TableTarget& target, const std::vector<Value>& redrawn, TargetResult& result) {
     std::vector<double> values{result.value}, slopes;
     for (const Value& one : redrawn) {
         values.push_back(one.value);
@@ -188,7 +188,7 @@ void set_error(const Target& target, const std::vector<Value>& redrawn, TargetRe
 }
 }  // namespace
 
-std::vector<TargetResult> evaluate(const std::vector<Target>& targets, const Table& measured,
+std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, const Table& measured,
                                    const std::vector<Source>& sources) {
     Table table = slim(measured, targets);
     std::vector<TargetResult> results(targets.size());
@@ -198,9 +198,9 @@ std::vector<TargetResult> evaluate(const std::vector<Target>& targets, const Tab
         centre = values_of(targets, table);
     } catch (const Error& error) {
         for (std::size_t k = 0; k < targets.size(); ++k)
-            results[k] = {.value = none,
+            results[k] = {.value = not_known,
                           .error = beyond,
-                          .allowed = targets[k].is_relative ? none : targets[k].error,
+                          .allowed = targets[k].is_relative ? not_known : targets[k].error,
                           .parts = std::move(results[k].parts),
                           .missing = error.what()};
         return results;
@@ -232,13 +232,13 @@ const std::vector<std::string>& contact_rows() {
 }
 
 /// The inputs of the row of a target.
-std::vector<Input> closure_inputs(const Target& target, std::vector<std::string> names) {
+std::vector<Input> closure_inputs(const TableTarget& target, std::vector<std::string> names) {
     if (is_onset(target)) return {drag, relaxation, weathercock, contact};
     if (target.row == row_name(contact)) return {contact};
     for (const Closure& closure : closures()) {
         if (closure.row.empty()) continue;
         if (closure.row == target.row)
-            return scaled(closure, {rod_area, speed}, [](const Measured&) { return 1.0; }).of;
+            return scaled(closure, {rod_area, speed}, [](const ClosureNumbers&) { return 1.0; }).of;
         names.push_back(closure.row);
     }
     names.insert(names.end(), {"onset", row_name(contact)});
@@ -247,7 +247,7 @@ std::vector<Input> closure_inputs(const Target& target, std::vector<std::string>
 }
 }  // namespace
 
-std::vector<std::string> inputs_of(const Target& target, const std::vector<std::string>& measured_rows) {
+std::vector<std::string> inputs_of(const TableTarget& target, const std::vector<std::string>& measured_rows) {
     const auto is_measured = [&](const std::string& row) {
         return std::find(measured_rows.begin(), measured_rows.end(), row) != measured_rows.end();
     };
@@ -290,10 +290,11 @@ std::vector<std::size_t> allocate(std::vector<TrialCosts> sources, double second
         for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += source.variances[k];
     while (seconds > 0.0) {
         std::size_t best = sources.size();
-        double most = 0.0;
+        double max_gain = 0.0;
         for (std::size_t s = 0; s < sources.size(); ++s)
-            if (const double here = gain(sources[s], sums); here > most && sources[s].trials < sources[s].max_trials)
-                best = s, most = here;
+            if (const double here = gain(sources[s], sums);
+                here > max_gain && sources[s].trials < sources[s].max_trials)
+                best = s, max_gain = here;
         if (best == sources.size()) break;
         TrialCosts& source = sources[best];
         const double ratio = static_cast<double>(source.trials) / static_cast<double>(source.trials + 1);

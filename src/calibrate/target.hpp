@@ -9,7 +9,7 @@
 namespace drover::calibrate {
 
 /// The onset at an area fraction of rods of the table, or an entry of one of its rows.
-struct Target {
+struct TableTarget {
     std::string row;                            ///< "": the onset, Convention::mean
     std::size_t varied = 0, bead = 0, rod = 0;  ///< indices into the axes; `bead` is not used for the onset
     double error = 0.0;                         ///< standard error to reach
@@ -44,12 +44,12 @@ struct TargetResult {
 
 /// `measured`: the rows of assays and of the setup.  What follows from them is derived anew for every resampled table,
 /// so that errors which two inputs of the target share cancel or add as they should.  Sources are independent.
-std::vector<TargetResult> evaluate(const std::vector<Target>& targets, const Table& measured,
+std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, const Table& measured,
                                    const std::vector<Source>& sources);
 
 /// Names of the rows of assays from which the target follows.  Throws an input Error for an unknown row, and if the
 /// assays measure not all that it needs.
-std::vector<std::string> inputs_of(const Target& target, const std::vector<std::string>& measured_rows);
+std::vector<std::string> inputs_of(const TableTarget& target, const std::vector<std::string>& measured_rows);
 
 /// What limits and drives the choice of the next trials of one source.
 struct TrialCosts {

@@ -180,7 +180,7 @@ public:
         VectorXd widths(n);
         for (Eigen::Index i = 0; i < n; ++i) {
             VectorXd low = values, high = values;
-            low(i) = std::max(values(i) - steps(i), number(i).least);
+            low(i) = std::max(values(i) - steps(i), number(i).min);
             high(i) = values(i) + steps(i);
             widths(i) = high(i) - low(i);
             below.push_back(equations(low));
@@ -290,8 +290,8 @@ VectorXd scored(const VectorXd& values, const Slopes& slopes, double damping, co
     const Eigen::Index n = values.size();
     std::vector<Eigen::Index> free(static_cast<std::size_t>(n));
     std::iota(free.begin(), free.end(), Eigen::Index{0});
-    const auto least = [&](Eigen::Index i) { return likelihood.number(i).least; };
-    std::erase_if(free, [&](Eigen::Index i) { return values(i) <= least(i) && slopes.gradient(i) > 0.0; });
+    const auto min_of = [&](Eigen::Index i) { return likelihood.number(i).min; };
+    std::erase_if(free, [&](Eigen::Index i) { return values(i) <= min_of(i) && slopes.gradient(i) > 0.0; });
     const VectorXd diagonal = slopes.information.diagonal()(free);
     const VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
     MatrixXd even = scale.asDiagonal() * MatrixXd(slopes.information(free, free)) * scale.asDiagonal();
@@ -300,7 +300,7 @@ VectorXd scored(const VectorXd& values, const Slopes& slopes, double damping, co
     VectorXd next = values;
     for (std::size_t k = 0; k < free.size(); ++k) {
         const Eigen::Index i = free[k];
-        next(i) = std::max(values(i) - step(static_cast<Eigen::Index>(k)), least(i));
+        next(i) = std::max(values(i) - step(static_cast<Eigen::Index>(k)), min_of(i));
     }
     return next;
 }
@@ -319,7 +319,7 @@ WaveFit fit_at(const VectorXd& values, const Likelihood& likelihood, const Vecto
         fit.values.push_back({.value = values(i),
                               .error = std::sqrt(errors(i, i)),
                               .error_of_model = std::sqrt(covariance(i, i)),
-                              .at_bound = values(i) <= likelihood.number(i).least});
+                              .at_bound = values(i) <= likelihood.number(i).min});
     for (Eigen::Index i = 0; i < values.size(); ++i)
         for (Eigen::Index j = 0; j < values.size(); ++j)
             fit.values[static_cast<std::size_t>(i)].correlations.push_back(errors(i, j) /
@@ -357,9 +357,9 @@ WaveFit fit_waves(const WaveModel& model, const WaveRecord& record, NoiseOf nois
         "the scene has no noise that reaches every field of the wave at {}; expected noise of each field, or of one "
         "that drives it: such as noise.order, and driving.strength for the beads",
         likelihood.without_noise(values));
-    constexpr int most = 200;
+    constexpr int max_iterations = 200;
     double damping = 1e-3;
-    for (int iteration = 1; iteration <= most; ++iteration) {
+    for (int iteration = 1; iteration <= max_iterations; ++iteration) {
         const Slopes slopes = likelihood.slopes(values, steps);
         const VectorXd errors = covariance_of(slopes.information, likelihood).diagonal().cwiseSqrt();
         steps = difference_steps(values, errors);
@@ -380,8 +380,8 @@ WaveFit fit_waves(const WaveModel& model, const WaveRecord& record, NoiseOf nois
         if (is_better) values = next, value = found;
         if (!is_better || moved < 1e-4) return fit_at(values, likelihood, steps, iteration);
     }
-    fail_run("no maximum of the likelihood in {} steps, at {}; expected one: start from values nearer to it", most,
-             described(values, likelihood));
+    fail_run("no maximum of the likelihood in {} steps, at {}; expected one: start from values nearer to it",
+             max_iterations, described(values, likelihood));
 }
 
 WaveRecord thinned(const WaveRecord& record, std::size_t every) {

@@ -28,7 +28,7 @@ WaveRecord thinned(const WaveRecord& record, std::size_t every);
 struct FittedNumber {
     std::string key;
     double start = 0.0;
-    double least = -std::numeric_limits<double>::infinity();
+    double min = -std::numeric_limits<double>::infinity();
 };
 
 /// The linear equations of waves about a uniform state: d/dt of the fields of a record at q, and the strengths of their

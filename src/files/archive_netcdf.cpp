@@ -106,9 +106,9 @@ void attach_scales(hid_t group, const Recording& recording, const std::vector<Ha
 
 /// A cache of one chunk, so that each chunk is compressed once per commit instead of once per row.
 Handle dataset_access(std::size_t chunk_bytes, const Hdf5Errors& errors) {
-    constexpr std::size_t least = 1 << 16, slots = 5;
+    constexpr std::size_t min_bytes = 1 << 16, slots = 5;
     Handle access = errors.own(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose, "creating a dataset access list");
-    errors.check(H5Pset_chunk_cache(access, slots, std::max(least, chunk_bytes), 1.0), "sizing a chunk cache");
+    errors.check(H5Pset_chunk_cache(access, slots, std::max(min_bytes, chunk_bytes), 1.0), "sizing a chunk cache");
     return access;
 }
 
@@ -157,8 +157,8 @@ Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chu
 }
 
 bool is_compact(const Extent& extent) {
-    constexpr std::size_t most = 1 << 14;  // bytes: a header has 64 KB, for attributes too
-    return extent.max == extent.now && bytes_of(extent.now) <= most;
+    constexpr std::size_t max_bytes = 1 << 14;  // bytes: a header has 64 KB, for attributes too
+    return extent.max == extent.now && bytes_of(extent.now) <= max_bytes;
 }
 
 Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, bool is_integer,

@@ -216,12 +216,12 @@ void read_rows(hid_t dataset, const std::string& name, const RowRange& rows, std
 /// The number of elements of this shape, after checking that they can fit in this file and in memory.
 std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t file_bytes, const std::string& name,
                           const Hdf5Errors& errors) {
-    constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / sizeof(double);
+    constexpr std::size_t max_count = std::numeric_limits<std::size_t>::max() / sizeof(double);
     const std::uint64_t memory = memory_available();
     std::size_t count = 1;
     for (const std::size_t size : shape) {
-        const bool fits = size == 0 || count <= most / size;
-        count = fits ? count * size : most;
+        const bool fits = size == 0 || count <= max_count / size;
+        count = fits ? count * size : max_count;
     }
     if (std::find(shape.begin(), shape.end(), std::size_t{0}) != shape.end()) return 0;
     const double bytes = static_cast<double>(count) * sizeof(double);

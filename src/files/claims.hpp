@@ -40,7 +40,7 @@ enum class Held {
 /// generation, which again one process gets.
 ///
 /// A process that was stopped for longer than ClaimTimes::death, or whose file server was, counts as dead although it
-/// will go on: two processes may then do the same work.  The caller lets the same work give the same result.
+/// continues: two processes may then do the same work.  The caller lets the same work give the same result.
 class Claims {
 public:
     /// Creates the folder if there is none.  Throws an input Error where the file system has no hard links.

@@ -28,8 +28,8 @@ Descriptor open_input(const std::filesystem::path& file, const std::string& expe
 
 /// The next bytes of a file, "" at its end.
 std::string read_block(const Descriptor& from, std::uint64_t offset, const std::filesystem::path& file,
-                       std::size_t most = block_bytes) {
-    std::string block(most, '\0');
+                       std::size_t max_bytes = block_bytes) {
+    std::string block(max_bytes, '\0');
     try {
         block.resize(read_at(from, offset, std::as_writable_bytes(std::span(block))));
     } catch (const std::system_error& cause) {

@@ -102,8 +102,8 @@ Overlay written_overlay(Descriptor locked, const std::filesystem::path& path) {
 }
 
 void find_run_id(Overlay& overlay, const std::string& run_id) {
-    constexpr std::uint64_t most = 1 << 20;  // attributes are written first
-    std::string start(std::min(most, overlay.committed), '\0');
+    constexpr std::uint64_t max_bytes = 1 << 20;  // attributes are written first
+    std::string start(std::min(max_bytes, overlay.committed), '\0');
     read_overlay(overlay, 0, std::as_writable_bytes(std::span(start)));
     const std::size_t found = start.find(run_id);
     const bool is_found = found != std::string::npos;

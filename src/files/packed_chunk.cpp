@@ -120,9 +120,9 @@ private:
 
 /// Blocks of deflate that hold the bytes as they are.
 void append_stored(Octets bytes, Buffer& to) {
-    constexpr std::size_t most = 65535;
-    for (std::size_t i = 0; i < bytes.size(); i += most) {
-        const std::size_t size = std::min(most, bytes.size() - i);
+    constexpr std::size_t max_block = 65535;
+    for (std::size_t i = 0; i < bytes.size(); i += max_block) {
+        const std::size_t size = std::min(max_block, bytes.size() - i);
         const auto low = static_cast<unsigned char>(size & 0xff), high = static_cast<unsigned char>(size >> 8);
         to.insert(to.end(), {0, low, high, static_cast<unsigned char>(~low), static_cast<unsigned char>(~high)});
         to.insert(to.end(), bytes.begin() + static_cast<std::ptrdiff_t>(i),
@@ -154,8 +154,8 @@ std::vector<unsigned char> packed_chunk(std::span<const double> numbers) {
     Buffer result{0x78, 0x01};  // zlib: deflate, window of 32 kB, fastest
     result.reserve(bytes.size() + bytes.size() / 1024 + 256);
     // Short ones are compressed together: each stream starts without knowledge of the others.
-    constexpr std::size_t least = 4096;
-    const std::size_t step = numbers.size() < least ? std::max<std::size_t>(bytes.size(), 1) : numbers.size();
+    constexpr std::size_t min_count = 4096;
+    const std::size_t step = numbers.size() < min_count ? std::max<std::size_t>(bytes.size(), 1) : numbers.size();
     std::optional<Deflater> repeats, frequencies;
     const auto append = [&](std::optional<Deflater>& deflater, int strategy, Octets plane) {
         if (!deflater) deflater.emplace(strategy, step);

@@ -202,7 +202,7 @@ SceneKind kind_of_name(const std::string& name) {
     fail_input({}, "the kind \"{}\" of a scene; expected fields, particles or model", name);
 }
 
-SourceLocation location_of(const Scene& scene, const std::string& key) {
+SourceLocation locate(const Scene& scene, const std::string& key) {
     const auto found = scene.places.find(key);
     return found != scene.places.end() ? found->second : SourceLocation{.file = scene.file};
 }

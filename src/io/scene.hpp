@@ -53,7 +53,7 @@ struct Analysis {
 
 /// What the equations leave out.
 struct Approximation {
-    bool quasi_linear = false;        ///< short waves meet the long ones, and not each other
+    bool quasi_linear = false;        ///< generalised: short waves interact with long ones only
     double quasi_linear_above = 0.0;  ///< the largest |q| of a long wave [1/mm]; 0: only the means are long
     bool counterterm = false;         ///< the saturation of the order without that by fluctuations of independent rods
 
@@ -201,7 +201,7 @@ bool is_from_table(const Scene& scene, const std::string& key);
 std::vector<physics::ModelValues> drawn_models(const Scene& scene, int count);
 
 /// Where a key was given, or the scene's file for a default.
-SourceLocation location_of(const Scene& scene, const std::string& key);
+SourceLocation locate(const Scene& scene, const std::string& key);
 
 /// Throws an input Error, at the key, when keys are inconsistent.
 void check(const Scene& scene);

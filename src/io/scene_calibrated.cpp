@@ -16,7 +16,7 @@ std::size_t varied_of(const Scene& scene, const calibrate::Table& table) {
     // A resolved scene holds the key, also where there is nothing to choose from.
     const bool absent = varied == 0.0 && (table.varied_key.empty() || !is_given(scene, "calibrated.varied"));
     return calibrate::varied_index(table, absent ? std::nullopt : std::optional(varied), "calibrated.varied",
-                                   location_of(scene, "calibrated.varied"));
+                                   locate(scene, "calibrated.varied"));
 }
 
 /// Beside the scene, or else where drover runs.
@@ -63,7 +63,7 @@ std::vector<physics::ModelValues> drawn_models(const Scene& scene, int count) {
     if (plan.filled.empty()) return std::vector<physics::ModelValues>(static_cast<std::size_t>(count), scene.model);
     std::vector<std::string> keys;
     for (const std::string& line : plan.filled) keys.push_back(filled_name(line));
-    const SourceLocation where = location_of(scene, "calibrated.table");
+    const SourceLocation where = locate(scene, "calibrated.table");
     require(
         std::filesystem::exists(table_file(scene)), where,
         "no file {}; expected the table of the calibrated numbers, from which their errors are drawn: put it there, "
@@ -82,7 +82,7 @@ void fill_from_table(Scene& scene) {
     if (plan.table.empty()) return;
     for (const auto& [key, fraction] : {std::pair{"calibrated.bead_area_fraction", plan.bead_area_fraction},
                                         std::pair{"calibrated.rod_area_fraction", plan.rod_area_fraction}})
-        require(fraction > 0.0, location_of(scene, key),
+        require(fraction > 0.0, locate(scene, key),
                 "{} is not given; expected the area fraction of the scene, within those of {}", key, plan.table);
     const std::vector<std::string> missing =
         calibrate::missing_keys(scene.model, plan.coefficients == "local",
@@ -92,7 +92,7 @@ void fill_from_table(Scene& scene) {
         fill(scene, missing);
     } catch (const Error& error) {
         // A table is a file of its own; what it has not, this scene asked for.
-        throw Error(error.fault(), location_of(scene, "calibrated.table"), error.what());
+        throw Error(error.fault(), locate(scene, "calibrated.table"), error.what());
     }
 }
 

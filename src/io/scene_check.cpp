@@ -33,9 +33,9 @@ bool has_noise(const Scene& scene) {
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration) {
     const double dt = scene.time.dt, steps = std::round(duration / dt);
     constexpr double max_steps = 1e15;
-    require(steps <= max_steps, location_of(scene, key),
-            "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}", key, duration, steps, dt, max_steps);
-    require(is_whole(duration, dt), location_of(scene, key),
+    require(steps <= max_steps, locate(scene, key), "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}",
+            key, duration, steps, dt, max_steps);
+    require(is_whole(duration, dt), locate(scene, key),
             "{} = {} is not a whole number of steps of time.dt = {}; choose {}{}", key, duration, dt,
             duration < dt ? "" : text("{} or ", std::floor(duration / dt) * dt), std::ceil(duration / dt) * dt);
     return static_cast<std::int64_t>(steps);
@@ -52,104 +52,104 @@ double longest_step(const Scene& scene) {
         if (std::all_of(durations.begin(), durations.end(), [&](double duration) { return is_whole(duration, step); }))
             return step;
     }
-    fail_input(location_of(scene, "time.end"),
+    fail_input(locate(scene, "time.end"),
                "time.end = {}, output.frame_every = {} and output.sample_every = {} are not whole numbers of any step "
                "down to {:.3g} s; choose durations with a common divisor, or give time.dt",
                scene.time.end, scene.output.frame_every, scene.output.sample_every, shortest / max_parts);
 }
 
 namespace {
-void check_time_method(const Scene& scene, bool has_noise, const LocationOf& at) {
+void check_time_method(const Scene& scene, bool has_noise, const Locate& locate) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
-    require(scene.time.tolerance == 0.0 || method.start.empty(), at("time.tolerance"),
+    require(scene.time.tolerance == 0.0 || method.start.empty(), locate("time.tolerance"),
             "time.tolerance = {} with the stepper \"{}\", a multistep method, whose steps are all equal; choose etdrk2 "
             "or etdrk4-krogstad, or leave out the tolerance",
             scene.time.tolerance, method.name);
     require(
-        scene.time.tolerance == 0.0 || method.estimates_error, at("time.tolerance"),
+        scene.time.tolerance == 0.0 || method.estimates_error, locate("time.tolerance"),
         "time.tolerance = {} with the stepper \"{}\", which has no embedded error estimate; choose etdrk2 or etdrk4",
         scene.time.tolerance, method.name);
-    require(scene.time.tolerance > 0.0 || !method.needs_tolerance, at("time.stepper"),
+    require(scene.time.tolerance > 0.0 || !method.needs_tolerance, locate("time.stepper"),
             "time.stepper = \"{}\" with time.tolerance = 0; expected a tolerance, such as 1e-6: the method chooses its "
             "steps by it",
             method.name);
-    require(method.allows_noise || !has_noise, at("time.stepper"),
+    require(method.allows_noise || !has_noise, locate("time.stepper"),
             "time.stepper = \"{}\" with noise; expected a model without: choose etdrk2, or set {} to 0", method.name,
             scene.kind == SceneKind::model ? "the noise of every field"
                                            : "noise.order, noise.velocity, noise.rods and noise.beads");
 }
 
-void check_approximation(const Approximation& approximation, const LocationOf& at) {
+void check_approximation(const Approximation& approximation, const Locate& locate) {
     require(approximation.quasi_linear || approximation.quasi_linear_above == 0.0,
-            at("approximation.quasi_linear_above"),
+            locate("approximation.quasi_linear_above"),
             "approximation.quasi_linear_above = {} has no effect without approximation.quasi_linear = true; set that, "
             "or leave it out",
             approximation.quasi_linear_above);
 }
 
 /// Before any check that visits every mode: the least a run of any scheme needs.
-void check_least_memory(const Scene& scene, std::size_t components, const LocationOf& at) {
+void check_min_memory(const Scene& scene, std::size_t components, const Locate& locate) {
     const double arrays = 4.0 * static_cast<double>(components);
     const double needed = arrays * sizeof(double) * static_cast<double>(numerics::points(scene.grid));
-    require(needed <= static_cast<double>(memory_available()), at("grid.nx"),
+    require(needed <= static_cast<double>(memory_available()), locate("grid.nx"),
             "a grid of {} by {} points needs more than {} of memory, and {} are free; choose a smaller grid",
             scene.grid.nx, scene.grid.ny, bytes_text(needed), bytes_text(static_cast<double>(memory_available())));
 }
 
-void check_dealiasing(const physics::Dealiasing& dealiasing, const numerics::Grid& grid, const LocationOf& at) {
+void check_dealiasing(const physics::Dealiasing& dealiasing, const numerics::Grid& grid, const Locate& locate) {
     const int fewest = grid.ny == 1 ? grid.nx : std::min(grid.nx, grid.ny);
-    require(dealiasing.degree + 1 < fewest, at("dealiasing.degree"),
+    require(dealiasing.degree + 1 < fewest, locate("dealiasing.degree"),
             "dealiasing.degree = {} keeps no wave on {} points; expected less than {}", dealiasing.degree, fewest,
             fewest - 1);
-    require(dealiasing.degree == 0 || dealiasing.rule == "exact", at("dealiasing.degree"),
+    require(dealiasing.degree == 0 || dealiasing.rule == "exact", locate("dealiasing.degree"),
             "dealiasing.degree = {} has no effect with dealiasing.rule = \"{}\"; expected 0, or rule = \"exact\"",
             dealiasing.degree, dealiasing.rule);
 }
 
-void check_fields(const Scene& scene, const LocationOf& at) {
-    numerics::check(scene.grid, at);
-    physics::check(scene.model, at);
-    check_dealiasing(scene.dealiasing, scene.grid, at);
+void check_fields(const Scene& scene, const Locate& locate) {
+    numerics::check(scene.grid, locate);
+    physics::check(scene.model, locate);
+    check_dealiasing(scene.dealiasing, scene.grid, locate);
     const physics::Equations rod_bead(scene.model);
     const model::Equations equations = rod_bead.solver();
-    check_least_memory(scene, equations.state_components().size(), at);
-    check_unread(scene.initial, FormulasOf::rod_bead, at);
-    check_noise_of_start(scene.initial, equations, at);
-    model::check(scene.initial, equations, scene.grid, physics::kept_degree(rod_bead, scene.dealiasing), at);
-    check_time_method(scene, physics::has_noise(scene.model), at);
-    check_approximation(scene.approximation, at);
+    check_min_memory(scene, equations.state_components().size(), locate);
+    check_unread(scene.initial, FormulasOf::rod_bead, locate);
+    check_noise_of_start(scene.initial, equations, locate);
+    model::check(scene.initial, equations, scene.grid, physics::kept_degree(rod_bead, scene.dealiasing), locate);
+    check_time_method(scene, physics::has_noise(scene.model), locate);
+    check_approximation(scene.approximation, locate);
     if (scene.approximation.counterterm)
         calibrate::counterterm(scene.model, {scene.grid, physics::kept_degree(rod_bead, scene.dealiasing)},
-                               at("approximation.counterterm"));
+                               locate("approximation.counterterm"));
 }
 
 /// The equations, the grid and the start of a declared model.
-void check_declared(const Scene& scene, const LocationOf& at) {
-    numerics::check(scene.grid, at);
-    check_dealiasing(scene.dealiasing, scene.grid, at);
+void check_declared(const Scene& scene, const Locate& locate) {
+    numerics::check(scene.grid, locate);
+    check_dealiasing(scene.dealiasing, scene.grid, locate);
     const model::Equations equations(model_of(scene.declared));
-    check_least_memory(scene, equations.state_components().size(), at);
-    check_unread(scene.initial, FormulasOf::declared, at);
-    model::check(scene.initial, equations, scene.grid, kept_degree(scene, equations), at);
-    check_time_method(scene, equations.has_noise(), at);
+    check_min_memory(scene, equations.state_components().size(), locate);
+    check_unread(scene.initial, FormulasOf::declared, locate);
+    model::check(scene.initial, equations, scene.grid, kept_degree(scene, equations), locate);
+    check_time_method(scene, equations.has_noise(), locate);
     require(
-        !scene.approximation.counterterm, at("approximation.counterterm"),
+        !scene.approximation.counterterm, locate("approximation.counterterm"),
         "approximation.counterterm is of the order of rods among beads; expected false in a model of one's own: give "
         "its equation the linear term");
-    check_approximation(scene.approximation, at);
+    check_approximation(scene.approximation, locate);
 }
 
-void check_fractions(const std::vector<double>& fractions, const std::string& key, const LocationOf& at) {
+void check_fractions(const std::vector<double>& fractions, const std::string& key, const Locate& locate) {
     for (std::size_t i = 1; i < fractions.size(); ++i)
-        require(fractions[i] > fractions[i - 1], at(key), "{} has {} after {}; expected ascending numbers", key,
+        require(fractions[i] > fractions[i - 1], locate(key), "{} has {} after {}; expected ascending numbers", key,
                 fractions[i], fractions[i - 1]);
 }
 
-void check_calibration(const Scene& scene, const LocationOf& at) {
+void check_calibration(const Scene& scene, const Locate& locate) {
     const CalibrationPlan& plan = scene.calibration;
-    check_fractions(plan.bead_area_fractions, "calibrate.bead_area_fractions", at);
-    check_fractions(plan.rod_area_fractions, "calibrate.rod_area_fractions", at);
-    require(plan.max_trials >= 2 * plan.round, at("calibrate.max_trials"),
+    check_fractions(plan.bead_area_fractions, "calibrate.bead_area_fractions", locate);
+    check_fractions(plan.rod_area_fractions, "calibrate.rod_area_fractions", locate);
+    require(plan.max_trials >= 2 * plan.round, locate("calibrate.max_trials"),
             "calibrate.max_trials = {}; expected two rounds of calibrate.round = {} or more", plan.max_trials,
             plan.round);
     try {
@@ -159,18 +159,18 @@ void check_calibration(const Scene& scene, const LocationOf& at) {
     }
 }
 
-void check_particles(const Scene& scene, const LocationOf& at) {
-    dem::check(scene.particles, at);
-    require(scene.time.dt > 0.0, at("time.dt"),
+void check_particles(const Scene& scene, const Locate& locate) {
+    dem::check(scene.particles, locate);
+    require(scene.time.dt > 0.0, locate("time.dt"),
             "time.dt = 0 in a scene of particles; expected a number > 0 [s]: choose one, or leave it out for {} s",
             dt_of_particles);
-    dem::check_contact_law(scene.particles, dem::shapes_of(scene.particles, at), scene.time.dt, at);
-    check_calibration(scene, at);
+    dem::check_contact_law(scene.particles, dem::shapes_of(scene.particles, locate), scene.time.dt, locate);
+    check_calibration(scene, locate);
     // The motion of the plates within a step is a series in dt times the frequency.
     constexpr double min_steps = 20.0;
     const dem::Plates& plates = scene.particles.plates;
     const double steps = 1.0 / (scene.time.dt * plates.frequency);
-    require(plates.amplitude == 0.0 || steps >= min_steps, at("time.dt"),
+    require(plates.amplitude == 0.0 || steps >= min_steps, locate("time.dt"),
             "time.dt = {} s is {:.3g} steps a period of plates.frequency = {} 1/s; expected at least {}: choose a "
             "smaller time.dt",
             scene.time.dt, steps, plates.frequency, min_steps);
@@ -178,13 +178,13 @@ void check_particles(const Scene& scene, const LocationOf& at) {
 }  // namespace
 
 void check(const Scene& scene) {
-    const LocationOf at = [&](const std::string& key) { return location_of(scene, key); };
-    const LocationOf at_or_in = [&](const std::string& key) {  // of a key that is left out: its section
-        return scene.places.contains(key) ? at(key) : at(key.substr(0, key.rfind('.')));
+    const Locate locate = [&](const std::string& key) { return io::locate(scene, key); };
+    const Locate at_or_in = [&](const std::string& key) {  // of a key that is left out: its section
+        return scene.places.contains(key) ? locate(key) : locate(key.substr(0, key.rfind('.')));
     };
     switch (scene.kind) {
-        case SceneKind::fields: check_fields(scene, at); break;
-        case SceneKind::particles: check_particles(scene, at); break;
+        case SceneKind::fields: check_fields(scene, locate); break;
+        case SceneKind::particles: check_particles(scene, locate); break;
         case SceneKind::model: check_declared(scene, at_or_in); break;
     }
     if (scene.time.dt == 0.0) {
@@ -193,11 +193,12 @@ void check(const Scene& scene) {
         return check(with_step);
     }
     const std::int64_t steps = whole_steps(scene, "time.end", scene.time.end);
-    require(steps >= 1, at("time.end"), "time.end = {} is less than one step of time.dt = {}; expected at least one",
-            scene.time.end, scene.time.dt);
+    require(steps >= 1, locate("time.end"),
+            "time.end = {} is less than one step of time.dt = {}; expected at least one", scene.time.end,
+            scene.time.dt);
     for (const auto& [key, every] : {std::pair{"output.frame_every", scene.output.frame_every},
                                      std::pair{"output.sample_every", scene.output.sample_every}})
-        require(every == 0.0 || whole_steps(scene, key, every) >= 1, at(key),
+        require(every == 0.0 || whole_steps(scene, key, every) >= 1, locate(key),
                 "{} = {} is less than one step of time.dt = {}; expected 0 or at least one step", key, every,
                 scene.time.dt);
     for (const auto& [key, name] :
@@ -205,8 +206,9 @@ void check(const Scene& scene) {
           std::pair{"units.mass", scene.units.mass}})
         require(!name.empty() && std::all_of(name.begin(), name.end(),
                                              [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }),
-                at(key), "{} = \"{}\"; expected the name of a unit in letters, such as \"cm\", or \"none\"", key, name);
-    require(scene.analysis.warm_up == -1.0 || scene.analysis.warm_up >= 0.0, at("analysis.warm_up"),
+                locate(key), "{} = \"{}\"; expected the name of a unit in letters, such as \"cm\", or \"none\"", key,
+                name);
+    require(scene.analysis.warm_up == -1.0 || scene.analysis.warm_up >= 0.0, locate("analysis.warm_up"),
             "analysis.warm_up = {}; expected -1 (found from the series) or >= 0", scene.analysis.warm_up);
 }
 

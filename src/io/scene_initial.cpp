@@ -106,7 +106,7 @@ LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* 
     return formulas;
 }
 
-void check_unread(const model::Start& start, FormulasOf of, const LocationOf& at) {
+void check_unread(const model::Start& start, FormulasOf of, const Locate& locate) {
     if (start.kind != "uniform") return;  // --set gives a scene another kind, and its other keys stay
     const std::string mode = "initial.kind = \"mode\"", file = "initial.kind = \"file\"";
     reject_unread(start, "initial", "initial.kind = \"uniform\"",
@@ -117,17 +117,17 @@ void check_unread(const model::Start& start, FormulasOf of, const LocationOf& at
                    {"phase", {false, mode}},
                    {"file", {false, file}},
                    {"frame", {false, file}}},
-                  at, start_without_keys(of));
+                  locate, start_without_keys(of));
 }
 
-void check_noise_of_start(const model::Start& start, const model::Equations& equations, const LocationOf& at) {
+void check_noise_of_start(const model::Start& start, const model::Equations& equations, const Locate& locate) {
     if (start.kind != "stationary" || equations.has_noise()) return;
     std::vector<std::string> keys;
     for (const model::StateComponent& one : model::components_of_state(equations))
         for (const physics::FieldRow& row : physics::shipped_model().fields)
             if (one.part == 0 && equations.model().fields[one.field].symbol == row.symbol)
                 keys.push_back(row.noise + " = 0");
-    fail_input(at("initial.kind"),
+    fail_input(locate("initial.kind"),
                "initial.kind = \"stationary\" with {}; a stationary state needs noise: give one of them > 0, or choose "
                "another initial.kind",
                joined(keys));

@@ -29,9 +29,9 @@ LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* 
                            std::map<std::string, SourceLocation>& places);
 
 /// Throws an input Error for a key of [initial] that a uniform start, the default, does not read.
-void check_unread(const model::Start& start, FormulasOf of, const LocationOf& at);
+void check_unread(const model::Start& start, FormulasOf of, const Locate& locate);
 
 /// Throws an input Error for a stationary start without noise, with the keys of the noise of rods and beads.
-void check_noise_of_start(const model::Start& start, const model::Equations& equations, const LocationOf& at);
+void check_noise_of_start(const model::Start& start, const model::Equations& equations, const Locate& locate);
 
 }  // namespace drover::io

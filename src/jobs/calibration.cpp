@@ -15,7 +15,7 @@
 #include "io/calibration.hpp"
 #include "io/trial_record.hpp"
 #include "jobs/campaign.hpp"
-#include "jobs/want_plan.hpp"
+#include "jobs/target_plan.hpp"
 #include "run/loop.hpp"
 #include "run/provenance.hpp"
 #include "run/signals.hpp"
@@ -112,13 +112,14 @@ std::string result_text(const calibrate::TrialSet& trial_set) {
     const calibrate::Quantity& quantity = trial_set.assay().quantities.front();
     const std::string failed = trial_set.failed() > 0 ? text(", {} failed", trial_set.failed()) : "";
     if (!first.error)
-        return text("{}: no error estimate after {} trials{}: {}", quantity.name, found.trials, failed, first.refusal);
+        return text("{}: no error estimate after {} trials{}: {}", quantity.name, found.trials, failed,
+                    first.why_no_error);
     return text("{} = {} {} from {} trials{}{}{}", quantity.name, measured_text_with_error(first.mean, *first.error),
                 quantity.unit, found.trials, failed, found.reached ? "" : ", with a larger error than requested",
                 found.diagnosis.empty() ? "" : "; " + found.diagnosis);
 }
 
-WantLimits limits_of(const io::Scene& scene, const CalibrationOptions& options, int workers) {
+TargetLimits limits_of(const io::Scene& scene, const CalibrationOptions& options, int workers) {
     return {.max_trials = static_cast<std::size_t>(scene.calibration.max_trials),
             .budget = options.budget,
             .workers = static_cast<std::size_t>(workers)};
@@ -129,7 +130,8 @@ class NeededTrials {
 public:
     NeededTrials(const io::Scene& scene, const StoredTrials& stored, const CalibrationOptions& options, int workers)
         : stored_(stored), options_(options), factory_(calibrate::system_factory(scene.time.dt)) {
-        if (!options.wishes.empty()) wanted_.emplace(stored.layout, options.wishes, limits_of(scene, options, workers));
+        if (!options.targets.empty())
+            wanted_.emplace(stored.layout, options.targets, limits_of(scene, options, workers));
         for (calibrate::TrialSet& one : stored.read()) units_.push_back({.trials = std::move(one)});
         for (std::size_t u = 0; u < units_.size(); ++u)
             if (!wanted_ || wanted_->needs(u)) already_ += units_[u].trials.count();
@@ -158,7 +160,7 @@ public:
         return one.trials.needed();
     }
     const calibrate::TrialSet& trials(std::size_t unit) const { return units_[unit].trials; }
-    const std::vector<WantedValue>* values() const { return wanted_ ? &wanted_->values() : nullptr; }
+    const std::vector<TargetProgress>* values() const { return wanted_ ? &wanted_->values() : nullptr; }
 
 private:
     struct Unit {
@@ -249,7 +251,7 @@ private:
         reported_ = now;
         const double seconds = std::chrono::duration<double>(now - start_).count();
         if (wanted_) {
-            for (const WantedValue& value : wanted_->values())
+            for (const TargetProgress& value : wanted_->values())
                 if (std::isfinite(value.result.value))
                     log_information("{}: {}, wanted to {:.2g}", value.text,
                                     measured_text_with_error(value.result.value, value.cautious_error),
@@ -267,9 +269,9 @@ private:
     const StoredTrials& stored_;
     const CalibrationOptions& options_;
     calibrate::SystemFactory factory_;
-    std::vector<Unit> units_;         // as in the layout
-    std::optional<WantPlan> wanted_;  // for wanted numbers
-    std::size_t planned_at_ = 0;      // trials that had ended at the last plan
+    std::vector<Unit> units_;           // as in the layout
+    std::optional<TargetPlan> wanted_;  // for wanted numbers
+    std::size_t planned_at_ = 0;        // trials that had ended at the last plan
     std::size_t already_ = 0, ran_ = 0, ended_ = 0;
     Clock::time_point start_ = Clock::now(), reported_ = start_;
 };
@@ -297,7 +299,7 @@ void write_table(const io::Scene& scene, const fs::path& folder, CalibrationOutc
 
 void join(const io::Scene& scene, const CalibrationOptions& options) {
     const CalibrationLayout layout = plan_calibration(scene);
-    needed_assays(layout, options.wishes);  // wishes that it cannot answer are rejected before there is a folder
+    needed_assays(layout, options.targets);  // targets that it cannot answer are rejected before there is a folder
     const Version built = version();
     const std::string factory =
         text("# made by drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", changed" : "");
@@ -349,9 +351,9 @@ bool has_result(const calibrate::TrialSet& trial_set) {
 /// goal for each.
 CalibrationLayout layout_for(const io::Scene& scene, const CalibrationOptions& options) {
     CalibrationLayout layout = plan_calibration(scene);
-    if (options.wishes.empty()) return layout;
+    if (options.targets.empty()) return layout;
     io::Scene part = scene;
-    part.calibration.assays = needed_assays(layout, options.wishes);
+    part.calibration.assays = needed_assays(layout, options.targets);
     const std::vector<calibrate::TrialSet> present = StoredTrials(scene, layout, options.folder).read();
     for (std::size_t u = 0; u < layout.units.size(); ++u)
         if (present[u].count() > 0) part.calibration.assays.push_back(layout.assays[layout.units[u].assay].name);
@@ -363,12 +365,12 @@ CalibrationLayout layout_for(const io::Scene& scene, const CalibrationOptions& o
 /// Takes all trials, and says what they give for the wanted numbers.
 void conclude_want(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options,
                    std::vector<calibrate::TrialSet>& trial_sets, CalibrationOutcome& outcome) {
-    WantPlan plan(layout, options.wishes, limits_of(scene, options, 1));
+    TargetPlan plan(layout, options.targets, limits_of(scene, options, 1));
     std::vector<UnitProgress> progress;
     for (const calibrate::TrialSet& one : trial_sets) progress.push_back({.trials = &one, .given = one.count()});
     plan.next(progress);
-    outcome.want = want_result(layout, plan, progress);
-    for (const WantedValue& value : plan.values())
+    outcome.want = target_result(layout, plan, progress);
+    for (const TargetProgress& value : plan.values())
         if (!value.reached) ++outcome.unmet_wants;
     for (calibrate::TrialSet& one : trial_sets) one.take_all();
 }
@@ -383,7 +385,7 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
     if (!options.collect) run_trials(scene, stored, options, outcome);
     std::vector<calibrate::TrialSet> trial_sets = stored.read();
     if (options.collect) outcome.already = count_of(trial_sets);
-    if (options.wishes.empty())
+    if (options.targets.empty())
         for (const calibrate::TrialSet& one : trial_sets) {
             if (!one.ended()) ++outcome.unfinished;
             else if (!has_result(one)) ++outcome.failed;
@@ -391,7 +393,7 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
         }
     const bool is_last = outcome.unfinished == 0 && !outcome.stopped;
     if (!options.share.is_plain() && !is_last) return outcome;
-    if (!options.wishes.empty()) conclude_want(scene, layout, options, trial_sets, outcome);
+    if (!options.targets.empty()) conclude_want(scene, layout, options, trial_sets, outcome);
     outcome.table = table_of(layout, trial_sets);
     alone(options.folder, is_last, [&] { write_table(scene, options.folder, outcome); });
     return outcome;
@@ -414,10 +416,11 @@ std::string calibration_status(const io::Scene& scene, const CalibrationOptions&
                 if (!needed.trials(u).has(n)) keys.push_back(stored.key_of({.unit = u, .number = n}));
     }
     std::string done = text("{} of {} measurements done", ended, layout.units.size());
-    if (const std::vector<WantedValue>* values = needed.values())
-        done = text("{} of {} wanted numbers reached",
-                    std::count_if(values->begin(), values->end(), [](const WantedValue& one) { return one.reached; }),
-                    values->size());
+    if (const std::vector<TargetProgress>* values = needed.values())
+        done =
+            text("{} of {} wanted numbers reached",
+                 std::count_if(values->begin(), values->end(), [](const TargetProgress& one) { return one.reached; }),
+                 values->size());
     return done + "; of the trials that are known to be needed: " + campaign_status(options.folder, records, keys);
 }
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "io/scene.hpp"
+#include "jobs/accuracy_target.hpp"
 #include "jobs/calibration_layout.hpp"
 #include "jobs/share.hpp"
-#include "jobs/wish.hpp"
 #include "run/result.hpp"
 
 namespace drover::jobs {
@@ -21,7 +21,7 @@ struct CalibrationOptions {
     bool quiet = false;
     /// Wanted numbers: trials are spread so that these reach their errors soonest; without any, every assay at every
     /// point reaches calibrate.relative_error.
-    std::vector<Wish> wishes;
+    std::vector<AccuracyTarget> targets;
     double budget = INFINITY;  ///< core seconds of all trials for wanted numbers
 };
 
@@ -47,7 +47,7 @@ struct CalibrationOutcome {
 CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options);
 
 /// One line over all processes in the folder: measurements done; trials done, failed and running, their rate and the
-/// time left.  Of `options` it takes the folder, the wishes and the budget.
+/// time left.  Of `options` it takes the folder, the targets and the budget.
 std::string calibration_status(const io::Scene& scene, const CalibrationOptions& options);
 
 /// Human-readable: one line per point, then remarks.

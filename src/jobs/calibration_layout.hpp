@@ -7,7 +7,7 @@
 #include "calibrate/trial_set.hpp"
 #include "files/record_identity.hpp"
 #include "io/scene.hpp"
-#include "jobs/wish.hpp"
+#include "jobs/accuracy_target.hpp"
 
 namespace drover::jobs {
 
@@ -34,8 +34,8 @@ struct CalibrationLayout {
 /// invalid value.
 CalibrationLayout plan_calibration(const io::Scene& scene);
 
-/// Names of the assays that the wished numbers need.  Throws an input Error for a wish that the layout cannot answer.
-std::vector<std::string> needed_assays(const CalibrationLayout& layout, const std::vector<Wish>& wishes);
+/// Names of the assays that the wanted numbers need.  Throws an input Error for a target that the layout cannot answer.
+std::vector<std::string> needed_assays(const CalibrationLayout& layout, const std::vector<AccuracyTarget>& targets);
 
 /// What the trials of a unit in a file of its own depend on, as calibrations had them before they had shares.
 files::RecordIdentity identity_of(const CalibrationLayout& layout, const CalibrationUnit& unit);

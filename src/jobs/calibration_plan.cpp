@@ -15,7 +15,7 @@ constexpr const char *calibrate_key = "calibrate.vary", *calibrate_example = "\"
 void read_varied(const io::Scene& scene, calibrate::Table& axes) {
     const std::string& written = scene.calibration.vary;
     if (written.empty()) return;
-    const SourceLocation where = io::location_of(scene, calibrate_key);
+    const SourceLocation where = io::locate(scene, calibrate_key);
     const auto [key, values] = run::read_assignment(written, calibrate_key, calibrate_example, where);
     for (const char* own : {"run.", "output.", "sweep.", "analysis.", "calibrate.", "packing.", "forces.", "time.",
                             "beads.area_fraction", "beads.count", "rods.area_fraction", "rods.count", "cell.shape"})
@@ -100,9 +100,9 @@ void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& l
 CalibrationLayout plan_calibration(const io::Scene& scene) {
     io::require_kind(scene, io::SceneKind::particles, "calibrate");
     const io::CalibrationPlan& plan = scene.calibration;
-    require(dem::is_periodic(scene.particles.cell), io::location_of(scene, "cell.shape"),
+    require(dem::is_periodic(scene.particles.cell), io::locate(scene, "cell.shape"),
             "cell.shape = \"{}\"; expected \"periodic\" for drover calibrate", scene.particles.cell.shape);
-    require(!plan.bead_area_fractions.empty(), io::location_of(scene, "calibrate.bead_area_fractions"),
+    require(!plan.bead_area_fractions.empty(), io::locate(scene, "calibrate.bead_area_fractions"),
             "nothing to calibrate; expected calibrate.bead_area_fractions, such as [0.2, 0.4, 0.6]");
     CalibrationLayout layout;
     layout.goal = {.relative_error = plan.relative_error,
@@ -119,14 +119,13 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
     constexpr double max_points = 10000.0;
     const double points = static_cast<double>(layout.axes.varied.size() * plan.bead_area_fractions.size()) *
                           static_cast<double>(std::max<std::size_t>(1, plan.rod_area_fractions.size()));
-    require(points <= max_points, io::location_of(scene, "calibrate.bead_area_fractions"),
+    require(points <= max_points, io::locate(scene, "calibrate.bead_area_fractions"),
             "a calibration of {:.3g} points; expected at most {:.0e}: choose fewer values", points, max_points);
     for (std::size_t varied = 0; varied < layout.axes.varied.size(); ++varied)
         for (std::size_t bead = 0; bead < plan.bead_area_fractions.size(); ++bead)
             for (std::size_t a = 0; a < layout.assays.size(); ++a) {
                 const bool by_rods = layout.assays[a].population == calibrate::Population::all;
-                require(!by_rods || !plan.rod_area_fractions.empty(),
-                        io::location_of(scene, "calibrate.rod_area_fractions"),
+                require(!by_rods || !plan.rod_area_fractions.empty(), io::locate(scene, "calibrate.rod_area_fractions"),
                         "calibrate.rod_area_fractions is empty, but {} depends on it; set it, such as [0.05, 0.1], or "
                         "select other calibrate.assays",
                         layout.assays[a].name);

@@ -42,7 +42,7 @@ TableEntry entry_of(const CalibrationLayout& layout, const calibrate::TrialSet& 
     const calibrate::Quantity& quantity = trial_set.assay().quantities[q];
     const int trials = static_cast<int>(found.trials);
     if (!estimate.error || !std::isfinite(estimate.mean))
-        return missing(estimate.refusal.empty() ? "no value" : estimate.refusal, trials);
+        return missing(estimate.why_no_error.empty() ? "no value" : estimate.why_no_error, trials);
     TableEntry entry{.value = estimate.mean, .error = *estimate.error, .trials = trials, .origin = Origin::measured};
     if (!quantity.wanted) return entry;
     std::string unmet_target = unfinished;

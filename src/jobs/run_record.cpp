@@ -90,7 +90,7 @@ UnitResult encode(const RunResults& results) {
                                                         (estimate.is_direction ? is_angle : 0)));
             files::put(marks, index_in(extents, {estimate.warm_up, estimate.samples, estimate.blocks}));
             if (!is_single) continue;
-            files::put(marks, index_in(reasons, estimate.refusal));
+            files::put(marks, index_in(reasons, estimate.why_no_error));
             files::put(marks, estimate.autocorrelation_time);
         }
     Bytes rest;
@@ -138,7 +138,7 @@ RunResults decode(const UnitResult& result) {
             estimate.warm_up = extents[extent].warm_up;
             estimate.samples = static_cast<std::size_t>(extents[extent].samples);
             estimate.blocks = static_cast<std::size_t>(extents[extent].blocks);
-            estimate.refusal = reasons[reason];
+            estimate.why_no_error = reasons[reason];
             row.estimates.push_back(std::move(estimate));
         }
     require(numbers.is_complete && marks.is_complete && numbers.rest.empty() && marks.rest.empty(), {},

@@ -13,12 +13,12 @@
 #include "jobs/run_record.hpp"
 #include "jobs/sweep_dataset.hpp"
 #include "jobs/sweep_plan.hpp"
-#include "run/kind.hpp"
 #include "run/memory_run.hpp"
 #include "run/provenance.hpp"
 #include "run/run_scene.hpp"
 #include "run/same_run.hpp"
 #include "run/scene_equations.hpp"
+#include "run/simulation_type.hpp"
 
 namespace drover::jobs {
 
@@ -110,7 +110,7 @@ io::Scene scene_of(const Sweep& sweep, const SweepRun& run) {
     io::Scene base = sweep.scene;
     if (run.before) {
         base.initial = io::default_start(base.kind);  // its formulas belong to the first point only
-        const std::string start = run::kind_of(base).start;
+        const std::string start = run::simulation_type_of(base).start;
         overrides.push_back(start + ".kind=file");
         overrides.push_back(start + ".file=set-below");
         overrides.push_back(start + ".frame=-1");
@@ -152,12 +152,12 @@ std::vector<std::string> check_kept_modes(const Sweep& sweep) {
         if (run.seed == 0) point_of.emplace(run::integrated_of(scene_of(sweep, run)).kept_degree, run.name);
     }
     if (point_of.size() < 2) return {};
-    const auto [least, one] = *point_of.begin();
-    const auto [most, other] = *point_of.rbegin();
+    const auto [lowest, one] = *point_of.begin();
+    const auto [highest, other] = *point_of.rbegin();
     return {
         text("{} keeps modes |k| < N/{}, {} |k| < N/{}, since the degree of their equations differs: what depends on "
              "the grid, such as a variance of white noise, changes with it; set dealiasing.degree = {} for all points",
-             one, least + 1, other, most + 1, most)};
+             one, lowest + 1, other, highest + 1, highest)};
 }
 
 RunResults results_of(run::Report report) {
@@ -300,7 +300,7 @@ void conclude(Sweep& sweep, const SweepOptions& options, const std::vector<std::
     const bool is_last = outcome.missing == 0 && !outcome.stopped;
     if (!options.share.is_plain() && !is_last) return;
     outcome.table = sweep_table(sweep.layout, ended.results);
-    const std::vector<std::string> unmet = unmet_wishes(sweep.scene, sweep.layout, *outcome.table);
+    const std::vector<std::string> unmet = unmet_targets(sweep.scene, sweep.layout, *outcome.table);
     outcome.table->warnings.insert(outcome.table->warnings.begin(), unmet.begin(), unmet.end());
     alone(sweep.folder, is_last, [&] {
         files::replace_file(sweep.folder / "table.csv", table_csv(*outcome.table));

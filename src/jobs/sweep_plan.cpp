@@ -8,8 +8,8 @@
 #include <set>
 
 #include "files/record_identity.hpp"
+#include "jobs/accuracy_target.hpp"
 #include "jobs/sweep_refinement.hpp"
-#include "jobs/wish.hpp"
 #include "measure/replicates.hpp"
 #include "run/number_lists.hpp"
 #include "run/scene_equations.hpp"
@@ -117,12 +117,12 @@ SweepRun run_at(const SweepLayout& layout, std::size_t point, const io::Scene& s
 }
 
 void require_ramp(const io::Scene& scene, const std::vector<Varied>& varied) {
-    const SourceLocation where = io::location_of(scene, "sweep.vary");
+    const SourceLocation where = io::locate(scene, "sweep.vary");
     require(!varied.empty(), where,
             "sweep.ramp = \"{}\" without a varied key; expected one, or several of which the "
             "last is ramped",
             scene.sweep.ramp);
-    require(scene.sweep.refine.empty(), io::location_of(scene, "sweep.refine"),
+    require(scene.sweep.refine.empty(), io::locate(scene, "sweep.refine"),
             "sweep.refine on a ramp, whose points follow one another; expected ramp = \"none\"");
     for (const char* own : {"grid.", "cell.", "beads.", "rods."})
         require(!varied.back().key.starts_with(own), where,
@@ -130,7 +130,7 @@ void require_ramp(const io::Scene& scene, const std::vector<Varied>& varied) {
                 scene.sweep.ramp, varied.back().key,
                 io::has_grid(scene.kind) ? "on one grid" : "of the same bodies in one cell");
     require(io::has_grid(scene.kind) || scene.particles.rods.size_tolerance == 0.0,
-            io::location_of(scene, "rods.size_tolerance"),
+            io::locate(scene, "rods.size_tolerance"),
             "rods.size_tolerance = {} on a ramp, whose points have different seeds and so rods of different sizes; "
             "expected 0, or ramp = \"none\"",
             scene.particles.rods.size_tolerance);
@@ -139,7 +139,7 @@ void require_ramp(const io::Scene& scene, const std::vector<Varied>& varied) {
 constexpr double max_runs = 1e6;
 
 std::vector<Varied> read_varied(const io::Scene& scene) {
-    const SourceLocation where = io::location_of(scene, "sweep.vary");
+    const SourceLocation where = io::locate(scene, "sweep.vary");
     std::vector<Varied> varied;
     double runs = scene.sweep.seeds;
     for (const std::string& written : scene.sweep.vary) {
@@ -168,7 +168,7 @@ struct Refined {
 std::vector<Refined> read_refined(const io::Scene& scene) {
     if (scene.sweep.refine.empty()) return {};
     const std::string list = "sweep.refine", example = text("\"{} = 0.1\"", run::example_observable(scene));
-    const SourceLocation where = io::location_of(scene, list);
+    const SourceLocation where = io::locate(scene, list);
     std::vector<Refined> refined;
     for (const std::string& written : scene.sweep.refine) {
         const run::Assignment given = run::read_assignment(written, list, example, where);
@@ -180,30 +180,30 @@ std::vector<Refined> read_refined(const io::Scene& scene) {
 }
 
 /// The errors that seeds are added for: of numbers, not of parts of arrays.
-std::vector<Wish> read_wishes(const io::Scene& scene) {
-    std::vector<Wish> wishes;
+std::vector<AccuracyTarget> read_targets(const io::Scene& scene) {
+    std::vector<AccuracyTarget> targets;
     for (const std::string& written : scene.sweep.want) {
-        wishes.push_back(parse_wish(written));
-        require(wishes.back().ranges.empty(), io::location_of(scene, "sweep.want"),
+        targets.push_back(parse_accuracy_target(written));
+        require(targets.back().ranges.empty(), io::locate(scene, "sweep.want"),
                 "sweep.want has \"{}\", a part of an array; expected a single number, such as {}=2%", written,
                 run::example_observable(scene));
     }
-    require(wishes.empty() || !is_ramp(scene), io::location_of(scene, "sweep.want"),
+    require(targets.empty() || !is_ramp(scene), io::locate(scene, "sweep.want"),
             "sweep.want on a ramp, whose points follow one another; expected ramp = \"none\"");
-    require(wishes.empty() || scene.sweep.max_seeds >= scene.sweep.seeds, io::location_of(scene, "sweep.max_seeds"),
+    require(targets.empty() || scene.sweep.max_seeds >= scene.sweep.seeds, io::locate(scene, "sweep.max_seeds"),
             "sweep.max_seeds = {} is less than sweep.seeds = {}", scene.sweep.max_seeds, scene.sweep.seeds);
-    return wishes;
+    return targets;
 }
 
-/// The error that a wish allows a mean.
-double allowed(const Wish& wish, const measure::Estimate& mean) {
-    return wish.is_relative ? wish.error * std::abs(mean.mean) : wish.error;
+/// The error that a target allows a mean.
+double allowed(const AccuracyTarget& target, const measure::Estimate& mean) {
+    return target.is_relative ? target.error * std::abs(mean.mean) : target.error;
 }
 
 /// An error of n runs is itself known to one part in sqrt(2 (n - 1)); those that came out small by chance would stop
 /// too early, and are enlarged by as much.
-bool is_met(const Wish& wish, const measure::Estimate& mean, int runs) {
-    return mean.error && *mean.error * (1.0 + 1.0 / std::sqrt(2.0 * (runs - 1))) <= allowed(wish, mean);
+bool is_met(const AccuracyTarget& target, const measure::Estimate& mean, int runs) {
+    return mean.error && *mean.error * (1.0 + 1.0 / std::sqrt(2.0 * (runs - 1))) <= allowed(target, mean);
 }
 
 using Names = std::function<std::string(const std::vector<double>& values, std::int64_t seed)>;
@@ -226,16 +226,16 @@ std::vector<measure::Estimate> marks_at(const std::vector<double>& values, const
 /// The number of seeds that a point needs: half as many more each time that those known do not suffice, so that it
 /// does not depend on the order in which runs end.
 int seeds_at(const std::vector<double>& values, const Names& names, const io::Scene& scene, const Marks& marks,
-             const std::vector<Wish>& wishes) {
-    constexpr int least = 4;
-    if (wishes.empty()) return scene.sweep.seeds;
-    int seeds = std::min(std::max(scene.sweep.seeds, least), scene.sweep.max_seeds);
+             const std::vector<AccuracyTarget>& targets) {
+    constexpr int min_seeds = 4;
+    if (targets.empty()) return scene.sweep.seeds;
+    int seeds = std::min(std::max(scene.sweep.seeds, min_seeds), scene.sweep.max_seeds);
     while (seeds < scene.sweep.max_seeds) {
         const std::vector<measure::Estimate> means = marks_at(values, names, scene, marks, seeds);
         if (means.empty()) break;
         bool suffices = true;
-        for (std::size_t k = 0; k < wishes.size(); ++k)
-            suffices = suffices && is_met(wishes[k], means[means.size() - wishes.size() + k], seeds);
+        for (std::size_t k = 0; k < targets.size(); ++k)
+            suffices = suffices && is_met(targets[k], means[means.size() - targets.size() + k], seeds);
         if (suffices) break;
         seeds = std::min(seeds + std::max(seeds / 2, 1), scene.sweep.max_seeds);
     }
@@ -251,7 +251,7 @@ bool has_changed(const measure::Estimate& a, const measure::Estimate& b, double 
 
 std::vector<SweepPoint> refined_grid(const io::Scene& scene, const std::vector<Varied>& varied,
                                      const std::vector<Refined>& refined, const Names& names, const Marks& marks) {
-    const SourceLocation where = io::location_of(scene, "sweep.refine");
+    const SourceLocation where = io::locate(scene, "sweep.refine");
     constexpr std::size_t max_keys = 3;
     require(!varied.empty() && varied.size() <= max_keys, where, "sweep.refine with {} varied keys; expected one to {}",
             varied.size(), max_keys);
@@ -305,13 +305,13 @@ SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const Numbere
                     : refined.empty() ? grid_points(varied)
                                       : refined_grid(scene, varied, refined, names, marks);
     require(static_cast<double>(layout.points.size()) * scene.sweep.seeds <= max_runs,
-            io::location_of(scene, "sweep.refine"),
+            io::locate(scene, "sweep.refine"),
             "a sweep of {} runs; expected at most {:.0e}: give a larger change or fewer levels",
             layout.points.size() * static_cast<std::size_t>(scene.sweep.seeds), max_runs);
     const std::size_t of_ramp = on_ramp ? (down_again ? 2 : 1) * varied.back().values.size() - (down_again ? 1 : 0) : 1;
-    const std::vector<Wish> wishes = read_wishes(scene);
+    const std::vector<AccuracyTarget> targets = read_targets(scene);
     std::vector<int> seeds;
-    for (const SweepPoint& point : layout.points) seeds.push_back(seeds_at(point.values, names, scene, marks, wishes));
+    for (const SweepPoint& point : layout.points) seeds.push_back(seeds_at(point.values, names, scene, marks, targets));
     layout.seeds = *std::ranges::max_element(seeds);
     for (int seed = 0; seed < layout.seeds; ++seed)
         for (std::size_t point = 0; point < layout.points.size(); ++point) {
@@ -342,35 +342,35 @@ std::vector<measure::Estimate> marks_of(const io::Scene& scene, const RunResults
                 single.push_back(row.name);
                 if (row.name == observable) marks.push_back(row.estimates.front());
             }
-        require(std::find(single.begin(), single.end(), observable) != single.end(), io::location_of(scene, list),
+        require(std::find(single.begin(), single.end(), observable) != single.end(), io::locate(scene, list),
                 "{} names {}, which is no single number of the runs; expected one of {}", list, observable,
                 joined(single));
     };
     for (const Refined& refined : read_refined(scene)) add("sweep.refine", refined.observable);
-    for (const Wish& wish : read_wishes(scene)) {
-        add("sweep.want", wish.observable);
+    for (const AccuracyTarget& target : read_targets(scene)) {
+        add("sweep.want", target.observable);
         for (const measure::SummaryRow& row : results.rows)
-            if (row.name == wish.observable) require_unit(wish, row.unit, marks.back().mean);
+            if (row.name == target.observable) require_unit(target, row.unit, marks.back().mean);
     }
     return marks;
 }
 
-std::vector<std::string> unmet_wishes(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table) {
+std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table) {
     std::vector<std::string> unmet;
-    for (const Wish& wish : read_wishes(scene)) {
-        const auto named = std::find(table.names.begin(), table.names.end(), wish.observable);
+    for (const AccuracyTarget& target : read_targets(scene)) {
+        const auto named = std::find(table.names.begin(), table.names.end(), target.observable);
         for (const SweepRow& row : table.rows) {
             if (named == table.names.end() || row.seeds < 2) continue;
             const measure::Estimate& mean = row.results[static_cast<std::size_t>(named - table.names.begin())].mean;
-            if (is_met(wish, mean, row.seeds)) continue;
+            if (is_met(target, mean, row.seeds)) continue;
             std::string at;
             for (std::size_t k = 0; k < layout.keys.size(); ++k)
                 at += text("{}{} = {}", at.empty() ? "at " : ", ", layout.keys[k], row.point.values[k]);
             unmet.push_back(
                 text("{}{}{} = {:.4g} has an error of {:.2g} after {} seeds, {:.2g} was wanted: raise "
                      "sweep.max_seeds, or make the runs longer",
-                     at, at.empty() ? "" : ": ", wish.observable, mean.mean,
-                     mean.error.value_or(std::numeric_limits<double>::quiet_NaN()), row.seeds, allowed(wish, mean)));
+                     at, at.empty() ? "" : ": ", target.observable, mean.mean,
+                     mean.error.value_or(std::numeric_limits<double>::quiet_NaN()), row.seeds, allowed(target, mean)));
         }
     }
     return unmet;

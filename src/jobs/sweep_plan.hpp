@@ -31,7 +31,7 @@ SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const Numbere
 std::vector<measure::Estimate> marks_of(const io::Scene& scene, const RunResults& results);
 
 /// For each point of a sweep that has ended, and each wanted number whose error is larger than wanted there.
-std::vector<std::string> unmet_wishes(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table);
+std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table);
 
 /// A value between two for each key, as fine as a refined sweep may have it; empty without refinement.
 std::vector<std::string> finest_overrides(const io::Scene& scene);

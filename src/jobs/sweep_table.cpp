@@ -13,7 +13,7 @@ namespace {
 /// The mean over the seeds of a point.
 measure::Replicates over_seeds(const std::vector<measure::Estimate>& runs) {
     if (!runs.empty()) return measure::combine(runs);
-    return {.mean = {.mean = nan, .refusal = "no run of this point has this observable"},
+    return {.mean = {.mean = nan, .why_no_error = "no run of this point has this observable"},
             .deviation = nan,
             .chi_squared = nan,
             .chance = nan};

@@ -8,7 +8,7 @@
 namespace drover::jobs {
 
 /// One change of a scene.
-struct Level {
+struct AxisLevel {
     std::string name;  ///< "dt = 0.5 s", "96 by 96", "without advection.strength"
     std::vector<std::string> overrides;
     std::string reason = {};    ///< why the scene cannot be changed so; else ""
@@ -18,7 +18,7 @@ struct Level {
 /// A method of time stepping (or, of particles, the step alone) with ever shorter steps.
 struct StepLadder {
     std::string method;
-    std::vector<Level>
+    std::vector<AxisLevel>
         levels;            ///< coarsest first; each has half the step, or a tenth of the tolerance, of the one before
     double order = 2.0;    ///< of the bias of means, with noise where there is noise
     double shorter = 2.0;  ///< ratio of the steps of two levels
@@ -32,7 +32,7 @@ std::string set(const std::string& key, int value);
 std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides);
 
 /// The level without a change.
-bool is_given(const Level& level);
+bool is_given(const AxisLevel& level);
 
 /// Ladders of the methods that a scene allows, the given one first.
 std::vector<StepLadder> step_ladders(const io::Scene& scene);
@@ -46,13 +46,13 @@ bool has_random_start(const io::Scene& scene);
 /// On a grid: a quarter, half, the given and twice the points along each axis, as far as they hold the start; of
 /// particles: none.  `same_start`: none where the start is random, and so another on each grid; false where the wanted
 /// means do not depend on it.
-std::vector<Level> grid_levels(const io::Scene& scene, bool same_start = true);
+std::vector<AxisLevel> grid_levels(const io::Scene& scene, bool same_start = true);
 
 /// The full model first; then simpler models, without one coefficient, field or dimension each, those that the scene
 /// does not allow with the reason.
-std::vector<Level> model_levels(const io::Scene& scene);
+std::vector<AxisLevel> model_levels(const io::Scene& scene);
 
 /// A cell of twice the sides, with the same distance of points; none where the start is not uniform.
-std::vector<Level> cell_levels(const io::Scene& scene);
+std::vector<AxisLevel> cell_levels(const io::Scene& scene);
 
 }  // namespace drover::jobs

@@ -14,7 +14,7 @@
 #include "measure/replicates.hpp"
 #include "run/cost.hpp"
 #include "run/field_simulation.hpp"
-#include "run/kind.hpp"
+#include "run/simulation_type.hpp"
 
 namespace drover::jobs {
 
@@ -35,15 +35,15 @@ std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
 
 Bias less(const Bias& a, const Bias& b) { return {a.value - b.value, std::hypot(a.error, b.error)}; }
 
-void reject_wrong_steps(std::vector<std::vector<Measured>>& runs) {
+void reject_wrong_steps(std::vector<std::vector<TrialMeasurement>>& runs) {
     constexpr double too_wrong = 0.5;
-    double least = INFINITY;
-    for (const std::vector<Measured>& ladder : runs)
-        for (const Measured& run : ladder)
-            if (run.failure.empty()) least = std::min(least, run.step_error);
-    if (least > 0.5 * too_wrong) return;
-    for (std::vector<Measured>& ladder : runs)
-        for (Measured& run : ladder)
+    double min_error = INFINITY;
+    for (const std::vector<TrialMeasurement>& ladder : runs)
+        for (const TrialMeasurement& run : ladder)
+            if (run.failure.empty()) min_error = std::min(min_error, run.step_error);
+    if (min_error > 0.5 * too_wrong) return;
+    for (std::vector<TrialMeasurement>& ladder : runs)
+        for (TrialMeasurement& run : ladder)
             if (run.failure.empty() && run.step_error > too_wrong)
                 run.failure = text(
                     "its steps are wrong by {:.2g} of a field's fluctuation: on another path of the noise it may stop",
@@ -71,7 +71,7 @@ double largest_step_error(const files::ArchiveReader& archive) {
 }
 
 /// The samples at whole multiples of a longer spacing; none where it is not a multiple.
-std::vector<double> common_samples(const WantedNumber& number, double spacing) {
+std::vector<double> common_samples(const TargetNumber& number, double spacing) {
     const double times = std::round(spacing / number.spacing);
     if (std::abs(times * number.spacing / spacing - 1.0) > 1e-9) return {};
     std::vector<double> result;
@@ -85,44 +85,44 @@ TradeBench::TradeBench(const io::Scene& given, const std::string& of, const Trad
     : scene(given),
       budget(options.budget),
       is_collecting(options.collect),
-      wishes_(options.wishes),
+      targets_(options.targets),
       trials_(options.folder, of,
               {.share = options.share,
                .workers = options.workers > 0 ? options.workers : usable_cores(),
                .collect = options.collect,
                .quiet = options.quiet}) {}
 
-Trial TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
+TrialRun TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
     io::Scene timed = scene;
     timed.time.end = duration;
     return {io::changed(timed, overrides), rounds_up};
 }
 
-void TradeBench::set_rate(const Measured& base) {
+void TradeBench::set_rate(const TrialMeasurement& base) {
     rate_ = (base.step_seconds * duration + base.start_seconds) / (size_of(scene) * duration / scene.time.dt);
 }
 
-double TradeBench::expected_seconds(const Trial& trial) const {
+double TradeBench::expected_seconds(const TrialRun& trial) const {
     if (rate_ == 0.0) return 0.0;
     return rate_ * size_of(trial.scene) * trial.scene.time.end / trial.scene.time.dt;
 }
 
-bool TradeBench::run(std::vector<Trial> trials) {
+bool TradeBench::run(std::vector<TrialRun> trials) {
     std::stable_sort(trials.begin(), trials.end(),
-                     [&](const Trial& a, const Trial& b) { return expected_seconds(a) < expected_seconds(b); });
-    std::vector<Trial> affordable;
+                     [&](const TrialRun& a, const TrialRun& b) { return expected_seconds(a) < expected_seconds(b); });
+    std::vector<TrialRun> affordable;
     double cost = spent;
-    for (const Trial& trial : trials) {
+    for (const TrialRun& trial : trials) {
         if (trials_.find(trial) == nullptr) cost += expected_seconds(trial);
         if (cost <= budget) affordable.push_back(trial);
     }
     if (affordable.size() < trials.size()) is_short = true;
     const bool completed = trials_.run(affordable);
-    for (const Trial& trial : affordable) count(trial);
+    for (const TrialRun& trial : affordable) count(trial);
     return completed;
 }
 
-void TradeBench::count(const Trial& trial) {
+void TradeBench::count(const TrialRun& trial) {
     const TrialResult* result = trials_.find(trial);
     if (result == nullptr) return;
     double& counted = counted_[result->archive.string()];
@@ -132,27 +132,27 @@ void TradeBench::count(const Trial& trial) {
 }
 
 /// Per second of the scene.  Where a kill has lost most of the times, a few steps are timed, once for all processes.
-double TradeBench::step_seconds_of(const Trial& trial, const TrialResult& result) {
+double TradeBench::step_seconds_of(const TrialRun& trial, const TrialResult& result) {
     constexpr double known = 0.5;  // of the trial
-    const double told = result.step_seconds / std::max(result.timed, 1e-9);
-    if (result.timed >= known * result.end) return told;
+    const double reported = result.step_seconds / std::max(result.timed, 1e-9);
+    if (result.timed >= known * result.end) return reported;
     const auto timed = trials_.agreed("cost-" + result.archive.stem().string(), [&]() -> std::vector<double> {
         io::Scene alone = trial.scene;
         alone.run.threads = 1;
         const auto expected = run::expected_time(alone);
-        return {expected ? expected->total / alone.time.end : told};
+        return {expected ? expected->total / alone.time.end : reported};
     });
-    return timed ? timed->front() : told;
+    return timed ? timed->front() : reported;
 }
 
 bool TradeBench::has_run(double for_long) const {
-    Trial trial = trial_of({});
+    TrialRun trial = trial_of({});
     trial.scene.time.end = for_long;
     return trials_.find(trial) != nullptr;
 }
 
-Measured TradeBench::measured(const std::vector<std::string>& overrides, bool rounds_up) {
-    const Trial trial = trial_of(overrides, rounds_up);
+TrialMeasurement TradeBench::measured(const std::vector<std::string>& overrides, bool rounds_up) {
+    const TrialRun trial = trial_of(overrides, rounds_up);
     const TrialResult* result = trials_.find(trial);
     if (result == nullptr)
         return {.failure = is_collecting ? "not run yet" : "not run: the budget is spent", .was_run = false};
@@ -162,16 +162,16 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
     trials_.require_archive(trial, *result);
     const files::ArchiveReader archive(result->archive);
     const run::Report report = run::make_report(archive);
-    Measured measured{.start_seconds = result->start_seconds,
-                      .step_seconds = step_seconds_of(trial, *result),
-                      .end = result->end,
-                      .step_error = largest_step_error(archive)};
-    for (const Wish& wish : wishes_) {
+    TrialMeasurement measured{.start_seconds = result->start_seconds,
+                              .step_seconds = step_seconds_of(trial, *result),
+                              .end = result->end,
+                              .step_error = largest_step_error(archive)};
+    for (const AccuracyTarget& target : targets_) {
         try {
-            measured.numbers.push_back(wanted_number(wish, report, archive));
+            measured.numbers.push_back(target_number(target, report, archive));
         } catch (const Error& error) {
             if (overrides.empty() || !is_of_scene(error.fault())) throw;  // a simpler model may lack what is wanted
-            return measured_[key] = {.failure = text("it has no {}", wish.text), .numbers = {}};
+            return measured_[key] = {.failure = text("it has no {}", target.text), .numbers = {}};
         }
     }
     if (warm_up == 0.0 && overrides.empty())
@@ -179,46 +179,47 @@ Measured TradeBench::measured(const std::vector<std::string>& overrides, bool ro
     return measured_[key] = measured;
 }
 
-std::size_t TradeBench::skip(const WantedNumber& number) const {
+std::size_t TradeBench::skip(const TargetNumber& number) const {
     return std::min(number.series.size(), static_cast<std::size_t>(std::ceil(warm_up / number.spacing - 1e-9)));
 }
 
-Bias TradeBench::mean_of(const WantedNumber& number) const {
+Bias TradeBench::mean_of(const TargetNumber& number) const {
     Bias mean = number.series.empty() ? Bias{number.mean, number.error.value_or(0.0)}
                                       : measure::rough_mean(number.series, skip(number));
     if (!statistical) mean.error = 0.0;
     return mean;
 }
 
-Fluctuation TradeBench::fluctuation_of(const WantedNumber& number, double least_error) const {
+Fluctuation TradeBench::fluctuation_of(const TargetNumber& number, double min_error) const {
     const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
     const double tau = measure::autocorrelation_time(used), window = 5.0 * tau;
     // Its relative standard error, see autocorrelation_time.
     const double error =
         std::sqrt(2.0 * (2.0 * window + 1.0) / static_cast<double>(std::max<std::size_t>(used.size(), 1)));
     // The run finds its own tau, over 80 m of it with a relative error of sqrt(20/(80 m)): below m with 95 % for 1.75.
-    constexpr double own = 1.75, most = 2.5;
-    return {std::max(mean_of(number).error, least_error), tau * number.spacing, std::min(most, own * (1.0 + error))};
+    constexpr double own = 1.75, max_margin = 2.5;
+    return {std::max(mean_of(number).error, min_error), tau * number.spacing,
+            std::min(max_margin, own * (1.0 + error))};
 }
 
-std::vector<Fluctuation> TradeBench::fluctuations(const Measured& run) const {
+std::vector<Fluctuation> TradeBench::fluctuations(const TrialMeasurement& run) const {
     std::vector<Fluctuation> result;
     for (std::size_t w = 0; w < run.numbers.size(); ++w)
-        result.push_back(fluctuation_of(run.numbers[w], least_error_.empty() ? 0.0 : least_error_[w]));
+        result.push_back(fluctuation_of(run.numbers[w], min_error_.empty() ? 0.0 : min_error_[w]));
     return result;
 }
 
-Bias TradeBench::drift_of(const WantedNumber& number) const {
+Bias TradeBench::drift_of(const TargetNumber& number) const {
     const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
     const std::size_t half = used.size() / 2;
     if (half < measure::min_blocks) return {};
     return less(measure::rough_mean(used.last(half), 0), measure::rough_mean(used.first(half), 0));
 }
 
-std::vector<std::string> TradeBench::drift_notes(const Measured& run) const {
+std::vector<std::string> TradeBench::drift_notes(const TrialMeasurement& run) const {
     constexpr double clear = 3.0;  // standard errors
     std::vector<std::string> notes;
-    for (std::size_t w = 0; statistical && w < wishes_.size(); ++w) {
+    for (std::size_t w = 0; statistical && w < targets_.size(); ++w) {
         const Bias drift = drift_of(run.numbers[w]);
         if (std::abs(drift.value) <= std::max(clear * drift.error, allowed[w])) continue;
         notes.push_back(
@@ -229,11 +230,11 @@ std::vector<std::string> TradeBench::drift_notes(const Measured& run) const {
     return notes;
 }
 
-std::string TradeBench::drift_note(std::size_t wish, const std::string& what) const {
+std::string TradeBench::drift_note(std::size_t target, const std::string& what) const {
     return text(
         "{} drifts: its mean {}, more than the {:.2g} allowed: errors and durations given here hold only once it "
         "has settled; give a larger --budget or analysis.warm_up",
-        wishes_[wish].text, what, allowed[wish]);
+        targets_[target].text, what, allowed[target]);
 }
 
 std::vector<std::vector<std::string>> TradeBench::other_seeds(const std::vector<std::string>& overrides) const {
@@ -246,21 +247,21 @@ std::vector<std::vector<std::string>> TradeBench::other_seeds(const std::vector<
     return all;
 }
 
-std::vector<Trial> TradeBench::reseeded(const std::vector<std::string>& overrides) const {
-    std::vector<Trial> trials;
+std::vector<TrialRun> TradeBench::reseeded(const std::vector<std::string>& overrides) const {
+    std::vector<TrialRun> trials;
     for (const std::vector<std::string>& changes : other_seeds(overrides)) trials.push_back(trial_of(changes));
     return trials;
 }
 
 std::vector<std::string> TradeBench::widen(const std::vector<std::string>& overrides) {
-    std::vector<Measured> runs{measured(overrides)};
+    std::vector<TrialMeasurement> runs{measured(overrides)};
     for (const std::vector<std::string>& changes : other_seeds(overrides))
-        if (Measured run = measured(changes); run.failure.empty()) runs.push_back(std::move(run));
-    least_error_.assign(wishes_.size(), 0.0);
+        if (TrialMeasurement run = measured(changes); run.failure.empty()) runs.push_back(std::move(run));
+    min_error_.assign(targets_.size(), 0.0);
     std::vector<std::string> notes;
-    for (std::size_t w = 0; runs.size() > 1 && w < wishes_.size(); ++w) {
+    for (std::size_t w = 0; runs.size() > 1 && w < targets_.size(); ++w) {
         std::vector<measure::Estimate> means;
-        for (const Measured& run : runs) {
+        for (const TrialMeasurement& run : runs) {
             const Bias mean = mean_of(run.numbers[w]);
             means.push_back({.mean = mean.value, .error = mean.error});
         }
@@ -270,22 +271,22 @@ std::vector<std::string> TradeBench::widen(const std::vector<std::string>& overr
         // Twice this holds the truth with the probability of two standard errors, although few runs tell it.
         constexpr double two_sigma = 0.977249868051821;  // of a normal distribution, below mean + 2 sigma
         const auto freedom = static_cast<double>(runs.size() - 1);
-        least_error_[w] = seeds.deviation * gsl_cdf_tdist_Pinv(two_sigma, freedom) / 2.0;
+        min_error_[w] = seeds.deviation * gsl_cdf_tdist_Pinv(two_sigma, freedom) / 2.0;
         notes.push_back(text(
             "{} differs by {:.2g} between trials of {:.6g} s with {} seeds, of which each tells an error of "
             "{:.2g}: it fluctuates more slowly than they show, or has several states; the statistical error is taken "
             "from the seeds: "
             "give a larger --budget",
-            wishes_[w].text, seeds.deviation, duration, runs.size(),
+            targets_[w].text, seeds.deviation, duration, runs.size(),
             seeds.own_error.value_or(0.0) * std::sqrt(static_cast<double>(runs.size()))));
     }
     return notes;
 }
 
-double TradeBench::sparse_sampling(const Measured& base) const {
+double TradeBench::sparse_sampling(const TrialMeasurement& base) const {
     constexpr double fewest = 64.0;
     double times = duration / (fewest * scene.output.sample_every);
-    for (const WantedNumber& number : base.numbers) {
+    for (const TargetNumber& number : base.numbers) {
         const std::span<const double> series(number.series);
         times = std::min(times, measure::autocorrelation_time(series.subspan(skip(number))) / 2.0);
     }
@@ -297,7 +298,7 @@ void TradeBench::sample_every(double interval) {
     duration = interval * std::ceil(duration / interval - 1e-9);
 }
 
-Bias TradeBench::difference(const WantedNumber& a, const WantedNumber& b) const {
+Bias TradeBench::difference(const TargetNumber& a, const TargetNumber& b) const {
     const Bias apart = less(mean_of(a), mean_of(b));
     if (scene.kind == io::SceneKind::particles || a.series.empty() || b.series.empty()) return apart;
     if (!statistical && a.spacing != b.spacing) return apart;
@@ -309,9 +310,9 @@ Bias TradeBench::difference(const WantedNumber& a, const WantedNumber& b) const 
     return paired.error < apart.error ? paired : apart;
 }
 
-std::vector<Bias> TradeBench::differences(const Measured& a, const Measured& b) const {
+std::vector<Bias> TradeBench::differences(const TrialMeasurement& a, const TrialMeasurement& b) const {
     std::vector<Bias> result;
-    for (std::size_t w = 0; w < wishes_.size(); ++w) result.push_back(difference(a.numbers[w], b.numbers[w]));
+    for (std::size_t w = 0; w < targets_.size(); ++w) result.push_back(difference(a.numbers[w], b.numbers[w]));
     return result;
 }
 
@@ -327,12 +328,12 @@ bool TradeBench::is_resolved(const std::vector<Bias>& biases, double part) const
     return true;
 }
 
-bool TradeBench::are_independent(const Measured& a, const Measured& b) const {
+bool TradeBench::are_independent(const TrialMeasurement& a, const TrialMeasurement& b) const {
     constexpr double much = 0.5;   // of the fluctuations
     constexpr double alive = 0.1;  // of the whole series: what has all but died away does not fluctuate
     constexpr std::size_t fewest = 32;
     if (ratio(differences(a, b)) <= 1.0) return false;
-    for (std::size_t w = 0; w < wishes_.size(); ++w) {
+    for (std::size_t w = 0; w < targets_.size(); ++w) {
         const std::vector<double>&one = a.numbers[w].series, &other = b.numbers[w].series;
         if (one.size() < fewest || one.size() != other.size()) continue;
         const std::size_t late = other.size() - other.size() / 4;

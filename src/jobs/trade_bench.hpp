@@ -14,13 +14,13 @@ namespace drover::jobs {
 using Bias = measure::RoughMean;
 
 /// A trial and its wanted numbers.
-struct Measured {
+struct TrialMeasurement {
     std::string failure;  ///< why it has no numbers; else ""
     bool was_run = true;  ///< false where the budget was too small, and of those that are collected where none ended
     double start_seconds = 0.0, step_seconds = 0.0;  ///< of a core; step: per second of the scene
     double end = 0.0;                                ///< of the trial, which may be a longer one of before [s]
     double step_error = 0.0;                         ///< the largest; 0: not estimated
-    std::vector<WantedNumber> numbers;
+    std::vector<TargetNumber> numbers;
 };
 
 /// Of the samples of a wanted number in a trial.
@@ -37,7 +37,7 @@ double unit_of_time(const io::Scene& scene);
 
 /// Steps that are wrong by half a field may stop a run on another path of the noise: such runs count as failed.  Where
 /// the error of all runs is as large, the fields are chaotic: it says nothing of the step.
-void reject_wrong_steps(std::vector<std::vector<Measured>>& runs);
+void reject_wrong_steps(std::vector<std::vector<TrialMeasurement>>& runs);
 
 std::vector<Bias> scaled(std::vector<Bias> biases, double factor);
 /// a - b, of independent numbers.
@@ -59,7 +59,7 @@ public:
     bool is_collecting = false;      ///< no trials are made
     std::vector<std::string> hosts;  ///< on which trials ran
 
-    Trial trial_of(const std::vector<std::string>& overrides, bool rounds_up = false) const;
+    TrialRun trial_of(const std::vector<std::string>& overrides, bool rounds_up = false) const;
 
     /// As Trials::agreed.
     std::optional<std::vector<double>> agreed(const std::string& name,
@@ -71,29 +71,29 @@ public:
     bool has_run(double duration) const;
 
     /// Runs the trials that the budget allows, the cheapest first.  False when a signal came.
-    bool run(std::vector<Trial> trials);
+    bool run(std::vector<TrialRun> trials);
 
     /// Costs of later trials follow from this one: steps times points.
-    void set_rate(const Measured& base);
+    void set_rate(const TrialMeasurement& base);
 
     /// Of a trial that was run.  Throws an input Error when the scene itself has no such number.
-    Measured measured(const std::vector<std::string>& overrides, bool rounds_up = false);
+    TrialMeasurement measured(const std::vector<std::string>& overrides, bool rounds_up = false);
 
     /// Mean of a wanted number; its error is 0 where the run is a definite one.
-    Bias mean_of(const WantedNumber& number) const;
+    Bias mean_of(const TargetNumber& number) const;
 
     /// Of each wanted number.
-    std::vector<Fluctuation> fluctuations(const Measured& run) const;
+    std::vector<Fluctuation> fluctuations(const TrialMeasurement& run) const;
 
     /// Of each wanted number whose halves disagree by more than is allowed: the means of a run that has not settled are
     /// not those of a longer one.  None where the duration is that of the run.
-    std::vector<std::string> drift_notes(const Measured& run) const;
+    std::vector<std::string> drift_notes(const TrialMeasurement& run) const;
 
     /// That the mean of a wanted number is another one than that of the trials.
-    std::string drift_note(std::size_t wish, const std::string& what) const;
+    std::string drift_note(std::size_t target, const std::string& what) const;
 
     /// Trials of other seeds; none where nothing is statistical.
-    std::vector<Trial> reseeded(const std::vector<std::string>& overrides) const;
+    std::vector<TrialRun> reseeded(const std::vector<std::string>& overrides) const;
 
     /// Where those scatter by more than their errors allow, a wanted number fluctuates more slowly than a trial shows:
     /// from here on its statistical error is at least that of the scatter.  Returns what is to be said of it.
@@ -101,14 +101,14 @@ public:
 
     /// An interval between samples from which the means of a run are as exact as from those that it has: half of the
     /// shortest autocorrelation time, but a multiple of the scene's, with 64 samples of the trial [s].
-    double sparse_sampling(const Measured& base) const;
+    double sparse_sampling(const TrialMeasurement& base) const;
 
     /// The trials to come sample at these intervals, and last a whole number of them.
     void sample_every(double interval);
 
     /// a - b.  Runs of fields share their noise; those of particles share nothing.
-    Bias difference(const WantedNumber& a, const WantedNumber& b) const;
-    std::vector<Bias> differences(const Measured& a, const Measured& b) const;
+    Bias difference(const TargetNumber& a, const TargetNumber& b) const;
+    std::vector<Bias> differences(const TrialMeasurement& a, const TrialMeasurement& b) const;
 
     /// The largest ratio of biases to what is allowed.
     double ratio(const std::vector<Bias>& biases) const;
@@ -117,22 +117,22 @@ public:
     bool is_resolved(const std::vector<Bias>& biases, double part) const;
 
     /// Whether two runs without noise have become independent, although both fluctuate.
-    bool are_independent(const Measured& a, const Measured& b) const;
+    bool are_independent(const TrialMeasurement& a, const TrialMeasurement& b) const;
 
 private:
-    double expected_seconds(const Trial& trial) const;
-    double step_seconds_of(const Trial& trial, const TrialResult& result);
-    Fluctuation fluctuation_of(const WantedNumber& number, double least_error) const;
+    double expected_seconds(const TrialRun& trial) const;
+    double step_seconds_of(const TrialRun& trial, const TrialResult& result);
+    Fluctuation fluctuation_of(const TargetNumber& number, double min_error) const;
     std::vector<std::vector<std::string>> other_seeds(const std::vector<std::string>& overrides) const;
-    void count(const Trial& trial);
-    Bias drift_of(const WantedNumber& number) const;  ///< mean of the second half of the samples less that of the first
-    std::size_t skip(const WantedNumber& number) const;  ///< samples of the warm-up
+    void count(const TrialRun& trial);
+    Bias drift_of(const TargetNumber& number) const;  ///< mean of the second half of the samples less that of the first
+    std::size_t skip(const TargetNumber& number) const;  ///< samples of the warm-up
 
-    std::vector<Wish> wishes_;
+    std::vector<AccuracyTarget> targets_;
     Trials trials_;
     double rate_ = 0.0;
-    std::vector<double> least_error_;  ///< statistical, of the mean of each wanted number over a trial, see widen()
-    std::map<std::pair<std::string, double>, Measured> measured_;
+    std::vector<double> min_error_;  ///< statistical, of the mean of each wanted number over a trial, see widen()
+    std::map<std::pair<std::string, double>, TrialMeasurement> measured_;
     std::map<std::string, double> counted_;
 };
 

@@ -14,7 +14,7 @@
 namespace drover::jobs {
 
 io::Scene trial_scene(const io::Scene& scene) {
-    require(scene.output.sample_every > 0.0, io::location_of(scene, "output.sample_every"),
+    require(scene.output.sample_every > 0.0, io::locate(scene, "output.sample_every"),
             "output.sample_every = 0; expected samples, from which the wanted numbers follow: give an interval");
     io::Scene result = run::with_chosen_step(scene, true);
     result.time.chosen.clear();
@@ -33,7 +33,7 @@ std::optional<io::Scene> affordable_scene(const io::Scene& scene, double budget)
         return !expected || expected->total <= part * budget;
     };
     if (is_affordable(scene)) return scene;
-    const std::vector<Level> levels = grid_levels(scene, false);
+    const std::vector<AxisLevel> levels = grid_levels(scene, false);
     for (std::size_t k = levels.size(); k-- > 0;) {
         if (is_given(levels[k])) continue;
         const io::Scene coarser = io::changed(scene, levels[k].overrides);
@@ -53,12 +53,12 @@ std::optional<io::Scene> affordable_scene(const io::Scene& scene, double budget)
 
 /// Of a run that takes a fortieth of the budget, and makes 64 samples at least [s].
 double first_duration(const io::Scene& scene, double budget) {
-    constexpr double part = 1.0 / 40.0, least_samples = 64.0;
+    constexpr double part = 1.0 / 40.0, min_samples = 64.0;
     const std::optional<run::ExpectedTime> expected = run::expected_time(scene);
     const double affordable =
         expected ? part * budget * scene.time.end / std::max(expected->total, 1e-9) : scene.time.end;
     const double unit = unit_of_time(scene);
-    double duration = unit * std::ceil(least_samples * scene.output.sample_every / unit);
+    double duration = unit * std::ceil(min_samples * scene.output.sample_every / unit);
     while (2.0 * duration <= std::min(affordable, scene.time.end)) duration *= 2.0;
     return duration;
 }
@@ -88,26 +88,26 @@ std::optional<TrialStart> trial_start(TradeBench& bench) {
     return start;
 }
 
-double allowed_of(const Wish& wish, const Bias& mean) {
-    return wish.error * (wish.is_relative ? std::abs(mean.value) : 1.0);
+double allowed_of(const AccuracyTarget& target, const Bias& mean) {
+    return target.error * (target.is_relative ? std::abs(mean.value) : 1.0);
 }
 
-std::vector<Level> compared_cells(const io::Scene& scene, const std::vector<Wish>& wishes) {
-    const auto has_range = [](const Wish& wish) { return !wish.ranges.empty(); };
-    if (io::has_grid(scene.kind) && std::ranges::any_of(wishes, has_range)) return {};
+std::vector<AxisLevel> compared_cells(const io::Scene& scene, const std::vector<AccuracyTarget>& targets) {
+    const auto has_range = [](const AccuracyTarget& target) { return !target.ranges.empty(); };
+    if (io::has_grid(scene.kind) && std::ranges::any_of(targets, has_range)) return {};
     return cell_levels(scene);
 }
 
-void require_relative(const Wish& wish, const Bias& mean) {
-    if (!wish.is_relative) return;
-    const SourceLocation where{.file = "--want " + wish.text};
+void require_relative(const AccuracyTarget& target, const Bias& mean) {
+    if (!target.is_relative) return;
+    const SourceLocation where{.file = "--want " + target.text};
     require(mean.value != 0.0, where,
-            "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01", wish.text);
+            "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01", target.text);
     constexpr double clear = 3.0;  // standard errors
     require(std::abs(mean.value) >= clear * mean.error, where,
             "the mean is {:.2g} +- {:.2g} in a trial, which may be 0, of which a per cent is nothing; expected an "
             "absolute error, such as {}={:.1g}, or a larger --budget",
-            mean.value, mean.error, wish.text, mean.error);
+            mean.value, mean.error, target.text, mean.error);
 }
 
 std::vector<std::string> coarser_notes(const io::Scene& scene, const std::string& given, const std::string& tried) {
@@ -156,7 +156,7 @@ LaterDrift later_drift(TradeBench& bench, const Candidate& best, const std::vect
     overrides.push_back(text("run.seed={}", bench.scene.run.seed + 4));  // after those of Study::reseeded
     bench.duration = duration;
     found.stopped = !bench.run({bench.trial_of(overrides)});
-    const Measured run = bench.measured(overrides);
+    const TrialMeasurement run = bench.measured(overrides);
     bench.duration = before;
     if (found.stopped || !run.failure.empty()) return found;
     for (std::size_t w = 0; w < references.size(); ++w) {

@@ -24,15 +24,15 @@ struct TrialStart {
 /// Throws a run Error where no grid is coarse enough.
 std::optional<TrialStart> trial_start(TradeBench& bench);
 
-/// The error that a wish allows a number, in its unit.
-double allowed_of(const Wish& wish, const Bias& mean);
+/// The error that a target allows a number, in its unit.
+double allowed_of(const AccuracyTarget& target, const Bias& mean);
 
-/// Those of cell_levels(), but none where a wish is of a range of waves: the waves of a larger cell are others, and
+/// Those of cell_levels(), but none where a target is of a range of waves: the waves of a larger cell are others, and
 /// their mean is another number.
-std::vector<Level> compared_cells(const io::Scene& scene, const std::vector<Wish>& wishes);
+std::vector<AxisLevel> compared_cells(const io::Scene& scene, const std::vector<AccuracyTarget>& targets);
 
-/// Throws an input Error for a wish in per cent of a mean that is 0, or may be.
-void require_relative(const Wish& wish, const Bias& mean);
+/// Throws an input Error for a target in per cent of a mean that is 0, or may be.
+void require_relative(const AccuracyTarget& target, const Bias& mean);
 
 /// What is to be said where trials are made on a coarser grid than the given one.
 std::vector<std::string> coarser_notes(const io::Scene& scene, const std::string& given, const std::string& tried);
@@ -52,7 +52,7 @@ Bias bias_of_finest(const Bias& longer, const Bias& last, bool is_noisy);
 /// Whether the last difference between noisy grids is small, or at most two thirds of the one before.
 bool converges(const GridSteps& steps, const std::vector<double>& allowed);
 
-inline bool changes_grid(const Level& level) {
+inline bool changes_grid(const AxisLevel& level) {
     return std::any_of(level.overrides.begin(), level.overrides.end(),
                        [](const std::string& change) { return change.starts_with("grid."); });
 }

@@ -58,7 +58,7 @@ bool weigh(const Findings& found, Candidate& one, double end) {
     if (check != nullptr && !check->failure.empty()) return false;
     const std::vector<Fluctuation>& fluctuations = fluctuations_of(one, check);
     one.ratio = 0.0;
-    for (std::size_t w = 0; w < found.wishes.size(); ++w) {
+    for (std::size_t w = 0; w < found.targets.size(); ++w) {
         one.parts.push_back({one.step->biases[w], one.grid->biases[w], one.model->biases[w],
                              statistics_over(found, fluctuations[w], *one.step, one.end), std::nullopt});
         if (check != nullptr) one.parts.back().whole = check->biases[w];
@@ -95,17 +95,17 @@ std::vector<double> durations(const Findings& found, const io::Scene& scene, con
     return result;
 }
 
-/// The duration for which a combination just meets the wishes; nothing where its biases do not.
+/// The duration for which a combination just meets the targets; nothing where its biases do not.
 std::optional<double> sufficient_duration(const Findings& found, const Candidate& one) {
     if (!found.statistical) return std::nullopt;
     const std::vector<Fluctuation>& fluctuations = fluctuations_of(one, check_of(found, one));
     double longest = 0.0;
-    for (std::size_t w = 0; w < found.wishes.size(); ++w) {
+    for (std::size_t w = 0; w < found.targets.size(); ++w) {
         const Bias all = one.parts[w].biases();
-        const double room = 0.5 * (found.allowed[w] - std::abs(all.value));
-        if (room <= all.error) return std::nullopt;
-        longest =
-            std::max(longest, variance_time(found, fluctuations[w], *one.step) / (room * room - all.error * all.error));
+        const double margin = 0.5 * (found.allowed[w] - std::abs(all.value));
+        if (margin <= all.error) return std::nullopt;
+        longest = std::max(longest, variance_time(found, fluctuations[w], *one.step) /
+                                        (margin * margin - all.error * all.error));
     }
     constexpr double margin = 1.02;  // rounding of the duration
     return found.warm_up + margin * longest;
@@ -120,7 +120,7 @@ bool is_cheaper(const LevelFound& model) {
 Candidate linear_theory(const Findings& found) {
     Candidate one;
     one.ratio = 0.0;
-    for (std::size_t w = 0; w < found.wishes.size(); ++w) {
+    for (std::size_t w = 0; w < found.targets.size(); ++w) {
         one.parts.push_back({{}, {}, (*found.linear_theory)[w], 0.0, std::nullopt});
         one.ratio = std::max(one.ratio, one.parts.back().bound() / found.allowed[w]);
     }

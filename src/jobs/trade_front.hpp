@@ -7,21 +7,21 @@
 #include <string>
 #include <vector>
 
+#include "jobs/accuracy_target.hpp"
 #include "jobs/trade_axes.hpp"
 #include "jobs/trade_bench.hpp"
-#include "jobs/wish.hpp"
 
 namespace drover::jobs {
 
 /// What one level of an axis does.
 struct LevelFound {
-    Level level;
+    AxisLevel level;
     std::string failure;       ///< why there is no bias: the run failed, the scene does not allow it, or the budget
     bool was_run = true;       ///< false where the budget was too small
-    std::vector<Bias> biases;  ///< by wish
+    std::vector<Bias> biases;  ///< by target
     bool is_compared = true;   ///< with another level; else its bias is taken as 0, not measured
     double start_seconds = 0.0, step_seconds = 0.0;  ///< cost relative to that of the given level of its axis
-    std::vector<Fluctuation> fluctuations = {};      ///< of a model, by wish: another one fluctuates otherwise
+    std::vector<Fluctuation> fluctuations = {};      ///< of a model, by target: another one fluctuates otherwise
     bool is_measured() const { return failure.empty(); }
 };
 
@@ -41,7 +41,7 @@ struct Candidate {
     double end = 0.0;                                                     ///< [s]
     double seconds = 0.0;                                                 ///< of a core, predicted
     std::vector<Parts> parts;
-    double ratio = std::numeric_limits<double>::infinity();  ///< the largest error of a wish over what it allows
+    double ratio = std::numeric_limits<double>::infinity();  ///< the largest error of a target over what it allows
 };
 
 /// A trial of a combination: its biases replace the sums of those of its levels, its fluctuations those of its model.
@@ -54,11 +54,11 @@ struct Checked {
 
 /// Everything that was found.
 struct Findings {
-    std::vector<Wish> wishes;
+    std::vector<AccuracyTarget> targets;
     std::vector<std::string> units;
     std::vector<Bias> references;      ///< the best value of each wanted number
     std::vector<double> allowed;       ///< error in its unit
-    std::vector<Bias> rounding, cell;  ///< by wish; empty where not measured
+    std::vector<Bias> rounding, cell;  ///< by target; empty where not measured
     /// Of each method; costs in core seconds: of the start, and per second of the scene.
     std::vector<std::vector<LevelFound>> ladders;
     std::vector<LevelFound> grids, models;       ///< the finest grid, and the full model, are the references
@@ -91,7 +91,7 @@ std::vector<std::string> overrides_of(const Candidate& candidate);
 /// The scene of a candidate.
 io::Scene scene_of(const io::Scene& scene, const Findings& found, const Candidate& candidate);
 
-/// The cheapest that meets the wishes within the budget; nullptr when there is none.
+/// The cheapest that meets the targets within the budget; nullptr when there is none.
 const Candidate* recommended(const std::vector<Candidate>& front, double budget);
 
 }  // namespace drover::jobs

@@ -13,7 +13,7 @@ class Study {
 public:
     Study(const io::Scene& scene, const TradeoffOptions& options)
         : bench_(trial_scene(scene), io::resolved_text(scene), options), options_(options) {
-        found_.wishes = options.wishes;
+        found_.targets = options.targets;
         bench_.statistical = !io::has_grid(scene.kind) || io::has_noise(scene);
     }
 
@@ -60,7 +60,7 @@ private:
 
     bool measure_axes() {
         if (!bench_.run({bench_.trial_of({})})) return false;
-        const Measured base = bench_.measured({});
+        const TrialMeasurement base = bench_.measured({});
         if (!base.was_run && bench_.is_collecting)
             fail_run("the trial of the scene as given has not ended; run the same command without --collect");
         if (!base.failure.empty())
@@ -82,26 +82,26 @@ private:
         return measure_grids(base) && measure_steps() && measure_models() && measure_rounding_and_cell();
     }
 
-    void set_references(const Measured& base) {
+    void set_references(const TrialMeasurement& base) {
         found_.units.clear();
         found_.references.clear();
         bench_.allowed.clear();
-        for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+        for (std::size_t w = 0; w < found_.targets.size(); ++w) {
             found_.units.push_back(base.numbers[w].unit);
             found_.references.push_back(bench_.mean_of(base.numbers[w]));
-            const Wish& wish = found_.wishes[w];
-            require_relative(wish, found_.references[w]);
-            require_unit(wish, base.numbers[w].unit, found_.references[w].value);
-            bench_.allowed.push_back(allowed_of(wish, found_.references[w]));
+            const AccuracyTarget& target = found_.targets[w];
+            require_relative(target, found_.references[w]);
+            require_unit(target, base.numbers[w].unit, found_.references[w].value);
+            bench_.allowed.push_back(allowed_of(target, found_.references[w]));
         }
     }
 
-    bool measure_grids(const Measured& base) {
-        std::vector<Level> levels = grid_levels(bench_.scene, !bench_.statistical);
+    bool measure_grids(const TrialMeasurement& base) {
+        std::vector<AxisLevel> levels = grid_levels(bench_.scene, !bench_.statistical);
         if (refinement_ > 1.0 && levels.size() > 1) levels.pop_back();
-        std::vector<Trial> trials;
+        std::vector<TrialRun> trials;
         constexpr double small = 0.25;  // of what is allowed: the given grid is fine enough to be the reference
-        for (const Level& level : levels) {
+        for (const AxisLevel& level : levels) {
             const bool finer =
                 !is_given(level) && bench_.trial_of(level.overrides).scene.grid.nx > bench_.scene.grid.nx;
             if (!finer) trials.push_back(bench_.trial_of(level.overrides));
@@ -109,14 +109,13 @@ private:
         if (!bench_.run(trials)) return false;
         if (levels.size() > 1 && io::has_grid(bench_.scene.kind) && trials.size() < levels.size()) {
             const auto given = static_cast<std::size_t>(
-                std::ranges::find_if(levels, [](const Level& one) { return is_given(one); }) - levels.begin());
-            const Measured coarser =
-                given > 0 ? bench_.measured(levels[given - 1].overrides) : Measured{.failure = "none"};
+                std::ranges::find_if(levels, [](const AxisLevel& one) { return is_given(one); }) - levels.begin());
+            const TrialMeasurement coarser =
+                given > 0 ? bench_.measured(levels[given - 1].overrides) : TrialMeasurement{.failure = "none"};
             if (coarser.failure.empty() && bench_.ratio(bench_.differences(coarser, base)) < small) levels.pop_back();
             else if (!bench_.run({bench_.trial_of(levels.back().overrides)})) return false;
         }
-        const auto on_level = [&](const Level& level) { return bench_.measured(level.overrides); };
-        collect(levels, on_level, found_.grids);
+        collect(levels, found_.grids);
         found_.notes.clear();
         if (io::has_grid(bench_.scene.kind) && levels.size() == 1)
             found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
@@ -124,11 +123,11 @@ private:
         if (bench_.statistical && !is_given(last.level) && last.is_measured() &&
             !converges(grid_steps_, bench_.allowed)) {
             // Noise reaches the shortest waves: the grid is part of the model, as given.
-            collect({levels.begin(), levels.end() - 1}, on_level, found_.grids);
+            collect({levels.begin(), levels.end() - 1}, found_.grids);
             grid_is_model_ = true;
             for (LevelFound& grid : found_.grids) {
                 if (!is_given(grid.level)) grid.failure = grid_is_model;
-                grid.biases.assign(found_.wishes.size(), {});
+                grid.biases.assign(found_.targets.size(), {});
                 grid.is_compared = false;
             }
             found_.notes.push_back(
@@ -155,13 +154,12 @@ private:
     }
 
     /// Biases against the limit by bias_of_finest(), without noise known in size alone; costs over those as given.
-    template <class MeasureLevel>
-    void collect(const std::vector<Level>& levels, const MeasureLevel& measure_level, std::vector<LevelFound>& into) {
+    void collect(const std::vector<AxisLevel>& levels, std::vector<LevelFound>& into) {
         into.clear();
-        std::vector<Measured> runs;
+        std::vector<TrialMeasurement> runs;
         std::optional<std::size_t> last, before, earlier, given;
         for (std::size_t k = 0; k < levels.size(); ++k) {
-            runs.push_back(measure_level(levels[k]));
+            runs.push_back(bench_.measured(levels[k].overrides));
             if (is_given(levels[k])) given = k;
             if (!runs[k].failure.empty()) continue;
             earlier = before;
@@ -170,7 +168,7 @@ private:
         }
         if (!last) fail_run("no grid was measured: {}: {}", levels.front().name, runs.front().failure);
         const bool is_noisy = io::has_grid(bench_.scene.kind) && bench_.statistical;
-        std::vector<Bias> finest(found_.wishes.size());
+        std::vector<Bias> finest(found_.targets.size());
         grid_steps_ = {finest, finest};
         if (before) grid_steps_.last = bench_.differences(runs[*before], runs[*last]);
         if (earlier) grid_steps_.longer = bench_.differences(runs[*earlier], runs[*before]);
@@ -202,15 +200,15 @@ private:
     io::Scene pilot() const { return io::changed(bench_.scene, on_pilot_grid({})); }
     bool measure_steps() {
         if (ladders_.empty()) ladders_ = step_ladders(bench_.scene);
-        constexpr int most_extensions = 4;
+        constexpr int max_extensions = 4;
         for (int extension = 0;; ++extension) {
-            std::vector<Trial> trials;
+            std::vector<TrialRun> trials;
             for (const StepLadder& ladder : ladders_)
-                for (const Level& level : ladder.levels)
+                for (const AxisLevel& level : ladder.levels)
                     trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
             if (!bench_.run(trials)) return false;
             collect_steps();
-            if (extension == most_extensions || !extend_ladders()) break;
+            if (extension == max_extensions || !extend_ladders()) break;
         }
         is_settled_ = true;
         add_unsettled(bench_.drift_notes(bench_.measured(reference_)));
@@ -238,10 +236,10 @@ private:
     /// The finest run of each ladder.
     struct Finest {
         std::size_t ladder = 0, level = 0;
-        Measured run;
+        TrialMeasurement run;
     };
 
-    std::vector<Finest> finest_runs(const std::vector<std::vector<Measured>>& runs) const {
+    std::vector<Finest> finest_runs(const std::vector<std::vector<TrialMeasurement>>& runs) const {
         std::vector<Finest> finest;
         for (std::size_t l = 0; l < runs.size(); ++l)
             for (std::size_t k = runs[l].size(); k-- > 0;)
@@ -254,7 +252,7 @@ private:
 
     /// The reference is the finest run that agrees best with those of the other methods; its own error is the distance
     /// to the nearest of them.  (A tolerance that is not yet binding makes one method agree with itself alone.)
-    void find_reference(const std::vector<std::vector<Measured>>& runs) {
+    void find_reference(const std::vector<std::vector<TrialMeasurement>>& runs) {
         const std::vector<Finest> finest = finest_runs(runs);
         if (finest.empty())
             fail_run("no step of any method runs on {}; give a shorter time.dt",
@@ -264,13 +262,13 @@ private:
             // Nothing to compare it with: its own bias is not known.
             const Finest& one = finest.front();
             reference_ = on_pilot_grid(ladders_[one.ladder].levels[one.level].overrides);
-            reference_bias_.assign(found_.wishes.size(), {INFINITY, 0.0});
+            reference_bias_.assign(found_.targets.size(), {INFINITY, 0.0});
             return;
         }
-        double least = INFINITY;
+        double min_distance = INFINITY;
         for (const Finest& one : finest) {
             double distance = 0.0, nearest = INFINITY;
-            std::vector<Bias> own(found_.wishes.size());
+            std::vector<Bias> own(found_.targets.size());
             for (const Finest& other : finest) {
                 if (other.ladder == one.ladder) continue;
                 const std::vector<Bias> apart = bench_.differences(one.run, other.run);
@@ -278,8 +276,8 @@ private:
                 if (bench_.ratio(apart) < nearest) own = apart;
                 nearest = std::min(nearest, bench_.ratio(apart));
             }
-            if (distance >= least) continue;
-            least = distance;
+            if (distance >= min_distance) continue;
+            min_distance = distance;
             const StepLadder& ladder = ladders_[one.ladder];
             // Two methods may agree by chance: the error is at least that which the ladder itself shows.
             if (one.level > 0 && runs[one.ladder][one.level - 1].failure.empty()) {
@@ -295,15 +293,15 @@ private:
 
     void collect_steps() {
         found_.ladders.clear();
-        std::vector<std::vector<Measured>> runs;
+        std::vector<std::vector<TrialMeasurement>> runs;
         for (const StepLadder& ladder : ladders_) {
             runs.emplace_back();
-            for (const Level& level : ladder.levels)
+            for (const AxisLevel& level : ladder.levels)
                 runs.back().push_back(bench_.measured(on_pilot_grid(level.overrides)));
         }
         reject_wrong_steps(runs);
         find_reference(runs);
-        const Measured reference = bench_.measured(reference_);
+        const TrialMeasurement reference = bench_.measured(reference_);
         if (!bench_.statistical && is_chaotic(runs, reference)) {
             bench_.statistical = true;
             find_reference(runs);
@@ -311,12 +309,12 @@ private:
         for (std::size_t l = 0; l < ladders_.size(); ++l) {
             std::vector<LevelFound>& found = found_.ladders.emplace_back();
             for (std::size_t k = 0; k < runs[l].size(); ++k) {
-                const Measured& run = runs[l][k];
+                const TrialMeasurement& run = runs[l][k];
                 LevelFound level{.level = ladders_[l].levels[k], .failure = run.failure, .was_run = run.was_run};
                 if (level.is_measured()) {
                     level.biases = bench_.differences(run, reference);
                     // The reference has an error too: known in size, added in quadrature.
-                    for (std::size_t w = 0; w < found_.wishes.size(); ++w)
+                    for (std::size_t w = 0; w < found_.targets.size(); ++w)
                         level.biases[w].error = std::hypot(level.biases[w].error, reference_bias_[w].value);
                     level.start_seconds = run.start_seconds;
                     level.step_seconds = run.step_seconds;
@@ -324,10 +322,10 @@ private:
                 found.push_back(std::move(level));
             }
         }
-        for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+        for (std::size_t w = 0; w < found_.targets.size(); ++w) {
             found_.references[w] =
                 less(bench_.mean_of(reference.numbers[w]), found_.grids[found_.pilot_grid].biases[w]);
-            bench_.allowed[w] = allowed_of(found_.wishes[w], found_.references[w]);
+            bench_.allowed[w] = allowed_of(found_.targets[w], found_.references[w]);
         }
         if (std::any_of(reference_bias_.begin(), reference_bias_.end(),
                         [](const Bias& bias) { return !std::isfinite(bias.value); }))
@@ -343,7 +341,7 @@ private:
 
     /// Whether fine runs without noise have all become independent of each other, although each fluctuates.  Where two
     /// of them agree, a third that does not is only less accurate.
-    bool is_chaotic(const std::vector<std::vector<Measured>>& runs, const Measured& reference) const {
+    bool is_chaotic(const std::vector<std::vector<TrialMeasurement>>& runs, const TrialMeasurement& reference) const {
         if (!io::has_grid(bench_.scene.kind)) return false;
         bool any = false;
         for (const Finest& one : finest_runs(runs)) {
@@ -355,14 +353,14 @@ private:
     }
 
     /// What pairing gains: the variance of the difference of two independent runs over that of paired ones, of the
-    /// first wish and the given step.
+    /// first target and the given step.
     void find_pairing() {
         if (!bench_.statistical || !io::has_grid(bench_.scene.kind)) return;
-        const Measured base = bench_.measured(on_pilot_grid({}));
+        const TrialMeasurement base = bench_.measured(on_pilot_grid({}));
         for (const std::vector<LevelFound>& ladder : found_.ladders)
             for (const LevelFound& level : ladder) {
                 if (!level.is_measured() || !base.failure.empty()) continue;
-                const Measured other = bench_.measured(on_pilot_grid(level.level.overrides));
+                const TrialMeasurement other = bench_.measured(on_pilot_grid(level.level.overrides));
                 const Bias paired = bench_.difference(other.numbers[0], base.numbers[0]);
                 if (!(paired.error > 0.0)) continue;
                 const double apart =
@@ -374,23 +372,24 @@ private:
 
     bool measure_models() {
         const io::Scene on_pilot = pilot();
-        const std::vector<Level> levels = model_levels(on_pilot);
-        std::vector<Trial> trials;
-        for (const Level& level : levels)
+        const std::vector<AxisLevel> levels = model_levels(on_pilot);
+        std::vector<TrialRun> trials;
+        for (const AxisLevel& level : levels)
             if (level.reason.empty()) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
-        for (Trial& trial : bench_.reseeded(on_pilot_grid({}))) trials.push_back(std::move(trial));
+        for (TrialRun& trial : bench_.reseeded(on_pilot_grid({}))) trials.push_back(std::move(trial));
         if (!bench_.run(trials)) return false;
-        const Measured full = bench_.measured(on_pilot_grid({}));
+        const TrialMeasurement full = bench_.measured(on_pilot_grid({}));
         if (!full.failure.empty()) fail_run("the full model was not run: {}; give a larger --budget", full.failure);
         add_unsettled(bench_.widen(on_pilot_grid({})));
         found_.models.clear();
-        for (const Level& level : levels) {
-            const Measured run = level.reason.empty() ? bench_.measured(on_pilot_grid(level.overrides))
-                                                      : Measured{.failure = "not possible: " + level.reason};
+        for (const AxisLevel& level : levels) {
+            const TrialMeasurement run = level.reason.empty()
+                                             ? bench_.measured(on_pilot_grid(level.overrides))
+                                             : TrialMeasurement{.failure = "not possible: " + level.reason};
             LevelFound found{.level = level, .failure = run.failure, .biases = {}};
             if (found.is_measured()) {
                 found.biases =
-                    is_given(level) ? std::vector<Bias>(found_.wishes.size()) : bench_.differences(run, full);
+                    is_given(level) ? std::vector<Bias>(found_.targets.size()) : bench_.differences(run, full);
                 found.start_seconds = run.start_seconds / std::max(full.start_seconds, 1e-3);
                 found.step_seconds = run.step_seconds / std::max(full.step_seconds, 1e-9);
                 found.fluctuations = bench_.fluctuations(run);
@@ -400,36 +399,36 @@ private:
         }
         found_.linear_theory.reset();
         std::vector<Bias> linear;
-        for (std::size_t w = 0; w < found_.wishes.size(); ++w)
+        for (std::size_t w = 0; w < found_.targets.size(); ++w)
             if (const std::optional<double> value = full.numbers[w].linear_theory; value && std::isfinite(*value))
                 linear.push_back({*value - found_.references[w].value, found_.references[w].error});
-        if (linear.size() == found_.wishes.size()) found_.linear_theory = linear;
+        if (linear.size() == found_.targets.size()) found_.linear_theory = linear;
         return true;
     }
 
     bool measure_rounding_and_cell() {
-        const std::vector<Level> cells = compared_cells(pilot(), found_.wishes);
-        std::vector<Trial> trials{bench_.trial_of(on_pilot_grid({}), true)};
-        const auto is_tried = [&](const Level& level) {
+        const std::vector<AxisLevel> cells = compared_cells(pilot(), found_.targets);
+        std::vector<TrialRun> trials{bench_.trial_of(on_pilot_grid({}), true)};
+        const auto is_tried = [&](const AxisLevel& level) {
             return bench_.statistical && reason_against(bench_.scene, on_pilot_grid(level.overrides)).empty();
         };
-        for (const Level& level : cells)
+        for (const AxisLevel& level : cells)
             if (is_tried(level)) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
         if (!bench_.run(trials)) return false;
-        const Measured full = bench_.measured(on_pilot_grid({}));
-        const Measured up = bench_.measured(on_pilot_grid({}), true);
+        const TrialMeasurement full = bench_.measured(on_pilot_grid({}));
+        const TrialMeasurement up = bench_.measured(on_pilot_grid({}), true);
         found_.rounding = up.failure.empty() ? bench_.differences(up, full) : std::vector<Bias>{};
         found_.cell.clear();
         if (!cells.empty() && is_tried(cells.front())) {
-            const Measured large = bench_.measured(on_pilot_grid(cells.front().overrides));
+            const TrialMeasurement large = bench_.measured(on_pilot_grid(cells.front().overrides));
             if (large.failure.empty())
-                for (std::size_t w = 0; w < found_.wishes.size(); ++w)
+                for (std::size_t w = 0; w < found_.targets.size(); ++w)
                     found_.cell.push_back(less(bench_.mean_of(full.numbers[w]), bench_.mean_of(large.numbers[w])));
         }
         return true;
     }
 
-    /// Trials of twice the duration: when they have not settled, no combination meets the wishes yet, or they cost a
+    /// Trials of twice the duration: when they have not settled, no combination meets the targets yet, or they cost a
     /// small part of the run.
     bool wants_longer() {
         if (bench_.is_short || 3.0 * bench_.spent > bench_.budget) return false;
@@ -444,20 +443,20 @@ private:
     /// Axes may not be independent: the recommended combination is run for the duration of the trials, and replaced by
     /// the next when it fails.  False when a signal came.
     bool check_recommended() {
-        constexpr int most_checks = 6;
-        for (int n = 0; n < most_checks; ++n) {
+        constexpr int max_checks = 6;
+        for (int n = 0; n < max_checks; ++n) {
             const std::vector<Candidate> front = front_of(findings(), bench_.scene);
             const Candidate* best = recommended(front, options_.run_budget);
             if (best == nullptr || best->parts.front().whole) return true;
             const std::vector<std::string> overrides = overrides_of(*best);
             if (!bench_.run({bench_.trial_of(overrides)})) return false;
-            const Measured run = bench_.measured(overrides), reference = bench_.measured(reference_);
+            const TrialMeasurement run = bench_.measured(overrides), reference = bench_.measured(reference_);
             if (!run.was_run) return true;
             Checked checked{.overrides = overrides, .failure = run.failure, .biases = {}, .fluctuations = {}};
             if (checked.failure.empty()) {
                 checked.fluctuations = bench_.fluctuations(run);
                 checked.biases = bench_.differences(run, reference);
-                for (std::size_t w = 0; w < found_.wishes.size(); ++w) {
+                for (std::size_t w = 0; w < found_.targets.size(); ++w) {
                     const Bias grid = found_.grids[found_.pilot_grid].biases[w];
                     checked.biases[w] = {checked.biases[w].value + grid.value,
                                          std::hypot(checked.biases[w].error, grid.error, reference_bias_[w].value)};

@@ -38,8 +38,8 @@ std::vector<NamedPart> named_parts(const Parts& parts) {
             {"model", std::abs(parts.model.value) + 2.0 * parts.model.error}};
 }
 
-/// The wish of a candidate with the largest error for what it allows.
-std::size_t hardest_wish(const Findings& found, const Candidate& one) {
+/// The target of a candidate with the largest error for what it allows.
+std::size_t hardest_target(const Findings& found, const Candidate& one) {
     std::size_t hardest = 0;
     for (std::size_t w = 1; w < one.parts.size(); ++w)
         if (one.parts[w].bound() / found.allowed[w] > one.parts[hardest].bound() / found.allowed[hardest]) hardest = w;
@@ -47,20 +47,21 @@ std::size_t hardest_wish(const Findings& found, const Candidate& one) {
 }
 
 std::string largest_part(const Findings& found, const Candidate& one) {
-    const std::vector<NamedPart> parts = named_parts(one.parts[hardest_wish(found, one)]);
+    const std::vector<NamedPart> parts = named_parts(one.parts[hardest_target(found, one)]);
     return std::max_element(parts.begin(), parts.end(),
                             [](const NamedPart& a, const NamedPart& b) { return a.size < b.size; })
         ->name;
 }
 
-std::string unit_text(const Findings& found, std::size_t wish) {
-    return found.units[wish] == "1" ? "" : " " + found.units[wish];
+std::string unit_text(const Findings& found, std::size_t target) {
+    return found.units[target] == "1" ? "" : " " + found.units[target];
 }
 
-/// A fraction of the number, or where the wish is absolute the number of its unit.
-std::string error_text(const Findings& found, std::size_t wish, double error) {
-    if (found.wishes[wish].is_relative) return text("{:.2g} %", 100.0 * error / std::abs(found.references[wish].value));
-    return text("{:.2g}{}", error, unit_text(found, wish));
+/// A fraction of the number, or where the target is absolute the number of its unit.
+std::string error_text(const Findings& found, std::size_t target, double error) {
+    if (found.targets[target].is_relative)
+        return text("{:.2g} %", 100.0 * error / std::abs(found.references[target].value));
+    return text("{:.2g}{}", error, unit_text(found, target));
 }
 
 std::string advice_on(const Findings& found, const Candidate& one) {
@@ -89,20 +90,20 @@ std::string duration_of(const Findings& found, const Candidate& one) {
 }
 
 run::Record candidate_record(const Findings& found, const Candidate& one) {
-    const std::size_t wish = hardest_wish(found, one);
-    const Parts& parts = one.parts[wish];
+    const std::size_t target = hardest_target(found, one);
+    const Parts& parts = one.parts[target];
     const bool theory = one.step == nullptr;
     run::Record row{
         .entries = {run::number("cost", "s", "core time, predicted", one.seconds, 3),
                     run::number("error_of_allowed", "1",
-                                "the largest error of a wish, with a probability of 95 %, over what it allows",
+                                "the largest error of a target, with a probability of 95 %, over what it allows",
                                 one.ratio, 2),
                     run::words("model", "", theory ? "linear theory" : one.model->level.name),
                     run::words("grid", "", theory ? "-" : grid_name(one)),
                     run::words("step", "", theory ? "-" : one.step->level.name),
                     run::words("duration", "", theory ? "-" : duration_of(found, one))}};
     for (const auto& [name, size] : named_parts(parts))
-        row.entries.push_back(run::number(std::string(name) + "_error", found.units[wish],
+        row.entries.push_back(run::number(std::string(name) + "_error", found.units[target],
                                           "part of the error, with twice its standard error", size, 2));
     row.entries.push_back(
         run::flag("checked", "1: the biases are those of a trial of this combination", parts.whole.has_value()));
@@ -123,7 +124,7 @@ run::List model_fronts(const Findings& found, const io::Scene& scene) {
 
 run::List front_list(const Findings& found, const std::vector<Candidate>& front) {
     run::List list{.name = "front",
-                   .heading = "the cheapest settings for their error (parts: of the wish that is hardest for them)",
+                   .heading = "the cheapest settings for their error (parts: of the target that is hardest for them)",
                    .row = "setting",
                    .meaning = "settings, cheapest first"};
     for (const Candidate& one : front) {
@@ -135,8 +136,8 @@ run::List front_list(const Findings& found, const std::vector<Candidate>& front)
 
 /// The first clause of a sentence.
 std::string short_text(const std::string& sentence) {
-    constexpr std::size_t most = 60;
-    const std::size_t end = std::min({sentence.find(';'), sentence.find(", and"), most});
+    constexpr std::size_t max_length = 60;
+    const std::size_t end = std::min({sentence.find(';'), sentence.find(", and"), max_length});
     return end < sentence.size() ? sentence.substr(0, end) + " ..." : sentence;
 }
 
@@ -144,11 +145,11 @@ void add_levels(const Findings& found, const std::string& axis, const std::vecto
                 run::List& list) {
     for (const LevelFound& level : levels) {
         run::Record row{.entries = {run::words("axis", "", axis), run::words("level", "", level.level.name)}};
-        for (std::size_t w = 0; w < found.wishes.size(); ++w) {
-            const std::string name = found.wishes.size() == 1 ? "" : text("_{}", w + 1);
+        for (std::size_t w = 0; w < found.targets.size(); ++w) {
+            const std::string name = found.targets.size() == 1 ? "" : text("_{}", w + 1);
             const Bias bias = level.is_measured() && level.is_compared ? level.biases[w] : Bias{NAN, NAN};
             row.entries.push_back(
-                run::number("bias" + name, found.units[w], "of " + found.wishes[w].text, bias.value, 3));
+                run::number("bias" + name, found.units[w], "of " + found.targets[w].text, bias.value, 3));
             row.entries.push_back(
                 run::number("error" + name, found.units[w], "standard error of the bias", bias.error, 2));
         }
@@ -179,15 +180,15 @@ run::List level_list(const Findings& found) {
     return list;
 }
 
-run::List wish_list(const Findings& found, const Candidate* best) {
+run::List target_list(const Findings& found, const Candidate* best) {
     run::List list{.name = "wishes", .heading = "wanted", .row = "wish", .meaning = "wanted numbers"};
-    for (std::size_t w = 0; w < found.wishes.size(); ++w) {
+    for (std::size_t w = 0; w < found.targets.size(); ++w) {
         const auto bias_or_nan = [&](const std::vector<Bias>& biases) {
             return biases.empty() ? NAN : biases[w].value;
         };
         const std::string& unit = found.units[w];
         list.rows.push_back(
-            {.entries = {run::words("observable", "", found.wishes[w].text),
+            {.entries = {run::words("observable", "", found.targets[w].text),
                          {.name = "value",
                           .unit = unit,
                           .meaning = "best value of the trials",
@@ -206,7 +207,7 @@ run::List wish_list(const Findings& found, const Candidate* best) {
     return list;
 }
 
-std::string refusal(const Findings& found, const std::vector<Candidate>& front, double budget) {
+std::string why_none(const Findings& found, const std::vector<Candidate>& front, double budget) {
     const Candidate *enough = nullptr, *affordable = nullptr;
     for (const Candidate& one : front) {
         if (one.step == nullptr) continue;
@@ -214,15 +215,15 @@ std::string refusal(const Findings& found, const std::vector<Candidate>& front, 
         if (one.seconds <= budget) affordable = &one;
     }
     const bool is_limited = std::isfinite(budget);
-    std::string words = is_limited ? text("no setting meets the wishes within {}", duration_text(budget))
-                                   : "no setting that the trials could judge meets the wishes";
+    std::string words = is_limited ? text("no setting meets the targets within {}", duration_text(budget))
+                                   : "no setting that the trials could judge meets the targets";
     if (enough != nullptr) words += text(": it takes {} of a core", duration_text(enough->seconds));
     if (affordable != nullptr)
         words += text("; the best {}has {:.2g} times the error allowed ({}, {}, {}, {} s)",
                       is_limited ? "within it " : "", affordable->ratio, affordable->model->level.name,
                       grid_name(*affordable), affordable->step->level.name, affordable->end);
     if (affordable != nullptr) words += "; " + advice_on(found, *affordable);
-    if (found.is_short) words += "; some trials were not made for want of budget: they go on from those that are kept";
+    if (found.is_short) words += "; some trials were not made for want of budget: re-run the same command to resume";
     return words + (is_limited
                         ? "; give a larger --budget or a larger error"
                         : "; give a larger error, or look for settings by drover tradeoff with a larger --budget");
@@ -231,12 +232,12 @@ std::string refusal(const Findings& found, const std::vector<Candidate>& front, 
 /// What is said of the recommended run.
 std::vector<std::string> reasons(const Findings& found, const std::vector<Candidate>& front, const Candidate& best) {
     std::vector<std::string> words;
-    for (std::size_t w = 0; w < found.wishes.size(); ++w)
-        words.push_back(text("{}: {}{}; error {} of {} allowed, with a probability of 95 %", found.wishes[w].text,
+    for (std::size_t w = 0; w < found.targets.size(); ++w)
+        words.push_back(text("{}: {}{}; error {} of {} allowed, with a probability of 95 %", found.targets[w].text,
                              measured_text(found.references[w].value, found.references[w].error), unit_text(found, w),
                              error_text(found, w, best.parts[w].bound()), error_text(found, w, found.allowed[w])));
     words.insert(words.end(), found.notes.begin(), found.notes.end());
-    const std::size_t w = hardest_wish(found, best);
+    const std::size_t w = hardest_target(found, best);
     const Parts& parts = best.parts[w];
     const auto part = [&](const Bias& bias) {
         return text("{} +- {}", error_text(found, w, std::abs(bias.value)), error_text(found, w, bias.error));
@@ -251,11 +252,11 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
     if (found.statistical)
         words.push_back(text("{:.6g} s: standard error {}", best.end, error_text(found, w, parts.statistics)));
     if (found.sample_every > 0.0)
-        words.push_back(text("samples every {:.6g} s: more tell no more of the means",
+        words.push_back(text("samples every {:.6g} s: denser sampling does not reduce the error of the means",
                              std::max(found.sample_every, best.step->level.sample_every)));
     words.push_back(advice_on(found, best));
     if (const Candidate& theory = front.front(); theory.step == nullptr && theory.ratio <= 1.0) {
-        const std::size_t hardest = hardest_wish(found, theory);
+        const std::size_t hardest = hardest_target(found, theory);
         words.push_back(text("linear theory, which needs no run, has an error of {}",
                              error_text(found, hardest, theory.parts[hardest].bound())));
     }
@@ -280,7 +281,7 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
     Tradeoff outcome{.result = {}, .recommended = std::nullopt, .recommended_text = "", .seconds = found.seconds};
     run::Record& root = outcome.result.root;
     root.heading = text("trade of speed for accuracy of {}", scene.file);
-    root.lists = {level_list(found), front_list(found, front), model_fronts(found, scene), wish_list(found, best)};
+    root.lists = {level_list(found), front_list(found, front), model_fronts(found, scene), target_list(found, best)};
     root.footer.push_back("");
     if (found.pairing > 1.0)
         root.footer.push_back(
@@ -293,13 +294,13 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
             root.footer.push_back(
                 text("{} in this cell is not that of a large one: it differs by {:.2g} +- {:.1g} from that in a larger "
                      "cell, more than the {:.2g} allowed; what is said here holds for this cell",
-                     found.wishes[w].text, found.cell[w].value, found.cell[w].error, found.allowed[w]));
+                     found.targets[w].text, found.cell[w].value, found.cell[w].error, found.allowed[w]));
     if (found.hosts.size() > 1)
         root.footer.push_back(text("the trials ran on {} machines ({}): their core times are compared as they are",
                                    found.hosts.size(), joined(found.hosts)));
     if (best == nullptr) {
         for (const std::string& note : found.notes) root.footer.push_back(note);
-        root.footer.push_back(outcome.refusal = refusal(found, front, options.run_budget));
+        root.footer.push_back(outcome.why_none = why_none(found, front, options.run_budget));
         return outcome;
     }
     root.footer.push_back("recommended:");
@@ -317,9 +318,9 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
     return outcome;
 }
 
-/// Rejects wishes that no run of the scene answers, before there is a folder.  The first samples of fields have all
+/// Rejects targets that no run of the scene answers, before there is a folder.  The first samples of fields have all
 /// observables of a run.
-void check_wishes(const io::Scene& scene, const std::vector<Wish>& wishes) {
+void check_targets(const io::Scene& scene, const std::vector<AccuracyTarget>& targets) {
     if (!io::has_grid(scene.kind)) return;
     io::Scene first = run::start_alone(scene);
     first.time.end = std::min(first.time.end, 2.0 * first.output.sample_every);
@@ -333,16 +334,16 @@ void check_wishes(const io::Scene& scene, const std::vector<Wish>& wishes) {
         if (error.fault() != Fault::run) throw;  // its step is any: that of the trials may do
     }
     if (!report) return;
-    for (const Wish& wish : wishes)
-        require_plausible(wish, unit_of_wanted(wish, report->summary), is_size_of_order(wish, report->summary));
+    for (const AccuracyTarget& target : targets)
+        require_plausible(target, unit_of_target(target, report->summary), is_size_of_order(target, report->summary));
 }
 }  // namespace
 
 Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
-    require(!options.wishes.empty(), {.file = "--want"}, "no number is wanted; give at least one, such as {}=1%",
+    require(!options.targets.empty(), {.file = "--want"}, "no number is wanted; give at least one, such as {}=1%",
             run::example_observable(scene));
     if (options.collect) require_folder(options.folder, "tradeoff");
-    else check_wishes(scene, options.wishes);
+    else check_targets(scene, options.targets);
     files::join_folder(options.folder, "scene.toml", "", io::resolved_text(scene));
     if (!options.collect) files::require_locks(options.folder / "scene.toml");
     const Findings found = find_tradeoff(scene, options);
@@ -352,7 +353,7 @@ Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) 
         files::replace_file(options.folder / "tradeoff.json", run::result_json(outcome.result).dump(1) + "\n");
         const fs::path recommended = options.folder / "recommended.toml";
         if (outcome.recommended) files::replace_file(recommended, outcome.recommended_text);
-        else fs::remove(recommended);  // of other wishes
+        else fs::remove(recommended);  // of other targets
     });
     return outcome;
 }
@@ -362,24 +363,24 @@ std::string tradeoff_status(const io::Scene& scene, const fs::path& folder) {
     return trials_status(folder, io::resolved_text(scene));
 }
 
-io::Scene with_accuracy(const io::Scene& scene, const std::vector<Wish>& wishes, bool quiet) {
+io::Scene with_accuracy(const io::Scene& scene, const std::vector<AccuracyTarget>& targets, bool quiet) {
     const std::optional<run::ExpectedTime> expected = run::expected_time(run::with_chosen_step(scene, true));
-    constexpr double part = 0.1, least = 5.0;  // of the run; seconds
+    constexpr double part = 0.1, min_seconds = 5.0;  // of the run; seconds
     const double seconds = expected ? expected->total : 0.0;
     const fs::path folder = run::archive_path(scene).replace_extension(".tradeoff");
     if (!quiet)
         log_information("finding the cheapest run that is accurate enough, by trials of at most {} in {}",
-                        duration_text(std::max(least, part * seconds)), folder.string());
+                        duration_text(std::max(min_seconds, part * seconds)), folder.string());
     io::Scene given = scene;
     given.output.file.clear();
-    const Tradeoff found = study_tradeoff(given, {.wishes = wishes,
-                                                  .budget = std::max(least, part * seconds),
+    const Tradeoff found = study_tradeoff(given, {.targets = targets,
+                                                  .budget = std::max(min_seconds, part * seconds),
                                                   .run_budget = INFINITY,
                                                   .folder = folder,
                                                   .quiet = quiet});
     if (found.stopped)
         fail_environment("stopped by a signal during the trials, which are kept: run the same command to resume");
-    if (!found.recommended) fail_run("{}", found.refusal);
+    if (!found.recommended) fail_run("{}", found.why_none);
     if (!quiet)
         for (const std::string& words : found.reasons) log_information("{}", words);
     io::Scene chosen = *found.recommended;

@@ -53,14 +53,14 @@ Ran ran_of(const UnitRecord& record) {
 }
 
 /// The state of a run that another process has continued beyond the end of this trial.
-std::optional<files::Checkpoint> longer_run(const Trial& trial, const fs::path& path) {
+std::optional<files::Checkpoint> longer_run(const TrialRun& trial, const fs::path& path) {
     files::Checkpoint checkpoint = files::read_newest_checkpoint(path);
     if (checkpoint.time < trial.scene.time.end * (1.0 - 1e-9)) return std::nullopt;
     return checkpoint;
 }
 
 /// Nothing when a signal came.
-std::optional<TrialResult> run_or_continue(const Trial& trial) {
+std::optional<TrialResult> run_or_continue(const TrialRun& trial) {
     const fs::path path = run::archive_path(trial.scene);
     const run::RunOptions options{.overwrite = true, .quiet = true, .rounds_up = trial.rounds_up};
     TrialResult result{.end = trial.scene.time.end};
@@ -91,7 +91,7 @@ std::optional<TrialResult> run_or_continue(const Trial& trial) {
 }
 
 /// Runs that differ in their end alone are one trial.
-std::string name_of(const Trial& trial) {
+std::string name_of(const TrialRun& trial) {
     io::Scene scene = trial.scene;
     scene.time.end = 0.0;
     scene.run.threads = 1;
@@ -99,7 +99,7 @@ std::string name_of(const Trial& trial) {
     return text("trial-{:016x}{}", files::fingerprint(io::resolved_text(scene)), trial.rounds_up ? "-up" : "");
 }
 
-std::string key_of(const Trial& trial) { return text("{}-{:.17g}", name_of(trial), trial.scene.time.end); }
+std::string key_of(const TrialRun& trial) { return text("{}-{:.17g}", name_of(trial), trial.scene.time.end); }
 
 files::RecordIdentity identity_of(const std::string& scene) {
     return {.hash = files::fingerprint("trials\n" + scene), .content = scene};
@@ -195,7 +195,7 @@ void Trials::take(const UnitRecord& record) {
     result.failure = ran.result.failure;
 }
 
-const TrialResult* Trials::find(const Trial& trial) const {
+const TrialResult* Trials::find(const TrialRun& trial) const {
     const std::string name = name_of(trial);
     const double end = trial.scene.time.end * (1.0 - 1e-9);
     if (const auto found = results_.find(name); found != results_.end() && found->second.end >= end)
@@ -205,7 +205,7 @@ const TrialResult* Trials::find(const Trial& trial) const {
                                                                                                 : nullptr;
 }
 
-void Trials::require_archive(const Trial& trial, const TrialResult& result) const {
+void Trials::require_archive(const TrialRun& trial, const TrialResult& result) const {
     run::require_archive_of(trial.scene, result.archive);
     const std::string found = files::run_id_of(files::ArchiveReader(result.archive));
     require(found == result.run_id, {.file = result.archive.string()},
@@ -214,10 +214,10 @@ void Trials::require_archive(const Trial& trial, const TrialResult& result) cons
             found.empty() ? "none" : found, result.run_id, (folder_ / "records").string());
 }
 
-bool Trials::run(const std::vector<Trial>& trials) {
+bool Trials::run(const std::vector<TrialRun>& trials) {
     if (options_.collect) return true;
     wanted_.clear();
-    for (const Trial& trial : trials) {
+    for (const TrialRun& trial : trials) {
         Wanted wanted{.key = key_of(trial), .name = name_of(trial), .trial = trial};
         const bool is_twice =
             std::any_of(wanted_.begin(), wanted_.end(), [&](const Wanted& one) { return one.name == wanted.name; });

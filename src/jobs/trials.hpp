@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "io/scene.hpp"
+#include "jobs/accuracy_target.hpp"
 #include "jobs/campaign.hpp"
-#include "jobs/wish.hpp"
 
 namespace drover::jobs {
 
 /// One run to make.
-struct Trial {
+struct TrialRun {
     io::Scene scene;         ///< with its end
     bool rounds_up = false;  ///< floating-point numbers are rounded up, not to the nearest
 };
@@ -35,7 +35,7 @@ struct TrialResult {
 
 /// What a study of speed and accuracy is asked.
 struct TradeoffOptions {
-    std::vector<Wish> wishes;
+    std::vector<AccuracyTarget> targets;
     double budget = 0.0;           ///< core seconds of all trials
     double run_budget = 0.0;       ///< core seconds of the recommended run
     std::filesystem::path folder;  ///< of the trials, which are kept
@@ -64,7 +64,7 @@ public:
     /// Returns when all of them have ended, here or in other processes; a run that is too short is continued from its
     /// checkpoint.  False when a signal stopped it.  A failure of the scene is recorded; one of the environment stops
     /// all trials and is thrown.
-    bool run(const std::vector<Trial>& trials);
+    bool run(const std::vector<TrialRun>& trials);
 
     /// Numbers that all processes in the folder take from the one that came first, such as what follows from a timing.
     /// Nothing when a signal came.
@@ -72,16 +72,16 @@ public:
                                               const std::function<std::vector<double>()>& compute);
 
     /// The result of a trial that was run; nullptr when there is none, or a shorter one that did not fail.
-    const TrialResult* find(const Trial& trial) const;
+    const TrialResult* find(const TrialRun& trial) const;
 
     /// Throws an input Error, with the first difference, unless the archive of a result is what the trial wrote.
-    void require_archive(const Trial& trial, const TrialResult& result) const;
+    void require_archive(const TrialRun& trial, const TrialResult& result) const;
 
 private:
     /// A trial to run, or numbers to agree on.
     struct Wanted {
         std::string key, name;
-        Trial trial = {};
+        TrialRun trial = {};
         std::function<std::vector<double>()> compute = {};
     };
     UnitPlan plan();

@@ -28,11 +28,12 @@ Estimate jackknife(const std::vector<std::vector<double>>& sums, const std::vect
     Estimate result{.mean = quantities > 0 ? function(means) : std::numeric_limits<double>::quiet_NaN()};
     for (const double count : number) result.samples = std::max(result.samples, static_cast<std::size_t>(count));
     if (!std::isfinite(result.mean)) {
-        result.refusal = "no error estimate: there is no finite value";
+        result.why_no_error = "no error estimate: there is no finite value";
         return result;
     }
     if (filled.size() < 2) {
-        result.refusal = "no error estimate: there is only one independent value; follow more bodies, or for longer";
+        result.why_no_error =
+            "no error estimate: there is only one independent value; follow more bodies, or for longer";
         return result;
     }
     double sum = 0.0, squares = 0.0;
@@ -45,7 +46,7 @@ Estimate jackknife(const std::vector<std::vector<double>>& sums, const std::vect
     for (const double value : left_out) squares += (value - sum / groups) * (value - sum / groups);
     const double error = std::sqrt((groups - 1.0) / groups * squares);
     if (!std::isfinite(error)) {
-        result.refusal = "no error estimate: all values of one quantity are in one group";
+        result.why_no_error = "no error estimate: all values of one quantity are in one group";
         return result;
     }
     result.mean -= (groups - 1.0) * (sum / groups - result.mean);

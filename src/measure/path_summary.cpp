@@ -56,7 +56,7 @@ Estimate deviation_of(std::span<const double> of_rods) {
     result.mean = std::sqrt(square);
     if (of_rods.size() < 3) {
         result.error.reset();
-        result.refusal = "no error estimate: two rods; expected three or more";
+        result.why_no_error = "no error estimate: two rods; expected three or more";
     } else if (result.error && square > 0.0) {
         const double variance = (fourth - square * square * (count - 3.0) / (count - 1.0)) / count;
         result.error = std::max(*result.error * std::sqrt(count / (count - 1.0)),
@@ -75,8 +75,9 @@ Estimate head_first_fraction(std::span<const double> of_rods) {
     Estimate fraction = jackknife_means(groups.sums, groups.counts).front();
     if (fraction.error && (head_first == 0 || head_first == of_rods.size())) {
         fraction.error.reset();
-        fraction.refusal = text("no error estimate: all {} rods move the same way, so the binomial error is not known",
-                                of_rods.size());
+        fraction.why_no_error =
+            text("no error estimate: all {} rods move the same way, so the binomial error is not known",
+                 of_rods.size());
     }
     return fraction;
 }
@@ -164,9 +165,10 @@ std::vector<SummaryRow> path_rows(const Paths& paths) {
     std::vector<SummaryRow> rows;
     const bool enough = paths.added >= 2;
     const Estimate none{.mean = nan,
-                        .refusal = text("{} frames of {} s after the warm-up; expected two or more: run for longer, or "
-                                        "reduce output.frame_every",
-                                        paths.added, paths.spacing)};
+                        .why_no_error =
+                            text("{} frames of {} s after the warm-up; expected two or more: run for longer, or "
+                                 "reduce output.frame_every",
+                                 paths.added, paths.spacing)};
     if (!paths.rods.empty() && enough) add_rod_rows(paths, rows);
     if (!paths.rods.empty() && !enough)
         for (const auto& [name, unit] : {std::pair{"rod_speed", "mm s-1"},

@@ -39,7 +39,7 @@ void add_frame(Paths& paths, std::span<const double> rod_position, std::span<con
 ///   rod_head_first_fraction, the fraction of rods with a positive mean speed along n;
 ///   rotational_diffusion [rad2/s] and relaxation_time [s], its inverse;
 ///   bead_displacement_squared [mm2], over one frame; without an error where the frames are too few for one over time.
-/// With fewer than two frames all are NaN, and `refusal` gives the reason.
+/// With fewer than two frames all are NaN, and `why_no_error` gives the reason.
 std::vector<SummaryRow> path_rows(const Paths& paths);
 
 /// C(T) = <cos of the turn of a rod from one frame to the next>; NaN without two frames of rods.

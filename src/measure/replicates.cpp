@@ -57,7 +57,7 @@ Replicates combined(std::span<const Estimate> runs) {
         mean.autocorrelation_time += run.autocorrelation_time / count;
         mean.warm_up = std::max(mean.warm_up, run.warm_up);
         mean.samples += run.samples;
-        if (!run.refusal.empty()) mean.refusal = run.refusal;
+        if (!run.why_no_error.empty()) mean.why_no_error = run.why_no_error;
     }
     mean.blocks = runs.size();
     if (!std::isfinite(mean.mean)) return result;
@@ -74,7 +74,7 @@ Replicates combined(std::span<const Estimate> runs) {
     // Of all pairs a tenth differ by less than an eighth of the error of their difference.
     constexpr std::size_t few = 8;
     if (runs.size() < few) mean.error = std::max(*mean.error, result.own_error.value_or(0.0));
-    mean.refusal.clear();
+    mean.why_no_error.clear();
     return result;
 }
 }  // namespace

@@ -70,7 +70,8 @@ Estimate relaxation_time_of(const Estimate& diffusion) {
     const double rate = diffusion.mean;
     if (std::isnan(rate)) return diffusion;
     if (!(rate > 0.0))
-        return {.mean = std::numeric_limits<double>::infinity(), .refusal = "no error estimate: C(t) does not decay"};
+        return {.mean = std::numeric_limits<double>::infinity(),
+                .why_no_error = "no error estimate: C(t) does not decay"};
     Estimate time = diffusion;
     time.mean = 1.0 / rate;
     if (diffusion.error) time.error = *diffusion.error / (rate * rate);
@@ -90,9 +91,10 @@ RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlatio
     result.lags = lags.end - lags.first;
     if (result.lags < 2) {
         result.diffusion = {.mean = nan,
-                            .refusal = text("{} lags to fit; expected two or more before -ln C(t) passes {}: sample "
-                                            "more often, or follow for longer",
-                                            result.lags, fit.drop)};
+                            .why_no_error =
+                                text("{} lags to fit; expected two or more before -ln C(t) passes {}: sample "
+                                     "more often, or follow for longer",
+                                     result.lags, fit.drop)};
         result.relaxation_time = result.diffusion;
         return result;
     }
@@ -110,7 +112,7 @@ RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlatio
     const double rate = result.diffusion.mean;
     if (correlation.by_time && result.diffusion.error && rate * correlation.segment_time < 3.0) {
         result.diffusion.error.reset();
-        result.diffusion.refusal = text(
+        result.diffusion.why_no_error = text(
             "no error estimate: segments of {} s are less than three relaxation times of {} s; follow for longer, or "
             "{} rods or more",
             correlation.segment_time, 1.0 / rate, min_groups);

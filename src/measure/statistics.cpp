@@ -140,7 +140,7 @@ void add_jackknife(Series series, double tau, double spacing, const Function& fu
     const double full = function(means_of(series));
     const std::vector<double> estimates = leave_one_out(series, blocks, function);
     if (!std::isfinite(full) || !all_finite(estimates)) {
-        result.refusal = not_finite;
+        result.why_no_error = not_finite;
         return;
     }
     const double mean_estimate = mean_of(estimates);
@@ -184,7 +184,7 @@ Estimate estimate(Series series, double spacing, std::size_t skip, const Functio
     for (auto& values : series) {
         values = values.subspan(skipped);
         if (!all_finite(values)) {
-            result.refusal = undefined_samples(values, skipped);
+            result.why_no_error = undefined_samples(values, skipped);
             return result;
         }
         tau = std::max(tau, autocorrelation_time(values));
@@ -192,10 +192,10 @@ Estimate estimate(Series series, double spacing, std::size_t skip, const Functio
     }
     result.autocorrelation_time = tau * spacing;
     if (result.samples > 0) result.mean = function(means_of(series));
-    if (result.samples > 0 && !std::isfinite(result.mean)) result.refusal = not_finite;
+    if (result.samples > 0 && !std::isfinite(result.mean)) result.why_no_error = not_finite;
     else if (result.samples > 1 && constant) result.error = 0.0;
-    else result.refusal = too_short(result.samples, tau, spacing, result.warm_up);
-    if (result.refusal.empty() && !constant) add_jackknife(std::move(series), tau, spacing, function, result);
+    else result.why_no_error = too_short(result.samples, tau, spacing, result.warm_up);
+    if (result.why_no_error.empty() && !constant) add_jackknife(std::move(series), tau, spacing, function, result);
     return result;
 }
 

@@ -66,7 +66,7 @@ void take_memory(const RecordedSeries& product, const std::array<const RecordedS
                           .spacing = spacing,
                           .skip = skip};
         const Estimate long_blocks = estimate_function(all, [](auto means) { return means[0]; });
-        one.refusal = long_blocks.refusal;
+        one.why_no_error = long_blocks.why_no_error;
         one.autocorrelation_time = std::max(one.autocorrelation_time, long_blocks.autocorrelation_time);
         if (long_blocks.error) {
             one.error = std::max(*one.error, *long_blocks.error);
@@ -96,7 +96,7 @@ SummaryRow quotient_row(const Quotient& quotient, const RecordedSeries& sum, con
         const auto used = weighing.begin() + static_cast<std::ptrdiff_t>(std::min(skip, weighing.size()));
         if (std::all_of(used, weighing.end(), [](double value) { return value == 0.0; })) {
             row.estimates.push_back(
-                {.mean = nan, .refusal = "its weight, " + quotient.weight + ", is zero in every sample"});
+                {.mean = nan, .why_no_error = "its weight, " + quotient.weight + ", is zero in every sample"});
             continue;
         }
         const Samples both{.series = {sums.series[k], weighing}, .spacing = spacing, .skip = skip};
@@ -147,7 +147,7 @@ void add_box_rows(const BoxSizes& boxes, const RecordedSeries& variance, double 
         if (b + 1 < boxes.fractions.size())
             exponent.estimates.push_back(
                 estimate_local_exponent(samples, b, b + 1, boxes.fractions[b + 1] / boxes.fractions[b]));
-        else exponent.estimates.push_back({.mean = nan, .refusal = "there is no larger box"});
+        else exponent.estimates.push_back({.mean = nan, .why_no_error = "there is no larger box"});
     }
     rows.insert(rows.end(), {number, deviation, exponent});
 }

@@ -24,7 +24,7 @@ Estimate with_error_over_time(const GroupSums& groups, const Samples& samples) {
 namespace {
 /// Means over their own errors; NaN with fewer than four that have one.
 double scatter_of(const std::vector<Estimate>& means) {
-    constexpr std::size_t least = 4;
+    constexpr std::size_t min_count = 4;
     double weights = 0.0, sum = 0.0, squares = 0.0;
     std::size_t count = 0;
     for (const Estimate& one : means)
@@ -36,7 +36,7 @@ double scatter_of(const std::vector<Estimate>& means) {
         }
     for (const Estimate& one : means)
         if (one.error && *one.error > 0.0) squares += std::pow((one.mean - sum / weights) / *one.error, 2);
-    return count < least ? nan : std::sqrt(squares / (static_cast<double>(count) - 1.0));
+    return count < min_count ? nan : std::sqrt(squares / (static_cast<double>(count) - 1.0));
 }
 }  // namespace
 

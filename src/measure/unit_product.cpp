@@ -21,8 +21,8 @@ bool add_powers(const std::string& unit, Powers& powers) {
             word.begin());
         const std::string name = word.substr(0, letters), exponent = word.substr(letters);
         const std::string digits = exponent.starts_with('-') ? exponent.substr(1) : exponent;
-        constexpr std::size_t most = 4;  // digits
-        if (name.empty() || digits.size() > most || (!exponent.empty() && digits.empty()) ||
+        constexpr std::size_t max_digits = 4;  // digits
+        if (name.empty() || digits.size() > max_digits || (!exponent.empty() && digits.empty()) ||
             !std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c) != 0; }))
             return false;
         auto found = std::find_if(powers.begin(), powers.end(), [&](const auto& one) { return one.first == name; });

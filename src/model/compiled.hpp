@@ -49,7 +49,7 @@ struct Mass {
 };
 
 /// A function at points that the solver evaluates: without its linear part about the reference.
-struct Output {
+struct RateFunction {
     Expression value;
     struct Use {
         int component;
@@ -95,8 +95,8 @@ struct CompiledEquations {
     std::vector<LinearForm> linear;  ///< rows: the linear parts about it
     bool is_isotropic = true;        ///< of these; otherwise the propagator has their average over directions
     std::vector<double> constants;   ///< rows: uniform sources
-    std::vector<Output> outputs;
-    std::vector<Output> forces;  ///< the same in balances that are solved wave by wave
+    std::vector<RateFunction> outputs;
+    std::vector<RateFunction> forces;  ///< the same in balances that are solved wave by wave
     int degree = 1;
     bool has_finite_degree = true;
 

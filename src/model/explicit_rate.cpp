@@ -13,15 +13,15 @@ using numerics::Wavevector;
 
 /// A slope of an output by an atom.
 struct Slope {
-    const Output* output;
+    const RateFunction* output;
     int slot;
     Expression value;
 };
 
 std::vector<Slope> slopes_of(const CompiledEquations& c, bool& reads_position) {
     std::vector<Slope> slopes;
-    for (const std::vector<Output>* outputs : {&c.outputs, &c.forces})
-        for (const Output& output : *outputs)
+    for (const std::vector<RateFunction>* outputs : {&c.outputs, &c.forces})
+        for (const RateFunction& output : *outputs)
             for (const int slot : c.slots_read(output.value)) {
                 if (slot == slot_x || slot == slot_y) reads_position = true;
                 if (slot < first_atom) continue;
@@ -31,10 +31,10 @@ std::vector<Slope> slopes_of(const CompiledEquations& c, bool& reads_position) {
     return slopes;
 }
 
-/// At most `most` of 0, ..., count - 1, from the last one down to 0.
-std::vector<std::size_t> sampled(std::size_t count, std::size_t most) {
+/// At most `max_count` of 0, ..., count - 1, from the last one down to 0.
+std::vector<std::size_t> sampled(std::size_t count, std::size_t max_count) {
     std::vector<std::size_t> result;
-    const std::size_t taken = std::min(count, most);
+    const std::size_t taken = std::min(count, max_count);
     for (std::size_t i = taken; i-- > 0;) result.push_back(taken < 2 ? 0 : i * (count - 1) / (taken - 1));
     return result;
 }
@@ -105,7 +105,7 @@ double Equations::explicit_rate(const numerics::Grid& grid, double t) const {
         for (const std::vector<double>& at_position : values) {
             Symbol m = Symbol::Zero(c.components, c.components);
             for (std::size_t n = 0; n < slopes.size(); ++n)
-                for (const Output::Use& use : slopes[n].output->uses)
+                for (const RateFunction::Use& use : slopes[n].output->uses)
                     c.add_form(c.atoms[static_cast<std::size_t>(slopes[n].slot - first_atom)], use.order,
                                use.factor * at_position[n], q, use.component, m);
             const Symbol rest = wave.rest(m);

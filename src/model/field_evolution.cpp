@@ -28,7 +28,7 @@ public:
             array_ = static_cast<int>(std::find(state.begin(), state.end(), followed_) - state.begin());
             const std::vector<Field>& fields = what.equations.model().fields;
             mass_of_ = fields[components_of_state(what.equations)[static_cast<std::size_t>(array_)].field].name;
-            moved_ = text("the equation of {}", fields[followed->moved].name);
+            moved_ = text("the equation of {}", fields[followed->mass_field].name);
         }
         if (followed_ >= 0) part_->watch(followed_);
         for (const int k : watched_)
@@ -77,23 +77,23 @@ private:
 };
 
 namespace {
-constexpr int largest_rung = 200;  // a factor of 1e30
+constexpr int max_level = 200;  // a factor of 1e30
 }  // namespace
 
-int followed_rung(bool by_largest, double part, int rung) {
-    if (!std::isfinite(part) || part <= 0.0) return rung;
+int followed_level(bool by_largest, double part, int reference_level) {
+    if (!std::isfinite(part) || part <= 0.0) return reference_level;
     // Allowed: at most 1.7 times the smallest value, or at least 1/1.7 of the largest.
     const double exact = 2.0 * std::log2(part), margin = 2.0 * std::log2(1.7);
     if (by_largest) {
-        if (rung < exact - margin) rung = static_cast<int>(std::ceil(exact - margin));
-        if (rung > 0 && rung - 1.5 > exact - margin)
-            rung = std::max(0, static_cast<int>(std::ceil(exact - margin + 0.5)));
+        if (reference_level < exact - margin) reference_level = static_cast<int>(std::ceil(exact - margin));
+        if (reference_level > 0 && reference_level - 1.5 > exact - margin)
+            reference_level = std::max(0, static_cast<int>(std::ceil(exact - margin + 0.5)));
     } else {
-        if (rung > exact + margin) rung = static_cast<int>(std::floor(exact + margin));
-        if (rung < 0 && rung + 1.5 < exact + margin)
-            rung = std::min(0, static_cast<int>(std::floor(exact + margin - 0.5)));
+        if (reference_level > exact + margin) reference_level = static_cast<int>(std::floor(exact + margin));
+        if (reference_level < 0 && reference_level + 1.5 < exact + margin)
+            reference_level = std::min(0, static_cast<int>(std::floor(exact + margin - 0.5)));
     }
-    return std::clamp(rung, -largest_rung, largest_rung);
+    return std::clamp(reference_level, -max_level, max_level);
 }
 
 namespace {
@@ -117,7 +117,7 @@ std::vector<double> dampings(const Equations& equations, int component, double f
 }  // namespace
 
 std::optional<Followed> followed_scalar(const Equations& equations, double shortest) {
-    constexpr double least = 1.5;  // of the ratio of masses, or of dampings, where a scalar is doubled
+    constexpr double min_ratio = 1.5;  // of the ratio of masses, or of dampings, where a scalar is doubled
     const UniformState reference = equations.reference();
     const std::vector<StateComponent> components = components_of_state(equations);
     std::optional<Followed> found;
@@ -125,10 +125,10 @@ std::optional<Followed> followed_scalar(const Equations& equations, double short
         const Field& field = equations.model().fields[components[c].field];
         if (field.spin != 0 || field.odd || !(field.reference > 0.0)) continue;
         const int component = equations.state_components()[c];
-        for (std::size_t moved = 0; moved < equations.model().fields.size(); ++moved)
-            if (equations.varying_mass(moved, reference) >=
-                least * equations.varying_mass(moved, with_factor(reference, component, 0.5)))
-                return Followed{.component = component, .by_largest = false, .moved = moved};
+        for (std::size_t mass_field = 0; mass_field < equations.model().fields.size(); ++mass_field)
+            if (equations.varying_mass(mass_field, reference) >=
+                min_ratio * equations.varying_mass(mass_field, with_factor(reference, component, 0.5)))
+                return Followed{.component = component, .by_largest = false, .mass_field = mass_field};
         if (found) continue;
         try {
             // What grows is a damping of short waves: a reaction is as fast in long ones.
@@ -138,7 +138,7 @@ std::optional<Followed> followed_scalar(const Equations& equations, double short
                                       once_longer = dampings(equations, component, 1.0, longer),
                                       twice_longer = dampings(equations, component, 2.0, longer);
             for (std::size_t k = 0; k < once.size(); ++k)
-                if (once[k] > 0.0 && twice[k] >= least * once[k] &&
+                if (once[k] > 0.0 && twice[k] >= min_ratio * once[k] &&
                     twice[k] - once[k] >= 2.0 * (twice_longer[k] - once_longer[k]))
                     found = {.component = component, .by_largest = true};
         } catch (const Error& error) {  // outside a table, or without slopes
@@ -216,16 +216,16 @@ FieldEvolution::FieldEvolution(Integrated what, const numerics::Grid& grid, cons
       stepper_(control, split_.system, seed, threads, control.watches_error ? std::optional(watched()) : std::nullopt) {
 }
 
-Integrated FieldEvolution::at_rung(int rung) const {
+Integrated FieldEvolution::at_level(int reference_level) const {
     Integrated what = what_;
-    if (rung != 0)
-        what.equations =
-            what.equations.about(with_factor(what.equations.reference(), followed_->component, std::exp2(0.5 * rung)));
+    if (reference_level != 0)
+        what.equations = what.equations.about(
+            with_factor(what.equations.reference(), followed_->component, std::exp2(0.5 * reference_level)));
     return what;
 }
 
-numerics::ErrorEquations::OnGrid FieldEvolution::equations_on_grid(int rung) const {
-    return [what = at_rung(rung)](const numerics::Grid& grid, int degree, Threads& threads) {
+numerics::ErrorEquations::OnGrid FieldEvolution::equations_on_grid(int reference_level) const {
+    return [what = at_level(reference_level)](const numerics::Grid& grid, int degree, Threads& threads) {
         return system_of(what, grid, degree, threads);
     };
 }
@@ -246,19 +246,19 @@ numerics::ErrorEquations FieldEvolution::watched() const {
     return result;
 }
 
-Split FieldEvolution::split_at(int rung) const {
-    return split(at_rung(rung), grid_, what_.kept_degree, threads_, followed_);
+Split FieldEvolution::split_at(int reference_level) const {
+    return split(at_level(reference_level), grid_, what_.kept_degree, threads_, followed_);
 }
 
-void FieldEvolution::set_reference(int rung) {
-    rung_ = rung;
-    split_ = split_at(rung);
-    stepper_.set_system(split_.system, equations_on_grid(rung));
+void FieldEvolution::set_reference(int reference_level) {
+    reference_level_ = reference_level;
+    split_ = split_at(reference_level);
+    stepper_.set_system(split_.system, equations_on_grid(reference_level));
 }
 
 void FieldEvolution::follow(const FieldEvolution& other) {
     stepper_.begin_anew();
-    if (rung_ != other.rung_) set_reference(other.rung_);
+    if (reference_level_ != other.reference_level_) set_reference(other.reference_level_);
 }
 
 /// Of the last evaluation, the value that the reference follows: the smallest as that of the mass that moves.
@@ -266,15 +266,15 @@ double FieldEvolution::part_of_reference() const {
     if (!followed_ || !split_.part) return 0.0;
     const double reference = what_.equations.reference()[static_cast<std::size_t>(followed_->component)];
     if (followed_->by_largest) return split_.followed->max / reference;
-    const double part = split_.followed->min / reference, floor = split_.part->mass_floor(followed_->moved);
+    const double part = split_.followed->min / reference, floor = split_.part->mass_floor(followed_->mass_field);
     return part * std::pow(1.0 + std::pow(floor / part, 16.0), 1.0 / 16.0);
 }
 
 void FieldEvolution::follow_values(double part) {
     if (!followed_) return;
-    const int rung = followed_rung(followed_->by_largest, part, rung_);
-    if (rung == rung_) return;
-    set_reference(rung);
+    const int reference_level = followed_level(followed_->by_largest, part, reference_level_);
+    if (reference_level == reference_level_) return;
+    set_reference(reference_level);
     ++changes_;
 }
 
@@ -301,19 +301,19 @@ numerics::Fields FieldEvolution::balanced(double t, const Spectra& state) const 
 
 std::vector<double> FieldEvolution::save() const {
     std::vector<double> values = stepper_.save();
-    values.insert(values.begin(), static_cast<double>(rung_));
+    values.insert(values.begin(), static_cast<double>(reference_level_));
     return values;
 }
 
 void FieldEvolution::restore(std::span<const double> values) {
-    const double rung = values.empty() ? NAN : values[0];
-    require(rung == 0.0 || followed_, {},
+    const double reference_level = values.empty() ? NAN : values[0];
+    require(reference_level == 0.0 || followed_, {},
             "the checkpoint holds a reference that follows a field, and none is followed here: it is that of another "
             "version or model; run the scene again");
-    require(std::abs(rung) <= largest_rung && rung == std::round(rung), {},
-            "the checkpoint contains {}; expected an integer from {} to {}; use the other checkpoint", rung,
-            -largest_rung, largest_rung);
-    set_reference(static_cast<int>(rung));
+    require(std::abs(reference_level) <= max_level && reference_level == std::round(reference_level), {},
+            "the checkpoint contains {}; expected an integer from {} to {}; use the other checkpoint", reference_level,
+            -max_level, max_level);
+    set_reference(static_cast<int>(reference_level));
     stepper_.restore(values.subspan(1));
 }
 

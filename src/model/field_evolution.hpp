@@ -13,17 +13,17 @@
 namespace drover::model {
 
 /// A scalar whose reference, in the exact linear part, follows its values in a run: it is that of the model times
-/// sqrt(2)^rung.  The explicit part is stable if the reference is at most twice the smallest value of a density that
+/// sqrt(2)^level.  The explicit part is stable if the reference is at most twice the smallest value of a density that
 /// makes a mass, and at least half the largest value of one with which a damping grows.
 struct Followed {
     int component = 0;
     bool by_largest = false;
-    std::size_t moved = 0;  ///< the field of the mass, unless by_largest
+    std::size_t mass_field = 0;  ///< the field of the mass, unless by_largest
 };
 
-/// The rung for values of `part` times the reference of the model.  A hysteresis of half a rung prevents switching back
-/// and forth.
-int followed_rung(bool by_largest, double part, int rung);
+/// The level for values of `part` times the reference of the model.  A hysteresis of half a level prevents switching
+/// back and forth.
+int followed_level(bool by_largest, double part, int reference_level);
 
 /// The first true scalar of positive reference to which a mass is proportional, or nearly so; else the last with which
 /// a damping of short waves is.  shortest: the largest wavenumber of the grid.
@@ -42,7 +42,7 @@ struct Integrated {
     std::vector<int> watched = {};  ///< components whose extremes each evaluation finds
     /// Called after each evaluation of N with these extremes; throws a DomainFailure for what is not allowed.
     std::function<void(std::span<const Range>)> check = {};
-    /// Shorter waves meet the long ones, and not each other [1/mm]: the quasi-linear approximation.
+    /// Generalised quasi-linear approximation: shorter waves interact with longer ones only [1/mm].
     double long_waves = std::numeric_limits<double>::infinity();
     bool is_quiet = false;          ///< without noise
     std::vector<int> turning = {};  ///< numerics::ErrorEquations::turning
@@ -70,7 +70,7 @@ numerics::StepWork step_work(const Integrated& what, const numerics::Grid& grid)
 /// Memory that N holds [bytes], without the fields.
 double explicit_bytes(const Integrated& what, const numerics::Grid& grid, int degree);
 
-/// Its internal state, besides the fields: the rung of the reference, the division of dt and the error so far.
+/// Its internal state, besides the fields: the level of the reference, the division of dt and the error so far.
 class FieldEvolution {
 public:
     FieldEvolution(Integrated what, const numerics::Grid& grid, const numerics::StepControl& control,
@@ -105,11 +105,11 @@ public:
     void restore(std::span<const double> values);
 
 private:
-    Integrated at_rung(int rung) const;
-    Split split_at(int rung) const;
+    Integrated at_level(int reference_level) const;
+    Split split_at(int reference_level) const;
     numerics::ErrorEquations watched() const;
-    numerics::ErrorEquations::OnGrid equations_on_grid(int rung) const;
-    void set_reference(int rung);
+    numerics::ErrorEquations::OnGrid equations_on_grid(int reference_level) const;
+    void set_reference(int reference_level);
     double part_of_reference() const;
     void follow_values(double part);
 
@@ -121,7 +121,7 @@ private:
     Split split_;
     numerics::WatchedStepper stepper_;
     mutable std::unique_ptr<ExplicitPart> balances_;  // where N is 0
-    int rung_ = 0;
+    int reference_level_ = 0;
     std::int64_t changes_ = 0;
 };
 

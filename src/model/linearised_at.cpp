@@ -78,8 +78,8 @@ LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about
     set_parts(c.free);
     for (int k = 0; k < c.components; ++k)
         if (c.array_of[static_cast<std::size_t>(k)] >= 0 || c.in_balance(k)) members_.push_back(k);
-    left_.moved = Eigen::VectorXd::Zero(c.components);
-    left_.moved(state_).setOnes();
+    left_.mass_density = Eigen::VectorXd::Zero(c.components);
+    left_.mass_density(state_).setOnes();
     left_.direction = direction_of(c.model, about_);
 }
 
@@ -90,17 +90,18 @@ LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about
     for (int k = 0; k < c.components; ++k) {
         if (c.is_given(k)) continue;
         members_.push_back(k);
-        (left_.moved(k) != 0.0 ? state_ : held_).push_back(k);
+        (left_.mass_density(k) != 0.0 ? state_ : held_).push_back(k);
     }
     set_parts(state_);
     rates_ = powers_;
     for (Power& power : rates_)
-        for (const int k : state_) power.factors.row(k) /= left_.moved(k);
+        for (const int k : state_) power.factors.row(k) /= left_.mass_density(k);
     if (left_.slopes.size() == 0) return;
     const Eigen::VectorXd rates = equations.uniform_rates(about_, left_.factors);
     rates_.push_back({0, 0, Eigen::MatrixXd::Zero(c.components, c.components)});
     for (const int k : state_)
-        rates_.back().factors.row(k) = -rates(k) / (left_.moved(k) * left_.moved(k)) * left_.slopes.row(k);
+        rates_.back().factors.row(k) =
+            -rates(k) / (left_.mass_density(k) * left_.mass_density(k)) * left_.slopes.row(k);
 }
 
 Symbol LinearisedAt::whole(const Wavevector& q) const { return sum_of(powers_, equations_.components(), q); }
@@ -177,7 +178,7 @@ Symbol LinearisedAt::resolved(const Symbol& m, const Wavevector& q) const {
 Eigen::RowVectorXcd LinearisedAt::of_forces(const Eigen::RowVectorXcd& of_rates, const Wavevector& q) const {
     const Parts& parts = parts_at(q);
     Eigen::RowVectorXcd result = Eigen::RowVectorXcd::Zero(equations_.components());
-    const Eigen::RowVectorXcd of_state = of_rates.cwiseQuotient(left_.moved(parts.state).transpose());
+    const Eigen::RowVectorXcd of_state = of_rates.cwiseQuotient(left_.mass_density(parts.state).transpose());
     result(parts.state) = of_state;
     if (!parts.held.empty()) {
         const Symbol m = resolved(whole(q), q);

@@ -331,7 +331,7 @@ Value Lowering::call(const FormulaText& text, const Formula& f) {
     }
     if (f.name == "outer") return outer(text, f);
     if (f.name == explicit_name)
-        text.fail_with(f.at, "explicit(...) stands within a formula; expected it as a whole summand of an equation");
+        text.fail_with(f.at, "explicit(...) is part of a formula; expected it as a whole summand of an equation");
     std::vector<Value> arguments;
     Parity parity = Parity::even;
     for (const Formula& argument : f.arguments) {

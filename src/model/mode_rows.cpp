@@ -121,8 +121,8 @@ void DerivativeSum::add(std::size_t array, const Order& order, double factor) {
 }
 
 void DerivativeSum::write(const ModeRow& row, std::span<const Complex* const> arrays, Complex* to, bool adds) const {
-    constexpr auto most_powers = static_cast<std::size_t>(max_order) + 1;
-    std::array<std::array<double, most_powers>, 2> powers;
+    constexpr auto max_powers = static_cast<std::size_t>(max_order) + 1;
+    std::array<std::array<double, max_powers>, 2> powers;
     for (std::size_t k = 0; k < parts_.size();) {
         std::array<Factor, 2> factors;
         const bool is_odd = parts_[k].is_odd;

@@ -8,8 +8,8 @@
 namespace drover::model {
 
 namespace {
-constexpr std::size_t most_points = 256;
-using Values = std::array<double, most_points>;
+constexpr std::size_t max_points = 256;
+using Values = std::array<double, max_points>;
 
 /// What a field is damped by about the references [mass/time]: minus the slope of its own force.
 double drag_of(const CompiledEquations& c, std::size_t field, double mass, const std::vector<double>& slots) {
@@ -35,13 +35,13 @@ void invert(double floor, std::size_t size, const double* mass, double* inverse)
         for (std::size_t i = 0; i < size; ++i) inverse[i] = 1.0 / mass[i];
         return;
     }
-    double least = INFINITY;
-    for (std::size_t i = 0; i < size; ++i) least = mass[i] < least ? mass[i] : least;
+    double min_mass = INFINITY;
+    for (std::size_t i = 0; i < size; ++i) min_mass = mass[i] < min_mass ? mass[i] : min_mass;
     const auto sixteenth = [](double ratio) {
         const double square = ratio * ratio, fourth = square * square, eighth = fourth * fourth;
         return eighth * eighth;
     };
-    if (floor <= 0.25 * least) {  // 1 - x/16 is (1 + x)^(-1/16) to less than 1e-20, and costs no roots
+    if (floor <= 0.25 * min_mass) {  // 1 - x/16 is (1 + x)^(-1/16) to less than 1e-20, and costs no roots
         for (std::size_t i = 0; i < size; ++i) {
             const double over = 1.0 / mass[i];
             inverse[i] = over - over * sixteenth(floor * over) * 0.0625;
@@ -144,7 +144,7 @@ void PointFunctions::call(const Evaluated& one, std::size_t size, Rows& rows) co
 }
 
 void PointFunctions::write(double t, const numerics::Strip& strip) const {
-    const std::size_t step = reads_position_ || !calls_.empty() ? most_points : strip.size;
+    const std::size_t step = reads_position_ || !calls_.empty() ? max_points : strip.size;
     const int first = first_atom + static_cast<int>(inputs_);
     Rows rows;
     rows.slots.assign(static_cast<std::size_t>(slots_), nullptr);

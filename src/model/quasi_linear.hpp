@@ -1,4 +1,4 @@
-// model/quasi_linear.hpp: short waves that meet the long ones, and not each other.
+// model/quasi_linear.hpp: the generalised quasi-linear approximation: short waves interact with long ones only.
 #pragma once
 #include <functional>
 #include <vector>

@@ -146,12 +146,12 @@ void ExplicitPart::Work::plan_inputs() {
 }
 
 void ExplicitPart::Work::plan_outputs() {
-    for (const Output& output : c_->outputs)
+    for (const RateFunction& output : c_->outputs)
         outputs_.push_back(output.uses.size() == 1 && output.uses[0].order == Order{} ? -1 : arrays_++);
     for (std::size_t array = 0; array < targets_.size(); ++array) {
         Assembled rate{.sum = {}, .array = static_cast<int>(array), .component = targets_[array]};
         for (std::size_t k = 0; k < c_->outputs.size(); ++k)
-            for (const Output::Use& use : c_->outputs[k].uses) {
+            for (const RateFunction::Use& use : c_->outputs[k].uses) {
                 if (use.component != rate.component) continue;
                 if (outputs_[k] < 0) rate.is_written = true;
                 else rate.sum.add(k, use.order, use.factor);
@@ -391,7 +391,7 @@ std::shared_ptr<const CompiledEquations> with_balances_as_outputs(const Compiled
     c->outputs.clear();
     for (int k = 0; k < c->components; ++k) {
         if (!c->in_balance(k) && !c->is_substituted[c->field(k)]) continue;
-        Output& output = c->outputs.emplace_back();
+        RateFunction& output = c->outputs.emplace_back();
         const LinearForm itself{{{k, Order{}}, 1.0}};
         if (c->in_balance(k)) {
             GraphBuilder graph(Folding::exact);

@@ -179,8 +179,8 @@ public:
         c_.is_isotropic = c_.commutes_with_turns(c_.linear);
         check_substitutes();
         check_balances();
-        for (const std::vector<Output>* outputs : {&c_.outputs, &c_.forces})
-            for (const Output& output : *outputs) {
+        for (const std::vector<RateFunction>* outputs : {&c_.outputs, &c_.forces})
+            for (const RateFunction& output : *outputs) {
                 const PointDegree found = c_.degree_of(output.value);
                 c_.has_finite_degree = c_.has_finite_degree && found.is_finite;
                 c_.degree = std::max(c_.degree, found.degree);
@@ -284,7 +284,7 @@ private:
         for (const auto& [target, node] : remainders_) {
             const auto& [component, order] = target;
             const bool is_force = c_.in_balance(component);
-            std::vector<Output>& outputs = is_force ? c_.forces : c_.outputs;
+            std::vector<RateFunction>& outputs = is_force ? c_.forces : c_.outputs;
             if (graph_.is_number(node)) {
                 if (order == Order{}) c_.constants[static_cast<std::size_t>(component)] += graph_[node].value;
                 continue;
@@ -295,8 +295,8 @@ private:
             if (is_new) outputs.push_back({graph_.expression(bare), {}});
             outputs[place->second].uses.push_back({component, order, is_negative ? -1.0 : 1.0});
         }
-        for (std::vector<Output>* outputs : {&c_.outputs, &c_.forces})
-            for (Output& output : *outputs)
+        for (std::vector<RateFunction>* outputs : {&c_.outputs, &c_.forces})
+            for (RateFunction& output : *outputs)
                 if (output.uses.size() == 1 && output.uses[0].factor < 0.0) {
                     output.value = Expression(0.0) - output.value;
                     output.uses[0].factor = 1.0;
@@ -310,8 +310,8 @@ private:
                 if (c_.is_substituted[c_.field(derivative.component)]) c_.reject_cycle(c_.field(derivative.component));
         };
         for (const LinearForm& row : c_.linear) check(row);
-        for (const std::vector<Output>* outputs : {&c_.outputs, &c_.forces})
-            for (const Output& output : *outputs)
+        for (const std::vector<RateFunction>* outputs : {&c_.outputs, &c_.forces})
+            for (const RateFunction& output : *outputs)
                 for (const int slot : c_.slots_read(output.value))
                     if (slot >= first_atom) check(c_.atoms[static_cast<std::size_t>(slot - first_atom)]);
         check_forces();
@@ -319,7 +319,7 @@ private:
 
     /// The products in a balance that is solved wave by wave are known before the fields of all such balances are.
     void check_forces() const {
-        for (const Output& force : c_.forces)
+        for (const RateFunction& force : c_.forces)
             for (const int slot : c_.slots_read(force.value)) {
                 if (slot < first_atom) continue;
                 for (const auto& [derivative, coefficient] : c_.atoms[static_cast<std::size_t>(slot - first_atom)]) {

@@ -64,38 +64,38 @@ std::vector<std::string> terms_beyond_isotropic(const Equations& equations) {
 }
 
 /// A stationary start is drawn from the isotropic linear theory about the references.
-void check_stationary(const Equations& equations, const numerics::Grid& grid, int degree, const LocationOf& place) {
-    require(equations.has_noise(), place("initial.kind"),
+void check_stationary(const Equations& equations, const numerics::Grid& grid, int degree, const Locate& locate) {
+    require(equations.has_noise(), locate("initial.kind"),
             "initial.kind = \"stationary\" of a model without noise; a stationary state needs noise: give a field "
             "noise, or choose another initial.kind");
     require(
-        !equations.has_product_noise(), place("initial.kind"),
+        !equations.has_product_noise(), locate("initial.kind"),
         "initial.kind = \"stationary\", and the strength of the noise depends on fields, position or time; expected "
         "constant strengths: choose another initial.kind");
     for (const TermSummary& term : equations.terms())
-        require(!term.is_explicit, place("initial.kind"),
+        require(!term.is_explicit, locate("initial.kind"),
                 "initial.kind = \"stationary\" draws from the exact linear part, and the term \"{}\" is not in it; "
                 "expected no explicit(...): choose another initial.kind",
                 term.text);
     const std::vector<std::string> beyond = terms_beyond_isotropic(equations);
     require(
-        beyond.empty(), place("initial.kind"),
+        beyond.empty(), locate("initial.kind"),
         "initial.kind = \"stationary\" draws from the isotropic linear theory, and {} depend on direction, position "
         "or time, or have no derivative; expected none such: choose another initial.kind",
         joined(beyond));
     require(
-        equations.uniform_rates(equations.reference()).isZero(0.0), place("initial.kind"),
+        equations.uniform_rates(equations.reference()).isZero(0.0), locate("initial.kind"),
         "initial.kind = \"stationary\" draws about the references, which the equations change, such as by a force or "
         "a field of this model; expected references that are stationary: choose others, or another initial.kind");
     const numerics::FastestGrowth growth = numerics::fastest_growth(equations.linear_system(grid, degree));
-    require(growth.rate < 0.0, place("initial.kind"),
+    require(growth.rate < 0.0, locate("initial.kind"),
             "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at |q| "
             "= {:.3g} /mm; expected every mode to decay; choose another initial.kind",
             growth.rate, growth.q);
 }
 
 /// Formulas belong to the kind "formula"; the message names all, since a scene often gives several.
-void check_kind_of_formulas(const Start& start, const std::vector<std::string>& components, const LocationOf& place) {
+void check_kind_of_formulas(const Start& start, const std::vector<std::string>& components, const Locate& locate) {
     if (start.formulas.empty() || start.kind == "formula") return;
     std::vector<std::string> keys;
     for (const std::string& component : components)
@@ -105,7 +105,7 @@ void check_kind_of_formulas(const Start& start, const std::vector<std::string>& 
     std::string cleared;
     for (const std::string& key : keys) cleared += text(" --set '{}=\"\"'", key);
     const char* them = keys.size() == 1 ? "it" : "them";
-    fail_input(place(keys.front()),
+    fail_input(locate(keys.front()),
                "{} {} given with initial.kind = \"{}\"; expected \"formula\"; for another start remove {}, or override "
                "{}:{}",
                joined(keys), keys.size() == 1 ? "is" : "are", start.kind, them, them, cleared);
@@ -139,25 +139,25 @@ std::vector<StateComponent> components_in_balance(const Equations& equations) {
 }
 
 void check(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
-           const LocationOf& place) {
+           const Locate& locate) {
     const std::vector<std::string> names = names_of(components_of_state(equations));
-    check_kind_of_formulas(start, names, place);
-    require(start.kind != "file" || !start.file.empty(), place("initial.kind"),
+    check_kind_of_formulas(start, names, locate);
+    require(start.kind != "file" || !start.file.empty(), locate("initial.kind"),
             "initial.kind = \"file\" without initial.file; name the archive");
     const std::vector<std::string> follow = names_of(components_in_balance(equations));
     for (const auto& [name, formula] : start.formulas) {
-        require(index_of(name, names) >= 0, place("initial." + name), "initial.{} is given, {}; expected one of {}",
+        require(index_of(name, names) >= 0, locate("initial." + name), "initial.{} is given, {}; expected one of {}",
                 name,
                 index_of(name, follow) >= 0 ? "and that field is in balance: it follows the others"
                                             : "but the model has no such field",
                 joined(names));
         numerics::check(formula_of(name, formula), grid, degree);
     }
-    if (start.kind == "stationary") check_stationary(equations, grid, degree, place);
+    if (start.kind == "stationary") check_stationary(equations, grid, degree, locate);
     if (start.kind != "mode") return;
-    require(start.component.empty() || index_of(start.component, names) >= 0, place("initial.field"),
+    require(start.component.empty() || index_of(start.component, names) >= 0, locate("initial.field"),
             "initial.field = \"{}\"; expected one of {}", start.component, joined(names));
-    numerics::check(mode_of(start), grid, degree, place);
+    numerics::check(mode_of(start), grid, degree, locate);
 }
 
 void remove_divergence(const Equations& equations, const numerics::Grid& grid, numerics::Spectra& state) {

@@ -41,7 +41,7 @@ struct Start {
 /// does not keep, formulas with another kind, one that is not finite in every cell or of whose variance the grid cuts
 /// more than half, a file without a name, and a stationary start of a state that has none.
 void check(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
-           const LocationOf& place);
+           const Locate& locate);
 
 /// The references with the means of formulas.  Those of a file are not known here.
 UniformState means_of_start(const Start& start, const Equations& equations, const numerics::Grid& grid);

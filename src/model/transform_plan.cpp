@@ -83,14 +83,14 @@ std::set<int> results_read(const CompiledEquations& c) {
             for (const Expression& argument : call->values) add(argument);
         }
     };
-    for (const Output& output : c.outputs) add(output.value);
+    for (const RateFunction& output : c.outputs) add(output.value);
     return found;
 }
 }  // namespace
 
 TransformPlan transform_plan(const CompiledEquations& c) {
     std::set<int> slots;
-    for (const Output& output : c.outputs) slots.merge(c.slots_read(output.value));
+    for (const RateFunction& output : c.outputs) slots.merge(c.slots_read(output.value));
     std::vector<int> atoms;
     for (const int slot : slots)
         if (slot >= first_atom) atoms.push_back(slot);
@@ -126,7 +126,7 @@ TransformPlan transform_plan(const CompiledEquations& c) {
         for (const Expression& argument : call.values) function.arguments.push_back(substituted(argument, by));
         plan.functions.push_back(std::move(function));
     }
-    for (const Output& output : c.outputs) plan.values.push_back(substituted(output.value, by));
+    for (const RateFunction& output : c.outputs) plan.values.push_back(substituted(output.value, by));
     plan.values = factored(plan.values);
     return plan;
 }

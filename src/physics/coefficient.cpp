@@ -100,9 +100,9 @@ bool Coefficient::depends_on(std::size_t density) const {
 
 int Coefficient::degree() const {
     if (table_) return varies() ? 1 : 0;
-    int most = 0;
-    for (const Monomial& m : monomials_) most = std::max(most, degree_of(m));
-    return most;
+    int max_degree = 0;
+    for (const Monomial& m : monomials_) max_degree = std::max(max_degree, degree_of(m));
+    return max_degree;
 }
 
 std::string Coefficient::text_of() const {

@@ -42,7 +42,7 @@ double factor_in(const ModelValues& model, const CoefficientRow& row) {
     return row.factor_key.empty() ? 1.0 : factor_of(row, word(model, row.factor_key));
 }
 
-Coefficient compiled(const CoefficientRow& row, const ModelValues& model, const LocationOf& location_of) {
+Coefficient compiled(const CoefficientRow& row, const ModelValues& model, const Locate& locate) {
     const TableColumn& column = model.table.column(row.key());
     const std::vector<double>&nodes = column.values, &errors = column.errors;
     const std::vector<std::string>& written = monomials_of(model, row.key());
@@ -51,25 +51,25 @@ Coefficient compiled(const CoefficientRow& row, const ModelValues& model, const 
     const bool is_number = nodes.empty() && errors.empty() && written.empty();
     if (is_number && other == nullptr) return factor * number(model, row.key());
     const std::string name = "table." + row.section() + "_" + row.name(), monomial_key = row.key() + "_terms";
-    require(errors.empty() || errors.size() == nodes.size(), location_of(name + "_error"),
+    require(errors.empty() || errors.size() == nodes.size(), locate(name + "_error"),
             "{}_error has {} values and {} has {}; expected equal numbers, or no errors", name, errors.size(), name,
             nodes.size());
     if (!nodes.empty()) {
         if (other != nullptr)
-            fail_input(location_of(other->key()),
+            fail_input(locate(other->key()),
                        "{} and {} are both given; expected one of them: a table of the rate contains -{} {}",
                        other->key(), name, other->symbol, other->times);
-        require(written.empty(), location_of(monomial_key), "{} and {} are both given; expected one of them",
-                monomial_key, name);
+        require(written.empty(), locate(monomial_key), "{} and {} are both given; expected one of them", monomial_key,
+                name);
         try {
             return tabulated(nodes, model.table, factor);
         } catch (const Error& error) {
-            fail_input(location_of(name), "{}: {}", name, error.what());
+            fail_input(locate(name), "{}: {}", name, error.what());
         }
     }
     std::vector<Monomial> monomials;
     for (const std::string& monomial : written) {
-        monomials.push_back(read_monomial(monomial, location_of(monomial_key)));
+        monomials.push_back(read_monomial(monomial, locate(monomial_key)));
         monomials.back().factor *= factor;
     }
     double constant = factor * number(model, row.key());
@@ -77,10 +77,9 @@ Coefficient compiled(const CoefficientRow& row, const ModelValues& model, const 
     return {constant, std::move(monomials)};
 }
 
-std::map<std::string, Coefficient> compile(const ModelValues& model, const LocationOf& location_of) {
+std::map<std::string, Coefficient> compile(const ModelValues& model, const Locate& locate) {
     std::map<std::string, Coefficient> result;
-    for (const CoefficientRow& row : model.file->coefficients)
-        result.emplace(row.key(), compiled(row, model, location_of));
+    for (const CoefficientRow& row : model.file->coefficients) result.emplace(row.key(), compiled(row, model, locate));
     return result;
 }
 
@@ -116,11 +115,11 @@ const std::string* missing_key(const ModelValues& model, const CoefficientRow& r
 
 /// A number of an absent field is an error in the scene.
 void check_fields(const ModelValues& model, const std::map<std::string, Coefficient>& coefficients,
-                  const LocationOf& location_of) {
+                  const Locate& locate) {
     const auto refuse = [&](const std::string& key, const std::string* missing) {
         if (missing != nullptr)
-            fail_input(location_of(key), "{} is given, but {} excludes its field; set it to 0 or include the field",
-                       key, *missing);
+            fail_input(locate(key), "{} is given, but {} excludes its field; set it to 0 or include the field", key,
+                       *missing);
     };
     const ModelFile& file = *model.file;
     for (const CoefficientRow& row : file.coefficients)
@@ -132,7 +131,7 @@ void check_fields(const ModelValues& model, const std::map<std::string, Coeffici
     for (const auto& [key, coefficient] : coefficients)
         for (std::size_t k = 0; k < fields.size(); ++k) {
             if (presence(model, *fields[k]) != Presence::absent) continue;
-            require(!coefficient.depends_on(k), location_of(text("{}_terms", key)),
+            require(!coefficient.depends_on(k), locate(text("{}_terms", key)),
                     "{} depends on the {}, which {} excludes; include the field", key, words_of(*fields[k]),
                     fields[k]->present);
         }
@@ -159,7 +158,7 @@ void require_values(const ModelFile& file, const std::map<std::string, Coefficie
 }
 
 /// A field that a scene asks for has something that changes it.
-void check_moved(const ModelValues& model, const LocationOf& location_of) {
+void check_moved(const ModelValues& model, const Locate& locate) {
     const ModelFile& file = *model.file;
     for (const FieldRow& field : file.fields) {
         if (!field.conserved || field.present.empty() || is_standard(model, field.present)) continue;
@@ -171,26 +170,26 @@ void check_moved(const ModelValues& model, const LocationOf& location_of) {
                                           [&](const CoefficientRow& one) { return one.key() == term.key; });
             return row == file.coefficients.end() ? has_fields(model, term.needs) : number(model, term.key) != 0.0;
         });
-        require(has_text || has_term || number(model, field.noise) != 0.0, location_of(field.present),
+        require(has_text || has_term || number(model, field.noise) != 0.0, locate(field.present),
                 "{} is given, and nothing in this scene changes the {}: no term and no noise; give one, or exclude the "
                 "field",
                 field.present, words_of(field));
     }
 }
 void check_compiled(const ModelValues& model, const std::map<std::string, Coefficient>& coefficients,
-                    const LocationOf& location_of) {
-    check_fields(model, coefficients, location_of);
-    check_moved(model, location_of);
+                    const Locate& locate) {
+    check_fields(model, coefficients, locate);
+    check_moved(model, locate);
     try {
         require_values(*model.file, coefficients, mean_densities(model));
     } catch (const Error& error) {
-        fail_input(location_of(densities(*model.file).back()->reference), "{}", error.what());
+        fail_input(locate(densities(*model.file).back()->reference), "{}", error.what());
     }
 }
 }  // namespace
 
-void check_numbers(const ModelValues& model, const LocationOf& location_of) {
-    check_compiled(model, compile(model, location_of), location_of);
+void check_numbers(const ModelValues& model, const Locate& locate) {
+    check_compiled(model, compile(model, locate), locate);
 }
 
 CompiledModel::CompiledModel(const ModelValues& the_model)

@@ -21,7 +21,7 @@ struct CompiledModel {
 
 /// Throws an input Error, with its location, for invalid parameters: a coefficient of an absent field, a malformed
 /// polynomial, an inconsistent table, a slaved velocity without drag.
-void check_numbers(const ModelValues& model, const LocationOf& location_of = no_location);
+void check_numbers(const ModelValues& model, const Locate& locate = no_location);
 
 /// Whether the mass of a field is proportional to a density of the file.
 bool is_in_mass(const FieldRow& field, const FieldRow& density);

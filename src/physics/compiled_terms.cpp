@@ -66,7 +66,7 @@ void check_text(const Balance& balance, const TextTerm& term, std::size_t n) {
 }
 
 /// Derivatives of the field are solved for by wave, products at each point.
-void check_products(const Balance& balance, const LocationOf& location_of) {
+void check_products(const Balance& balance, const Locate& locate) {
     const CompiledTerms& e = balance.terms;
     std::string derivative;
     for (std::size_t n = 0; n < e.names.size(); ++n)
@@ -79,7 +79,7 @@ void check_products(const Balance& balance, const LocationOf& location_of) {
         if (is_linear && (written == nullptr || e.right_sides.is_isotropic(n))) continue;
         const auto found = e.model.coefficients.find(e.names[n]);
         const bool varies = found != e.model.coefficients.end() && found->second.varies();
-        fail_input(written != nullptr ? written->where : location_of(e.names[n] + (varies ? "_terms" : "")),
+        fail_input(written != nullptr ? written->where : locate(e.names[n] + (varies ? "_terms" : "")),
                    "{}: a {} has either terms that are not linear or not isotropic, or derivatives in its balance, of "
                    "{}; set {} to 0, or set {}",
                    written != nullptr ? e.right_sides.terms()[n].text : e.names[n], balance.name, derivative,
@@ -87,7 +87,7 @@ void check_products(const Balance& balance, const LocationOf& location_of) {
     }
 }
 
-void check_balances(const CompiledTerms& terms, const LocationOf& location_of) {
+void check_balances(const CompiledTerms& terms, const Locate& locate) {
     const ModelValues& model = terms.model.model;
     const FieldRow* pointwise = pointwise_balance(terms);
     for (const FieldRow& field : model.file->fields) {
@@ -100,11 +100,11 @@ void check_balances(const CompiledTerms& terms, const LocationOf& location_of) {
                               .is_pointwise = pointwise == &field};
         const std::string own = key_of_term(field.symbol, field.symbol);
         const double drag = terms.model.coefficient(own).at(mean_densities(model));
-        require(drag > 0.0, location_of(own),
+        require(drag > 0.0, locate(own),
                 "{} is {} in the uniform state; expected > 0: at q = 0 nothing else limits a {}", own, drag, name);
         for (std::size_t n = 0; n < terms.names.size(); ++n)
             if (const TextTerm* written = text_of(terms, n)) check_text(balance, *written, n);
-        check_products(balance, location_of);
+        check_products(balance, locate);
     }
 }
 }  // namespace
@@ -121,19 +121,19 @@ const FieldRow* pointwise_balance(const CompiledTerms& terms) {
     return nullptr;
 }
 
-void check_terms(const CompiledTerms& terms, const LocationOf& location_of) {
+void check_terms(const CompiledTerms& terms, const Locate& locate) {
     for (std::size_t n = 0; n < terms.names.size(); ++n)
         if (const TextTerm* written = text_of(terms, n)) check_conserved(terms, *written, n);
-    check_balances(terms, location_of);
+    check_balances(terms, locate);
 }
 
-void check(const ModelValues& model, const LocationOf& location_of) {
-    check_numbers(model, location_of);
+void check(const ModelValues& model, const Locate& locate) {
+    check_numbers(model, locate);
     const CompiledModel compiled(model);
     check_functions(compiled);
     const WrittenModel written = write_model(compiled, Written::right_sides);
     const model::Equations right_sides(written.model);
-    check_terms({.model = compiled, .right_sides = right_sides, .names = written.terms}, location_of);
+    check_terms({.model = compiled, .right_sides = right_sides, .names = written.terms}, locate);
     static_cast<void>(model::Equations(write_model(compiled, Written::solver).model));
 }
 

@@ -25,10 +25,10 @@ const FieldRow* pointwise_balance(const CompiledTerms& terms);
 
 /// Throws an input Error, with its location, for a text that changes what is conserved, for a balance without drag, for
 /// products beside derivatives of its field in one, and for texts that a balance cannot have.
-void check_terms(const CompiledTerms& terms, const LocationOf& location_of);
+void check_terms(const CompiledTerms& terms, const Locate& locate);
 
 /// Throws an input Error, with its location, for invalid numbers or terms: also for a balance without drag, for
 /// products beside derivatives of its field in one, and for texts of a scene that a balance cannot have.
-void check(const ModelValues& model, const LocationOf& location_of = no_location);
+void check(const ModelValues& model, const Locate& locate = no_location);
 
 }  // namespace drover::physics

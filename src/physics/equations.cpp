@@ -101,11 +101,13 @@ public:
         }
     }
     model::LeftSides operator()(const model::UniformState& about) const {
-        model::LeftSides left{.moved = Eigen::VectorXd::Ones(components_), .noise = noise_, .flux_noise = flux_noise_};
+        model::LeftSides left{.mass_density = Eigen::VectorXd::Ones(components_),
+                              .noise = noise_,
+                              .flux_noise = flux_noise_};
         for (const MassOf& mass : masses_) {
             double value = mass.constant;
             for (const int k : mass.densities) value *= about[static_cast<std::size_t>(k)];
-            left.moved.segment(mass.first, mass.width).setConstant(value);
+            left.mass_density.segment(mass.first, mass.width).setConstant(value);
             if (mass.densities.empty() || mass.constant == 0.0) continue;
             if (left.slopes.size() == 0) left.slopes = Eigen::MatrixXd::Zero(components_, components_);
             for (const int k : mass.densities) {

@@ -12,7 +12,7 @@
 namespace drover::physics {
 
 int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
-    int most = std::max(1, dealiasing.degree);
+    int max_degree = std::max(1, dealiasing.degree);
     const FieldRow* pointwise = pointwise_balance(equations);
     const int balanced = pointwise == nullptr ? -1 : equations.component(pointwise->symbol);
     for (std::size_t n = 0; n < equations.terms().size(); ++n) {
@@ -24,15 +24,15 @@ int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
             continue;
         // One that is a nonlinear function of the fields counts as two factors.
         const bool is_product = pointwise != nullptr && std::count(term.reads.begin(), term.reads.end(), balanced) > 0;
-        most = std::max(most, term.degree + (is_product ? 1 : 0));
+        max_degree = std::max(max_degree, term.degree + (is_product ? 1 : 0));
     }
     // 1/rho has no finite degree: its products count as quadratic, and outputs tell the tail of the spectrum.
     for (const FieldRow& field : equations.model.file->fields)
         for (const FieldRow* density : densities(*equations.model.file))
             if (presence(equations.model, field) == Presence::rate &&
                 presence(equations.model, *density) == Presence::rate && is_in_mass(field, *density))
-                most = std::max(most, 2);
-    return numerics::kept_degree(most, dealiasing.rule);
+                max_degree = std::max(max_degree, 2);
+    return numerics::kept_degree(max_degree, dealiasing.rule);
 }
 
 namespace {
@@ -50,7 +50,7 @@ struct Domain {
 /// Smallest and largest densities; infinite for one that is no field.
 struct Extremes {
     static constexpr double none = std::numeric_limits<double>::infinity();
-    Densities least{none, none}, most{-none, -none};
+    Densities min{none, none}, max{-none, -none};
 };
 
 [[noreturn]] void fail_domain(const Domain& domain, std::size_t density, const std::string& message) {
@@ -67,8 +67,8 @@ std::string densities_text(const Domain& domain, const Densities& at) {
 
 void check_drag(const Domain& domain, const Extremes& extremes) {
     const Coefficient& drag = domain.model.coefficient(domain.drag);
-    for (const double first : {extremes.least[0], extremes.most[0]})
-        for (const double second : {extremes.least[1], extremes.most[1]})
+    for (const double first : {extremes.min[0], extremes.max[0]})
+        for (const double second : {extremes.min[1], extremes.max[1]})
             if (std::isfinite(first) && std::isfinite(second) && drag.at({first, second}) <= 0.0)
                 throw model::DomainFailure(text("{} is {:.4g} at {}; expected > 0: a slaved {} divides by it",
                                                 domain.drag, drag.at({first, second}),
@@ -81,10 +81,10 @@ void check_tables(const Domain& domain, const Extremes& extremes) {
     for (const auto& [key, coefficient] : domain.model.coefficients) {
         if (!coefficient.table()) continue;
         // No term of this right-hand side reads the coefficient: its densities are not on the grid.
-        if ((coefficient.depends_on(0) && !std::isfinite(extremes.least[0])) ||
-            (coefficient.depends_on(1) && !std::isfinite(extremes.least[1])))
+        if ((coefficient.depends_on(0) && !std::isfinite(extremes.min[0])) ||
+            (coefficient.depends_on(1) && !std::isfinite(extremes.min[1])))
             continue;
-        for (const Densities& at : {extremes.least, extremes.most})
+        for (const Densities& at : {extremes.min, extremes.max})
             if (std::isnan(coefficient.at({finite(at[0]), finite(at[1])})))
                 fail_domain(domain, 0,
                             text("the densities reached {}, outside the table of {}: {}; expected them inside: give a "
@@ -96,12 +96,12 @@ void check_tables(const Domain& domain, const Extremes& extremes) {
 /// NaN is left to the health check, which locates it.
 void check(const Domain& domain, const Extremes& extremes) {
     const std::size_t k = domain.mass_of;
-    if (domain.massive != nullptr && extremes.least[k] <= 0.0)
+    if (domain.massive != nullptr && extremes.min[k] <= 0.0)
         fail_domain(domain, k,
                     text("the {} reached {:.4g} {} on the grid, and the mass of the {} is proportional to it; a vacuum "
                          "needs {} = \"slaved\"; else expected a density > 0: take a finer grid, a smaller dt or less "
                          "noise",
-                         words_of(*domain.fields[k]), extremes.least[k], domain.fields[k]->unit,
+                         words_of(*domain.fields[k]), extremes.min[k], domain.fields[k]->unit,
                          words_of(*domain.massive), domain.massive->present));
     if (!domain.drag.empty() && !domain.model.coefficient(domain.drag).table()) check_drag(domain, extremes);
     check_tables(domain, extremes);
@@ -139,7 +139,7 @@ model::Integrated integrated(const Equations& e, const Densities& about, const D
         Extremes extremes;
         std::size_t next = 0;
         for (std::size_t k = 0; k < domain.component.size(); ++k)
-            if (domain.component[k] >= 0) extremes.least[k] = found[next].min, extremes.most[k] = found[next++].max;
+            if (domain.component[k] >= 0) extremes.min[k] = found[next].min, extremes.max[k] = found[next++].max;
         check(domain, extremes);
     };
     int first = 0;

@@ -31,11 +31,11 @@
 #include "report/json.hpp"
 #include "report/write_result.hpp"
 #include "run/field_simulation.hpp"
-#include "run/kind.hpp"
 #include "run/run_scene.hpp"
 #include "run/same_run.hpp"
 #include "run/scene_equations.hpp"
 #include "run/signals.hpp"
+#include "run/simulation_type.hpp"
 #include "run/step_choice.hpp"
 
 namespace drover::python {
@@ -262,7 +262,7 @@ std::vector<std::string> check(const io::Scene& scene) {
     if (!scene.sweep.vary.empty()) jobs::plan_sweep(scene);
     if (!scene.calibration.bead_area_fractions.empty()) jobs::plan_calibration(scene);
     analysis::check_boundary(scene);
-    return run::kind_of(scene).warnings(scene);
+    return run::simulation_type_of(scene).warnings(scene);
 }
 
 /// Of fields: shipped, or of the scene's own.
@@ -324,7 +324,7 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
                                      .share = {.number = share, .count = shares},
                                      .collect = collect,
                                      .quiet = quiet,
-                                     .wishes = jobs::parse_wishes(want)};
+                                     .targets = jobs::parse_accuracy_targets(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     const jobs::CalibrationOutcome outcome = jobs::run_calibration(scene, options);
     nlohmann::json result{{"file", outcome.file.string()},
@@ -346,15 +346,18 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
                      const std::filesystem::path& folder, int workers, bool collect, bool quiet) {
-    jobs::TradeoffOptions options{
-        .wishes = jobs::parse_wishes(want), .folder = folder, .workers = workers, .collect = collect, .quiet = quiet};
+    jobs::TradeoffOptions options{.targets = jobs::parse_accuracy_targets(want),
+                                  .folder = folder,
+                                  .workers = workers,
+                                  .collect = collect,
+                                  .quiet = quiet};
     options.budget = options.run_budget = seconds_of(budget, "budget");
     const jobs::Tradeoff found = jobs::study_tradeoff(scene, options);
     if (found.stopped) fail_run("stopped by a signal; every trial is kept: the same call resumes");
     const nlohmann::json result{{"found", run::result_json(found.result)},
                                 {"text", run::result_text(found.result)},
                                 {"reasons", found.reasons},
-                                {"refusal", found.refusal},
+                                {"refusal", found.why_none},
                                 {"recommended", found.recommended_text},
                                 {"seconds", found.expected_seconds}};
     return result.dump();
@@ -362,7 +365,8 @@ std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& wan
 
 /// The recommended scene, as TOML.
 std::string with_accuracy(const io::Scene& scene, const std::vector<std::string>& want, bool quiet) {
-    return nlohmann::json{{"scene", io::resolved_text(jobs::with_accuracy(scene, jobs::parse_wishes(want), quiet))}}
+    return nlohmann::json{
+        {"scene", io::resolved_text(jobs::with_accuracy(scene, jobs::parse_accuracy_targets(want), quiet))}}
         .dump();
 }
 
@@ -380,7 +384,7 @@ std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, i
 
 std::string calibration_status(const io::Scene& scene, const std::filesystem::path& folder,
                                const std::vector<std::string>& want, const std::string& budget) {
-    jobs::CalibrationOptions options{.folder = folder, .wishes = jobs::parse_wishes(want)};
+    jobs::CalibrationOptions options{.folder = folder, .targets = jobs::parse_accuracy_targets(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     return jobs::calibration_status(scene, options);
 }

@@ -7,9 +7,9 @@
 #include "numerics/solvers/fastest_growth.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/cost.hpp"
-#include "run/kind.hpp"
 #include "run/run_scene.hpp"
 #include "run/scene_equations.hpp"
+#include "run/simulation_type.hpp"
 
 namespace drover::report {
 
@@ -258,7 +258,7 @@ run::Record explain_fields(const io::Scene& scene) {
 
 void add_cost(const io::Scene& scene, run::Record& root) {
     const run::Needs needs = run::needs_of(scene);
-    const int threads = run::kind_of(scene).threads(scene);
+    const int threads = run::simulation_type_of(scene).threads(scene);
     const std::optional<run::ExpectedTime> time =
         needs.memory_bytes < needs.memory_free ? run::expected_time(scene) : std::nullopt;
     root.entries.push_back(run::count("steps", "of time.dt", io::whole_steps(scene, "time.end", scene.time.end)));

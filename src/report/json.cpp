@@ -7,7 +7,7 @@
 #include "io/calibration.hpp"
 #include "io/xyz.hpp"
 #include "report/write_result.hpp"
-#include "run/kind.hpp"
+#include "run/simulation_type.hpp"
 
 namespace drover::report {
 
@@ -20,7 +20,7 @@ nlohmann::json estimate_json(const measure::Estimate& estimate) {
                           {"autocorrelation_time", number_json(estimate.autocorrelation_time)},
                           {"warm_up", number_json(estimate.warm_up)},
                           {"samples", estimate.samples}};
-    if (!estimate.refusal.empty()) result["refusal"] = estimate.refusal;
+    if (!estimate.why_no_error.empty()) result["refusal"] = estimate.why_no_error;
     return result;
 }
 }  // namespace
@@ -90,7 +90,7 @@ nlohmann::json table_json(const jobs::SweepTable& table) {
             nlohmann::json result{{"mean", estimate.mean}, {"error", nullptr}, {"unit", table.units[i]}};
             if (!std::isfinite(estimate.mean)) result["mean"] = nullptr;
             if (estimate.error) result["error"] = *estimate.error;
-            else result["refusal"] = estimate.refusal;
+            else result["refusal"] = estimate.why_no_error;
             if (row.results[i].own_error) result["own_error"] = *row.results[i].own_error;
             entry[table.names[i]] = std::move(result);
         }

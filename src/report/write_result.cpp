@@ -69,8 +69,8 @@ std::string content_text(const StoredArray& array) {
     for (const std::size_t size : array.shape) sizes.push_back(text("{}", size));
     std::string out = joined(sizes, " by ");
     if (!finite.empty()) {
-        const auto [least, greatest] = std::minmax_element(finite.begin(), finite.end());
-        out += text(": {:.6g} to {:.6g}", *least, *greatest);
+        const auto [min, max] = std::minmax_element(finite.begin(), finite.end());
+        out += text(": {:.6g} to {:.6g}", *min, *max);
     }
     if (finite.size() < array.values.size()) out += text(", {} not finite", array.values.size() - finite.size());
     return out;

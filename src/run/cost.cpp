@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/clock.hpp"
-#include "run/kind.hpp"
+#include "run/simulation_type.hpp"
 
 namespace drover::run {
 
@@ -29,7 +29,7 @@ double rows(const ScheduledRecording& recording, std::int64_t steps) {
 }  // namespace
 
 std::optional<ExpectedTime> expected_time(const io::Scene& scene) {
-    const Kind& kind = kind_of(scene);
+    const SimulationType& kind = simulation_type_of(scene);
     const auto [timed, larger] = kind.timed(scene);
     try {
         Threads threads(kind.threads(scene));

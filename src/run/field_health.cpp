@@ -201,7 +201,7 @@ void check_field_health(const Diagnosed& run, numerics::Transform& transform, co
         if (size <= max_field_size * scale || scale == 0.0) continue;
         const Peak peak = peak_of(linear.grid, transform, state, c);
         fail_run(
-            "the solution lost its meaning at or before step {} (t = {:.6g} s): the root mean square of {} is {:.3g} "
+            "the run diverged at or before step {} (t = {:.6g} s): the root mean square of {} is {:.3g} "
             "{}; expected at most {:.0e} times its size in this model, {:.3g}; its largest value is {:.3g} in cell "
             "({}, {}), dt = {}; likely cause: {}; an earlier checkpoint is good to restart from",
             step, static_cast<double>(step) * run.scene.time.dt, component.name, size, component.unit, max_field_size,

@@ -91,7 +91,7 @@ std::string words_of(const io::Scene& scene, const model::Model& model, const th
 int directing_component(const model::Model& model, const UniformState& state,
                         const std::vector<UniformState>& samples) {
     int best = -1, first = 0;
-    double least = 0.0;
+    double min_scatter = 0.0;
     for (const model::Field& field : model.fields) {
         const auto at = static_cast<std::size_t>(first);
         first += model::components(field);
@@ -105,7 +105,7 @@ int directing_component(const model::Model& model, const UniformState& state,
         }
         const auto count = static_cast<double>(std::max<std::size_t>(1, samples.size()));
         const double scatter = squares / count - std::pow(sum / count, 2);
-        if (best < 0 || scatter <= least) best = static_cast<int>(at), least = scatter;
+        if (best < 0 || scatter <= min_scatter) best = static_cast<int>(at), min_scatter = scatter;
     }
     return best;
 }

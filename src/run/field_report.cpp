@@ -24,7 +24,7 @@ struct PredictedRow {
 };
 
 /// What an archive holds.
-struct Measured {
+struct ArchivedFields {
     measure::FieldSetting setting;
     measure::Recorded recorded;
     BiasedRows biased;
@@ -53,9 +53,10 @@ std::vector<PredictedRow> predicted_rows(const model::Model& model, const measur
 }
 
 /// The observables that the archive has: those of earlier versions have fewer.
-Measured measured_in(const files::ArchiveReader& archive, const io::Scene& scene, const model::Equations& equations,
-                     const Sampling& sampling) {
-    Measured result{.setting = measure::make_field_setting(equations, scene.grid, io::kept_degree(scene, equations))};
+ArchivedFields measured_in(const files::ArchiveReader& archive, const io::Scene& scene,
+                           const model::Equations& equations, const Sampling& sampling) {
+    ArchivedFields result{.setting =
+                              measure::make_field_setting(equations, scene.grid, io::kept_degree(scene, equations))};
     measure::FieldSetting& setting = result.setting;
     const auto is_absent = [&](const auto& row) {
         return !archive.has(std::string(field_samples_group) + "/" + row.name);
@@ -99,7 +100,7 @@ void predict_boxes(const std::string& what, std::vector<double> powers, Report& 
     }
 }
 
-void predict(const model::Equations& equations, const Measured& measured, Report& report) {
+void predict(const model::Equations& equations, const ArchivedFields& measured, Report& report) {
     Threads threads(choose_threads(report.scene));
     const auto series = [&](const std::string& name) {
         const measure::RecordedSeries* row = measure::find_row(measured.recorded.series, name);
@@ -129,7 +130,7 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
     // Exactly stationary: a start that was found in the samples would be a fluctuation, and bias the means.
     const bool is_linear = !equations.has_explicit_part();
     if (!sampling.warm_up && scene.initial.kind == "stationary" && is_linear) sampling.warm_up = 0;
-    Measured measured = measured_in(archive, scene, equations, sampling);
+    ArchivedFields measured = measured_in(archive, scene, equations, sampling);
     Report report = summary_report(scene, sampling, measured.recorded);
     report.setting = measured.setting;
     report.step_bias = step_biases(archive, scene, is_linear, std::move(measured.biased), report.summary);

@@ -10,7 +10,7 @@
 
 namespace drover::run {
 
-// The functions of fields for run/kind.hpp, which documents them.
+// The functions of fields for run/simulation_type.hpp, which documents them.
 int choose_threads(const io::Scene& scene);
 double field_simulation_bytes(const io::Scene& scene);
 double field_disk_bytes(const io::Scene& scene);

@@ -32,10 +32,10 @@ double cut_of(const numerics::System& system) {
 }
 }  // namespace
 
-double largest_growing(const numerics::System& system, double most) {
+double largest_growing(const numerics::System& system, double max_q) {
     constexpr int looks = 400;
     for (int n = looks; n >= 1; --n)
-        if (waves_grow(system, most * n / looks)) return most * n / looks;
+        if (waves_grow(system, max_q * n / looks)) return max_q * n / looks;
     return 0.0;
 }
 

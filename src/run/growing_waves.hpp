@@ -6,8 +6,8 @@
 
 namespace drover::run {
 
-/// The largest wavenumber up to `most` of a linear part whose waves grow; 0: none.  most: that of the grid.
-double largest_growing(const numerics::System& system, double most);
+/// The largest wavenumber up to `max_q` of a linear part whose waves grow; 0: none.  max_q: that of the grid.
+double largest_growing(const numerics::System& system, double max_q);
 
 /// The warning of a grid that cuts waves which grow, with a grid that keeps them; "" where it keeps them all.
 std::string growing_waves_warning(const numerics::System& system);

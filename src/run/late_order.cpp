@@ -110,8 +110,8 @@ void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene,
     constexpr int parts = 100;
     for (int part = 1; part <= parts; ++part)
         exponent = std::max(0.0, exponent + order.fastest(end * (part - 0.5) / parts).rate * end / parts);
-    constexpr double least = 0.5, far = 0.1;  // of the exponent, and of the order
-    if (!(is_given || is_ramp) || exponent <= least || !(last.rate > 0.0)) return;
+    constexpr double min_exponent = 0.5, far = 0.1;  // of the exponent, and of the order
+    if (!(is_given || is_ramp) || exponent <= min_exponent || !(last.rate > 0.0)) return;
     Eigen::Index at = 0;  // the first field that grows: others follow
     while (last.shape.segment<2>(2 * at).norm() < 1e-3) ++at;
     const measure::MeasuredField& field = setting.fields[static_cast<std::size_t>(at)];

@@ -1,9 +1,9 @@
 // run/memory_run.cpp: the rows that a loop would append to an archive, in memory.
 #include "run/memory_run.hpp"
 
-#include "run/kind.hpp"
 #include "run/run_scene.hpp"
 #include "run/signals.hpp"
+#include "run/simulation_type.hpp"
 #include "run/step_choice.hpp"
 
 namespace drover::run {
@@ -39,11 +39,11 @@ bool run_to_end(Simulation& simulation, Arrays& arrays) {
 std::optional<Report> run_in_memory(const io::Scene& given) {
     check_memory(given);
     return with_halved_steps(with_chosen_step(given, true), true, [](const io::Scene& scene) -> std::optional<Report> {
-        Threads threads(kind_of(scene).threads(scene));
-        const std::unique_ptr<Simulation> simulation = kind_of(scene).make(scene, threads, {});
+        Threads threads(simulation_type_of(scene).threads(scene));
+        const std::unique_ptr<Simulation> simulation = simulation_type_of(scene).make(scene, threads, {});
         Arrays arrays;
         if (!run_to_end(*simulation, arrays)) return std::nullopt;
-        return kind_of(scene).report(files::ArchiveReader(std::move(arrays)), scene, Theory::omitted);
+        return simulation_type_of(scene).report(files::ArchiveReader(std::move(arrays)), scene, Theory::omitted);
     });
 }
 

@@ -24,7 +24,7 @@ std::uint64_t seed_of(const io::Scene& scene) { return static_cast<std::uint64_t
 
 dem::Bodies bodies_of(const io::Scene& scene) {
     return dem::make_bodies(scene.particles, seed_of(scene),
-                            [&](const std::string& key) { return io::location_of(scene, key); });
+                            [&](const std::string& key) { return io::locate(scene, key); });
 }
 
 /// The shape and size of a cell, for messages.
@@ -40,9 +40,9 @@ std::string cell_text(const dem::Cell& cell) {
 /// = 0.
 dem::Bodies bodies_of_file(const io::Scene& scene) {
     const dem::Packing& packing = scene.particles.packing;
-    const SourceLocation where = io::location_of(scene, "packing.file");
+    const SourceLocation where = io::locate(scene, "packing.file");
     const std::string what = text("packing.file = \"{}\"", packing.file);
-    require(!packing.file.empty(), io::location_of(scene, "packing.kind"),
+    require(!packing.file.empty(), io::locate(scene, "packing.kind"),
             "packing.kind = \"file\" without packing.file; expected an archive of a run of the same bodies");
     std::optional<files::ArchiveReader> archive;
     try {
@@ -53,7 +53,7 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     require(io::has_trajectory(*archive), where,
             "{} holds no trajectory; expected an archive of a run of the same bodies", what);
     const auto frames = static_cast<int>(io::frame_count(*archive));
-    require(frames >= 1 && packing.frame < frames && packing.frame >= -1, io::location_of(scene, "packing.frame"),
+    require(frames >= 1 && packing.frame < frames && packing.frame >= -1, io::locate(scene, "packing.frame"),
             "packing.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last", packing.frame,
             frames - 1);
     const auto frame = static_cast<std::size_t>(packing.frame < 0 ? frames - 1 : packing.frame);
@@ -106,8 +106,7 @@ dem::Bodies bodies_of_saved(const io::Scene& scene, std::span<const double> save
 dem::Bodies start_bodies(const io::Scene& scene, std::span<const double> saved) {
     if (!saved.empty()) return bodies_of_saved(scene, saved);
     if (scene.particles.packing.kind == "file") return bodies_of_file(scene);
-    return dem::pack(scene.particles, seed_of(scene),
-                     [&](const std::string& key) { return io::location_of(scene, key); });
+    return dem::pack(scene.particles, seed_of(scene), [&](const std::string& key) { return io::locate(scene, key); });
 }
 
 class ParticleSimulation final : public Simulation {
@@ -131,7 +130,7 @@ private:
     measure::ParticleSetting setting_;
     dem::World world_;
     double time_ = 0.0, energy_start_;
-    std::map<std::string, std::vector<std::vector<double>>> rows_;  // that frames lend, by group
+    std::map<std::string, std::vector<std::vector<double>>> rows_;  // of the latest frame, by group
 };
 
 ParticleSimulation::ParticleSimulation(const io::Scene& the_scene, dem::Bodies bodies, Threads& the_threads)
@@ -139,12 +138,12 @@ ParticleSimulation::ParticleSimulation(const io::Scene& the_scene, dem::Bodies b
       scene_(the_scene),
       setting_(measure::make_particle_setting(scene_.particles, bodies)),
       world_(scene_.particles, std::move(bodies), dt, seed_of(scene_), the_threads,
-             [this](const std::string& key) { return io::location_of(scene_, key); }),
+             [this](const std::string& key) { return io::locate(scene_, key); }),
       energy_start_(world_.energy_kinetic()) {
     const std::int64_t every = io::whole_steps(scene_, "output.frame_every", scene_.output.frame_every);
     for (const io::BodyRecording& one : io::trajectory_recordings(scene_.particles, world_.bodies()))
         recordings.push_back({one.recording, every, [this, make_row = one.row, group = one.recording.group] {
-                                  return lend(rows_[group], make_row(scene_.particles, world_.bodies()));
+                                  return store_in_place(rows_[group], make_row(scene_.particles, world_.bodies()));
                               }});
     recordings.push_back(samples());
 }

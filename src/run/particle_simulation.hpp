@@ -10,7 +10,7 @@
 
 namespace drover::run {
 
-// The functions of particles for run/kind.hpp, which documents them.
+// The functions of particles for run/simulation_type.hpp, which documents them.
 int particle_threads(const io::Scene& scene);
 double particle_simulation_bytes(const io::Scene& scene);
 double particle_disk_bytes(const io::Scene& scene);

@@ -26,18 +26,18 @@ struct Stopped {
     const char* observable;
     std::string what;  ///< that stopped
 };
-/// Adds a warning if the observable is below `least` from some sample to the last of at least two.
+/// Adds a warning if the observable is below `threshold` from some sample to the last of at least two.
 void add_stopped(const Stopped& stopped, const std::vector<measure::RecordedSeries>& series, double spacing,
-                 double least, std::vector<std::string>& warnings) {
+                 double threshold, std::vector<std::string>& warnings) {
     const std::vector<double> values = values_of(series, stopped.observable);
     std::size_t first = values.size();
-    while (first > 0 && values[first - 1] <= least) --first;
+    while (first > 0 && values[first - 1] <= threshold) --first;
     if (first + 1 >= values.size()) return;
     warnings.push_back(text(
         "{}: {} is {:.2g} mg mm2 s-2 from t = {:.6g} s to the end (expected more than {:.2g}): an absorbing state; "
         "choose a larger plates.amplitude, more beads or rods, more restitution or less "
         "friction, or end the run before",
-        stopped.what, stopped.observable, values.back(), spacing * static_cast<double>(first), least));
+        stopped.what, stopped.observable, values.back(), spacing * static_cast<double>(first), threshold));
 }
 
 struct BodyKind {
@@ -111,10 +111,10 @@ std::vector<std::string> particle_state_warnings(const io::Scene& scene, const d
 }
 
 std::vector<std::string> scatter_warnings(const measure::Paths& paths) {
-    constexpr double most = 3.0;  // of what few rods scatter by chance
+    constexpr double max_scatter = 3.0;  // of what few rods scatter by chance
     if (paths.rods.empty() || paths.added < 2) return {};
     const double scatter = measure::speeds_along(paths.rods, paths.angles, paths.spacing).scatter;
-    if (!(scatter > most)) return {};  // NaN: not known
+    if (!(scatter > max_scatter)) return {};  // NaN: not known
     return {
         text("the mean speeds of rods differ by {:.2g} times their errors over time, as of rods of different sizes or "
              "gaits: errors that are over time alone, such as that of rod_velocity_along, hold for these rods, and "
@@ -123,12 +123,12 @@ std::vector<std::string> scatter_warnings(const measure::Paths& paths) {
 }
 
 std::vector<std::string> frame_warnings(const measure::Paths& paths) {
-    constexpr double least = 0.9;  // of the speed
+    constexpr double min_part = 0.9;  // of the speed
     const double kept = measure::persistence(paths);
     if (!(kept < 1.0)) return {};  // NaN: without rods
     // Of a rod that turns at random: the mean of n(t).n(0) = exp(-t/tau) over a frame.
     const double part = kept > 0.0 ? (kept - 1.0) / std::log(kept) : 0.0;
-    if (part >= least) return {};
+    if (part >= min_part) return {};
     return {
         text("rods turn between frames of {} s (the mean cosine of a turn is {:.2g}): rod_speed, d.n/T with n at the "
              "start of a frame, is at most {:.2g} of the speed along n; reduce output.frame_every",

@@ -6,8 +6,8 @@
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
 #include "run/field_simulation.hpp"
-#include "run/kind.hpp"
 #include "run/signals.hpp"
+#include "run/simulation_type.hpp"
 #include "run/step_bias.hpp"
 
 namespace drover::run {
@@ -33,7 +33,7 @@ Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error)
     pilot_alone.accuracy.biases = false;
     const std::unique_ptr<Simulation> made = [&] {
         const LogPause quiet;  // the run itself says what its start has to say
-        return kind_of(pilot_alone).make(pilot_alone, threads, {});
+        return simulation_type_of(pilot_alone).make(pilot_alone, threads, {});
     }();
     Simulation& simulation = *made;
     const auto samples =

@@ -50,7 +50,7 @@ ScheduledRecording sample_recording(const io::Scene& scene, const char* group, c
     return {
         {.group = group, .axes = axes, .quantities = std::move(quantities), .rows_per_chunk = samples_per_chunk(scene)},
         io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
-        [measure = std::move(measure), values] { return lend(*values, measure()); }};
+        [measure = std::move(measure), values] { return store_in_place(*values, measure()); }};
 }
 
 const Prediction* find_prediction(const Report& report, const std::string& name) {

@@ -33,7 +33,7 @@ struct Report {
 /// Whether a report includes linear theory, which for a large grid takes longer than all else.
 enum class Theory { included, omitted };
 
-/// The report of an archive of fields; see make_report() of run/kind.hpp.
+/// The report of an archive of fields; see make_report() of run/simulation_type.hpp.
 Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 
 /// The samples of an archive that are on the schedule of its scene.

@@ -240,13 +240,13 @@ std::string report_text(const Report& report) {
             (slowest == nullptr ||
              row.estimates.front().autocorrelation_time > slowest->estimates.front().autocorrelation_time))
             slowest = &row;
-    if (slowest != nullptr) out += "\nnote: " + slowest->name + ": " + slowest->estimates.front().refusal + "\n";
-    std::string told = slowest != nullptr ? slowest->estimates.front().refusal : "";
+    if (slowest != nullptr) out += "\nnote: " + slowest->name + ": " + slowest->estimates.front().why_no_error + "\n";
+    std::string shown = slowest != nullptr ? slowest->estimates.front().why_no_error : "";
     for (const measure::SummaryRow& row : summary.rows) {
         if (!row.axes.empty() || std::isfinite(row.estimates.front().mean)) continue;
-        const std::string& refusal = row.estimates.front().refusal;
-        if (!refusal.empty() && refusal != told) out += "note: " + row.name + ": " + refusal + "\n";
-        told = refusal;  // rows with the same reason follow each other
+        const std::string& why_no_error = row.estimates.front().why_no_error;
+        if (!why_no_error.empty() && why_no_error != shown) out += "note: " + row.name + ": " + why_no_error + "\n";
+        shown = why_no_error;  // rows with the same reason follow each other
     }
     return out;
 }

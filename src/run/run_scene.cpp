@@ -15,12 +15,12 @@
 #include "files/run_id.hpp"
 #include "io/scene_text.hpp"
 #include "run/field_simulation.hpp"
-#include "run/kind.hpp"
 #include "run/provenance.hpp"
 #include "run/report.hpp"
 #include "run/same_run.hpp"
 #include "run/scene_support.hpp"
 #include "run/signals.hpp"
+#include "run/simulation_type.hpp"
 #include "run/step_choice.hpp"
 
 namespace drover::run {
@@ -35,10 +35,10 @@ std::vector<files::Recording> recordings_of(const Simulation& simulation) {
 /// Returns the warnings that it logged.
 std::vector<std::string> log_start(const io::Scene& scene, const Simulation& simulation, std::int64_t first) {
     const Needs needs = needs_of(scene);
-    const std::vector<std::string> warnings = kind_of(scene).warnings(scene);
+    const std::vector<std::string> warnings = simulation_type_of(scene).warnings(scene);
     for (const std::string& warning : warnings) log_warning("{}", warning);
-    log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", kind_of(scene).size(scene), simulation.steps,
-                    simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
+    log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", simulation_type_of(scene).size(scene),
+                    simulation.steps, simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
     if (!scene.time.chosen.empty())
         log_information("time.dt = {} s was chosen: {}", scene.time.dt,
                         scene.time.pilot.empty() ? "the model is linear, and every step exact" : scene.time.pilot);
@@ -97,7 +97,7 @@ void reject_other_changes(std::span<const std::string> overrides, const io::Scen
             std::find(changeable.begin(), changeable.end(), key) != changeable.end(), {.file = "--set " + setting},
             "a restart can change only time.end, output.checkpoint_minutes and run.threads; for another scene start "
             "a new run with {}.kind = \"file\"",
-            kind_of(scene).start);
+            simulation_type_of(scene).start);
     }
 }
 }  // namespace
@@ -117,17 +117,17 @@ Needs needs_of(const io::Scene& given) {
     if (scene.time.dt == 0.0) scene.time.dt = io::longest_step(scene);
     std::error_code problem;
     const std::filesystem::space_info space = std::filesystem::space(folder_of(archive_path(scene)), problem);
-    return {.memory_bytes = kind_of(scene).memory_bytes(scene),
-            .disk_bytes = kind_of(scene).disk_bytes(scene),
+    return {.memory_bytes = simulation_type_of(scene).memory_bytes(scene),
+            .disk_bytes = simulation_type_of(scene).disk_bytes(scene),
             .memory_free = static_cast<double>(memory_available()),
             .disk_free = problem ? 0.0 : static_cast<double>(space.available)};
 }
 
 void check_memory(const io::Scene& scene) {
     const Needs needs = needs_of(scene);
-    const Kind& kind = kind_of(scene);
+    const SimulationType& kind = simulation_type_of(scene);
     if (needs.memory_bytes > needs.memory_free)
-        throw Error(Fault::unavailable, io::location_of(scene, kind.size_key),
+        throw Error(Fault::unavailable, io::locate(scene, kind.size_key),
                     text("{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
                          bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
                          io::has_grid(scene.kind) ? "grid" : "cell"));
@@ -137,7 +137,7 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
     check_memory(scene);
     const std::filesystem::path path = archive_path(scene);
     check_output({.path = path,
-                  .where = io::location_of(scene, "output.file"),
+                  .where = io::locate(scene, "output.file"),
                   .name = text("output.file = \"{}\"", path.string()),
                   .overwrite = options.overwrite},
                  inputs_of(scene));
@@ -163,8 +163,8 @@ RunOutcome run_and_finish(const io::Scene& scene, Simulation& simulation, std::i
 }
 
 RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
-    Threads threads(kind_of(scene).threads(scene));
-    const std::unique_ptr<Simulation> made = kind_of(scene).make(scene, threads, {});
+    Threads threads(simulation_type_of(scene).threads(scene));
+    const std::unique_ptr<Simulation> made = simulation_type_of(scene).make(scene, threads, {});
     const std::filesystem::path path = archive_path(scene);
     std::optional<StopSignals> signals(std::in_place);
     std::vector<files::Attribute> attributes = provenance(scene, threads.count());
@@ -204,8 +204,8 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     reject_other_changes(overrides, io::parse_scene(checkpoint.scene, name, {}, options.functions));
     io::Scene scene = io::parse_scene(checkpoint.scene, name, overrides, options.functions);
     scene.output.file = path.string();
-    Threads threads(kind_of(scene).threads(scene));
-    const std::unique_ptr<Simulation> made = kind_of(scene).make(scene, threads, checkpoint.state);
+    Threads threads(simulation_type_of(scene).threads(scene));
+    const std::unique_ptr<Simulation> made = simulation_type_of(scene).make(scene, threads, checkpoint.state);
     require(checkpoint.step <= made->steps, {.file = path.string()},
             "the run has reached t = {} s, beyond time.end = {}; to continue, give a later end: --set time.end=...",
             checkpoint.time, scene.time.end);

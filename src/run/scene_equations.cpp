@@ -48,8 +48,7 @@ model::Integrated integrated_of(const io::Scene& scene) {
 
 double counterterm_of(const io::Scene& scene) {
     const int degree = physics::kept_degree(physics::Equations(scene.model), scene.dealiasing);
-    return calibrate::counterterm(scene.model, {scene.grid, degree},
-                                  io::location_of(scene, "approximation.counterterm"));
+    return calibrate::counterterm(scene.model, {scene.grid, degree}, io::locate(scene, "approximation.counterterm"));
 }
 
 io::Scene with_counterterm(const io::Scene& scene) {

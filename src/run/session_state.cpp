@@ -1,8 +1,8 @@
 // run/session_state.cpp: a run in memory and its samples.
 #include "run/session_state.hpp"
 
-#include "run/kind.hpp"
 #include "run/run_scene.hpp"
+#include "run/simulation_type.hpp"
 #include "run/step_choice.hpp"
 
 namespace drover::run {
@@ -18,8 +18,8 @@ io::Scene ready(const io::Scene& scene) {
 
 SessionState::SessionState(const io::Scene& scene)
     : scene_(ready(scene)),
-      threads_(std::make_unique<Threads>(kind_of(scene_).threads(scene_))),
-      simulation_(kind_of(scene_).make(scene_, *threads_, {})) {
+      threads_(std::make_unique<Threads>(simulation_type_of(scene_).threads(scene_))),
+      simulation_(simulation_type_of(scene_).make(scene_, *threads_, {})) {
     simulation_->check_health(0);
     append_row(simulation_->recordings.back(), 0.0, samples_);
 }

@@ -6,8 +6,8 @@
 
 namespace drover::run {
 
-std::vector<std::span<const double>> lend(std::vector<std::vector<double>>& arrays,
-                                          std::vector<std::vector<double>> row) {
+std::vector<std::span<const double>> store_in_place(std::vector<std::vector<double>>& arrays,
+                                                    std::vector<std::vector<double>> row) {
     if (arrays.empty()) arrays = std::move(row);
     else
         for (std::size_t i = 0; i < arrays.size(); ++i) std::copy(row[i].begin(), row[i].end(), arrays[i].begin());

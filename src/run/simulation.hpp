@@ -62,8 +62,8 @@ using Arrays = std::map<std::string, files::Array>;
 void append_row(const ScheduledRecording& scheduled, double time, Arrays& arrays);
 
 /// Puts a row into arrays that observe() returns, which keep their places.
-std::vector<std::span<const double>> lend(std::vector<std::vector<double>>& arrays,
-                                          std::vector<std::vector<double>> row);
+std::vector<std::span<const double>> store_in_place(std::vector<std::vector<double>>& arrays,
+                                                    std::vector<std::vector<double>> row);
 
 /// Whether a row is due at a step.
 inline bool is_due(const ScheduledRecording& scheduled, std::int64_t step) {

@@ -75,12 +75,12 @@ numerics::Grid grid_of(const files::ArchiveReader& archive, const std::string& d
     grid.ny = points(1);
     require(grid.nx >= 1 && grid.ny >= 1 && archive.read("/x").values == cell_corners(grid.nx, grid.lx) &&
                 archive.read("/y").values == cell_corners(grid.ny, grid.ly),
-            io::location_of(scene, "initial.file"),
+            io::locate(scene, "initial.file"),
             "initial.file = \"{}\" has another cell; expected one of {} by {} mm, with any number of points",
             scene.initial.file, scene.grid.lx, scene.grid.ly);
     const auto is_even = [](int count) { return count >= 4 && count % 2 == 0; };
     require(
-        is_even(grid.nx) && (grid.ny == 1 || is_even(grid.ny)), io::location_of(scene, "initial.file"),
+        is_even(grid.nx) && (grid.ny == 1 || is_even(grid.ny)), io::locate(scene, "initial.file"),
         "initial.file = \"{}\" has {} by {} points; expected an archive of drover: even numbers of at least 4, or one "
         "row",
         scene.initial.file, grid.nx, grid.ny);
@@ -90,7 +90,7 @@ numerics::Grid grid_of(const files::ArchiveReader& archive, const std::string& d
 /// A frame of an archive as the state; its fields and cell must be those of the scene.
 numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& scene,
                           const std::vector<FrameField>& names, int degree) {
-    const SourceLocation here = io::location_of(scene, "initial.file");
+    const SourceLocation here = io::locate(scene, "initial.file");
     for (const FrameField& field : names)
         require(archive.has("/" + field.name), here,
                 "initial.file = \"{}\" has no field {}; expected an archive of this model", scene.initial.file,
@@ -103,7 +103,7 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
                 "initial.file = \"{}\" has {} and {} on different points; expected fields of one run",
                 scene.initial.file, names.front().name, names[c].name);
         const auto frames = static_cast<int>(archive.shape(dataset)[0]);
-        require(scene.initial.frame < frames && frames >= 1, io::location_of(scene, "initial.frame"),
+        require(scene.initial.frame < frames && frames >= 1, io::locate(scene, "initial.frame"),
                 "initial.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last",
                 scene.initial.frame, frames - 1);
         const int number = scene.initial.frame < 0 ? frames - 1 : scene.initial.frame;
@@ -132,7 +132,7 @@ numerics::Fields frame_of_file(const io::Scene& scene, const std::vector<FrameFi
     try {
         archive.emplace(file_beside(scene, scene.initial.file));
     } catch (const Error& error) {
-        throw Error(error.fault(), io::location_of(scene, "initial.file"), text("initial.file: {}", error.what()));
+        throw Error(error.fault(), io::locate(scene, "initial.file"), text("initial.file: {}", error.what()));
     }
     return frame_of(*archive, scene, fields, degree);
 }

@@ -148,7 +148,7 @@ ScheduledRecording StepBias::recording(const numerics::Spectra& state) {
     if (noisy_) {
         const auto observe = [this] {
             const bool ends = completed_ == now_;  // not where a run ends within a piece
-            return lend(row_, {{ends ? static_cast<double>(completed_length_) : 0.0}, late_, early_});
+            return store_in_place(row_, {{ends ? static_cast<double>(completed_length_) : 0.0}, late_, early_});
         };
         ScheduledRecording scheduled{std::move(recording), 0, observe};
         scheduled.due = [this](std::int64_t step) { return completed_ == step; };
@@ -160,7 +160,7 @@ ScheduledRecording StepBias::recording(const numerics::Spectra& state) {
         constexpr std::int64_t per_doubling = 8;
         completed_ = now_;
         next_ = now_ + std::max<std::int64_t>(1, now_ / per_doubling);
-        return lend(row_, compare(state));
+        return store_in_place(row_, compare(state));
     };
     ScheduledRecording scheduled{std::move(recording), 0, observe};
     scheduled.due = [this, samples](std::int64_t step) {

@@ -11,9 +11,9 @@
 #include "numerics/steppers/time_method.hpp"
 #include "run/field_simulation.hpp"
 #include "run/growing_waves.hpp"
-#include "run/kind.hpp"
 #include "run/pilot.hpp"
 #include "run/scene_equations.hpp"
+#include "run/simulation_type.hpp"
 #include "run/text_resolution.hpp"
 #include "run/warnings.hpp"
 
@@ -55,9 +55,9 @@ io::Scene pilot_scene(const io::Scene& scene, int coarser) {
     // A pilot costs less than the run: it has fewer points, or ends earlier.  The means of a noisy run are known from a
     // part of it.
     const bool is_coarse = numerics::points(pilot.grid) < numerics::points(scene.grid);
-    const double share = io::has_noise(scene) ? 0.25 : is_coarse ? 1.0 : 0.1, least = 64.0 * pilot.time.dt;
+    const double share = io::has_noise(scene) ? 0.25 : is_coarse ? 1.0 : 0.1, min_time = 64.0 * pilot.time.dt;
     const auto down_to_steps = [&](double duration) { return pilot.time.dt * std::floor(duration / pilot.time.dt); };
-    pilot.time.end = std::min(scene.time.end, down_to_steps(std::max(least, share * scene.time.end)));
+    pilot.time.end = std::min(scene.time.end, down_to_steps(std::max(min_time, share * scene.time.end)));
     constexpr double samples = 256.0;
     pilot.output.sample_every = std::max(pilot.time.dt, down_to_steps(pilot.time.end / samples));
     pilot.output.frame_every = 0.0;
@@ -76,7 +76,7 @@ bool represents(const io::Scene& pilot, const io::Scene& scene) {
     } catch (const Error&) {  // the grid cuts the start
         return false;
     }
-    return kind_of(pilot).warnings(pilot).size() <= kind_of(scene).warnings(scene).size();
+    return simulation_type_of(pilot).warnings(pilot).size() <= simulation_type_of(scene).warnings(scene).size();
 }
 
 /// Whether the grid of the pilot resolves its fields, once those of the start have evolved.
@@ -287,9 +287,9 @@ private:
 };
 /// A pilot may end before a pulse in time, or step over it.
 void shorten_to_times(io::Scene& scene) {
-    constexpr double most_steps = 1e7;
+    constexpr double max_steps = 1e7;
     const double chosen = scene.time.dt;
-    while (!resolves_time(scene) && scene.time.end / scene.time.dt < most_steps) scene.time.dt *= 0.5;
+    while (!resolves_time(scene) && scene.time.end / scene.time.dt < max_steps) scene.time.dt *= 0.5;
     if (scene.time.dt < chosen) scene.time.pilot += text("; shortened from {:.4g} s to resolve the terms of t", chosen);
 }
 }  // namespace

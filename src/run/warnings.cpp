@@ -96,14 +96,15 @@ std::optional<TailPowers> tail_powers(const io::Scene& scene, const model::Equat
     constexpr std::size_t max_points = std::size_t{256} * 256;  // beyond, it takes longer than all else
     if (numerics::points(grid) <= max_points) {
         Threads one(1);
-        constexpr std::size_t most = 64;  // samples of the second half of the run
+        constexpr std::size_t max_samples = 64;  // samples of the second half of the run
         const std::size_t count = series_of(archive, "time").size(), width = numerics::columns(grid);
         const auto series = [&](const std::string& name) { return series_of(archive, name); };
         std::vector<PartPair> parts;
         for (std::size_t k = 0; k < powers.size(); ++k) parts.emplace_back(k, k);
         const FieldPrediction predicted =
             predicted_fields(scene, equations,
-                             sampled_means(equations, series, count / 2, std::max<std::size_t>(1, count / 2 / most)),
+                             sampled_means(equations, series, count / 2,
+                                           std::max<std::size_t>(1, count / 2 / max_samples)),
                              parts, system.degree, one);
         if (predicted.why_none.empty()) {
             for (std::size_t m = 0; m < numerics::modes(grid); ++m)
@@ -126,16 +127,16 @@ struct Tail {
 };
 
 /// The largest tail of the samples that count.  Those are samples whose tail the run has built up, not those in which
-/// short waves of the start still decay, and whose tail is larger than `least` [unit of the field, squared]: a
+/// short waves of the start still decay, and whose tail is larger than `min_power` [unit of the field, squared]: a
 /// field that is still or by now negligible needs no resolution.
 Tail worst_tail(bool judges_transients, const std::vector<double>& times, const std::vector<double>& tails,
-                const std::vector<double>& variances, double least) {
+                const std::vector<double>& variances, double min_power) {
     Tail worst;
     for (std::size_t i = 1; i < tails.size(); ++i) {
         const double power = tails[i] * variances[i];
         const bool is_late = times[i] >= 0.5 * times.back(),
                    is_built_up = judges_transients && power > 2.0 * tails[0] * variances[0];
-        if ((is_late || is_built_up) && power > least && tails[i] > worst.fraction)
+        if ((is_late || is_built_up) && power > min_power && tails[i] > worst.fraction)
             worst = {.fraction = tails[i], .time = times[i]};
     }
     return worst;
@@ -168,15 +169,15 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
         const double own = *std::max_element(variances.begin(), variances.end()),
                      scale = scale_of(what.equations, field, at, states_of(scene, what.equations));
         if (own == 0.0 || (scale == 0.0 && own < 1e-20)) continue;  // rounding
-        const double least = scale > 0.0 ? max_spectral_tail * std::max(max_spectral_tail * scale * scale, own)
-                                         : 1e-12 * own;  // not of rounding
-        Tail worst = worst_tail(scale > 0.0, times, tails, variances, least);
+        const double min_power = scale > 0.0 ? max_spectral_tail * std::max(max_spectral_tail * scale * scale, own)
+                                             : 1e-12 * own;  // not of rounding
+        Tail worst = worst_tail(scale > 0.0, times, tails, variances, min_power);
         if (worst.fraction <= max_spectral_tail) continue;
         if (!powers) powers = tail_powers(scene, what.equations, system, archive);
         if (!powers) return;
         const double predicted = std::accumulate(powers->begin() + static_cast<std::ptrdiff_t>(at),
                                                  powers->begin() + static_cast<std::ptrdiff_t>(next), 0.0);
-        worst = worst_tail(scale > 0.0, times, tails, variances, std::max(least, max_tail_over_linear * predicted));
+        worst = worst_tail(scale > 0.0, times, tails, variances, std::max(min_power, max_tail_over_linear * predicted));
         if (worst.fraction <= max_spectral_tail) continue;
         const std::string smoothing = key_of_term(scene, what.equations, field, "lap " + field.symbol);
         numerics::Grid finer = scene.grid;
@@ -254,14 +255,14 @@ void add_few_particles(const files::ArchiveReader& archive, const io::Scene& sce
         const double particles =
             mean * mean * numerics::area(scene.grid) / (shortest * kept_modes(scene.grid, what.kept_degree));
         if (!(particles < fewest)) continue;
-        const std::vector<double> least = series_of(archive, "min_" + field.name);
-        const auto below = std::count_if(least.begin(), least.end(), [](double value) { return value < 0.0; });
+        const std::vector<double> minima = series_of(archive, "min_" + field.name);
+        const auto below = std::count_if(minima.begin(), minima.end(), [](double value) { return value < 0.0; });
         warnings.push_back(
             text("the noise of {} depends on {}, whose shortest waves fluctuate as with {:.2g} particles for each kept "
                  "mode{}; expected {} or more, or Gaussian noise does not describe particles: choose a coarser grid or "
                  "a larger density",
                  field.name, field.symbol, particles,
-                 below > 0 ? text(", and it is below 0 somewhere in {} of {} samples", below, least.size()) : "",
+                 below > 0 ? text(", and it is below 0 somewhere in {} of {} samples", below, minima.size()) : "",
                  fewest));
     }
 }

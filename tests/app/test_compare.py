@@ -14,7 +14,7 @@ from pictures import overlaps
 from support import drover, environment, write_scene
 
 import drover as package
-from drover import blocks, compare, spectra
+from drover import compare, series_statistics, spectra
 from drover.figures import compare_panels
 
 SIDE = 15.0
@@ -106,7 +106,7 @@ def test_means_and_errors_from_blocks_agree_with_the_program(folder):
             first = int(numpy.searchsorted(run.observables.time.values, float(run.summary.warm_up) * (1.0 - 1e-9)))
             # The summary has rates of work and impacts.
             for key in (key for key in scalars if not key.startswith(("work_", "impacts_"))):
-                mean, error = blocks.mean_and_error(run.observables[key].values[first:])
+                mean, error = series_statistics.mean_and_error(run.observables[key].values[first:])
                 assert mean == pytest.approx(float(run.summary[key]), rel=1e-9, abs=1e-12), key
                 assert error == pytest.approx(float(run.summary[f"{key}_error"]), rel=1e-6, abs=1e-12, nan_ok=True), key
                 compared, missing = compared + 1, missing + numpy.isnan(error)
@@ -247,7 +247,7 @@ def test_an_unfinished_run_has_means_over_its_second_half(copies):
         order = file["series/polar_order"][()]
     with package.open_run(copies[0]) as fields, package.open_run(copies[1]) as particles:
         both = compare.compare(fields, particles)
-    assert both.particles.numbers["order"] == blocks.mean_and_error(order[len(order) // 2:])
+    assert both.particles.numbers["order"] == series_statistics.mean_and_error(order[len(order) // 2:])
     assert "is not finished" in compare.table_text(both)
 
 

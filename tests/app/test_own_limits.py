@@ -59,7 +59,7 @@ def test_a_run_that_diverges_says_which_field_did_and_where(tmp_path):
     checked(tmp_path, start="3 (1 + tanh(4 sin(2 pi (x - 12) / 24))) / 2", dt=0.02, end=2.0)
     ended = drover(tmp_path, "run", "own.toml", "--quiet", "--set", "time.max_error=0", status=1)
     # The size of w is that of the uniform state w = 1, or of its start where that is larger.
-    told = re.search(r"lost its meaning at or before step (\d+) .*: the root mean square of (\w+) is .*; its largest "
+    told = re.search(r"the run diverged at or before step (\d+) .*: the root mean square of (\w+) is .*; its largest "
                      r"value is (\S+) in cell \((\d+), 0\)", ended.stderr)
     assert told, ended.stderr
     assert told[2] == "w" and float(told[3]) > 3.0 and 24 < int(told[4]) < 48

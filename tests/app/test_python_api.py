@@ -148,7 +148,7 @@ def test_every_public_name_has_a_docstring(name):
 
 
 @pytest.mark.parametrize("module", ["calibration", "commands", "error", "lookup", "model", "plot", "scene",
-                                    "simulation", "sweeping", "toml", "trading", "typeset"])
+                                    "simulation", "sweeping", "toml", "tradeoffs", "typeset"])
 def test_the_examples_of_the_docstrings_run(module, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = doctest.testmod(importlib.import_module(f"drover.{module}"), optionflags=doctest.ELLIPSIS)

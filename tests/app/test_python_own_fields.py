@@ -246,5 +246,5 @@ def test_a_uniform_field_and_one_of_rounding_errors_are_drawn_as_such():
 
 
 def roles_of_still(run):
-    from drover.moments import run_of
+    from drover.run_view import run_of
     return roles_of(run_of(run))

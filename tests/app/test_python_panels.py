@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from support import MODELS
 
 import drover
-from drover import exact, moments
+from drover import exact, run_view
 from drover.figures import model_film, model_panels, particle_motion as motion
 from drover.roles import roles_of
 
@@ -123,5 +123,5 @@ def test_a_film_averages_a_noisy_field_as_its_figure_does_and_not_a_smooth_one()
     smooth = drover.Scene.load(MODELS / "cahn-hilliard.toml").set({"initial": {
         "kind": "formula", "composition": "0.1 cos(2 pi x / lx)", "amplitude": 0.0}}).start()
     for run, expected in ((noisy, [2, 2]), (smooth, [1, 1])):
-        seen = moments.run_of(run)
+        seen = run_view.run_of(run)
         assert model_film.pixels_of(seen, roles_of(seen)[0], run.frame.arrays) == expected

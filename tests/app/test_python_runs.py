@@ -100,11 +100,11 @@ def test_a_sweep_has_the_table_of_the_program(tmp_path):
 
 def test_a_sweep_says_why_a_job_failed():
     scene = drover.Scene.from_dict({**SMALL, "time.end": 2.0, "initial.kind": "random", "initial.amplitude": 0.1})
-    with pytest.warns(UserWarning, match="1 jobs of the sweep failed: point-0001-seed-7: .*lost its meaning"):
+    with pytest.warns(UserWarning, match="1 jobs of the sweep failed: point-0001-seed-7: .*the run diverged"):
         found = drover.sweep(scene, {"relaxation.rate": [0.5, -200.0]}, workers=2)
     assert found.failed == 1 and len(found.failures) == 1 and found.failures[0] in repr(found)
     assert np.isfinite(found.polar_order[1]) and np.isnan(found.polar_order[0])
-    with pytest.raises(drover.Error, match="no run of the sweep ended: point-0000-seed-7: .*lost its meaning"):
+    with pytest.raises(drover.Error, match="no run of the sweep ended: point-0000-seed-7: .*the run diverged"):
         drover.sweep(scene, {"relaxation.rate": [-200.0]})
 
 

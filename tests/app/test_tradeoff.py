@@ -168,7 +168,7 @@ def test_bias_of_a_slaved_velocity_is_proportional_to_the_mass_of_beads(tmp_path
 def test_without_a_setting_in_the_budget_it_says_what_is_needed_and_the_best_there_is(tmp_path):
     done = drover(tmp_path, "tradeoff", scene(tmp_path, NOISY), "--want", "polar_order=0.001%", "--budget", "3s",
                   "--quiet", status=1)
-    assert "no setting meets the wishes within 3 s" in done.stdout
+    assert "no setting meets the targets within 3 s" in done.stdout
     # A slow machine does not even make all trials within 3 s.
     assert "statistics limit it" in done.stdout or "not made for want of budget" in done.stdout
     assert "give a larger --budget" in done.stdout
@@ -364,7 +364,7 @@ analysis = {warm_up = 0}
     tight = ("--want", "variance_phi=0.2%", "--budget", "2s", "--quiet")
     done = drover(tmp_path, "tradeoff", scene(tmp_path, slow), *tight, status=1)
     assert "s with 4 seeds" in done.stdout and "it fluctuates more slowly than they show" in done.stdout
-    assert "no setting meets the wishes" in done.stdout
+    assert "no setting meets the targets" in done.stdout
     # It is told as well where so much is allowed that it does not matter.  A mode has the variance of an exponential,
     # and there are 63, in pairs: seeds differ by 1/sqrt(31.5) of the mean, a trial's own error is below 1e-3 of it.
     loose = ("--want", "variance_phi=100%", "--budget", "2s")

@@ -63,14 +63,14 @@ TEST(Formula, binds_dots_before_products_and_operators_to_the_next_chain) {
 }
 
 TEST(Formula, rejects_what_can_be_read_in_two_ways) {
-    const auto refusal = [](const std::string& written) {
+    const auto why_no_error = [](const std::string& written) {
         return refusal_of([&] { static_cast<void>(shape(written)); });
     };
-    EXPECT_NE(refusal("p.grad p.q").find("parentheses that show what grad applies to"), std::string::npos);
-    EXPECT_NE(refusal("lap phi^2").find("(lap phi)^..."), std::string::npos);
-    EXPECT_NE(refusal("|p").find("ends the norm"), std::string::npos);
-    EXPECT_NE(refusal("grad").find("the operand of grad"), std::string::npos);
-    EXPECT_NE(refusal("outer(p)").find("a second argument of outer"), std::string::npos);
+    EXPECT_NE(why_no_error("p.grad p.q").find("parentheses that show what grad applies to"), std::string::npos);
+    EXPECT_NE(why_no_error("lap phi^2").find("(lap phi)^..."), std::string::npos);
+    EXPECT_NE(why_no_error("|p").find("ends the norm"), std::string::npos);
+    EXPECT_NE(why_no_error("grad").find("the operand of grad"), std::string::npos);
+    EXPECT_NE(why_no_error("outer(p)").find("a second argument of outer"), std::string::npos);
 }
 
 }  // namespace

@@ -164,7 +164,7 @@ TEST(AssayRule, gives_no_error_if_most_resamples_have_no_value) {
     };
     const auto found = estimate(assay, trials_of(assay, 32));
     EXPECT_FALSE(found[0].error);
-    EXPECT_NE(found[0].refusal.find("resamples"), std::string::npos);
+    EXPECT_NE(found[0].why_no_error.find("resamples"), std::string::npos);
 }
 
 Measurement measured(const Assay& assay, const Truth& truth, int rods) {

@@ -124,7 +124,7 @@ TEST_P(Assays, recover_known_coefficients_within_three_errors) {
     ASSERT_EQ(found.estimates.size(), c.assay.quantities.size());
     for (const auto& [place, value] : c.values) {
         const measure::Estimate& estimate = found.estimates[place];
-        ASSERT_TRUE(estimate.error) << c.assay.quantities[place].name << ": " << estimate.refusal;
+        ASSERT_TRUE(estimate.error) << c.assay.quantities[place].name << ": " << estimate.why_no_error;
         EXPECT_NEAR(estimate.mean, value, 3.0 * *estimate.error) << c.assay.quantities[place].name;
         if (c.assay.quantities[place].wanted) {
             EXPECT_LE(*estimate.error, 0.02 * std::abs(estimate.mean));

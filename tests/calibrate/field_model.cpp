@@ -272,34 +272,35 @@ TEST(DensityTable, has_the_coefficients_of_every_node) {
 
 TEST(FieldModel, names_what_is_missing_in_the_table) {
     Table table = flocking_table();
-    const auto refusal = [&](const char* key, StatePoint point = dense) {
+    const auto why_no_error = [&](const char* key, StatePoint point = dense) {
         return refusal_of([&] { field_number(table, key, point, OrderKind::orientation); });
     };
-    EXPECT_EQ(refusal("noise.beads"), "noise.beads is not a key that a table of coefficients provides");
-    EXPECT_NE(
-        refusal("relaxation.rate", {.bead_fraction = 0.7, .rod_fraction = 0.1}).find("the table covers 0.2 to 0.6"),
-        std::string::npos);
+    EXPECT_EQ(why_no_error("noise.beads"), "noise.beads is not a key that a table of coefficients provides");
+    EXPECT_NE(why_no_error("relaxation.rate", {.bead_fraction = 0.7, .rod_fraction = 0.1})
+                  .find("the table covers 0.2 to 0.6"),
+              std::string::npos);
     EXPECT_EQ(field_number(table, "relaxation.rate",
                            {.bead_fraction = 0.7, .rod_fraction = 0.1, .outside = numerics::Outside::hold},
                            OrderKind::orientation)
                   .number.value,
               0.1);
     table.rows[6].entries[1] = {.value = NAN, .error = NAN, .origin = Origin::missing, .remark = "too soft"};
-    EXPECT_NE(refusal("stiffness.beads").find("no value of stiffness at bead area fraction 0.4"), std::string::npos);
+    EXPECT_NE(why_no_error("stiffness.beads").find("no value of stiffness at bead area fraction 0.4"),
+              std::string::npos);
     EXPECT_NEAR(value_of("relaxation.rate"), 0.1, 1e-15);  // does not depend on that row
 }
 
 TEST(FieldModel, rejects_divisors_that_may_be_zero) {
     Table table = flocking_table();
     for (TableEntry& entry : table.rows[0].entries) entry.error = 0.4 * entry.value;
-    const auto refusal = [&](const char* key) {
+    const auto why_no_error = [&](const char* key) {
         return refusal_of([&] { field_number(table, key, dense, OrderKind::orientation); });
     };
-    EXPECT_EQ(refusal("elasticity.stiffness"),
+    EXPECT_EQ(why_no_error("elasticity.stiffness"),
               "elasticity.stiffness: the divisor relaxation_rate = 0.1 +- 0.04 is not significantly different from 0; "
               "expected a smaller error: run more trials, or set elasticity.stiffness in the scene");
-    EXPECT_NE(refusal("relaxation.saturation").find("not significantly different from 0"), std::string::npos);
-    EXPECT_EQ(refusal("noise.order"), "no refusal");  // not a divisor
+    EXPECT_NE(why_no_error("relaxation.saturation").find("not significantly different from 0"), std::string::npos);
+    EXPECT_EQ(why_no_error("noise.order"), "no refusal");  // not a divisor
     EXPECT_NE(refusal_of([&] {
                   mean_field(table, dense);
               }).find("the order of the mean field: the divisor relaxation_rate"),

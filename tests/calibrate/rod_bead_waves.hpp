@@ -14,7 +14,7 @@ namespace drover::calibrate {
 struct RodBeadNumber {
     std::string key;
     std::function<double&(physics::ModelValues&)> in;
-    double least = -std::numeric_limits<double>::infinity();
+    double min = -std::numeric_limits<double>::infinity();
 };
 
 /// The fields of a record are those with a rate, in the order of the model file.
@@ -29,7 +29,7 @@ inline WaveModel rod_bead_waves(const physics::ModelValues& start, const physics
     }
     physics::ModelValues model = start;
     for (const RodBeadNumber& number : numbers)
-        waves.numbers.push_back({.key = number.key, .start = number.in(model), .least = number.least});
+        waves.numbers.push_back({.key = number.key, .start = number.in(model), .min = number.min});
     waves.at = [=](const std::vector<double>& values) {
         physics::ModelValues changed = start;
         for (std::size_t i = 0; i < values.size(); ++i) numbers[i].in(changed) = values[i];

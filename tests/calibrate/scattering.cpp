@@ -112,7 +112,7 @@ TEST(Scattering, of_points_that_turn_to_each_other_has_the_known_kernel) {
     const World rule = turning;
     const Measurement found = measured(rule, 3, 1200);
     for (const auto& [place, value] : expected(rule)) {
-        ASSERT_TRUE(found.estimates[place].error) << found.estimates[place].refusal;
+        ASSERT_TRUE(found.estimates[place].error) << found.estimates[place].why_no_error;
         EXPECT_NEAR(found.estimates[place].mean, value, 3.0 * *found.estimates[place].error) << place;
         EXPECT_LT(*found.estimates[place].error, 0.15 * std::abs(value)) << place;
     }

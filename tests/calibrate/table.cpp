@@ -161,24 +161,24 @@ TEST(CalibrationTable, has_no_rows_without_their_inputs) {
 }
 
 TEST(CalibrationTable, is_rejected_with_negative_errors_descending_axes_or_missing_numbers) {
-    const auto refusal = [](const std::function<void(Table&)>& spoil) {
+    const auto why_no_error = [](const std::function<void(Table&)>& spoil) {
         Table table = small_table();
         spoil(table);
         return refusal_of([&] { check(table, {.file = "rods.h5"}); });
     };
-    EXPECT_EQ(refusal([](Table& t) { t.rows[6].entries[1].error = -0.1; }),
+    EXPECT_EQ(why_no_error([](Table& t) { t.rows[6].entries[1].error = -0.1; }),
               "rods.h5: drag at bead area fraction 0.2, rod area fraction 0.1 has the standard error -0.1; expected a "
               "number >= 0");
     EXPECT_EQ(
-        refusal([](Table& t) { t.rows[0].entries[1].value = NAN; }),
+        why_no_error([](Table& t) { t.rows[0].entries[1].value = NAN; }),
         "rods.h5: relaxation_rate at bead area fraction 0.4 is nan; expected a finite number, since its origin is "
         "not \"missing\"");
-    EXPECT_EQ(refusal([](Table& t) {
+    EXPECT_EQ(why_no_error([](Table& t) {
                   t.bead_fractions = {0.4, 0.2};
               }),
               "rods.h5: bead_area_fraction: value 2 is 0.2; expected ascending area fractions between 0 and 1");
-    EXPECT_EQ(refusal([](Table& t) { t.rows[6].entries.pop_back(); }), "rods.h5: drag has 3 numbers; expected 4");
-    EXPECT_EQ(refusal([](Table& t) { t.bead_fractions.clear(); }),
+    EXPECT_EQ(why_no_error([](Table& t) { t.rows[6].entries.pop_back(); }), "rods.h5: drag has 3 numbers; expected 4");
+    EXPECT_EQ(why_no_error([](Table& t) { t.bead_fractions.clear(); }),
               "rods.h5: bead_area_fraction is empty; expected at least one value");
 }
 

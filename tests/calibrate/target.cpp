@@ -43,7 +43,7 @@ Scatter scatter_of(const char* row, std::size_t entry, double error, std::uint64
     return scatter;
 }
 
-TEST(Target, has_the_value_of_the_table_where_the_flow_bends) {
+TEST(TableTarget, has_the_value_of_the_table_where_the_flow_bends) {
     Table table = straight_table();
     const auto add = [&](const char* name, auto value) {
         TableRow row{.name = name, .unit = "1", .formula = "x", .by_rods = true};
@@ -57,7 +57,7 @@ TEST(Target, has_the_value_of_the_table_where_the_flow_bends) {
     add("drag_straight", [](double bead) { return 1.5 + 4.0 * bead; });  // 0.5 above the slope at P = 0
     Table derived = table;
     add_derived(derived);
-    const Target target{.row = "alignment", .bead = 2, .error = 0.1};
+    const TableTarget target{.row = "alignment", .bead = 2, .error = 0.1};
     const TargetResult found = evaluate({target}, table, {{scatter_of("drag", 2, 0.04, 1)}})[0];
     // The straight line leaves c; the slope at P = 0 then gives a smaller g than that of the flock, 2 + 4 Phi_b.
     EXPECT_NEAR(found.value, 2.0 + 4.0 * 0.4 - 2.0 * 0.1 * 0.5 / 0.3, 1e-9);
@@ -65,7 +65,7 @@ TEST(Target, has_the_value_of_the_table_where_the_flow_bends) {
     EXPECT_NEAR(found.error, 2.0 * 0.1 * 0.04 / 0.3, 0.15 * 2.0 * 0.1 * 0.04 / 0.3);  // c does not follow from drag
 }
 
-TEST(Target, of_an_onset_has_the_errors_of_the_measurements_next_to_it) {
+TEST(TableTarget, of_an_onset_has_the_errors_of_the_measurements_next_to_it) {
     std::vector<Source> sources;
     for (std::size_t bead = 0; bead < 6; ++bead) {
         sources.push_back({scatter_of("drag", bead, 0.04, 10 + bead)});
@@ -83,7 +83,7 @@ TEST(Target, of_an_onset_has_the_errors_of_the_measurements_next_to_it) {
     EXPECT_NEAR(std::accumulate(onset.parts.begin(), onset.parts.end(), 0.0), 1.0, 1e-12);
 }
 
-TEST(Target, keeps_what_two_inputs_share) {
+TEST(TableTarget, keeps_what_two_inputs_share) {
     // Contacts from rods that also align by the flow: c sigma contains -lambda alpha/Gamma, so lambda cancels at the
     // only area fraction of rods.
     Table table = straight_table();
@@ -110,7 +110,7 @@ TEST(Target, keeps_what_two_inputs_share) {
     EXPECT_NEAR(onset.error, 0.01, 0.0015);  // 0.02/2; 400 resamples
 }
 
-TEST(Target, of_an_onset_beyond_the_table_says_so) {
+TEST(TableTarget, of_an_onset_beyond_the_table_says_so) {
     Table table = straight_table();
     for (TableEntry& entry : table.rows[0].entries) entry.value -= 1.0;  // reaches 2.8 of 3 mm/s
     const auto with_error = [&](double error) {
@@ -124,7 +124,7 @@ TEST(Target, of_an_onset_beyond_the_table_says_so) {
     EXPECT_NEAR(open.parts[0], 1.0, 1e-12);
 }
 
-TEST(Target, of_a_coefficient_is_its_entry) {
+TEST(TableTarget, of_a_coefficient_is_its_entry) {
     const TargetResult drag = evaluate({{.row = "drag", .bead = 2, .error = 0.1, .is_relative = false}},
                                        straight_table(), {{scatter_of("drag", 2, 0.04, 1)}})[0];
     EXPECT_NEAR(drag.value, 2.6, 1e-12);
@@ -132,7 +132,7 @@ TEST(Target, of_a_coefficient_is_its_entry) {
     EXPECT_EQ(drag.allowed, 0.1);
 }
 
-TEST(Target, needs_the_rows_of_its_formula) {
+TEST(TableTarget, needs_the_rows_of_its_formula) {
     const std::vector<std::string> all{"drag", "relaxation_rate", "weathercock", "propulsion"};
     EXPECT_EQ(inputs_of({}, all).size(), 3u);
     EXPECT_EQ(inputs_of({.row = "propulsion"}, all), std::vector<std::string>{"propulsion"});

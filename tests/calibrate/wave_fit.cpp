@@ -54,7 +54,7 @@ std::vector<RodBeadNumber> fitted(const std::vector<std::string>& keys) {
         numbers.push_back(
             {.key = key,
              .in = [key](physics::ModelValues& model) -> double& { return physics::number_in(model, key); },
-             .least = row.range.min});
+             .min = row.range.min});
     }
     return numbers;
 }
@@ -246,7 +246,7 @@ TEST(WaveFit, is_exact_where_a_field_decays_by_any_factor_between_two_frames) {
         for (std::size_t k = 0; k < parts.size(); k += 2) record.amplitudes[0].emplace_back(parts[k], parts[k + 1]);
         const WaveModel model{
             .fields = {{}, {}},
-            .numbers = {{.key = "slow", .start = 1.0, .least = 0.0}, {.key = "fast", .start = 1.0, .least = 0.0}},
+            .numbers = {{.key = "slow", .start = 1.0, .min = 0.0}, {.key = "fast", .start = 1.0, .min = 0.0}},
             .at = [&](const std::vector<double>& strengths) {
                 const auto diagonal = [](double first, double second) {
                     model::Symbol symbol = model::Symbol::Zero(2, 2);
@@ -330,18 +330,18 @@ TEST(WaveFit, keeps_a_coefficient_at_its_least_value_where_waves_would_prefer_le
 TEST(WaveFit, refuses_what_waves_do_not_determine) {
     const physics::Model model = rods_and_beads();
     const WaveRecord record = stationary_record(model, 0.3, 201, 8);
-    const auto refusal = [&](const std::vector<std::string>& keys, const physics::Model& start) {
+    const auto why_no_error = [&](const std::vector<std::string>& keys, const physics::Model& start) {
         return refusal_of(
             [&] { (void)fit_waves(rod_bead_waves(start, rest_of(start), fitted(keys)), record, NoiseOf::model); });
     };
-    EXPECT_EQ(refusal({"relaxation.rate", "relaxation.contact"}, model),
+    EXPECT_EQ(why_no_error({"relaxation.rate", "relaxation.contact"}, model),
               "the waves determine only a combination of relaxation.rate and relaxation.contact; expected numbers that "
               "change them differently: leave one of these out, and give its value to the scene");
-    EXPECT_EQ(refusal({"advection.strength"}, model),
+    EXPECT_EQ(why_no_error({"advection.strength"}, model),
               "the waves do not depend on advection.strength; expected numbers that change them: leave it out");
     physics::Model quiet = model;
     quiet.noise = {};
-    EXPECT_EQ(refusal({"relaxation.rate"}, quiet),
+    EXPECT_EQ(why_no_error({"relaxation.rate"}, quiet),
               "the scene has no noise that reaches every field of the wave at q = (0, 0) /mm; expected noise of each "
               "field, or of one that drives it: such as noise.order, and driving.strength for the beads");
     EXPECT_EQ(refusal_of([&] {

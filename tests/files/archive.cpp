@@ -146,25 +146,25 @@ TEST(Archive, rows_cut_from_a_partial_chunk_leave_nothing_behind) {
 TEST(Archive, resuming_the_archive_of_another_scene_is_an_input_error) {
     const Folder folder;
     make_sample(folder / "run.h5", 2);
-    const auto refusal = [&](const std::vector<Recording>& recordings, std::size_t rows) {
+    const auto why_no_error = [&](const std::vector<Recording>& recordings, std::size_t rows) {
         return sentence_of([&] {
             Archive::resume(folder / "run.h5", recordings, {}, std::vector<std::size_t>{rows, rows});
         });
     };
-    EXPECT_THAT(refusal(sample_recordings(), 3),
+    EXPECT_THAT(why_no_error(sample_recordings(), 3),
                 HasSubstr("/time has 2 rows; expected at least the 3 of the checkpoint"));
-    EXPECT_THAT(refusal(sample_recordings(6, 4), 2), HasSubstr("/x has other coordinates than this scene"));
+    EXPECT_THAT(why_no_error(sample_recordings(6, 4), 2), HasSubstr("/x has other coordinates than this scene"));
     auto recordings = sample_recordings();
     recordings[0].quantities[0].unit = "m-2";
-    EXPECT_THAT(refusal(recordings, 2), HasSubstr("/rod_density has the unit mm-2; expected m-2"));
+    EXPECT_THAT(why_no_error(recordings, 2), HasSubstr("/rod_density has the unit mm-2; expected m-2"));
     recordings = sample_recordings();
     recordings[0].quantities[0].axes = {"y"};
-    EXPECT_THAT(refusal(recordings, 2), HasSubstr("/rod_density has the shape (2, 4, 5); expected (2, 4)"));
+    EXPECT_THAT(why_no_error(recordings, 2), HasSubstr("/rod_density has the shape (2, 4, 5); expected (2, 4)"));
     recordings = sample_recordings();
     recordings[1].quantities[0].name = "disorder";
-    EXPECT_THAT(refusal(recordings, 2),
+    EXPECT_THAT(why_no_error(recordings, 2),
                 HasSubstr("has no /observables/disorder; expected an archive of the same scene"));
-    EXPECT_EQ(refusal(sample_recordings(), 2), "");
+    EXPECT_EQ(why_no_error(sample_recordings(), 2), "");
 }
 
 TEST(Archive, resuming_a_single_precision_file_is_an_input_error) {

@@ -16,7 +16,7 @@
 #include "io/scene_text.hpp"
 #include "io/trial_record.hpp"
 #include "io/xyz.hpp"
-#include "run/kind.hpp"
+#include "run/simulation_type.hpp"
 
 namespace drover::fuzz {
 namespace {

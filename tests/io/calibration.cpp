@@ -117,32 +117,32 @@ void write_raw(const std::filesystem::path& file, std::vector<double> errors, st
 TEST(CalibrationFile, foreign_files_are_rejected_with_a_message) {
     const Folder folder;
     const auto path = folder / "t.h5";
-    const auto refusal = [&] { return refusal_of([&] { read_calibration(path); }); };
+    const auto why_no_error = [&] { return refusal_of([&] { read_calibration(path); }); };
     write_raw(path, {0.1, 0.1}, {1, 1}, 1, true);
-    EXPECT_EQ(refusal(), "no refusal");
+    EXPECT_EQ(why_no_error(), "no refusal");
     write_raw(path, {0.1, -0.1}, {1, 1}, 1, true);
-    EXPECT_EQ(refusal(),
+    EXPECT_EQ(why_no_error(),
               path.string() + ": drag at bead area fraction 0.4 has the standard error -0.1; expected a number >= 0");
     write_raw(path, {0.1, NAN}, {1, 1}, 1, true);
-    EXPECT_NE(refusal().find("has the standard error nan"), std::string::npos);
+    EXPECT_NE(why_no_error().find("has the standard error nan"), std::string::npos);
     write_raw(path, {0.1, 0.1}, {1, 7}, 1, true);
-    EXPECT_EQ(refusal(), path.string() + ": drag_origin holds 7; expected 0 to 4");
+    EXPECT_EQ(why_no_error(), path.string() + ": drag_origin holds 7; expected 0 to 4");
     write_raw(path, {0.1, 0.1}, {1, 1}, 2, true);
-    EXPECT_EQ(refusal(),
+    EXPECT_EQ(why_no_error(),
               path.string() + ": /calibration/drag_error has 2 numbers; expected 2 by 2, the sizes of the axes");
     write_raw(path, {0.1, 0.1}, {1, 1}, 1, false);
-    EXPECT_EQ(refusal(), path.string() +
-                             ": /calibration/drag_origin is missing; expected a complete table written by drover "
-                             "calibrate");
+    EXPECT_EQ(why_no_error(), path.string() +
+                                  ": /calibration/drag_origin is missing; expected a complete table written by drover "
+                                  "calibrate");
     {
         files::Archive archive = files::Archive::create(path, {}, testing_support::sample_attributes, true);
         archive.commit();
     }
-    EXPECT_EQ(refusal(), path.string() +
-                             ": not a table of coefficients: /bead_area_fraction is missing; expected a file "
-                             "written by drover calibrate");
+    EXPECT_EQ(why_no_error(), path.string() +
+                                  ": not a table of coefficients: /bead_area_fraction is missing; expected a file "
+                                  "written by drover calibrate");
     std::ofstream(path) << "value = 1";
-    EXPECT_EQ(refusal(), path.string() + ": is not an HDF5 file; expected an archive of drover");
+    EXPECT_EQ(why_no_error(), path.string() + ": is not an HDF5 file; expected an archive of drover");
 }
 
 }  // namespace

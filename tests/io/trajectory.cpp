@@ -157,19 +157,21 @@ TEST(Trajectory, bodies_of_another_number_or_shape_are_rejected) {
     const Folder folder;
     make_archive(folder / "run.h5", 1);
     const files::ArchiveReader reader(folder / "run.h5");
-    const auto refusal = [&](dem::Bodies bodies) {
+    const auto why_no_error = [&](dem::Bodies bodies) {
         return sentence_of([&] { read_bodies(reader, 0, bodies, "packing.file = \"run.h5\"", {"a.toml", 3}); });
     };
     dem::Bodies more = sample_bodies();
     more.beads.push_back(more.beads[0]);
-    EXPECT_THAT(refusal(more), AllOf(HasSubstr("a.toml:3: packing.file = \"run.h5\" "), HasSubstr("other bodies")));
+    EXPECT_THAT(why_no_error(more),
+                AllOf(HasSubstr("a.toml:3: packing.file = \"run.h5\" "), HasSubstr("other bodies")));
     dem::Bodies thick = sample_bodies();
     thick.shapes[1] = dem::make_rod({1.1, 0.9, 0.8}, 4.0, 8.0);
-    EXPECT_THAT(refusal(thick), HasSubstr("/bodies/rods/sphere_at differs from this scene; expected the same shapes"));
+    EXPECT_THAT(why_no_error(thick),
+                HasSubstr("/bodies/rods/sphere_at differs from this scene; expected the same shapes"));
     dem::Bodies none = sample_bodies();
     none.rods.clear();
-    EXPECT_THAT(refusal(none), HasSubstr("contains bodies in /bodies/rods, and this scene has none"));
-    EXPECT_EQ(refusal(sample_bodies()), "");
+    EXPECT_THAT(why_no_error(none), HasSubstr("contains bodies in /bodies/rods, and this scene has none"));
+    EXPECT_EQ(why_no_error(sample_bodies()), "");
 }
 
 TEST(Trajectory, a_resumed_archive_keeps_its_head_and_is_cut_to_its_rows) {
@@ -218,14 +220,15 @@ TEST(Xyz, an_existing_file_is_unchanged_and_no_partial_file_is_left) {
     make_archive(folder / "run.h5", 2);
     const files::ArchiveReader reader(folder / "run.h5");
     write_contents(folder / "run.xyz", "precious");
-    const auto refusal = [&](XyzPlan plan, const char* file, bool overwrite) {
+    const auto why_no_error = [&](XyzPlan plan, const char* file, bool overwrite) {
         return sentence_of([&] { write_xyz(reader, "run.h5", plan, folder / file, overwrite); });
     };
-    EXPECT_THAT(refusal({}, "run.xyz", false), HasSubstr("exists; choose another name, or give --overwrite"));
-    EXPECT_THAT(refusal({}, "run.xyz", true), HasSubstr("exists and is not an XYZ file"));
+    EXPECT_THAT(why_no_error({}, "run.xyz", false), HasSubstr("exists; choose another name, or give --overwrite"));
+    EXPECT_THAT(why_no_error({}, "run.xyz", true), HasSubstr("exists and is not an XYZ file"));
     EXPECT_EQ(contents(folder / "run.xyz"), "precious");
-    EXPECT_THAT(refusal({.frame = 2}, "new.xyz", false), HasSubstr("run.h5: has no frame 2; expected one of 0 to 1"));
-    EXPECT_THAT(refusal({}, "no/new.xyz", false), HasSubstr("cannot be written"));
+    EXPECT_THAT(why_no_error({.frame = 2}, "new.xyz", false),
+                HasSubstr("run.h5: has no frame 2; expected one of 0 to 1"));
+    EXPECT_THAT(why_no_error({}, "no/new.xyz", false), HasSubstr("cannot be written"));
     EXPECT_EQ(folder.count(), 2u);
 }
 

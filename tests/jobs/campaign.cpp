@@ -322,7 +322,7 @@ TEST(RunRecord, results_of_a_run_come_back_as_they_were) {
               "time mean",
               {},
               {{.mean = 0.5, .error = 0.01, .autocorrelation_time = 3.0, .warm_up = 2.0, .samples = 90, .blocks = 9}}},
-             {"binder", "1", "", {}, {{.mean = NAN, .refusal = "no error estimate: too short"}}},
+             {"binder", "1", "", {}, {{.mean = NAN, .why_no_error = "no error estimate: too short"}}},
              {"spectrum", "mm2", "S(q)", {shell}, {{.mean = 1.0, .error = 0.0}, {.mean = 2.0}, {.mean = 3.0}}}},
         .warnings = {"one", "two"}};
     const UnitResult bytes = encode(given);
@@ -333,7 +333,7 @@ TEST(RunRecord, results_of_a_run_come_back_as_they_were) {
     EXPECT_EQ(back.rows[0].estimates[0].error, 0.01);
     EXPECT_EQ(back.rows[0].estimates[0].blocks, 9u);
     EXPECT_EQ(back.rows[0].estimates[0].autocorrelation_time, 3.0);
-    EXPECT_EQ(back.rows[1].estimates[0].refusal, "no error estimate: too short");
+    EXPECT_EQ(back.rows[1].estimates[0].why_no_error, "no error estimate: too short");
     EXPECT_EQ(back.rows[2].axes[0].values, shell.values);
     EXPECT_EQ(back.rows[2].estimates[2].mean, 3.0);
     for (std::size_t cut = 1; cut < bytes.content.size(); ++cut)

@@ -13,35 +13,35 @@
 
 namespace drover::jobs::tradeoff_tests {
 
-TEST(Wish, reads_a_name_a_range_and_a_relative_or_absolute_error) {
-    const Wish relative = parse_wish("polar_order=1%");
+TEST(AccuracyTarget, reads_a_name_a_range_and_a_relative_or_absolute_error) {
+    const AccuracyTarget relative = parse_accuracy_target("polar_order=1%");
     EXPECT_EQ(relative.observable, "polar_order");
     EXPECT_DOUBLE_EQ(relative.error, 0.01);
     EXPECT_TRUE(relative.is_relative);
-    const Wish absolute = parse_wish(" polar_order = 0.02 ");
+    const AccuracyTarget absolute = parse_accuracy_target(" polar_order = 0.02 ");
     EXPECT_DOUBLE_EQ(absolute.error, 0.02);
     EXPECT_FALSE(absolute.is_relative);
-    const Wish below = parse_wish("structure_factor_rods(q<1)=3%");
+    const AccuracyTarget below = parse_accuracy_target("structure_factor_rods(q<1)=3%");
     ASSERT_EQ(below.ranges.size(), 1u);
     EXPECT_EQ(below.ranges[0].axis, "q");
     EXPECT_EQ(below.ranges[0].max, 1.0);
     EXPECT_EQ(below.ranges[0].min, -INFINITY);
-    const Wish between = parse_wish("structure_factor_rods(0.5 < wavenumber < 2)=3%");
+    const AccuracyTarget between = parse_accuracy_target("structure_factor_rods(0.5 < wavenumber < 2)=3%");
     EXPECT_EQ(between.ranges[0].axis, "wavenumber");
     EXPECT_EQ(between.ranges[0].min, 0.5);
     EXPECT_EQ(between.ranges[0].max, 2.0);
-    EXPECT_EQ(parse_wish("g(r>1)=3%").ranges[0].min, 1.0);
-    const Wish both = parse_wish("alignment(0.35<Phi_b<0.45, Phi_r<0.06)=5%");
+    EXPECT_EQ(parse_accuracy_target("g(r>1)=3%").ranges[0].min, 1.0);
+    const AccuracyTarget both = parse_accuracy_target("alignment(0.35<Phi_b<0.45, Phi_r<0.06)=5%");
     ASSERT_EQ(both.ranges.size(), 2u);
     EXPECT_EQ(both.ranges[1].axis, "Phi_r");
     EXPECT_EQ(both.ranges[1].max, 0.06);
 }
 
-TEST(Wish, that_is_not_one_is_refused_with_the_form_expected) {
+TEST(AccuracyTarget, that_is_not_one_is_refused_with_the_form_expected) {
     for (const char* given : {"polar_order", "polar_order=", "polar_order=0%", "polar_order=-1%", "=1%",
                               "polar_order=x", "g(q=1)=1%", "g(q<x)=1%", "polar_order=inf"}) {
         try {
-            parse_wish(given);
+            parse_accuracy_target(given);
             ADD_FAILURE() << given;
         } catch (const Error& error) {
             EXPECT_NE(std::string(error.what()).find("=1% (of the mean)"), std::string::npos) << error.what();
@@ -74,10 +74,10 @@ LevelFound level(const char* name, double bias, double bias_error, double start,
             .step_seconds = step};
 }
 
-/// One wish, of 1 +- 0.01; two steps, two grids and a simpler model; trials of 100 s with a standard error of 0.01.
+/// One target, of 1 +- 0.01; two steps, two grids and a simpler model; trials of 100 s with a standard error of 0.01.
 Findings synthetic(bool statistical) {
     Findings found;
-    found.wishes = {parse_wish("polar_order=1%")};
+    found.targets = {parse_accuracy_target("polar_order=1%")};
     found.units = {"1"};
     found.references = {{1.0, 0.01}};
     found.allowed = {0.01};
@@ -117,7 +117,7 @@ TEST(TradeFront, of_definite_runs_adds_biases_and_multiplies_costs) {
     EXPECT_EQ(recommended(front, 99.0), nullptr);
 }
 
-TEST(TradeFront, of_noisy_runs_makes_them_as_long_as_the_wish_needs) {
+TEST(TradeFront, of_noisy_runs_makes_them_as_long_as_the_target_needs) {
     const Findings found = synthetic(true);
     const std::vector<Candidate> front = front_of(found, scene_of_100_seconds());
     const Candidate* best = recommended(front, 1e9);
@@ -218,7 +218,7 @@ grid = {nx = 32, ny = 32, lx = 16.0, ly = 16.0}
 )",
                                             "h.toml", {});
     int compared = 0;
-    for (const Level& level : model_levels(scene))
+    for (const AxisLevel& level : model_levels(scene))
         if (level.name == "without b" || level.name == "without a") {
             EXPECT_EQ(run::integrated_of(io::changed(scene, level.overrides)).kept_degree, 3) << level.name;
             ++compared;

@@ -15,7 +15,7 @@ namespace {
 using testing_support::Folder;
 
 /// A flock that a large step makes diverge.
-Trial trial(double dt = 0.1) {
+TrialRun trial(double dt = 0.1) {
     const std::string scene = text(
         "[relaxation]\nrate = -1.0\nsaturation = 1.0\n[elasticity]\nstiffness = 1.0\n[grid]\nnx = 8\nny = 8\n"
         "lx = 8.0\nly = 8.0\n[time]\ndt = {0}\nend = {1}\nstepper = \"etdrk4-krogstad\"\n[output]\n"
@@ -86,7 +86,7 @@ TEST(Trials, the_archive_of_another_run_of_a_trial_is_not_continued) {
     for (const char* end : {"", ".checkpoint-a", ".checkpoint-b"})
         std::filesystem::copy_file(others.find(trial())->archive.string() + end, archive.string() + end,
                                    std::filesystem::copy_options::overwrite_existing);
-    Trial longer = trial();
+    TrialRun longer = trial();
     longer.scene.time.end *= 2.0;
     try {
         trials.run({longer});
@@ -99,7 +99,7 @@ TEST(Trials, the_archive_of_another_run_of_a_trial_is_not_continued) {
 
 TEST(Trials, tell_which_part_of_a_run_their_times_are_of) {
     const Folder folder;
-    Trial longer = trial();
+    TrialRun longer = trial();
     longer.scene.time.end *= 2.0;
     {
         Trials trials(folder / ".", "", {});

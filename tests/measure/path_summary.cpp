@@ -97,7 +97,7 @@ TEST(PathSummaryStatistics, of_beads_that_flow_together_has_the_error_of_the_flo
             for (std::size_t b = 0; b < beads; ++b) position[3 * b] += flow + 0.3 * own[i * beads + b];
         }
         const Estimate found = estimate_of(path_rows(paths), "bead_displacement_squared");
-        ASSERT_TRUE(found.error.has_value()) << found.refusal;
+        ASSERT_TRUE(found.error.has_value()) << found.why_no_error;
         sum += found.mean / repeats;
         squares += found.mean * found.mean / repeats;
         errors += *found.error / repeats;
@@ -129,7 +129,7 @@ TEST(PathSummary, finds_the_rotational_diffusion) {
     for (double& angle : turn) angle *= std::sqrt(2.0 * diffusion * spacing);
     const auto rows = path_rows(rods_of(std::vector<double>(rods, 5.0), frames, spacing, turn));
     const Estimate found = estimate_of(rows, "rotational_diffusion"), time = estimate_of(rows, "relaxation_time");
-    ASSERT_TRUE(found.error && time.error) << found.refusal;
+    ASSERT_TRUE(found.error && time.error) << found.why_no_error;
     EXPECT_NEAR(found.mean, diffusion, 4.0 * *found.error);
     EXPECT_LT(*found.error, 0.1 * diffusion);
     EXPECT_DOUBLE_EQ(time.mean, 1.0 / found.mean);
@@ -143,7 +143,7 @@ TEST(PathSummary, has_no_error_where_it_cannot_be_estimated) {
     EXPECT_FALSE(estimate_of(one, "rod_head_first_fraction").error);
     EXPECT_FALSE(estimate_of(one, "rotational_diffusion").error && estimate_of(one, "relaxation_time").error);
     const auto all_head_first = path_rows(rods_of({12.0, 11.0, 10.0}, 41, 0.025, {}));
-    EXPECT_EQ(estimate_of(all_head_first, "rod_head_first_fraction").refusal,
+    EXPECT_EQ(estimate_of(all_head_first, "rod_head_first_fraction").why_no_error,
               "no error estimate: all 3 rods move the same way, so the binomial error is not known");
 }
 
@@ -152,12 +152,12 @@ TEST(PathSummary, of_fewer_than_two_frames_is_nan_with_the_reason) {
         const auto rows = path_rows(rods_of({12.0, 11.0}, frames, 0.025, {}));
         for (const char* name : {"rod_speed", "rod_head_first_fraction", "rotational_diffusion", "relaxation_time"}) {
             EXPECT_TRUE(std::isnan(estimate_of(rows, name).mean)) << name;
-            EXPECT_NE(estimate_of(rows, name).refusal.find("expected two or more"), std::string::npos);
+            EXPECT_NE(estimate_of(rows, name).why_no_error.find("expected two or more"), std::string::npos);
         }
     }
     const auto two = path_rows(rods_of({12.0, 11.0}, 2, 0.025, {}));
     EXPECT_NEAR(estimate_of(two, "rod_speed").mean, 11.5, 1e-12);
-    EXPECT_FALSE(estimate_of(two, "rotational_diffusion").refusal.empty());
+    EXPECT_FALSE(estimate_of(two, "rotational_diffusion").why_no_error.empty());
 }
 
 TEST(PathSummary, of_beads_is_their_displacement_over_a_frame) {

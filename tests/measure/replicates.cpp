@@ -29,7 +29,7 @@ std::vector<Estimate> runs(std::size_t count, const Own& own, std::mt19937_64& r
             run.error = 0.1 * own.factor * std::sqrt(squares(random) / static_cast<double>(own.blocks - 1));
             run.blocks = own.blocks;
         } else {
-            run.refusal = "too short";
+            run.why_no_error = "too short";
         }
         result.push_back(run);
     }
@@ -96,13 +96,13 @@ TEST(Replicates, own_errors_that_are_ten_times_too_small_or_too_large_are_said_t
 TEST(Replicates, six_seeds_of_which_two_end_in_another_state_have_an_error_of_that_size) {
     std::vector<Estimate> seeds;
     for (const double value : {.992, .993, .095, .991, .994, .011})
-        seeds.push_back({.mean = value, .refusal = "short"});
+        seeds.push_back({.mean = value, .why_no_error = "short"});
     const Replicates found = combine(seeds);
     EXPECT_NEAR(found.mean.mean, 0.6793, 1e-4);
     EXPECT_NEAR(found.deviation / std::sqrt(6.0), 0.198, 1e-3);
     // Student's t with 5 degrees of freedom covers 68.3 % within 1.1105: Abramowitz and Stegun (1964), table 26.10.
     EXPECT_NEAR(*found.mean.error, 1.1105 * found.deviation / std::sqrt(6.0), 1e-4);
-    EXPECT_TRUE(found.mean.refusal.empty());
+    EXPECT_TRUE(found.mean.why_no_error.empty());
     EXPECT_FALSE(found.own_error);
     EXPECT_FALSE(contradicts(found));
 }
@@ -112,18 +112,19 @@ TEST(Replicates, a_single_run_keeps_its_own_error_or_its_reason) {
     EXPECT_EQ(one.mean.error, 0.2);
     EXPECT_EQ(one.own_error, 0.2);
     EXPECT_TRUE(std::isnan(one.deviation));
-    const Replicates none = combine(std::vector<Estimate>{{.mean = 1.0, .refusal = "short"}});
+    const Replicates none = combine(std::vector<Estimate>{{.mean = 1.0, .why_no_error = "short"}});
     EXPECT_FALSE(none.mean.error);
-    EXPECT_EQ(none.mean.refusal, "short");
+    EXPECT_EQ(none.mean.why_no_error, "short");
 }
 
 TEST(Replicates, a_conserved_number_has_the_error_zero_and_an_undefined_one_has_none) {
     const Replicates constant = combine(std::vector<Estimate>(4, {.mean = 3.0, .error = 0.0}));
     EXPECT_EQ(constant.mean.error, 0.0);
     EXPECT_FALSE(contradicts(constant));
-    const Replicates undefined = combine(std::vector<Estimate>{{.mean = 1.0}, {.mean = NAN, .refusal = "undefined"}});
+    const Replicates undefined =
+        combine(std::vector<Estimate>{{.mean = 1.0}, {.mean = NAN, .why_no_error = "undefined"}});
     EXPECT_FALSE(undefined.mean.error);
-    EXPECT_EQ(undefined.mean.refusal, "undefined");
+    EXPECT_EQ(undefined.mean.why_no_error, "undefined");
 }
 
 TEST(Replicates, directions_have_the_mean_direction_and_not_the_mean_of_their_numbers) {

@@ -261,7 +261,7 @@ TEST(FlowAlignment, that_is_undefined_in_a_sample_has_no_mean_and_the_summary_re
     series.values[3] = std::nan("");
     const SummaryRow row = summarise({.series = {series}, .warm_up = 0}).rows.front();
     EXPECT_TRUE(std::isnan(row.estimates.front().mean));
-    EXPECT_THAT(row.estimates.front().refusal, testing::HasSubstr("not finite in 1 of 100 samples"));
+    EXPECT_THAT(row.estimates.front().why_no_error, testing::HasSubstr("not finite in 1 of 100 samples"));
     EXPECT_EQ(summarise({.series = {series}, .warm_up = 4}).rows.front().estimates.front().mean, 0.5);
 }
 

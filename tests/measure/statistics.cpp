@@ -197,7 +197,7 @@ TEST(Estimate, a_run_that_is_too_short_has_no_error_and_reports_the_run_length_n
     EXPECT_EQ(estimate.samples, 100u);
     const double times = 100.0 / tau;
     EXPECT_EQ(
-        estimate.refusal,
+        estimate.why_no_error,
         text("no error estimate: the run has {:.3g} autocorrelation times ({:.3g} s) after warm-up; expected blocks of "
              "10 each, at least 8 of them: run for 320 s",
              times, times * 4.0));
@@ -208,8 +208,9 @@ TEST(Estimate, a_run_of_the_reported_length_is_long_enough) {
     const Estimate brief = estimate_mean({.series = {{all.begin(), all.begin() + 540}}, .skip = 40}, 0);
     ASSERT_FALSE(brief.error);
     const auto asked = static_cast<std::ptrdiff_t>(40.0 + 80.0 * brief.autocorrelation_time);
-    EXPECT_THAT(brief.refusal, HasSubstr("run for "));
-    EXPECT_NEAR(std::stod(brief.refusal.substr(brief.refusal.rfind("for ") + 4)), static_cast<double>(asked), 10.0);
+    EXPECT_THAT(brief.why_no_error, HasSubstr("run for "));
+    EXPECT_NEAR(std::stod(brief.why_no_error.substr(brief.why_no_error.rfind("for ") + 4)), static_cast<double>(asked),
+                10.0);
     // The time is measured better in the longer run, and may come out longer by its own error, 0.45 tau; twice that is
     // safe.
     EXPECT_TRUE(estimate_mean({.series = {{all.begin(), all.begin() + 2 * asked}}, .skip = 40}, 0).error);
@@ -220,34 +221,35 @@ TEST(Estimate, a_series_constant_up_to_rounding_has_error_zero) {
     EXPECT_EQ(constant.mean, 0.1);
     EXPECT_EQ(constant.error, 0.0);
     EXPECT_EQ(constant.autocorrelation_time, 1.0);
-    EXPECT_EQ(constant.refusal, "");
+    EXPECT_EQ(constant.why_no_error, "");
     std::vector<double> total(1000, 4096.0);  // a conserved total that drifts by rounding
     for (std::size_t i = 1; i < total.size(); ++i) total[i] = total[i - 1] + (i % 3 == 0 ? -1.0 : 1.0) * 4.5e-13;
     EXPECT_EQ(estimate_mean({.series = {total}}, 0).error, 0.0);
 }
 
 TEST(Estimate, short_and_nonfinite_series_have_no_error_and_report_why) {
-    const auto refusal = [](std::vector<double> values, std::size_t skip = 0) {
+    const auto why_no_error = [](std::vector<double> values, std::size_t skip = 0) {
         const Estimate estimate = estimate_mean({.series = {std::move(values)}, .spacing = 0.5, .skip = skip}, 0);
         EXPECT_FALSE(estimate.error);
-        return estimate.refusal;
+        return estimate.why_no_error;
     };
-    EXPECT_EQ(refusal({}), "no error estimate: 0 samples after warm-up; at least 40 are needed: run for 20 s");
-    EXPECT_EQ(refusal({1.0}), "no error estimate: one sample after warm-up; at least 40 are needed: run for 20 s");
-    EXPECT_EQ(refusal({1.0, 2.0}), "no error estimate: 2 samples after warm-up; at least 40 are needed: run for 20 s");
-    EXPECT_EQ(refusal({1.0, 2.0}, 9),
+    EXPECT_EQ(why_no_error({}), "no error estimate: 0 samples after warm-up; at least 40 are needed: run for 20 s");
+    EXPECT_EQ(why_no_error({1.0}), "no error estimate: one sample after warm-up; at least 40 are needed: run for 20 s");
+    EXPECT_EQ(why_no_error({1.0, 2.0}),
+              "no error estimate: 2 samples after warm-up; at least 40 are needed: run for 20 s");
+    EXPECT_EQ(why_no_error({1.0, 2.0}, 9),
               "no error estimate: 0 samples after warm-up; at least 40 are needed: run for 21 s");
     std::vector<double> damaged(100, 1.0);
     damaged[16] = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(
-        refusal(damaged),
+        why_no_error(damaged),
         "no mean: the value is not finite in 1 of 100 samples after warm-up; the first is sample 17, nan: choose a "
         "longer warm-up, or see the formula for when it is undefined");
     EXPECT_EQ(
-        refusal(damaged, 10),
+        why_no_error(damaged, 10),
         "no mean: the value is not finite in 1 of 90 samples after warm-up; the first is sample 17, nan: choose a "
         "longer warm-up, or see the formula for when it is undefined");
-    EXPECT_EQ(refusal(std::vector(3, std::nan(""))), "no mean: the value is undefined (NaN) in every sample");
+    EXPECT_EQ(why_no_error(std::vector(3, std::nan(""))), "no mean: the value is undefined (NaN) in every sample");
     EXPECT_TRUE(std::isnan(estimate_mean({.series = {damaged}}, 0).mean));
     EXPECT_EQ(estimate_mean({.series = {damaged}, .skip = 17}, 0).error, 0.0);  // the NaN is in the warm-up
 }
@@ -296,7 +298,7 @@ TEST(EstimateFunction, a_nonfinite_function_has_no_error) {
     const Estimate estimate =
         estimate_local_exponent({.series = {std::vector(100, 0.0), std::vector(100, 0.0)}}, 0, 1, 4.0);
     EXPECT_FALSE(estimate.error);
-    EXPECT_THAT(estimate.refusal, HasSubstr("is not finite"));
+    EXPECT_THAT(estimate.why_no_error, HasSubstr("is not finite"));
 }
 
 /// |P| of a two-component Gaussian of unit variance each, independent samples.

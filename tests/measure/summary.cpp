@@ -69,7 +69,7 @@ TEST(Summary, every_value_of_every_observable_has_its_own_mean_and_error) {
         EXPECT_EQ(names_of(row.axes), names_of(series.axes));
         ASSERT_EQ(row.estimates.size(), size_of(series.axes));
         for (std::size_t k = 0; k < row.estimates.size(); ++k) {
-            ASSERT_TRUE(row.estimates[k].error) << row.estimates[k].refusal;
+            ASSERT_TRUE(row.estimates[k].error) << row.estimates[k].why_no_error;
             const double value = 1.0 + static_cast<double>(k), error = 0.1 * value / std::sqrt(2000.0);
             EXPECT_NEAR(row.estimates[k].mean, value, 5.0 * error);  // five errors: some hundred numbers are looked at
             // An error from 64 blocks has the deviation 9 %; the measured autocorrelation time shortens their number
@@ -113,7 +113,7 @@ TEST(Summary, finds_the_exponent_of_giant_number_fluctuations) {
         EXPECT_NEAR(deviation.estimates[b].mean, std::pow(box_rods(b), 0.8), 5.0 * *deviation.estimates[b].error);
         if (b + 1 == setting.boxes.size()) {
             EXPECT_TRUE(std::isnan(exponent.estimates[b].mean));
-            EXPECT_EQ(exponent.estimates[b].refusal, "there is no larger box");
+            EXPECT_EQ(exponent.estimates[b].why_no_error, "there is no larger box");
         } else {
             ASSERT_TRUE(exponent.estimates[b].error);
             EXPECT_LT(*exponent.estimates[b].error, 0.01);  // 0.1 sqrt(2/4000)/(2 ln(16/9)) = 0.002
@@ -196,7 +196,7 @@ TEST(Summary, directions_without_modes_are_reported_as_undefined) {
     const SummaryRow& row = row_of(summary, "structure_factor_rods_direction");
     int empty = 0;
     for (std::size_t k = 0; k < present.size(); ++k) {
-        EXPECT_EQ(row.estimates[k].refusal == "no mean: the value is undefined (NaN) in every sample",
+        EXPECT_EQ(row.estimates[k].why_no_error == "no mean: the value is undefined (NaN) in every sample",
                   std::isnan(present[k]));
         empty += std::isnan(present[k]) ? 1 : 0;
     }
@@ -210,7 +210,7 @@ TEST(Summary, of_few_or_no_samples_has_means_without_errors) {
         const Estimate& order = row_of(summary, "polar_order").estimates[0];
         EXPECT_FALSE(order.error);
         EXPECT_EQ(std::isnan(order.mean), samples == 0);
-        EXPECT_THAT(order.refusal, testing::HasSubstr("run for 20 s"));
+        EXPECT_THAT(order.why_no_error, testing::HasSubstr("run for 20 s"));
     }
 }
 
@@ -275,7 +275,7 @@ TEST(ParticleSummary, boxes_of_poisson_numbers_have_the_exponent_one_half) {
     EXPECT_DOUBLE_EQ(row_of(summary, "rod_number_deviation").estimates[1].mean, std::sqrt(2.0));
     const SummaryRow& exponent = row_of(summary, "rod_number_exponent");
     EXPECT_NEAR(exponent.estimates[0].mean, 0.5, 1e-14);  // rounding
-    EXPECT_EQ(exponent.estimates[2].refusal, "there is no larger box");
+    EXPECT_EQ(exponent.estimates[2].why_no_error, "there is no larger box");
 }
 
 /// The mean of a b, whose squares are known to the summary: b is remembered for 100 samples, and most of the variance
@@ -300,7 +300,7 @@ TEST(SummaryStatistics, of_a_product_has_the_error_of_the_slower_factor) {
     double sum = 0.0, squares = 0.0, errors = 0.0;
     for (std::size_t n = 0; n < repeats; ++n) {
         const Estimate found = mean_of_product(20000, 10 + n, true);
-        ASSERT_TRUE(found.error.has_value()) << found.refusal;
+        ASSERT_TRUE(found.error.has_value()) << found.why_no_error;
         sum += found.mean / repeats;
         squares += found.mean * found.mean / repeats;
         errors += *found.error / repeats;
@@ -314,7 +314,7 @@ TEST(Summary, of_a_product_has_no_error_where_that_of_its_slower_factor_is_not_k
         own += mean_of_product(1200, seed, false).error.has_value() ? 1u : 0u;
         const Estimate found = mean_of_product(1200, seed, true);
         with_squares += found.error.has_value() ? 1u : 0u;
-        EXPECT_EQ(found.refusal.empty(), found.error.has_value());
+        EXPECT_EQ(found.why_no_error.empty(), found.error.has_value());
     }
     EXPECT_GE(own, 10u);
     EXPECT_LE(with_squares, 2u);

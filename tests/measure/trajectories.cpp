@@ -42,7 +42,7 @@ Walkers active_rods(std::size_t rods, std::size_t snapshots, double spacing, dou
 }
 
 void expect_within(const Estimate& estimate, double truth, double errors) {
-    ASSERT_TRUE(estimate.error.has_value()) << estimate.refusal;
+    ASSERT_TRUE(estimate.error.has_value()) << estimate.why_no_error;
     EXPECT_NEAR(estimate.mean, truth, errors * *estimate.error);
 }
 
@@ -156,12 +156,12 @@ TEST(RotationalDiffusion, has_no_error_where_it_cannot_be_estimated) {
     const Walkers one = active_rods(1, 400, 0.05, 0.4, 0.0, 26);  // 20 s: 16 segments of half a relaxation time
     const RotationalDiffusion brief = rotational_diffusion(rotational_correlation(one.angles, 0.05, 100));
     EXPECT_FALSE(brief.diffusion.error.has_value());
-    EXPECT_NE(brief.diffusion.refusal.find("relaxation times"), std::string::npos) << brief.diffusion.refusal;
+    EXPECT_NE(brief.diffusion.why_no_error.find("relaxation times"), std::string::npos) << brief.diffusion.why_no_error;
     EXPECT_FALSE(brief.relaxation_time.error.has_value());
     const Walkers coarse = active_rods(20, 400, 5.0, 0.4, 0.0, 27);
     const RotationalDiffusion none = rotational_diffusion(rotational_correlation(coarse.angles, 5.0, 100));
     EXPECT_FALSE(none.diffusion.error.has_value());
-    EXPECT_NE(none.diffusion.refusal.find("sample more often"), std::string::npos) << none.diffusion.refusal;
+    EXPECT_NE(none.diffusion.why_no_error.find("sample more often"), std::string::npos) << none.diffusion.why_no_error;
     const RotationalDiffusion nothing = rotational_diffusion(rotational_correlation({}, 0.05, 100));
     EXPECT_FALSE(nothing.diffusion.error.has_value());
 }

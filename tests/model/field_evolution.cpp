@@ -34,7 +34,7 @@ TEST(FollowedScalar, is_one_with_which_a_damping_grows_or_that_a_mass_is_made_of
     ASSERT_TRUE(mass);
     EXPECT_EQ(mass->component, 0);
     EXPECT_FALSE(mass->by_largest);
-    EXPECT_EQ(mass->moved, 1u);
+    EXPECT_EQ(mass->mass_field, 1u);
     const auto damping = found(one_scalar("div(n grad n)", 0.5));
     ASSERT_TRUE(damping);
     EXPECT_TRUE(damping->by_largest);
@@ -50,17 +50,17 @@ TEST(FollowedScalar, is_one_with_which_a_damping_grows_or_that_a_mass_is_made_of
 
 TEST(FollowedScalar, has_a_rung_within_the_limits_of_stability) {
     for (const bool by_largest : {false, true})
-        for (int rung = -12; rung <= 12; ++rung)
+        for (int reference_level = -12; reference_level <= 12; ++reference_level)
             for (double part = 1.0 / 64.0; part <= 64.0; part *= 1.1) {
-                const int next = followed_rung(by_largest, part, rung);
+                const int next = followed_level(by_largest, part, reference_level);
                 const double reference = std::exp2(0.5 * next);
-                if (by_largest) EXPECT_GE(reference, part / 1.7 * (1.0 - 1e-12)) << part << " at " << rung;
-                else EXPECT_LE(reference, part * 1.7 * (1.0 + 1e-12)) << part << " at " << rung;
-                EXPECT_EQ(followed_rung(by_largest, part, next), next) << "the same values ask for the same rung";
+                if (by_largest) EXPECT_GE(reference, part / 1.7 * (1.0 - 1e-12)) << part << " at " << reference_level;
+                else EXPECT_LE(reference, part * 1.7 * (1.0 + 1e-12)) << part << " at " << reference_level;
+                EXPECT_EQ(followed_level(by_largest, part, next), next) << "the same values ask for the same level";
             }
-    // A checkpoint has rungs up to 200.
-    EXPECT_EQ(followed_rung(false, 1e-300, 0), -200);
-    EXPECT_EQ(followed_rung(true, 1e300, 0), 200);
+    // A checkpoint has levels up to 200.
+    EXPECT_EQ(followed_level(false, 1e-300, 0), -200);
+    EXPECT_EQ(followed_level(true, 1e300, 0), 200);
 }
 
 struct Ended {

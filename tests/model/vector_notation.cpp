@@ -123,7 +123,7 @@ TEST(VectorNotation, of_a_nematic_is_its_formula_by_components) {
                      rate(text("({}) (d_x p_x - d_y p_y) + ({}) (d_x p_y + d_y p_x)", first, second)), notation);
 }
 
-std::string refusal(const std::string& equation, bool conserved, bool odd = false, bool chiral = false) {
+std::string why_no_error(const std::string& equation, bool conserved, bool odd = false, bool chiral = false) {
     return refusal_of([&] {
         const Equations equations(
             with({.odd = odd, .equation = {equation, {"test", 1, 1}}, .conserved = conserved}, chiral));
@@ -136,19 +136,19 @@ TEST(Conservation, holds_for_what_is_a_divergence_although_it_is_not_written_as_
           "p.grad sigma + lap s + sigma div p", "sigma lap s - s lap sigma", "lap(s^3 - s - lap s)",
           "grad(s).grad(sigma) + s lap sigma", "d_x s d_y sigma - d_y s d_x sigma", "omega curl grad s", "s^2 d_x s",
           "d_x(p_x^2)"})
-        EXPECT_EQ(refusal(divergence, true), "no refusal") << divergence;
-    EXPECT_EQ(refusal("p.perp grad sigma + sigma curl p", true, true), "no refusal");
+        EXPECT_EQ(why_no_error(divergence, true), "no refusal") << divergence;
+    EXPECT_EQ(why_no_error("p.perp grad sigma + sigma curl p", true, true), "no refusal");
     for (const char* source : {"p.grad sigma", "sigma div p", "p.grad sigma - sigma div p", "s lap s", "1", "s - s^2",
                                "lap s + 1e-9", "p_x d_y s", "grad(s).grad(sigma)"})
-        EXPECT_NE(refusal(source, true).find("no divergence"), std::string::npos) << source;
+        EXPECT_NE(why_no_error(source, true).find("no divergence"), std::string::npos) << source;
 }
 
 TEST(Parity, of_a_pseudoscalar_fits_curl_and_needs_chiral_for_a_true_scalar) {
-    EXPECT_EQ(refusal("curl v - s + lap s", false, true), "no refusal");
-    EXPECT_NE(refusal("sigma + omega", false).find("chiral = true"), std::string::npos);
-    EXPECT_EQ(refusal("sigma + omega", false, false, true), "no refusal");
-    EXPECT_NE(refusal("sigma omega", false).find("a pseudoscalar; expected a scalar"), std::string::npos);
-    EXPECT_NE(refusal("2^omega", false).find("the exponent is a pseudoscalar"), std::string::npos);
+    EXPECT_EQ(why_no_error("curl v - s + lap s", false, true), "no refusal");
+    EXPECT_NE(why_no_error("sigma + omega", false).find("chiral = true"), std::string::npos);
+    EXPECT_EQ(why_no_error("sigma + omega", false, false, true), "no refusal");
+    EXPECT_NE(why_no_error("sigma omega", false).find("a pseudoscalar; expected a scalar"), std::string::npos);
+    EXPECT_NE(why_no_error("2^omega", false).find("the exponent is a pseudoscalar"), std::string::npos);
 }
 
 TEST(Mass, divides_every_force_that_does_not_have_exactly_the_mass_as_its_first_factors) {

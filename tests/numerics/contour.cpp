@@ -417,7 +417,7 @@ TEST(Contour, the_lines_do_not_depend_on_the_number_of_threads) {
     }
 }
 
-std::string refusal(const Rectangle& where, const ContourOptions& options) {
+std::string why_no_error(const Rectangle& where, const ContourOptions& options) {
     try {
         trace([](const PlanePoint& p) { return p.x; }, where, options);
     } catch (const Error& error) {
@@ -428,16 +428,18 @@ std::string refusal(const Rectangle& where, const ContourOptions& options) {
 }
 
 TEST(Contour, options_out_of_range_are_rejected) {
-    EXPECT_EQ(refusal({.x0 = 1.0, .x1 = 1.0}, {}), "a rectangle from 1 to 1 by 0 to 1; expected finite sides above 0");
-    EXPECT_EQ(refusal({.y1 = undefined}, {}), "a rectangle from 0 to 1 by 0 to nan; expected finite sides above 0");
-    EXPECT_EQ(refusal({}, {.cells = 0}), "cells = 0; expected 1 to 2048");
-    EXPECT_EQ(refusal({}, {.cells = 4096}), "cells = 4096; expected 1 to 2048");
-    EXPECT_EQ(refusal({}, {.chord = 0.0}), "chord = 0; expected above 0 and below 1");
-    EXPECT_EQ(refusal({}, {.finest = 1e-10}), "finest = 1e-10; expected 4e-9 or more, below 1");
-    EXPECT_EQ(refusal({}, {.root = 0.0}), "root = 0; expected 1e-15 to 1e-10, a hundredth of finest");
-    EXPECT_EQ(refusal({}, {.root = 1e-8}), "root = 1e-08; expected 1e-15 to 1e-10, a hundredth of finest");
-    EXPECT_EQ(refusal({}, {.noise = -1.0}), "noise = -1; expected 0 or more");
-    EXPECT_EQ(refusal({}, {.domain_tolerance = 1e-8}),
+    EXPECT_EQ(why_no_error({.x0 = 1.0, .x1 = 1.0}, {}),
+              "a rectangle from 1 to 1 by 0 to 1; expected finite sides above 0");
+    EXPECT_EQ(why_no_error({.y1 = undefined}, {}),
+              "a rectangle from 0 to 1 by 0 to nan; expected finite sides above 0");
+    EXPECT_EQ(why_no_error({}, {.cells = 0}), "cells = 0; expected 1 to 2048");
+    EXPECT_EQ(why_no_error({}, {.cells = 4096}), "cells = 4096; expected 1 to 2048");
+    EXPECT_EQ(why_no_error({}, {.chord = 0.0}), "chord = 0; expected above 0 and below 1");
+    EXPECT_EQ(why_no_error({}, {.finest = 1e-10}), "finest = 1e-10; expected 4e-9 or more, below 1");
+    EXPECT_EQ(why_no_error({}, {.root = 0.0}), "root = 0; expected 1e-15 to 1e-10, a hundredth of finest");
+    EXPECT_EQ(why_no_error({}, {.root = 1e-8}), "root = 1e-08; expected 1e-15 to 1e-10, a hundredth of finest");
+    EXPECT_EQ(why_no_error({}, {.noise = -1.0}), "noise = -1; expected 0 or more");
+    EXPECT_EQ(why_no_error({}, {.domain_tolerance = 1e-8}),
               "domain_tolerance = 1e-08; expected 2e-08 or more, twice finest");
 }
 

@@ -20,7 +20,7 @@ struct SourceLocation {
 std::string location_text(const SourceLocation& where);
 
 /// The location of a key of a scene, such as "grid.nx": for checks of several keys.
-using LocationOf = std::function<SourceLocation(const std::string& key)>;
+using Locate = std::function<SourceLocation(const std::string& key)>;
 inline SourceLocation no_location(const std::string&) { return {}; }
 
 /// The kind of an error.  It determines the exit status of the program, and whether the error is a property of the

@@ -34,10 +34,10 @@ struct Bodies {
 /// The bodies that a setup asks for, at rest at the origin; a packing places them.  The diameters of a mixture are
 /// distributed in their proportions, rounded by largest remainders; the sizes of rods are drawn from the seed.  Throws
 /// an input Error for an impossible shape.
-Bodies make_bodies(const Setup& setup, std::uint64_t seed, const LocationOf& place = no_location);
+Bodies make_bodies(const Setup& setup, std::uint64_t seed, const Locate& locate = no_location);
 
 /// The shapes of these bodies, rods at their mean size.
-std::vector<Shape> shapes_of(const Setup& setup, const LocationOf& place = no_location);
+std::vector<Shape> shapes_of(const Setup& setup, const Locate& locate = no_location);
 
 /// Area of the cell in the plane [mm^2].
 double area(const Cell& cell);

@@ -162,6 +162,6 @@ void for_sections(AnySetup& setup, Visit visit) {
 }
 
 /// Throws an input Error at the location of the first invalid key.
-void check(const Setup& setup, const LocationOf& place = no_location);
+void check(const Setup& setup, const Locate& locate = no_location);
 
 }  // namespace drover::dem

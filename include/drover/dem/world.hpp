@@ -77,7 +77,7 @@ public:
     /// `threads` must outlive it.  Throws an input Error for an invalid setup or a dt that is too long for the contact
     /// law, and a run Error for a body without a finite position.
     World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
-          const LocationOf& place = no_location);
+          const Locate& locate = no_location);
     World(World&&) noexcept;
     ~World();
 

@@ -19,9 +19,9 @@ struct Estimate {
     double autocorrelation_time = 0.0;  ///< integrated, tau = dt (1/2 + sum rho_k), in the unit of the spacing
     double warm_up = 0.0;               ///< time left out at the start
     std::size_t samples = 0;            ///< samples used
-    std::size_t blocks = 0;     ///< used for the error: (mean - truth)/error is Student's t with blocks - 1 degrees
-    std::string refusal = {};   ///< why there is no error, with the run length needed; else ""
-    bool is_direction = false;  ///< an angle [rad] of which 2 pi is none
+    std::size_t blocks = 0;         ///< used for the error: (mean - truth)/error is Student's t with blocks - 1 degrees
+    std::string why_no_error = {};  ///< why there is no error, with the run length needed; else ""
+    bool is_direction = false;      ///< an angle [rad] of which 2 pi is none
 };
 
 using drover::Axis;
@@ -66,7 +66,7 @@ struct Samples {
 /// there are min_groups or more of them, else segments of time of each body, at least min_groups in all.  In a flock
 /// rods are not independent: such errors are too small there; use runs with different seeds.  Each estimate is the
 /// jackknife over groups; `blocks` is their number: (mean - truth)/error is Student's t with blocks - 1 degrees of
-/// freedom.  With fewer than two groups there is no error, and `refusal` gives the reason.
+/// freedom.  With fewer than two groups there is no error, and `why_no_error` gives the reason.
 inline constexpr std::size_t min_groups = 16;
 
 inline constexpr double autocorrelation_times_per_block = 10.0;

@@ -17,8 +17,8 @@ double direction_of(const Model& model, const UniformState& state);
 /// Left sides that equations do not have themselves, moved d_t F = right side, with noise on d_t F.
 struct LeftSides {
     std::vector<double> factors = {};   ///< of each term; empty: 1
-    Eigen::VectorXd moved;              ///< of each component; 0: in balance
-    Eigen::MatrixXd slopes = {};        ///< of `moved` in the components; empty: 0
+    Eigen::VectorXd mass_density;       ///< of each component; 0: in balance
+    Eigen::MatrixXd slopes = {};        ///< of `mass_density` in the components; empty: 0
     Eigen::VectorXd noise, flux_noise;  ///< strengths of white noise, and of conserved noise
     double direction = 0.0;             ///< from which the angles of waves are measured [rad]
 };
@@ -37,7 +37,7 @@ public:
     /// The components with a rate, in the order of the fields.
     const std::vector<int>& state_components() const { return state_; }
     /// What multiplies d/dt of each component; 0: in balance.
-    const Eigen::VectorXd& moved() const { return left_.moved; }
+    const Eigen::VectorXd& mass_density() const { return left_.mass_density; }
 
     /// The symbol of state_components(); fields in balance are eliminated.  A divergence-free field has its part across
     /// q alone, except at q = 0.
@@ -105,7 +105,7 @@ private:
     Parts uniform_, waves_;  ///< free: components that determine all others
     bool has_solenoidal_ = false;
     std::vector<Power> powers_, substitutes_;
-    std::vector<Power> rates_;  ///< powers_ divided by `moved`, and what its changes add
+    std::vector<Power> rates_;  ///< powers_ divided by `mass_density`, and what its changes add
 };
 
 }  // namespace drover::model

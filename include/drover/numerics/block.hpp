@@ -13,18 +13,18 @@ inline constexpr int max_block = 24;
 /// A square matrix of at most max_block rows, row by row.
 struct Block {
     Block() = default;
-    explicit Block(int rows) : size(rows), outside(rows > most_inside ? entries() : 0) {}
+    explicit Block(int rows) : size(rows), outside(rows > max_inside ? entries() : 0) {}
     double& operator()(int i, int j) { return values()[static_cast<std::size_t>(i * size + j)]; }
     double operator()(int i, int j) const { return values()[static_cast<std::size_t>(i * size + j)]; }
-    std::span<double> values() { return {size > most_inside ? outside.data() : inside.data(), entries()}; }
-    std::span<const double> values() const { return {size > most_inside ? outside.data() : inside.data(), entries()}; }
+    std::span<double> values() { return {size > max_inside ? outside.data() : inside.data(), entries()}; }
+    std::span<const double> values() const { return {size > max_inside ? outside.data() : inside.data(), entries()}; }
     std::size_t entries() const { return static_cast<std::size_t>(size) * static_cast<std::size_t>(size); }
     bool operator==(const Block&) const = default;
 
     /// Blocks of so many rows need no memory of their own.
-    static constexpr int most_inside = 4;
+    static constexpr int max_inside = 4;
     int size = 0;
-    std::array<double, most_inside * most_inside> inside{};
+    std::array<double, max_inside * max_inside> inside{};
     std::vector<double> outside;
 };
 

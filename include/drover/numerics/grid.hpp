@@ -45,6 +45,6 @@ inline Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t r
 bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row);
 
 /// Throws an input Error unless sizes are even and >= 4, or ny is 1, and sides positive and finite.
-void check(const Grid& grid, const LocationOf& place = no_location);
+void check(const Grid& grid, const Locate& locate = no_location);
 
 }  // namespace drover::numerics

@@ -65,9 +65,9 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
     if (!response.error || std::abs(response.mean) < min_errors * *response.error) {
         modulus.mean = std::numeric_limits<double>::quiet_NaN();
         modulus.error.reset();
-        modulus.refusal =
+        modulus.why_no_error =
             "the density response does not exceed its fluctuations: use larger forces (pushes) or a longer time";
-        return "not available: " + modulus.refusal;
+        return "not available: " + modulus.why_no_error;
     }
     constexpr double useful = 1.0;  // a ratio that is known worse tells nothing
     if (!ratio.error || *ratio.error > useful) return "linearity of the density response is not known";

@@ -42,10 +42,10 @@ double min_reduced_mass(const std::vector<Shape>& shapes) {
     return 0.5 / response;
 }
 
-void check_restitution(const Setup& setup, const LocationOf& place) {
+void check_restitution(const Setup& setup, const Locate& locate) {
     for (const auto& [name, value] : values_of(setup.restitution)) {
         const std::string key = "restitution." + name;
-        require(std::get<double>(value) > 0.0, place(key),
+        require(std::get<double>(value) > 0.0, locate(key),
                 "{} = 0 with contacts.model = \"{}\": such a contact never ends; expected a value above 0, or "
                 "contacts.model = \"impulse\"",
                 key, setup.contacts.model);
@@ -98,22 +98,22 @@ ContactLaw contact_law(const ContactControl& control) {
     return law;
 }
 
-void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const LocationOf& place) {
+void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const Locate& locate) {
     const auto check = [&]<class Law>(const Law& law) {
         if constexpr (std::is_same_v<Law, PairwiseLaw>) {
             constexpr double periods = 0.05;
             require(
-                dt * setup.plates.frequency <= periods, place("time.dt"),
+                dt * setup.plates.frequency <= periods, locate("time.dt"),
                 "time.dt = {} s with plates.frequency = {} 1/s and contacts.law = \"pairwise\"; expected at most {} "
                 "of a period, or beads go into the plates",
                 dt, setup.plates.frequency, periods);
         }
         if constexpr (SoftLaw<Law>) {
-            check_restitution(setup, place);
+            check_restitution(setup, locate);
             if (shapes.empty()) return;
             constexpr double below = 0.995;  // the limit, when it is printed with three digits
             const double shortest = law.contact_time(min_reduced_mass(shapes)), steps = shortest / dt;
-            require(steps >= min_steps * (1.0 - 1e-9), place("time.dt"),
+            require(steps >= min_steps * (1.0 - 1e-9), locate("time.dt"),
                     "time.dt = {} s is {:.3g} steps of the shortest contact, {:.3g} s; expected at least {} with "
                     "contacts.model = \"{}\": choose time.dt <= {:.3g}, or softer contacts",
                     dt, steps, shortest, min_steps, setup.contacts.model, below * shortest / min_steps);

@@ -204,6 +204,6 @@ ContactLaw contact_law(const ContactControl& control);
 
 /// Of a soft law, throws an input Error unless all coefficients of restitution are above 0 and dt resolves the shortest
 /// contact of two of these shapes; of the pairwise law, unless dt resolves the vibration.
-void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const LocationOf& place);
+void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const Locate& locate);
 
 }  // namespace drover::dem

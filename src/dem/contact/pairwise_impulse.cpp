@@ -60,9 +60,13 @@ PairwiseImpulse StopOrSlide::operator()(const Response& w, double restitution, d
     if (holds && !gains) return {.n = n, .x = x, .y = y};
     const SlipLine line = slip_line(w, slip);
     if (line.speed == 0.0) return {.n = change / w.nn, .limited = gains};
-    const double most = max_sliding_friction(w, restitution, -slip.n, line), m = std::min(friction, most);
+    const double max_friction = max_sliding_friction(w, restitution, -slip.n, line),
+                 m = std::min(friction, max_friction);
     const double sliding = change / (w.nn - m * line.across);
-    return {.n = sliding, .x = -m * sliding * line.x, .y = -m * sliding * line.y, .limited = gains || most < friction};
+    return {.n = sliding,
+            .x = -m * sliding * line.x,
+            .y = -m * sliding * line.y,
+            .limited = gains || max_friction < friction};
 }
 
 PairwiseImpulse Decoupled::operator()(const Response& w, double restitution, double friction, const Slip& slip) const {
@@ -73,9 +77,10 @@ PairwiseImpulse Decoupled::operator()(const Response& w, double restitution, dou
     const double wanted = std::min(friction * n, line.speed / line.along);
     const double linear = line.speed + n * line.across, loss = -(1.0 - restitution) * slip.n * n;
     const double root = std::sqrt(linear * linear + line.along * loss);
-    const double most = linear > 0.0 ? (linear + root) / line.along : (root > 0.0 ? loss / (root - linear) : 0.0);
-    const double t = std::min(wanted, most);
-    return {.n = n, .x = -t * line.x, .y = -t * line.y, .limited = most < wanted};
+    const double max_impulse =
+        linear > 0.0 ? (linear + root) / line.along : (root > 0.0 ? loss / (root - linear) : 0.0);
+    const double t = std::min(wanted, max_impulse);
+    return {.n = n, .x = -t * line.x, .y = -t * line.y, .limited = max_impulse < wanted};
 }
 
 }  // namespace drover::dem

@@ -96,10 +96,11 @@ void advance_contact(const Springs& springs, std::size_t c, double h, double eno
 
 /// The largest response of a contact that is compressed or approaches: its spring has the shortest period.
 double active_response(const Springs& springs, const ImpactPath& path, double rounding) {
-    double most = 0.0;
+    double max_response = 0.0;
     for (std::size_t c = 0; c < path.stored.size(); ++c)
-        if (path.stored[c] > 0.0 || path.slips[c][0] < -rounding) most = std::max(most, springs.frames[c].response.nn);
-    return most;
+        if (path.stored[c] > 0.0 || path.slips[c][0] < -rounding)
+            max_response = std::max(max_response, springs.frames[c].response.nn);
+    return max_response;
 }
 
 /// Advances all contacts until none approaches.  Within a sweep they follow one another, from the first to the last or

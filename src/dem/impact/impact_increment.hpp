@@ -63,16 +63,16 @@ inline void add_impulse(const Response& w, double n, double x, double y, Increme
     to.friction_work += 0.5 * (x * (before.x + now.x) + y * (before.y + now.y));
 }
 
-/// The least normal impulse up to `most` after which friction in one direction has stopped the slip, or -1.  ax, ay:
-/// the tangential impulse that stops the slip now; bx, by: that which balances the normal impulse, per impulse.
-inline double impulse_to_stop(double ax, double ay, double bx, double by, double friction, double most) {
+/// The smallest normal impulse up to `max_impulse` after which friction in one direction has stopped the slip, or -1.
+/// ax, ay: the tangential impulse that stops the slip now; bx, by: that which balances the normal impulse, per impulse.
+inline double impulse_to_stop(double ax, double ay, double bx, double by, double friction, double max_impulse) {
     const double a2 = ax * ax + ay * ay, ab = ax * bx + ay * by, b2 = bx * bx + by * by, mu2 = friction * friction;
     if (a2 == 0.0) return 0.0;
-    if (const double reach = (friction + std::sqrt(b2)) * most; a2 > reach * reach) return -1.0;
+    if (const double reach = (friction + std::sqrt(b2)) * max_impulse; a2 > reach * reach) return -1.0;
     // |a + b p| = mu p, as a2/p, without cancellation.
     const double d = ab * ab - (b2 - mu2) * a2;
     const double denominator = -ab + std::sqrt(std::max(0.0, d));
-    return d >= 0.0 && denominator > 0.0 && a2 <= most * denominator ? a2 / denominator : -1.0;
+    return d >= 0.0 && denominator > 0.0 && a2 <= max_impulse * denominator ? a2 / denominator : -1.0;
 }
 
 /// One increment `dp` of the normal impulse with its friction.  Where the slip stops on the way, it sticks from there

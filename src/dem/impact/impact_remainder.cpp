@@ -69,11 +69,11 @@ std::vector<double> inelastic_impulses(std::span<const ImpactBody> bodies, std::
     const Eigen::VectorXd scale = a.diagonal().cwiseSqrt().cwiseInverse();
     a = (scale.asDiagonal() * a * scale.asDiagonal()).eval();
     // Makes the impulses unique: contacts in one place share theirs, and those that do nothing are zero.
-    constexpr double regularisation = 1e-13, most = 1e9;
+    constexpr double regularisation = 1e-13, max_ratio = 1e9;
     a.diagonal().array() += regularisation;
     const Eigen::VectorXd u = scale.cwiseProduct(Eigen::Map<const Eigen::VectorXd>(velocities.data(), scale.size()));
     const Eigen::VectorXd p = least_energy(a, u);
-    if (!(p.maxCoeff() <= most * u.lpNorm<Eigen::Infinity>())) return {};
+    if (!(p.maxCoeff() <= max_ratio * u.lpNorm<Eigen::Infinity>())) return {};
     const Eigen::VectorXd impulses = scale.cwiseProduct(p);
     return {impulses.begin(), impulses.end()};
 }

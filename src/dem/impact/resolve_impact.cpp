@@ -53,12 +53,12 @@ Bounce bounce_sphere(const Response& w, const Contact& contact, const Slip& slip
 
 /// Number of increments that leave no turn of the slip unnoticed: one where it keeps its direction.
 int increments_needed(const Response& w, const Contact& contact, const Slip& slip) {
-    constexpr double most = 4.0;
+    constexpr double max_pieces = 4.0;
     const double impulse = -(1.0 + contact.restitution) * slip.n / w.nn;
     const double change = impulse * (std::sqrt(w.nx * w.nx + w.ny * w.ny) + contact.friction * std::max(w.xx, w.yy));
     const double size = std::sqrt(slip.x * slip.x + slip.y * slip.y);
     if (contact.friction == 0.0) return 1;
-    return static_cast<int>(std::clamp(std::ceil(2.0 * most * change / std::max(size, 1e-300)), 1.0, most));
+    return static_cast<int>(std::clamp(std::ceil(2.0 * max_pieces * change / std::max(size, 1e-300)), 1.0, max_pieces));
 }
 
 /// One phase of an impact, in increments whose size follows their error.
@@ -158,9 +158,9 @@ struct Group {
         if (contacts[c].second < 0) outcome.walls += dot(impulse, contacts[c].wall_velocity);
     }
     double approach() const {
-        double most = 0.0;
-        for (std::size_t c = 0; c < contacts.size(); ++c) most = std::max(most, -normal(c));
-        return most;
+        double max_approach = 0.0;
+        for (std::size_t c = 0; c < contacts.size(); ++c) max_approach = std::max(max_approach, -normal(c));
+        return max_approach;
     }
 };
 

@@ -16,9 +16,9 @@ public:
     Bins(const Cell& cell, double reach) : periodic_(is_periodic(cell)) {
         const double width = 2.0 * half_width(cell), height = 2.0 * half_height(cell);
         // A limit: many empty squares cost more than they save.
-        constexpr double most = 2048.0;
-        columns_ = static_cast<int>(std::clamp(width / reach, 1.0, most));
-        rows_ = static_cast<int>(std::clamp(height / reach, 1.0, most));
+        constexpr double max_cells = 2048.0;
+        columns_ = static_cast<int>(std::clamp(width / reach, 1.0, max_cells));
+        rows_ = static_cast<int>(std::clamp(height / reach, 1.0, max_cells));
         per_x_ = columns_ / width;
         per_y_ = rows_ / height;
         head_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), none);

@@ -272,7 +272,7 @@ void list_near(double skin, const Spheres& spheres, Neighbours& neighbours, Thre
     });
 }
 
-std::vector<Place> places_of(const Spheres& spheres) {
+std::vector<Place> positions_of(const Spheres& spheres) {
     std::vector<Place> places(spheres.size());
     for (std::size_t s = 0; s < spheres.size(); ++s) places[s] = {spheres.position[s][0], spheres.position[s][1]};
     return places;
@@ -287,7 +287,7 @@ void list_again(const Cell& cell, double skin, Spheres& spheres, Neighbours& nei
 void make_neighbours(const Cell& cell, double skin, Spheres& spheres, Neighbours& neighbours, Threads& threads) {
     wrap_bodies(cell, spheres);
     sort_beads(mesh_of(cell, 2.0 * largest_radius(spheres) + skin, spheres.size()), spheres);
-    spheres.listed = spheres.listed_wide = places_of(spheres);
+    spheres.listed = spheres.listed_wide = positions_of(spheres);
     list_again(cell, skin, spheres, neighbours, threads);
 }
 
@@ -300,7 +300,7 @@ bool renew_neighbours(const Cell& cell, double skin, Spheres& spheres, Neighbour
             make_neighbours(cell, skin, spheres, neighbours, threads);
             return true;
         }
-    spheres.listed = places_of(spheres);
+    spheres.listed = positions_of(spheres);
     list_near(near_skin(skin), spheres, neighbours, threads);
     return false;
 }

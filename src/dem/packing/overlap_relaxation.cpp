@@ -95,10 +95,10 @@ void list(const OverlapRelaxation& relaxation, Neighbours& neighbours) {
 }
 
 bool is_stale(const OverlapRelaxation& relaxation, const Neighbours& neighbours) {
-    const double most = 0.25 * neighbours.skin * neighbours.skin;
+    const double max_square = 0.25 * neighbours.skin * neighbours.skin;
     for (std::size_t s = 0; s < relaxation.centre.size(); ++s) {
         const Vector moved = relaxation.centre[s] - neighbours.centre[s];
-        if (dot(moved, moved) > most) return true;
+        if (dot(moved, moved) > max_square) return true;
     }
     return false;
 }

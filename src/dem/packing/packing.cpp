@@ -144,7 +144,7 @@ bool place_rods(OverlapRelaxation& relaxation, Draws& draws, Placed& placed) {
 }
 
 /// Beads may overlap each other, but no centre lies inside a rod, from where it could leave through the other side.
-void place_beads(OverlapRelaxation& relaxation, const Placed& placed, Draws& draws, const LocationOf& place) {
+void place_beads(OverlapRelaxation& relaxation, const Placed& placed, Draws& draws, const Locate& locate) {
     constexpr int places = 10000;
     const NearestImage apart(relaxation.cell);
     for (std::size_t bead = 0; bead < relaxation.position.size() - relaxation.axis.size(); ++bead) {
@@ -161,7 +161,7 @@ void place_beads(OverlapRelaxation& relaxation, const Placed& placed, Draws& dra
             });
         }
         require(
-            inside > 0, place("beads.diameters"),
+            inside > 0, locate("beads.diameters"),
             "beads.diameters holds {} mm, and the cell is nowhere wide enough for such a bead; expected a smaller one",
             2.0 * relaxation.radius[bead]);
     }
@@ -175,17 +175,17 @@ double area_of_rods(const Bodies& bodies) {
 
 /// Places all bodies.  Rods too dense for random sequential placement start smaller.
 void place_all(const Setup& setup, const Bodies& bodies, std::uint64_t seed, OverlapRelaxation& relaxation,
-               const LocationOf& place) {
-    constexpr double easy = 0.2, least = 0.05;  // area fraction of rods, and size
+               const Locate& locate) {
+    constexpr double easy = 0.2, min_size = 0.05;  // area fraction of rods, and size
     relaxation.size = std::min(1.0, std::sqrt(easy * area(setup.cell) / std::max(area_of_rods(bodies), 1e-300)));
     Draws draws(seed, draws_of_rods), draws_beads(seed, draws_of_beads);
     Placed placed = no_rods(relaxation);
     for (; !place_rods(relaxation, draws, placed); relaxation.size *= 0.9) {
-        require(relaxation.size > least, place("rods.length"),
+        require(relaxation.size > min_size, locate("rods.length"),
                 "rods.length = {} mm, which do not fit the cell; expected shorter or fewer rods", setup.rods.length);
         placed = no_rods(relaxation);
     }
-    place_beads(relaxation, placed, draws_beads, place);
+    place_beads(relaxation, placed, draws_beads, locate);
 }
 
 /// Grows rods to their full size in small steps.
@@ -207,8 +207,9 @@ void set_heights(const Setup& setup, double thickest, OverlapRelaxation& relaxat
 }
 
 /// At most a quarter of the play of the thickest body in the gap.
-double margin_of(const Setup& setup, double thickest, double most) {
-    return setup.plates.lid && thickest > 0.0 ? std::min(most, 0.25 * (setup.plates.gap / thickest - 1.0)) : most;
+double margin_of(const Setup& setup, double thickest, double max_margin) {
+    return setup.plates.lid && thickest > 0.0 ? std::min(max_margin, 0.25 * (setup.plates.gap / thickest - 1.0))
+                                              : max_margin;
 }
 
 constexpr int steps_of_round = 500;
@@ -217,9 +218,9 @@ constexpr int steps_of_round = 500;
 /// decreases, or after a number of rounds that takes about a minute at 70,000 beads.
 std::vector<double> resolve(OverlapRelaxation& relaxation) {
     constexpr double sphere_steps = 8e8;
-    constexpr std::size_t back = 4, least = 6, most = 40;
+    constexpr std::size_t back = 4, min_rounds = 6, max_rounds = 40;
     const double rounds = sphere_steps / steps_of_round / static_cast<double>(relaxation.body.size());
-    const std::size_t last = std::clamp(static_cast<std::size_t>(rounds), least, most);
+    const std::size_t last = std::clamp(static_cast<std::size_t>(rounds), min_rounds, max_rounds);
     std::vector<double> overlaps;
     while (overlaps.size() < last) {
         relax_overlaps(relaxation, 0.8 * relaxation.margin, steps_of_round);
@@ -250,18 +251,18 @@ void write_back(const OverlapRelaxation& relaxation, Bodies& bodies) {
 }
 }  // namespace
 
-Bodies pack(const Setup& setup, std::uint64_t seed, const LocationOf& place) {
-    check(setup, place);
-    require(setup.packing.kind != "file", place("packing.kind"),
+Bodies pack(const Setup& setup, std::uint64_t seed, const Locate& locate) {
+    check(setup, locate);
+    require(setup.packing.kind != "file", locate("packing.kind"),
             "packing.kind = \"file\": a packing cannot be made from a file; expected "
             "\"random\" or \"aligned\" here");
-    Bodies bodies = make_bodies(setup, seed, place);
+    Bodies bodies = make_bodies(setup, seed, locate);
     if (bodies.beads.empty() && bodies.rods.empty()) return bodies;
     double thickest = 0.0;
     for (const Shape& shape : bodies.shapes) thickest = std::max(thickest, thickness(shape));
     OverlapRelaxation relaxation = make_relaxation(setup, bodies, margin_of(setup, thickest, 2e-3));
     set_heights(setup, thickest, relaxation);
-    place_all(setup, bodies, seed, relaxation, place);
+    place_all(setup, bodies, seed, relaxation, locate);
     grow(relaxation);
     const std::vector<double> overlaps = resolve(relaxation);
     if (overlaps.back() > 0.0)

@@ -16,19 +16,19 @@ using std::numbers::pi;
 
 double thickness(const Shape& shape) { return 2.0 * *std::max_element(shape.radius.begin(), shape.radius.end()); }
 
-Shape rod_shape(const RodSupply& rods, double scale, const LocationOf& place) {
+Shape rod_shape(const RodSupply& rods, double scale, const Locate& locate) {
     std::vector<double> diameters = rods.diameters;
     for (double& diameter : diameters) diameter *= scale;
     if (rods.densities.size() == 1)
-        return make_rod(diameters, scale * rods.length, rods.densities.front(), place("rods.length"));
-    require(rods.densities.size() == diameters.size(), place("rods.densities"),
+        return make_rod(diameters, scale * rods.length, rods.densities.front(), locate("rods.length"));
+    require(rods.densities.size() == diameters.size(), locate("rods.densities"),
             "rods.densities has {} numbers beside {} of rods.diameters; expected one, or one for each sphere",
             rods.densities.size(), diameters.size());
-    const Shape even = make_rod(diameters, scale * rods.length, 1.0, place("rods.length"));
+    const Shape even = make_rod(diameters, scale * rods.length, 1.0, locate("rods.length"));
     std::vector<AxisSphere> spheres;
     for (std::size_t i = 0; i < diameters.size(); ++i)
         spheres.push_back({.at = even.at[i], .radius = even.radius[i], .density = rods.densities[i]});
-    return make_shape(std::move(spheres), place("rods.densities"));
+    return make_shape(std::move(spheres), locate("rods.densities"));
 }
 
 double mean_area(const BeadSupply& beads) {
@@ -65,7 +65,7 @@ std::vector<std::int64_t> apportioned(std::int64_t count, const std::vector<doub
 }
 
 namespace {
-void add_beads(const BeadSupply& supply, double area_cell, const LocationOf& place, Bodies& bodies) {
+void add_beads(const BeadSupply& supply, double area_cell, const Locate& locate, Bodies& bodies) {
     const std::int64_t count = count_of(supply.count, supply.area_fraction, area_cell, mean_area(supply));
     const std::vector<std::int64_t> counts = apportioned(count, supply.proportions);
     std::vector<double> known;
@@ -75,14 +75,14 @@ void add_beads(const BeadSupply& supply, double area_cell, const LocationOf& pla
         const auto shape = static_cast<std::uint32_t>(same - known.begin());
         if (same == known.end()) {
             known.push_back(supply.diameters[i]);
-            bodies.shapes.push_back(make_ball(supply.diameters[i], supply.density, place("beads.diameters")));
+            bodies.shapes.push_back(make_ball(supply.diameters[i], supply.density, locate("beads.diameters")));
         }
         bodies.beads.insert(bodies.beads.end(), static_cast<std::size_t>(counts[i]), Bead{.shape = shape});
     }
 }
 
-void add_rods(const RodSupply& supply, double area_cell, std::uint64_t seed, const LocationOf& place, Bodies& bodies) {
-    const Shape standard = rod_shape(supply, 1.0, place);
+void add_rods(const RodSupply& supply, double area_cell, std::uint64_t seed, const Locate& locate, Bodies& bodies) {
+    const Shape standard = rod_shape(supply, 1.0, locate);
     const auto count =
         static_cast<std::size_t>(count_of(supply.count, supply.area_fraction, area_cell, standard.projected_area));
     if (count == 0) return;
@@ -96,35 +96,35 @@ void add_rods(const RodSupply& supply, double area_cell, std::uint64_t seed, con
     fill_normal({.seed = seed, .stream = Stream::packing}, 0, 1, size);
     for (std::size_t i = 0; i < count; ++i) {
         const double scale = 1.0 + supply.size_tolerance * size[i];
-        require(scale > 0.0, place("rods.size_tolerance"),
+        require(scale > 0.0, locate("rods.size_tolerance"),
                 "rods.size_tolerance = {} makes a rod {} times its size; expected less", supply.size_tolerance, scale);
-        bodies.shapes.push_back(rod_shape(supply, scale, place));
+        bodies.shapes.push_back(rod_shape(supply, scale, locate));
         bodies.rods[i].shape = first + static_cast<std::uint32_t>(i);
     }
 }
 }  // namespace
 
-Bodies make_bodies(const Setup& setup, std::uint64_t seed, const LocationOf& place) {
+Bodies make_bodies(const Setup& setup, std::uint64_t seed, const Locate& locate) {
     Bodies bodies;
     const double area_cell = area(setup.cell);
-    if (setup.beads.count > 0 || setup.beads.area_fraction > 0.0) add_beads(setup.beads, area_cell, place, bodies);
-    if (setup.rods.count > 0 || setup.rods.area_fraction > 0.0) add_rods(setup.rods, area_cell, seed, place, bodies);
+    if (setup.beads.count > 0 || setup.beads.area_fraction > 0.0) add_beads(setup.beads, area_cell, locate, bodies);
+    if (setup.rods.count > 0 || setup.rods.area_fraction > 0.0) add_rods(setup.rods, area_cell, seed, locate, bodies);
     if (!setup.plates.lid) return bodies;
     for (const Shape& shape : bodies.shapes)
         require(
-            thickness(shape) < setup.plates.gap, place("plates.gap"),
+            thickness(shape) < setup.plates.gap, locate("plates.gap"),
             "plates.gap = {} mm with a body {:.6g} mm thick; expected a gap that every body fits, those made larger by "
             "rods.size_tolerance = {} too",
             setup.plates.gap, thickness(shape), setup.rods.size_tolerance);
     return bodies;
 }
 
-std::vector<Shape> shapes_of(const Setup& setup, const LocationOf& place) {
+std::vector<Shape> shapes_of(const Setup& setup, const Locate& locate) {
     std::vector<Shape> shapes;
     if (setup.beads.count > 0 || setup.beads.area_fraction > 0.0)
         for (const double diameter : setup.beads.diameters)
-            shapes.push_back(make_ball(diameter, setup.beads.density, place("beads.diameters")));
-    if (setup.rods.count > 0 || setup.rods.area_fraction > 0.0) shapes.push_back(rod_shape(setup.rods, 1.0, place));
+            shapes.push_back(make_ball(diameter, setup.beads.density, locate("beads.diameters")));
+    if (setup.rods.count > 0 || setup.rods.area_fraction > 0.0) shapes.push_back(rod_shape(setup.rods, 1.0, locate));
     return shapes;
 }
 

@@ -8,7 +8,7 @@
 namespace drover::dem {
 
 /// A rod of the supply with all its lengths scaled.
-Shape rod_shape(const RodSupply& rods, double scale, const LocationOf& place);
+Shape rod_shape(const RodSupply& rods, double scale, const Locate& locate);
 
 /// Mean projected area of a bead of the mixture [mm^2].
 double mean_area(const BeadSupply& beads);

@@ -330,10 +330,9 @@ void World::State::record_overlap(const ContactReport& report) {
             cause_of_overlap(setup, worst_overlap.depth, smaller_radius(deepest, spheres), report.closing, moved));
 }
 
-World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
-             const LocationOf& place) {
-    check(setup, place);
-    check_contact_law(setup, bodies.shapes, dt, place);
+World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const Locate& locate) {
+    check(setup, locate);
+    check_contact_law(setup, bodies.shapes, dt, locate);
     state_ = std::make_unique<State>(setup, std::move(bodies), dt, seed, threads);
     make_neighbours(setup.cell, setup.contacts.skin, state_->spheres, state_->neighbours, threads);
     state_->left_skin = false;

@@ -35,7 +35,7 @@ auto for_size(const Block& block, Body body) {
         default: return body.template operator()<any_size>();
     }
 }
-static_assert(Block::most_inside == 4);
+static_assert(Block::max_inside == 4);
 
 template <int N>
 Matrix<N> extended(const Block& block, const Block& partner) {
@@ -73,8 +73,8 @@ constexpr int taylor_terms = 24;
 
 template <int N>
 void refuse_overflow(const Matrix<N>& result, double dt) {
-    const Real most = std::numeric_limits<double>::max();
-    if (std::all_of(result.values.begin(), result.values.end(), [&](Real value) { return std::abs(value) < most; }))
+    const Real max_real = std::numeric_limits<double>::max();
+    if (std::all_of(result.values.begin(), result.values.end(), [&](Real value) { return std::abs(value) < max_real; }))
         return;
     fail_run("a linear mode grows beyond the range of numbers in one step of dt = {}; choose a smaller dt", dt);
 }
@@ -98,11 +98,11 @@ template <int N>
 Exponential<N> short_exponential(const Matrix<N>& z, int highest = 3) {
     const Matrix<N> one = identity<N>(z.rows());
     Exponential<N> e{.highest = highest};
-    const auto most = static_cast<std::size_t>(highest);
-    e.phi[most] = one;
-    for (int n = taylor_terms; n >= 1; --n) e.phi[most] = z * e.phi[most] / static_cast<Real>(n + highest) + one;
-    e.phi[most] = e.phi[most] / factorials[most];
-    for (std::size_t k = most - 1; k >= 1; --k) e.phi[k] = z * e.phi[k + 1] + one / factorials[k];
+    const auto order = static_cast<std::size_t>(highest);
+    e.phi[order] = one;
+    for (int n = taylor_terms; n >= 1; --n) e.phi[order] = z * e.phi[order] / static_cast<Real>(n + highest) + one;
+    e.phi[order] = e.phi[order] / factorials[order];
+    for (std::size_t k = order - 1; k >= 1; --k) e.phi[k] = z * e.phi[k + 1] + one / factorials[k];
     e.growth = z * e.phi[1];
     e.propagator = one + e.growth;
     return e;
@@ -252,9 +252,9 @@ Real max_diagonal(const Matrix<N>& matrix) {
 /// The least variance, or 0.
 template <int N>
 Real min_diagonal(const Matrix<N>& matrix) {
-    Real least = 0.0L;
-    for (int i = 0; i < matrix.rows(); ++i) least = std::min(least, matrix(i, i));
-    return least;
+    Real min_entry = 0.0L;
+    for (int i = 0; i < matrix.rows(); ++i) min_entry = std::min(min_entry, matrix(i, i));
+    return min_entry;
 }
 
 /// f of f f^T = `rest`, in the order of elimination; leaves in `rest` what is below rounding.

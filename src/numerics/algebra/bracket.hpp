@@ -28,8 +28,8 @@ double sign_change(const Function& f, double at_0, double at_half, double at_1, 
         double part = 0.5;
         if (step < trusted && 1.0 - std::sqrt(1.0 - xi) < phi && phi < std::sqrt(xi)) {
             part = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb);
-            const double least = 0.5 * tolerance / width;
-            part = part > least ? (part < 1.0 - least ? part : 1.0 - least) : least;
+            const double min_part = 0.5 * tolerance / width;
+            part = part > min_part ? (part < 1.0 - min_part ? part : 1.0 - min_part) : min_part;
         }
         const double t = a + part * (b - a), value = f(t);
         ++calls;

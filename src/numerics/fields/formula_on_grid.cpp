@@ -73,14 +73,14 @@ double fraction_cut(const Expression& formula, const Grid& grid, int degree) {
     return error / count / std::max(variance, error / count);
 }
 
-Grid grid_that_resolves(const Expression& formula, const Grid& grid, int degree, double most) {
+Grid grid_that_resolves(const Expression& formula, const Grid& grid, int degree, double max_cut) {
     constexpr double few = 1024.0 * 1024.0, many = 2048.0 * 2048.0;  // bounds the time of the search
     const double max_points = std::clamp(4.0 * grid.nx * grid.ny, few, many);
     for (int factor = 2; factor <= 64; factor *= 2)
         for (const auto& [x, y] : {std::pair{factor, 1}, std::pair{1, factor}, std::pair{factor, factor}}) {
             const int rows = grid.ny == 1 && y > 1 ? 2 * y : grid.ny * y;
             const Grid finer{.nx = grid.nx * x, .ny = rows, .lx = grid.lx, .ly = grid.ly};
-            if (1.0 * finer.nx * finer.ny <= max_points && fraction_cut(formula, finer, degree) < most) return finer;
+            if (1.0 * finer.nx * finer.ny <= max_points && fraction_cut(formula, finer, degree) < max_cut) return finer;
         }
     return grid;
 }

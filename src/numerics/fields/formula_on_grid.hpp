@@ -13,9 +13,9 @@ Fields values_on(const Expression& formula, const Grid& grid, double shift_x = 0
 /// modes, between the points.  0 for a constant.  NaN if the formula is not finite everywhere.
 double fraction_cut(const Expression& formula, const Grid& grid, int degree);
 
-/// The smallest of up to 64 times as many points on one axis or both that cut less than `most`; the grid itself if none
-/// does.
-Grid grid_that_resolves(const Expression& formula, const Grid& grid, int degree, double most);
+/// The smallest of up to 64 times as many points on one axis or both that cut less than `max_cut`; the grid itself if
+/// none does.
+Grid grid_that_resolves(const Expression& formula, const Grid& grid, int degree, double max_cut);
 
 /// The values of a formula in the cells; returns the first cell where the value is not finite, or their number.
 std::size_t fill_cells(const Expression& formula, const Grid& grid, Threads& threads, std::span<double> values);

@@ -13,12 +13,12 @@ bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row) 
            std::abs(mode_number_y(grid, row)) * (degree + 1) < grid.ny;
 }
 
-void check(const Grid& grid, const LocationOf& place) {
-    require(grid.nx >= 4 && grid.nx % 2 == 0, place("grid.nx"), "grid.nx = {}; expected an even number >= 4", grid.nx);
-    require(grid.ny == 1 || (grid.ny >= 4 && grid.ny % 2 == 0), place("grid.ny"),
+void check(const Grid& grid, const Locate& locate) {
+    require(grid.nx >= 4 && grid.nx % 2 == 0, locate("grid.nx"), "grid.nx = {}; expected an even number >= 4", grid.nx);
+    require(grid.ny == 1 || (grid.ny >= 4 && grid.ny % 2 == 0), locate("grid.ny"),
             "grid.ny = {}; expected an even number >= 4, or 1 for fields that do not depend on y", grid.ny);
     for (const auto& [name, side] : {std::pair{"lx", grid.lx}, std::pair{"ly", grid.ly}})
-        require(std::isfinite(side) && side > 0.0, place(text("grid.{}", name)),
+        require(std::isfinite(side) && side > 0.0, locate(text("grid.{}", name)),
                 "grid.{} = {}; expected a positive length", name, side);
 }
 

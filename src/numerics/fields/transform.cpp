@@ -43,7 +43,7 @@ using Plan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, PlanDeleter>;
 template <class Number>
 class Aligned {
 public:
-    Number* room(std::size_t count) {
+    Number* buffer(std::size_t count) {
         if (count > size_) {
             values_.reset(static_cast<Number*>(fftw_malloc(count * sizeof(Number) + line)));
             if (!values_) throw std::bad_alloc();
@@ -139,7 +139,7 @@ private:
 
 Plan line_plan(std::size_t lines, std::size_t length, std::size_t distance, int direction) {
     Aligned<Complex> from, to;
-    fftw_complex *const in = raw(from.room(lines * distance)), *const out = raw(to.room(lines * distance));
+    fftw_complex *const in = raw(from.buffer(lines * distance)), *const out = raw(to.buffer(lines * distance));
     const auto n = static_cast<int>(length), between = static_cast<int>(distance);
     const std::lock_guard lock(planner_mutex());
     return Plan(fftw_plan_many_dft(1, &n, static_cast<int>(lines), in, nullptr, 1, between, out, nullptr, 1, between,
@@ -194,8 +194,8 @@ void LineTransform::operator()(std::size_t lines, const Complex* from, Complex* 
 /// The four-step transform: Bailey, J. Supercomput. 4, 23 (1990).
 void LineTransform::in_two_passes(const Complex* from, Complex* to) const {
     const std::size_t first = first_ + 4, second = second_ + 4;  // a power of two would conflict in the cache
-    Complex* between = workspace().between.room(first_ * second);
-    Complex *in = workspace().lines.room(8 * second), *out = in + 4 * second;
+    Complex* between = workspace().between.buffer(first_ * second);
+    Complex *in = workspace().lines.buffer(8 * second), *out = in + 4 * second;
     const Complex* factor = factors_.data();
     for (std::size_t i = 0; i < second_; i += 4) {
         for (std::size_t r = 0; r < first_; ++r) {
@@ -276,7 +276,7 @@ void Transform::Plans::backward_columns(std::span<const Complex* const> from, Co
     for_columns(from.size(), [&](std::size_t pair, std::size_t first, std::size_t count) {
         const Complex *a = from[2 * pair] + first, *b = nullptr;
         if (2 * pair + 1 < from.size()) b = from[2 * pair + 1] + first;
-        Complex* plus = workspace().columns.room(2 * strip_columns * pitch);
+        Complex* plus = workspace().columns.buffer(2 * strip_columns * pitch);
         Complex* minus = plus + strip_columns * pitch;
         for (std::size_t i = 0; i < count; ++i)
             for (Complex* column : {plus, minus})
@@ -316,7 +316,7 @@ void Transform::Plans::forward_columns(const Complex* scratch, std::span<Complex
     for_columns(to.size(), [&](std::size_t pair, std::size_t first, std::size_t count) {
         Complex *a = to[2 * pair] + first, *b = nullptr;
         if (2 * pair + 1 < to.size()) b = to[2 * pair + 1] + first;
-        Complex* plus = workspace().columns.room(2 * strip_columns * pitch);
+        Complex* plus = workspace().columns.buffer(2 * strip_columns * pitch);
         Complex* minus = plus + strip_columns * pitch;
         const Complex* in = scratch + pair * pair_size() + first * pitch;
         column_forward(count, in, plus);
@@ -348,7 +348,7 @@ void Transform::Plans::forward_columns(const Complex* scratch, std::span<Complex
 
 void Transform::Plans::backward_rows(const Complex* scratch, std::size_t strip, std::span<double* const> arrays) {
     const std::size_t first = strip * rows, count = strip_size(strip);
-    Complex *block = workspace().rows.room(line_rows * nx), *line = workspace().line.room(line_rows * nx);
+    Complex *block = workspace().rows.buffer(line_rows * nx), *line = workspace().line.buffer(line_rows * nx);
     for (std::size_t j = 0; j < std::min(count, line_rows); ++j)
         std::fill(block + j * nx + kept, block + (j + 1) * nx - kept + 1, Complex(0.0));
     for (std::size_t c = 0; c < arrays.size(); c += 2) {
@@ -384,7 +384,7 @@ void Transform::Plans::backward_rows(const Complex* scratch, std::size_t strip, 
 
 void Transform::Plans::forward_rows(std::span<const double* const> arrays, std::size_t strip, Complex* scratch) {
     const std::size_t first = strip * rows, count = strip_size(strip);
-    Complex *block = workspace().rows.room(line_rows * nx), *line = workspace().line.room(line_rows * nx);
+    Complex *block = workspace().rows.buffer(line_rows * nx), *line = workspace().line.buffer(line_rows * nx);
     for (std::size_t c = 0; c < arrays.size(); c += 2) {
         const bool is_pair = c + 1 < arrays.size();
         for (std::size_t row = 0; row < count; row += line_rows) {
@@ -418,7 +418,7 @@ void Transform::forward(const Fields& from, Spectra& to) const {
     // Two at a time, so that they stay in the cache.
     for (int c = 0; c < from.count(); c += 2) {
         const int count = std::min(2, from.count() - c);
-        Complex* scratch = p.scratch_out.room(p.scratch_size(2));
+        Complex* scratch = p.scratch_out.buffer(p.scratch_size(2));
         std::vector<const double*> arrays;
         std::vector<Complex*> spectra;
         for (int i = c; i < c + count; ++i) {
@@ -439,7 +439,7 @@ void Transform::backward(const Spectra& from, Fields& to) const {
     Plans& p = *plans_;
     for (int c = 0; c < from.count(); c += 2) {
         const int count = std::min(2, from.count() - c);
-        Complex* scratch = p.scratch_in.room(p.scratch_size(2));
+        Complex* scratch = p.scratch_in.buffer(p.scratch_size(2));
         std::vector<const Complex*> spectra;
         std::vector<double*> arrays;
         for (int i = c; i < c + count; ++i) {
@@ -458,14 +458,15 @@ void Transform::backward(const Spectra& from, Fields& to) const {
 void Transform::products(std::span<const Complex* const> from, std::span<Complex* const> to,
                          const std::function<void(const Strip&)>& work) const {
     Plans& p = *plans_;
-    Complex *in = p.scratch_in.room(p.scratch_size(from.size())), *out = p.scratch_out.room(p.scratch_size(to.size()));
+    Complex *in = p.scratch_in.buffer(p.scratch_size(from.size())),
+            *out = p.scratch_out.buffer(p.scratch_size(to.size()));
     p.backward_columns(from, in);
     p.threads.for_chunks(p.strips(), 1, [&](std::size_t strip, std::size_t) {
         Workspace& mine = workspace();
-        const std::size_t room = p.rows * p.nx;
-        double* points = mine.points.room((from.size() + to.size()) * room);
+        const std::size_t buffer = p.rows * p.nx;
+        double* points = mine.points.buffer((from.size() + to.size()) * buffer);
         mine.out.clear();
-        for (std::size_t c = 0; c < from.size() + to.size(); ++c) mine.out.push_back(points + c * room);
+        for (std::size_t c = 0; c < from.size() + to.size(); ++c) mine.out.push_back(points + c * buffer);
         mine.in.assign(mine.out.begin(), mine.out.end());
         const std::span<double* const> arrays(mine.out);
         p.backward_rows(in, strip, arrays.first(from.size()));

@@ -34,11 +34,11 @@ void rates_at(const System& system, double q, See see) {
         for (const Complex s : eigenvalues(without_absent(*block, *members, absent))) see(s);
 }
 
-/// The kept mode whose value(q, s) is largest.  Of more than `most` wavenumbers it looks at every k-th, then at all
-/// near the best one: rates are roots of polynomials of low degree in q, far smoother than that.
+/// The kept mode whose value(q, s) is largest.  Of more than `max_modes` wavenumbers it looks at every k-th, then at
+/// all near the best one: rates are roots of polynomials of low degree in q, far smoother than that.
 template <class Value>
 FastestGrowth largest(const System& system, Value value) {
-    constexpr std::size_t most = std::size_t{1} << 17;
+    constexpr std::size_t max_modes = std::size_t{1} << 17;
     const std::vector<double> q = distinct_wavenumbers(system.grid, system.degree).q;
     FastestGrowth result{.rate = -std::numeric_limits<double>::infinity()};
     std::size_t at = 0;
@@ -48,7 +48,7 @@ FastestGrowth largest(const System& system, Value value) {
             if (found > result.rate) result = {.rate = found, .q = q[i]}, at = i;
         });
     };
-    const std::size_t every = (q.size() + most - 1) / most;
+    const std::size_t every = (q.size() + max_modes - 1) / max_modes;
     for (std::size_t i = 0; i < q.size(); i += every) look(i);
     if (every == 1) return result;
     look(q.size() - 1);

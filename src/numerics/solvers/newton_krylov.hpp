@@ -31,7 +31,7 @@ struct NewtonOutcome {
     std::string problem;  ///< of an iteration that did not converge
 };
 
-/// Replaces u.  With a line search.  Throws what the functions throw where it cannot go on.
+/// Replaces u.  With a line search.  Throws what the functions throw where it cannot continue.
 NewtonOutcome solve_newton_krylov(const NonlinearEquations& equations, const NewtonControl& control,
                                   std::span<double> u);
 

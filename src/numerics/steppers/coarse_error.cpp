@@ -21,12 +21,12 @@ int coarse_points(int points) {
 
 Grid coarse_grid_of(const Grid& fine, int degree, double shortest) {
     const auto points = [&](int of_fine, double length) {
-        const int least = static_cast<int>(std::ceil(length / (2.0 * std::numbers::pi) * (degree + 1) * shortest));
-        if (const int usual = coarse_points(of_fine); usual >= least) return usual;
+        const int min_points = static_cast<int>(std::ceil(length / (2.0 * std::numbers::pi) * (degree + 1) * shortest));
+        if (const int usual = coarse_points(of_fine); usual >= min_points) return usual;
         int result = of_fine;  // or the least of these, even and quick to transform
         for (const int few : {8, 10, 12})
             for (int fewer = few; fewer < result; fewer *= 2)
-                if (fewer >= least) result = fewer;
+                if (fewer >= min_points) result = fewer;
         return result;
     };
     return {points(fine.nx, fine.lx), points(fine.ny, fine.ly), fine.lx, fine.ly};

@@ -45,7 +45,7 @@ struct FieldPlace {
 /// true vectors.
 template <int Scalars, int Vectors>
 struct FixedKernel {
-    static constexpr std::size_t even = Scalars + Vectors, odd = Vectors, parts = even + odd, most_parts = parts,
+    static constexpr std::size_t even = Scalars + Vectors, odd = Vectors, parts = even + odd, max_parts = parts,
                                  entries = even * even + odd * odd;
     using Frame = Turn<bool>;
     static Frame frame(const Direction& d) { return {d.x, d.y, d.turned}; }
@@ -61,7 +61,7 @@ struct FixedKernel {
 /// Of any layout.
 struct AnyKernel {
     explicit AnyKernel(const Layout& layout);
-    static constexpr std::size_t most_parts = 2 * max_block;
+    static constexpr std::size_t max_parts = 2 * max_block;
     using Frame = std::array<Turn<int>, max_spin + 1>;  // of each spin
     Frame frame(const Direction& d) const;
     static const Turn<int>& turn(const Frame& frame, int spin) { return frame[static_cast<std::size_t>(spin)]; }
@@ -78,7 +78,7 @@ struct AnyKernel {
 /// One mode or two in the variables of IsotropicBlocks: the even parts, then the odd ones.
 template <class Kernel, class Number>
 struct ModeParts {
-    Number values[Kernel::most_parts];
+    Number values[Kernel::max_parts];
 };
 template <class Number = Pair, class Kernel>
 [[gnu::always_inline]] inline ModeParts<Kernel, Number> zero_parts(const Kernel& kernel) {

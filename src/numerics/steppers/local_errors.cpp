@@ -9,7 +9,7 @@
 namespace drover::numerics {
 
 namespace {
-constexpr double least_sine = 0.2;  // of the angle between two motions that span a plane
+constexpr double min_sine = 0.2;  // of the angle between two motions that span a plane
 }
 
 double product_of(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const KeptGrid& on) {
@@ -36,7 +36,7 @@ void LocalErrors::add(const Spectra& local, const Spectra& change, double size_n
                       const std::vector<FieldSize>& fields, const KeptGrid& coarse) {
     const double from_last = std::sin(angle_between(change, motion, fields, coarse)),
                  from_other = std::sin(angle_between(change, other_motion, fields, coarse));
-    if (from_last > least_sine || from_other <= least_sine) {
+    if (from_last > min_sine || from_other <= min_sine) {
         other.values = last.values;
         other_motion.values = motion.values;
     }
@@ -70,7 +70,7 @@ bool LocalErrors::follow(const Spectra& change, const std::vector<FieldSize>& fi
     if (!(square > 0.0)) return false;
     double a = of_last / square, b = 0.0;
     const double area = square * other_square - both * both;
-    if (area > least_sine * least_sine * square * other_square) {
+    if (area > min_sine * min_sine * square * other_square) {
         a = (of_last * other_square - of_other * both) / area;
         b = (of_other * square - of_last * both) / area;
     }

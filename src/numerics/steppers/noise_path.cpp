@@ -34,10 +34,10 @@ int doublings_to_root(const System& system, const std::vector<double>& wavenumbe
         while (level < max_levels && std::ldexp(dt, level + 1) < longest) ++level;
         return level;
     };
-    const int most = doublings(max_root);
-    if (most == 0) return 0;
+    const int max_doublings = doublings(max_root);
+    if (max_doublings == 0) return 0;
     const double growth = fastest_growth(system, wavenumbers);
-    return growth > 0.0 ? std::min(most, doublings(max_growth / growth)) : most;
+    return growth > 0.0 ? std::min(max_doublings, doublings(max_growth / growth)) : max_doublings;
 }
 
 std::size_t numbers_of(const Layout& layout) { return 2 * static_cast<std::size_t>(components(layout)); }

@@ -27,11 +27,11 @@ void add_random(const System& system, double amplitude, std::uint64_t seed, Thre
     for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] += noise.values[m];
 }
 
-void check(const CosineMode& mode, const Grid& grid, int degree, const LocationOf& place) {
+void check(const CosineMode& mode, const Grid& grid, int degree, const Locate& locate) {
     const int parts = degree + 1;
     for (const auto& [name, number, size] :
          {std::tuple{"mode_x", mode.x, grid.nx}, std::tuple{"mode_y", mode.y, grid.ny}})
-        require(std::abs(std::int64_t{number}) * parts < size, place(text("initial.{}", name)),
+        require(std::abs(std::int64_t{number}) * parts < size, locate(text("initial.{}", name)),
                 "initial.{} = {}; expected a magnitude less than {:.4g}: the grid keeps modes below 1/{} of the points "
                 "of that axis",
                 name, number, static_cast<double>(size) / parts, parts);

@@ -18,7 +18,7 @@ struct CosineMode {
     double amplitude = 0.0, phase = 0.0;
 };
 /// Throws an input Error at initial.mode_x or initial.mode_y for a mode that a grid does not keep.
-void check(const CosineMode& mode, const Grid& grid, int degree, const LocationOf& place);
+void check(const CosineMode& mode, const Grid& grid, int degree, const Locate& locate);
 /// Adds it to a component.  The mode must be one of the grid.
 void add_mode(const Grid& grid, const CosineMode& mode, int component, Spectra& state);
 

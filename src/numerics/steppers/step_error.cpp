@@ -1,4 +1,4 @@
-// numerics/steppers/step_error.cpp: what is told of the error of the time steps, and its state.
+// numerics/steppers/step_error.cpp: the reported error of the time steps, and its state.
 #include "numerics/steppers/step_error.hpp"
 
 #include <algorithm>
@@ -125,12 +125,12 @@ void StepError::count_work(double done, double of_step) {
     work_of_run_step = of_step;
 }
 
-std::int64_t StepError::steps_to_afford(double work, std::int64_t most) const {
+std::int64_t StepError::steps_to_afford(double work, std::int64_t max_steps) const {
     constexpr double part = 0.25;  // of what is left: the first steps may not take all
     if (std::isinf(checks.part)) return 1;
     const double left = checks.allowed() + owed_work() - checks.spent,
                  afforded = (work + work_of_local - part * left) / checks.gain(work_of_run_step);
-    return static_cast<std::int64_t>(std::clamp(afforded, 1.0, static_cast<double>(most)));
+    return static_cast<std::int64_t>(std::clamp(afforded, 1.0, static_cast<double>(max_steps)));
 }
 
 void StepError::wait() { is_waiting = true; }

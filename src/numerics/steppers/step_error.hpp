@@ -33,8 +33,8 @@ public:
     /// Called first after each step: the work of all steps so far and of this one.  No checkpoint has it.
     void count_work(double done, double of_step);
 
-    /// Steps until the next local error, which takes so much work, may be measured; from 1 to `most`.
-    std::int64_t steps_to_afford(double work, std::int64_t most) const;
+    /// Steps until the next local error, which takes so much work, may be measured; from 1 to `max_steps`.
+    std::int64_t steps_to_afford(double work, std::int64_t max_steps) const;
     /// The next local error comes so late that the error is not known before it.
     void wait();
 

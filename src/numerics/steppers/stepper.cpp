@@ -393,12 +393,13 @@ void Stepper::restore_history(std::span<const double> saved) {
     w.can_estimate = w.knows_new_rate = false;
     if (saved.empty()) return;
     const std::size_t numbers = 2 * w.next.values.size(), count = (saved.size() - 1) / numbers;
-    const std::size_t most = w.table->history == 0 ? 0 : w.rates.size() - w.first_old_rate();
-    require(saved.size() == 1 + count * numbers && count >= 1 && count <= most && saved[0] >= 0.0 && saved[0] < 0x1p53,
+    const std::size_t max_rates = w.table->history == 0 ? 0 : w.rates.size() - w.first_old_rate();
+    require(saved.size() == 1 + count * numbers && count >= 1 && count <= max_rates && saved[0] >= 0.0 &&
+                saved[0] < 0x1p53,
             {},
             "the checkpoint contains {} numbers of the history of \"{}\"; expected 1 + {} for each of at most {} "
             "rates; use the other checkpoint",
-            saved.size(), w.table->name, numbers, most);
+            saved.size(), w.table->name, numbers, max_rates);
     w.following_step = static_cast<std::uint64_t>(saved[0]);
     w.known_rates = count;
     const double* from = saved.data() + 1;

@@ -48,9 +48,9 @@ constexpr double spared = 16.0;
 
 bool has_grown(const std::vector<double>& before, const std::vector<double>& now) {
     constexpr double much = 1.5, negligible = 1e-10;  // of mean squares
-    const double least = negligible * *std::max_element(now.begin(), now.end());
+    const double min_size = negligible * *std::max_element(now.begin(), now.end());
     for (std::size_t k = 0; k < now.size(); ++k)
-        if (now[k] > much * before[k] && now[k] > least) return true;
+        if (now[k] > much * before[k] && now[k] > min_size) return true;
     return false;
 }
 }  // namespace
@@ -64,7 +64,7 @@ std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t
     const std::int64_t shortest = std::clamp<std::int64_t>(step / 16, 10, 20);
     known_until_ = INT64_MAX;
     if (!error_->follows_phases(std::max({longest, shortest, afforded}))) return std::max(longest, afforded);
-    // Radians: with 0.5 the error of an oscillation was told too small; beyond the largest it is not known.
+    // Radians: with 0.5 the reported error of an oscillation was too small; beyond the largest it is not known.
     constexpr double turn = 0.1, largest_turn = 1.0, negligible = 1e-6;
     const double steps_a_radian =
         static_cast<double>(since_last) / error_->turn();  // infinite where nothing has turned

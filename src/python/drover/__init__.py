@@ -39,12 +39,12 @@ HOMES = {
     "Calibration": "calibration", "DroverError": "error", "Error": "error", "Field": "model",
     "Frame": "simulation", "Model": "model", "ModelRun": "model_run", "Noise": "model", "Table": "model",
     "ParticleRun": "particles", "Run": "archive", "Scene": "scene", "Simulation": "simulation", "Sweep": "sweeping",
-    "Tradeoff": "trading",
+    "Tradeoff": "tradeoffs",
     "Theory": "theory", "calibrate": "calibration", "coefficients": "lookup", "diff": "lookup",
     "dynamic_structure_factor": "dynamics", "export": "commands",
     "film": "film", "fit": "commands",
     "info": "lookup", "onset": "commands", "open_run": "archive", "open_theory": "theory", "restart": "commands",
-    "schema": "lookup", "serve": "server", "slurm_script": "calibration", "sweep": "sweeping", "tradeoff": "trading",
+    "schema": "lookup", "serve": "server", "slurm_script": "calibration", "sweep": "sweeping", "tradeoff": "tradeoffs",
 }
 __all__ = sorted(HOMES)
 

@@ -11,7 +11,7 @@ import xarray
 from drover.error import DroverError
 from drover.fields import fields_of
 from drover.particles import is_of_particles, read_particles, rows_of
-from drover.stored import Store, StoreOwner, group_dataset
+from drover.hdf5_reader import Store, StoreOwner, group_dataset
 
 FIRST_FRAME = 2.0   # s in which a run that has begun writes its first frame
 JUST_WRITTEN = 0.1  # s

@@ -40,15 +40,15 @@ def calibrate(scene, folder=None, *, want=(), budget="", workers=0, share=(1, 1)
     if workers:
         scene = scene.set("calibrate.workers", workers)
     first, shares = share
-    wishes = [want] if isinstance(want, str) else list(want)
+    targets = [want] if isinstance(want, str) else list(want)
     if slurm:
         folder = folder_for_jobs(folder)
-        options = [word for wish in wishes for word in ("--want", wish)] + (["--budget", budget] if budget else [])
+        options = [word for target in targets for word in ("--want", target)] + (["--budget", budget] if budget else [])
         submit("calibrate", scene, folder, slurm, options)
-        return Submitted(folder, lambda: _drover.calibration_status(scene._native, folder, wishes, budget),
+        return Submitted(folder, lambda: _drover.calibration_status(scene._native, folder, targets, budget),
                          lambda: calibrate(scene, folder, want=want, budget=budget, collect=True))
     return Calibration(call("calibrate", scene, folder=folder_of(scene, folder), share=first, shares=shares,
-                            collect=collect, want=wishes, budget=budget, quiet=quiet))
+                            collect=collect, want=targets, budget=budget, quiet=quiet))
 
 
 def slurm_script(scene, shares, folder=None):

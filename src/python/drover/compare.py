@@ -14,7 +14,7 @@ import numpy
 from drover import figure
 from drover.figures import compare_panels
 from drover.archive import Run, loaded, open_run
-from drover.blocks import mean_and_error
+from drover.series_statistics import mean_and_error
 from drover.error import DroverError, status_of
 from drover.fields import shipped_fields
 from drover.particles import ParticleRun, sides_of

@@ -21,7 +21,7 @@ from drover.figures.paper import STYLE, add_axes, bar_box, fitted, new_figure, r
 from drover.figures.theory_figures import draw_theory
 from drover.particles import ParticleRun
 from drover.roles import has_own_fields, maps_of
-from drover.stored import state_of
+from drover.hdf5_reader import state_of
 from drover.text import drawable, printable, scene_name
 from drover.theory import open_any
 

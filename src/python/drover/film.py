@@ -16,7 +16,7 @@ import numpy
 
 from drover.archive import loaded
 from drover.error import Error, status_of
-from drover.moments import run_of
+from drover.run_view import run_of
 from drover.new_file import part_of, write
 from drover.progress import Progress
 from drover.roles import maps_of
@@ -25,7 +25,7 @@ from drover.text import printable, scene_name
 DOTS, SIDE = 100, 7.2        # per inch; inches of the longer side of the picture
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WHEEL = 0.9                  # inches
-# What ffmpeg is told of the film; a .gif has one palette, of the colours of all pictures.
+# Arguments of ffmpeg; a .gif has one palette, of the colours of all pictures.
 CODECS = {".mp4": ["-c:v", "libx264", "-preset", "fast", "-crf", "20", "-pix_fmt", "yuv420p", "-movflags",
                    "+faststart", "-f", "mp4"],
           ".gif": ["-filter_complex", "split[a][b];[a]palettegen[c];[b][c]paletteuse=dither=none", "-f", "gif"]}

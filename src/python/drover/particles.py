@@ -7,7 +7,7 @@ import xarray
 from xarray.core import indexing
 
 from drover.error import DroverError
-from drover.stored import Store, StoreOwner, StoredArray, group_dataset
+from drover.hdf5_reader import Store, StoreOwner, StoredArray, group_dataset
 
 # Groups of the file: prefix of their arrays in the dataset, and the particle dimension.
 BODIES = {"/bodies/beads": ("bead_", "bead"), "/bodies/rods": ("rod_", "rod")}

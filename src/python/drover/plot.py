@@ -7,7 +7,7 @@
 A run is the path of an archive, an open run, or a run in memory.  Without axes each function makes a figure for them.
 """
 from drover.error import Error
-from drover.moments import run_of
+from drover.run_view import run_of
 
 # Inches: a panel alone, the left and lower edge of its axes, and what is right of them, for a bar or a second axis too.
 PAGE, CORNER, RIGHT, BESIDE, ABOVE = (5.0, 4.0), (0.9, 0.75), 0.2, 0.95, 0.35

@@ -228,7 +228,7 @@ class Scene:
         """
         scene = self.with_output(output, threads)
         if accuracy:
-            from drover.trading import with_accuracy
+            from drover.tradeoffs import with_accuracy
             scene = with_accuracy(scene, accuracy, quiet)
         from drover.archive import open_run
         if scene._functions:

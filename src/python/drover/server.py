@@ -53,19 +53,19 @@ class Server(ThreadingHTTPServer):
 
 
 class Handler(BaseHTTPRequestHandler):
-    """GET / the page, GET /state what it shows, POST /do what it wishes."""
+    """GET / the page, GET /state what it shows, POST /do what it asks for."""
 
     protocol_version = "HTTP/1.1"
 
     def do_GET(self):
         address = urlsplit(self.path)
-        wishes = {name: values[-1] for name, values in parse_qs(address.query).items()}
-        if not self.is_allowed(wishes.get("token", "")):
+        query = {name: values[-1] for name, values in parse_qs(address.query).items()}
+        if not self.is_allowed(query.get("token", "")):
             return
         if address.path == "/":
             self.answer(200, "text/html; charset=utf-8", page())
         elif address.path == "/state":
-            self.answer(200, "application/json", json.dumps(state_of(self.server.shown, wishes)).encode())
+            self.answer(200, "application/json", json.dumps(state_of(self.server.shown, query)).encode())
         else:
             self.answer(404, "text/plain", b"there is no such page\n")
 
@@ -79,8 +79,8 @@ class Handler(BaseHTTPRequestHandler):
         if not self.is_allowed(self.headers.get("X-Drover-Token", "")):
             return
         try:
-            wish = json.loads(content)
-            self.server.shown.wish(wish.pop("action"), **wish)
+            command = json.loads(content)
+            self.server.shown.request(command.pop("action"), **command)
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             self.answer(400, "text/plain", printable(f"this is no action: {error}\n").encode())
             return
@@ -121,9 +121,9 @@ def packed(array):
     return base64.b64encode(numpy.ascontiguousarray(array, "<f4").tobytes()).decode()
 
 
-def state_of(shown, wishes):
-    """What a page shows: of its wishes, the names of a map, arrows, a series and a spectrum, or the first of each."""
-    seen = int(wishes.get("after", "-1"))
+def state_of(shown, query):
+    """What a page shows: of its query: the names of a map, arrows, a series and a spectrum, or the first of each."""
+    seen = int(query.get("after", "-1"))
     number = shown.wait_for(seen, WAIT)
     state = {"number": number, "name": printable(Path(shown.name).name), "state": shown.state,
              "error": printable(shown.error), "warnings": [printable(words) for words in shown.warnings],
@@ -132,21 +132,21 @@ def state_of(shown, wishes):
              "frames": getattr(shown, "frames", 0), "frame": getattr(shown, "shown", 0)}
     picture, observables = shown.picture, shown.observables
     if picture is not None and number > seen:
-        state |= {"time": picture.time, "side": picture.side, **map_state(picture, wishes),
+        state |= {"time": picture.time, "side": picture.side, **map_state(picture, query),
                   "bodies": {name: packed(rows) for name, rows in picture.bodies.items()}}
     if observables is not None and number > seen:
-        state |= curve_state(observables, wishes)
+        state |= curve_state(observables, query)
     return state
 
 
-def map_state(picture, wishes):
+def map_state(picture, query):
     if not picture.fields:
         return {}
     maps, pairs = pictures.maps_of(picture.fields), pictures.pairs_of(picture.fields)
-    shown = chosen(maps, wishes.get("map"), next((field.name for field in shipped_fields() if field.name in maps),
+    shown = chosen(maps, query.get("map"), next((field.name for field in shipped_fields() if field.name in maps),
                                                  maps[0]))
     values = pictures.map_of(picture, shown)
-    vector = chosen(["none", *pairs], wishes.get("arrows"), [*pairs][-1] if pairs else "none")
+    vector = chosen(["none", *pairs], query.get("arrows"), [*pairs][-1] if pairs else "none")
     arrows = numpy.zeros((0, 4)) if vector == "none" else pictures.arrows_of(picture, vector)
     unit = picture.units.get(pairs[shown.strip("|")][0] if shown.startswith("|") else shown, "1")
     points = "means of {} by {} points" if picture.is_mean else "one of {} by {} points"
@@ -156,16 +156,16 @@ def map_state(picture, wishes):
             "points": "" if picture.step == (1, 1) else points.format(*reversed(picture.step))}
 
 
-def curve_state(observables, wishes):
+def curve_state(observables, query):
     numbers, spectra = pictures.curves_of(observables)
     state = {"series": numbers, "spectra": spectra}
     if numbers and observables.sizes["time"] > 0:
-        shown = chosen(numbers, wishes.get("series"))
+        shown = chosen(numbers, query.get("series"))
         times, values = pictures.curve_of(observables, shown)
         state["curve"] = {"name": shown, "x": packed(times), "y": packed(values),
                           "unit": observables[shown].attrs.get("units", "1")}
     if spectra and observables.sizes["time"] > 0:
-        shown = chosen(spectra, wishes.get("spectrum"))
+        shown = chosen(spectra, query.get("spectrum"))
         waves, values = pictures.spectrum_of(observables, shown)
         state["structure"] = {"name": shown, "x": packed(waves), "y": packed(values)}
     return state

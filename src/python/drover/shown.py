@@ -79,7 +79,7 @@ class LiveRun(Shown):
     def __init__(self, scene):
         super().__init__(scene.name)
         self.scene, self.run, self.before = scene, None, 0.0  # s that earlier coefficients took
-        self.wishes, self.is_closed, self.is_paused = [], False, False
+        self.requests, self.is_closed, self.is_paused = [], False, False
         self.speed = 0.0  # steps a second
         self.thread = threading.Thread(target=self._work, daemon=True)
         self.thread.start()
@@ -96,17 +96,17 @@ class LiveRun(Shown):
     def coefficients(self):
         return coefficients_of(self.scene)
 
-    def wish(self, action, **values):
+    def request(self, action, **values):
         """Asks the thread for something; what goes wrong is shown as error."""
         if action not in ("pause", "resume", "restart", "set", "wake"):
             raise ValueError(f"{action}; expected pause, resume, restart or set")
         with self.changed:
-            self.wishes.append((action, values))
+            self.requests.append((action, values))
             self.changed.notify_all()
 
     def close(self):
         self.is_closed = True
-        self.wish("wake")
+        self.request("wake")
         self.thread.join(timeout=5.0)
 
     def _work(self):
@@ -116,11 +116,11 @@ class LiveRun(Shown):
             self.publish(state="failed", error=str(error))
         steps = 1
         while not self.is_closed:
-            while self.wishes:
-                self._fulfil(*self.wishes.pop(0))
+            while self.requests:
+                self._fulfil(*self.requests.pop(0))
             if not self._is_going():
                 with self.changed:
-                    self.changed.wait_for(lambda: self.wishes or self.is_closed)
+                    self.changed.wait_for(lambda: self.requests or self.is_closed)
                 continue
             began = time.monotonic()
             steps = min(steps, self.run.steps - self.run.step)
@@ -238,7 +238,7 @@ class ShownArchive(Shown):
     def progress(self):
         return (self.shown + 1) / max(self.frames, 1)
 
-    def wish(self, action, **values):
+    def request(self, action, **values):
         if action != "frame":
             raise ValueError(f"{action}; expected frame: an archive is shown, and not steered")
         self.chosen = int(values["number"])
@@ -254,7 +254,7 @@ class ShownArchive(Shown):
 
     def refresh(self):
         from drover.archive import open_run
-        from drover.stored import state_of
+        from drover.hdf5_reader import state_of
         with self.lock:
             now = state_of(self.path), self.chosen
             if now == self.seen:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import numpy
 
 from drover.archive import loaded
-from drover.blocks import mean_and_error
+from drover.series_statistics import mean_and_error
 from drover.particles import ParticleRun, sides_of
 from drover.results import Result
 from drover.roles import roles_of

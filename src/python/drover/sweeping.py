@@ -139,7 +139,7 @@ def finished(scene, folder, options):
 def dataset_of(file, keys):
     """A table.nc in memory, with the keys of the scene as its axes."""
     from drover.archive import opened
-    from drover.stored import group_dataset
+    from drover.hdf5_reader import group_dataset
     store, data = opened(Path(file), lambda store, _: (store, group_dataset(store, "/").load()))
     store.close()
     if "branch" in data.coords:

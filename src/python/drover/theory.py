@@ -4,7 +4,7 @@ from pathlib import Path
 
 from drover.archive import check_is_no_table, kind_of, opened, read_head, read_run
 from drover.error import DroverError
-from drover.stored import Store, StoreOwner, group_dataset
+from drover.hdf5_reader import Store, StoreOwner, group_dataset
 
 BRANCH, SLOW, BAND = ("angle", "wavenumber", "branch"), ("angle", "slow_mode"), ("band_line", "band_y", "band_x")
 # Required arrays with their axes, by command or, for drover boundary, by group.

@@ -23,7 +23,7 @@
 #include "io/scene_text.hpp"
 #include "io/trial_record.hpp"
 #include "jobs/normal_world.hpp"
-#include "jobs/want_plan.hpp"
+#include "jobs/target_plan.hpp"
 #include "run/loop.hpp"
 
 namespace drover::jobs {
@@ -36,7 +36,7 @@ struct World {
     calibrate::Goal equal;                             ///< of equal targets
     std::vector<std::vector<calibrate::Trial>> pools;  ///< by unit
     std::vector<double> seconds;                       ///< of one trial, by unit
-    std::string wish;
+    std::string target;
 };
 
 /// The trials of one repeat, in the order of their numbers.
@@ -74,8 +74,8 @@ std::vector<UnitProgress> progress_of(const std::vector<TrialSet>& sets) {
     return progress;
 }
 
-Outcome outcome_of(const WantPlan& plan, const std::vector<TrialSet>& sets) {
-    const WantedValue& value = plan.values().front();
+Outcome outcome_of(const TargetPlan& plan, const std::vector<TrialSet>& sets) {
+    const TargetProgress& value = plan.values().front();
     Outcome outcome{.value = value.result.value, .error = value.cautious_error, .reached = value.reached};
     for (const TrialSet& set : sets) outcome.seconds += set.core_seconds();
     return outcome;
@@ -89,7 +89,8 @@ std::vector<TrialSet> empty_sets(const World& world) {
 }
 
 Outcome by_want(const World& world, const Draw& draw) {
-    WantPlan plan(world.layout, {parse_wish(world.wish)}, {.max_trials = world.equal.max_trials, .workers = 2});
+    TargetPlan plan(world.layout, {parse_accuracy_target(world.target)},
+                    {.max_trials = world.equal.max_trials, .workers = 2});
     std::vector<TrialSet> sets = empty_sets(world);
     for (bool goes_on = true; goes_on;) {
         const std::vector<std::uint64_t> needed = plan.next(progress_of(sets));
@@ -121,7 +122,7 @@ double excess_after(const calibrate::Assay& assay, const Draw& draw, std::size_t
 /// Two outcomes: where the error of the resampled tables is the wanted one, and where it is so with its margin.
 std::array<Outcome, 2> by_equal_targets(const World& world, const Draw& draw) {
     std::optional<Outcome> plain;
-    WantPlan plan(world.layout, {parse_wish(world.wish)}, {.max_trials = world.equal.max_trials});
+    TargetPlan plan(world.layout, {parse_accuracy_target(world.target)}, {.max_trials = world.equal.max_trials});
     std::vector<EqualUnit> units(world.layout.units.size());
     std::vector<TrialSet> sets = empty_sets(world);
     for (double target = 0.5;;) {
@@ -139,7 +140,7 @@ std::array<Outcome, 2> by_equal_targets(const World& world, const Draw& draw) {
             while (sets[u].count() < rounds * round) sets[u].add(draw.trial(u, sets[u].count()));
         }
         plan.next(progress_of(sets));
-        const WantedValue& value = plan.values().front();
+        const TargetProgress& value = plan.values().front();
         if (!plain && value.result.error <= value.result.allowed) {
             plain = outcome_of(plan, sets);
             plain->error = value.result.error;
@@ -156,11 +157,11 @@ double true_onset(const World& world) {
     for (std::size_t u = 0; u < sets.size(); ++u)
         for (const calibrate::Trial& trial : world.pools[u])
             sets[u].add({.number = sets[u].count(), .numbers = trial, .failure = {}});
-    WantPlan plan(world.layout, {parse_wish(world.wish)}, {});
+    TargetPlan plan(world.layout, {parse_accuracy_target(world.target)}, {});
     plan.next(progress_of(sets));
-    const WantedValue& value = plan.values().front();
+    const TargetProgress& value = plan.values().front();
     std::printf("# true %s: %.4f (the pool has %.2g); %s\n", value.text.c_str(), value.result.value, value.result.error,
-                world.wish.c_str());
+                world.target.c_str());
     return value.result.value;
 }
 
@@ -190,8 +191,8 @@ void study(const World& world, int repeats, bool in_order) {
 }
 
 /// Of the assays that the onset needs alone: equal targets of all assays would cost more.
-World world_of(io::Scene scene, const std::string& wish) {
-    World world{.wish = wish};
+World world_of(io::Scene scene, const std::string& target) {
+    World world{.target = target};
     scene.calibration.assays = {"relaxation", "weathercock", "drag"};
     world.layout = plan_calibration(scene);
     world.equal = world.layout.goal;
@@ -216,8 +217,8 @@ void costs(const std::string& file, const std::vector<std::string>& points) {
 }
 
 World stored_world(const std::string& scene, const std::string& folder, const std::string& cost_file,
-                   const std::string& wish) {
-    World world = world_of(io::read_scene(scene), wish);
+                   const std::string& target) {
+    World world = world_of(io::read_scene(scene), target);
     for (const CalibrationUnit& unit : world.layout.units) {
         world.pools.emplace_back();
         for (const Attempt& attempt :
@@ -264,8 +265,8 @@ calibrate::Truth truth_at(const dem::Setup& setup) {
             .step = 0.02};
 }
 
-World synthetic_world(const std::string& wish) {
-    World world = world_of(io::parse_scene(synthetic_scene, "synthetic.toml", {}), wish);
+World synthetic_world(const std::string& target) {
+    World world = world_of(io::parse_scene(synthetic_scene, "synthetic.toml", {}), target);
     constexpr std::uint64_t trials = 200;
     for (const CalibrationUnit& unit : world.layout.units) {
         calibrate::Conditions conditions = unit.conditions;
@@ -287,8 +288,8 @@ World synthetic_world(const std::string& wish) {
     return world;
 }
 
-World normal_world(const NormalScatter& scatter, const std::string& wish) {
-    World world{.layout = normal_layout(), .wish = wish};
+World normal_world(const NormalScatter& scatter, const std::string& target) {
+    World world{.layout = normal_layout(), .target = target};
     world.equal = {.relative_error = 0.1, .round = 5, .max_trials = 20000};
     constexpr std::uint64_t trials = 4000;
     for (std::size_t u = 0; u < world.layout.units.size(); ++u) {

@@ -4,7 +4,7 @@ import matplotlib
 from . import model_panels, panels, particle_figure
 from drover.archive import loaded
 from drover.error import Error
-from drover.moments import run_of
+from drover.run_view import run_of
 from drover.figures.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
 from drover.particles import ORDER, ParticleRun
 from drover.roles import has_own_fields, roles_of

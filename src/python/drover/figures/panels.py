@@ -167,10 +167,10 @@ def block_means(array, count):
     return means, tuple(cells[axis] * steps[axis] for axis in "xy")
 
 
-def nearest_divisor(points, wish):
-    """The divisor of a number of points whose ratio to the wish is closest to 1."""
+def nearest_divisor(points, wanted):
+    """The divisor of a number of points whose ratio to the wanted is closest to 1."""
     divisors = [n for n in range(1, points + 1) if points % n == 0]
-    return min(divisors, key=lambda n: abs(numpy.log(n / wish)))
+    return min(divisors, key=lambda n: abs(numpy.log(n / wanted)))
 
 
 def draw_result(axes, result, colour, marker, shown=slice(None), excess=0.0):

@@ -80,7 +80,7 @@ class State:
         if self.is_isotropic:
             return [float(self.data["angle"][0])]
         end = min(180.0, float(self.data["angle"][-1]))
-        chosen = [float(self.data["angle"].sel(angle=wish, method="nearest")) for wish in (0.0, end / 2.0, end)]
+        chosen = [float(self.data["angle"].sel(angle=wanted, method="nearest")) for wanted in (0.0, end / 2.0, end)]
         return sorted({*chosen, *more})
 
     def parts(self, start):

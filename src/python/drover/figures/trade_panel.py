@@ -16,7 +16,7 @@ PLANE = (1.0, 1.35, 7.0, 5.4)  # inches
 
 
 def draw_trade(found, axes=None):
-    """Draws the fronts of the models; the line at 1 is what the wishes allow.  Returns the matplotlib axes."""
+    """Draws the fronts of the models; the line at 1 is what the targets allow.  Returns the matplotlib axes."""
     if axes is None:
         from matplotlib import pyplot
         axes = pyplot.figure(layout="constrained", figsize=(7.0, 4.0)).gca()
@@ -55,7 +55,7 @@ def draw(path):
     left_out = len({row["model"] for row in found["by_model"]}) - MOST_MODELS
     write_title_and_caption(
         figure, "speed for accuracy: error against work",
-        f"Wanted: {wanted}. Error: the largest of a wish, with a probability of 95 %, over what it allows. Each point "
-        "is a setting of step, grid and duration that no other of its model beats."
+        f"Wanted: {wanted}. Error: the largest of a target, with a probability of 95 %, over what it allows. Each "
+        "point is a setting of step, grid and duration that no other of its model beats."
         + (f" {left_out} models with larger errors are not drawn." if left_out > 0 else ""))
     return figure

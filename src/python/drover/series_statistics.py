@@ -1,4 +1,4 @@
-"""drover/blocks.py: means of correlated series with errors from blocks, as in the summary of a run."""
+"""drover/series_statistics.py: means of correlated series with errors from blocks, as in the summary of a run."""
 import math
 
 from drover import _drover

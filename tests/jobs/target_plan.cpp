@@ -1,24 +1,24 @@
-// tests/jobs/want_plan.cpp: which trials run for wanted numbers, in a world whose trials are normal numbers.
-#include "jobs/want_plan.hpp"
+// tests/jobs/target_plan.cpp: which trials run for wanted numbers, in a world whose trials are normal numbers.
+#include "jobs/target_plan.hpp"
 
 #include <gtest/gtest.h>
 
 #include "base/refusal.hpp"
 #include "jobs/normal_world.hpp"
 
-namespace drover::jobs::want_plan_tests {
+namespace drover::jobs::target_plan_tests {
 namespace {
 using calibrate::TrialSet;
 
 struct Ended {
     std::vector<TrialSet> sets;
-    std::vector<WantedValue> values;
+    std::vector<TargetProgress> values;
 };
 
 /// Runs the trials that the plan asks for.
-Ended carried_out(const CalibrationLayout& layout, const char* wish, const WantLimits& limits, std::uint64_t seed,
+Ended carried_out(const CalibrationLayout& layout, const char* target, const TargetLimits& limits, std::uint64_t seed,
                   const NormalScatter& scatter = {}) {
-    WantPlan plan(layout, {parse_wish(wish)}, limits);
+    TargetPlan plan(layout, {parse_accuracy_target(target)}, limits);
     Ended ended;
     for (const CalibrationUnit& unit : layout.units)
         ended.sets.emplace_back(layout.assays[unit.assay], TrialSet::no_goal(), 0.1);
@@ -60,7 +60,7 @@ TEST(WantPlanSlow, covers_the_true_onset_as_often_as_it_claims) {
     int covered = 0;
     constexpr int repeats = 100;
     for (std::uint64_t seed = 0; seed < repeats; ++seed) {
-        const WantedValue onset = carried_out(layout, "onset=4%", {.max_trials = 2000}, seed).values[0];
+        const TargetProgress onset = carried_out(layout, "onset=4%", {.max_trials = 2000}, seed).values[0];
         if (std::abs(onset.result.value - 0.45) <= onset.cautious_error) ++covered;
     }
     // 68 % with a standard deviation of 4.7 %; a stop at the first error that is small by chance gives 40 %.
@@ -81,7 +81,7 @@ TEST(WantPlanLong, says_why_an_error_was_not_reached) {
     EXPECT_LE(seconds, 815.0);  // one trial more
 }
 
-TEST(WantPlan, of_coefficients_needs_their_points_alone) {
+TEST(TargetPlan, of_coefficients_needs_their_points_alone) {
     const CalibrationLayout layout = normal_layout();
     const Ended ended = carried_out(layout, "weathercock(0.25<Phi_b<0.45)=5%", {.max_trials = 2000}, 1);
     ASSERT_EQ(ended.values.size(), 2u);
@@ -94,7 +94,7 @@ TEST(WantPlan, of_coefficients_needs_their_points_alone) {
     }
 }
 
-TEST(WantPlan, goes_on_where_a_divisor_is_within_its_error_of_zero) {
+TEST(TargetPlan, goes_on_where_a_divisor_is_within_its_error_of_zero) {
     // a of four trials is known to a half, and the alignment divides by it.
     const CalibrationLayout layout = normal_layout();
     const Ended ended = carried_out(layout, "alignment(0.35<Phi_b<0.45)=40%", {.max_trials = 2000}, 3, {.rods = 1.0});
@@ -103,16 +103,16 @@ TEST(WantPlan, goes_on_where_a_divisor_is_within_its_error_of_zero) {
     EXPECT_NEAR(ended.values[0].result.value, 2.0 * 0.1 * 2.6 / 0.28, 4.0 * ended.values[0].result.error);
 }
 
-TEST(WantPlan, refuses_wishes_that_the_table_cannot_answer) {
+TEST(TargetPlan, rejects_targets_that_the_table_cannot_answer) {
     const CalibrationLayout layout = normal_layout();
-    const auto refusal = [&](const char* wish) {
-        return refusal_of([&] { WantPlan(layout, {parse_wish(wish)}, {}); });
+    const auto why_no_error = [&](const char* target) {
+        return refusal_of([&] { TargetPlan(layout, {parse_accuracy_target(target)}, {}); });
     };
-    EXPECT_NE(refusal("onsett=5%").find("did you mean onset?"), std::string::npos) << refusal("onsett=5%");
-    EXPECT_NE(refusal("onset(q<1)=5%").find("expected Phi_b, Phi_r"), std::string::npos);
-    EXPECT_NE(refusal("onset(Phi_r>0.2)=5%").find("no point of the table is in this range"), std::string::npos);
-    EXPECT_NE(refusal("damping_rate=5%").find("--want damping_rate"), std::string::npos);
+    EXPECT_NE(why_no_error("onsett=5%").find("did you mean onset?"), std::string::npos) << why_no_error("onsett=5%");
+    EXPECT_NE(why_no_error("onset(q<1)=5%").find("expected Phi_b, Phi_r"), std::string::npos);
+    EXPECT_NE(why_no_error("onset(Phi_r>0.2)=5%").find("no point of the table is in this range"), std::string::npos);
+    EXPECT_NE(why_no_error("damping_rate=5%").find("--want damping_rate"), std::string::npos);
 }
 
 }  // namespace
-}  // namespace drover::jobs::want_plan_tests
+}  // namespace drover::jobs::target_plan_tests

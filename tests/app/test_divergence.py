@@ -1,4 +1,4 @@
-"""tests/app/test_lost_meaning.py: a run without a meaningful answer stops and names the field that failed first."""
+"""tests/app/test_divergence.py: a run that diverges stops and names the field that failed first."""
 import numpy as np
 import pytest
 from support import drover, drover_json, write_scene
@@ -24,7 +24,7 @@ def failed(folder, base, changes=None):
 
 def test_growth_that_no_term_stops_ends_the_run_beyond_any_physical_size(tmp_path):
     message = failed(tmp_path, LINEAR)
-    assert "lost its meaning" in message and "polar_order" in message and "grows at 0.5 /s" in message
+    assert "the run diverged" in message and "polar_order" in message and "grows at 0.5 /s" in message
 
 
 def test_growth_that_no_term_stops_is_predicted_before_the_run(tmp_path):
@@ -104,7 +104,7 @@ def own_failed(folder, *settings):
 
 def test_growth_that_no_term_of_an_own_model_stops_ends_the_run_beyond_the_size_of_its_fields(tmp_path):
     message = own_failed(tmp_path)
-    assert "lost its meaning" in message and "the root mean square of density" in message
+    assert "the run diverged" in message and "the root mean square of density" in message
     assert "expected at most 1e+06 times its size in this model, 1;" in message
     assert "a linear mode grows at 0.5 /s (|q| = 0 /mm) and no term of the equations stops it (coefficients.b = 0)" \
         in message

@@ -1,4 +1,4 @@
-"""drover/trading.py: speed for accuracy, measured on a scene."""
+"""drover/tradeoffs.py: speed for accuracy, measured on a scene."""
 import os
 import tempfile
 
@@ -49,24 +49,24 @@ def tradeoff(scene, want, budget="20min", *, folder=None, workers=0, collect=Fal
     >>> found.recommended["time.end"] >= 100.0
     True
     """
-    wishes = [want] if isinstance(want, str) else list(want)
+    targets = [want] if isinstance(want, str) else list(want)
     if slurm:
         folder = folder_for_jobs(folder)
-        submit("tradeoff", scene, folder, slurm, [*(word for wish in wishes for word in ("--want", wish)), "--budget",
-                                                  budget])
+        options = [word for target in targets for word in ("--want", target)]
+        submit("tradeoff", scene, folder, slurm, [*options, "--budget", budget])
         return Submitted(folder, lambda: _drover.tradeoff_status(scene._native, folder),
                          lambda: tradeoff(scene, want, budget, folder=folder, collect=True))
     with tempfile.TemporaryDirectory(prefix="drover-tradeoff-") as scratch:
         kept = os.path.join(scratch, "trials") if folder is None else os.path.abspath(folder)
-        result = call("tradeoff", scene, want=wishes, budget=budget, folder=kept, workers=workers, collect=collect,
+        result = call("tradeoff", scene, want=targets, budget=budget, folder=kept, workers=workers, collect=collect,
                       quiet=quiet)
     return Tradeoff(result, scene)
 
 
 def with_accuracy(scene, want, quiet=True):
     """The scene of the cheapest run with these errors, as `drover run --accuracy` finds it."""
-    wishes = [want] if isinstance(want, str) else list(want)
-    result = call("with_accuracy", scene, want=wishes, quiet=quiet)
+    targets = [want] if isinstance(want, str) else list(want)
+    result = call("with_accuracy", scene, want=targets, quiet=quiet)
     if "scene" not in result:
         raise Error("the trials gave no scene", fault="run")
     return type(scene).parse(result["scene"])

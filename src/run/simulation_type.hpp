@@ -1,4 +1,4 @@
-// run/kind.hpp: the functions of each kind of scene: fields or particles.
+// run/simulation_type.hpp: the functions of each kind of scene: fields or particles.
 #pragma once
 #include <memory>
 #include <span>
@@ -13,7 +13,7 @@
 namespace drover::run {
 
 /// The functions of one kind.
-struct Kind {
+struct SimulationType {
     /// The simulation of a scene, at its start, or in the state `saved` by save() when that is not empty.  `threads`
     /// must outlive it.
     std::unique_ptr<Simulation> (*make)(const io::Scene& scene, Threads& threads, std::span<const double> saved);
@@ -29,7 +29,7 @@ struct Kind {
     std::vector<std::string> (*warnings)(const io::Scene& scene);  ///< what is known before a run
     Report (*report)(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 };
-const Kind& kind_of(const io::Scene& scene);
+const SimulationType& simulation_type_of(const io::Scene& scene);
 
 /// The scene that an archive stores.
 io::Scene archived_scene(const files::ArchiveReader& archive);

@@ -1,4 +1,4 @@
-"""drover/moments.py: what a figure needs of a run, from an archive, an open run or a run in memory."""
+"""drover/run_view.py: what a figure needs of a run, from an archive, an open run or a run in memory."""
 import os
 from pathlib import Path
 

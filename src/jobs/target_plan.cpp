@@ -1,5 +1,5 @@
-// jobs/want_plan.cpp: wished numbers as entries of a table, and the trials that they still need.
-#include "jobs/want_plan.hpp"
+// jobs/target_plan.cpp: wanted numbers as entries of a table, and the trials that they still need.
+#include "jobs/target_plan.hpp"
 
 #include <algorithm>
 
@@ -7,7 +7,7 @@ namespace drover::jobs {
 
 namespace {
 using calibrate::Table;
-using calibrate::Target;
+using calibrate::TableTarget;
 using calibrate::TrialSet;
 
 /// Trials of every needed unit before anything is known, and of those that may make this part of a variance.
@@ -33,21 +33,22 @@ const std::vector<double>* find_axis(const Table& table, const std::string& name
     return !table.varied_key.empty() && name == table.varied_key ? &table.varied : nullptr;
 }
 
-bool is_selected(const Wish& wish, const Table& table, const std::vector<double>& axis, std::size_t index) {
-    return std::all_of(wish.ranges.begin(), wish.ranges.end(), [&](const AxisRange& range) {
+bool is_selected(const AccuracyTarget& target, const Table& table, const std::vector<double>& axis, std::size_t index) {
+    return std::all_of(target.ranges.begin(), target.ranges.end(), [&](const AxisRange& range) {
         return find_axis(table, range.axis) != &axis || range.holds(axis[index]);
     });
 }
 
-std::string text_of(const Target& target, const Table& table) {
-    if (!target.row.empty()) {
-        const calibrate::TableRow& row = *calibrate::find_row(table, target.row);
+std::string text_of(const TableTarget& in_table, const Table& table) {
+    if (!in_table.row.empty()) {
+        const calibrate::TableRow& row = *calibrate::find_row(table, in_table.row);
         return text("{} at {}", row.name,
                     calibrate::point_text(table, row.by_rods,
-                                          calibrate::entry_index(table, row, target.varied, target.bead, target.rod)));
+                                          calibrate::entry_index(table, row, in_table.varied, in_table.bead,
+                                                                 in_table.rod)));
     }
-    std::string point = text("onset at rod area fraction {}", table.rod_fractions[target.rod]);
-    if (!table.varied_key.empty()) point += text(", {} = {}", table.varied_key, table.varied[target.varied]);
+    std::string point = text("onset at rod area fraction {}", table.rod_fractions[in_table.rod]);
+    if (!table.varied_key.empty()) point += text(", {} = {}", table.varied_key, table.varied[in_table.varied]);
     return point;
 }
 
@@ -65,7 +66,8 @@ bool gives(const calibrate::Assay& assay, const std::vector<std::string>& rows) 
 }
 }  // namespace
 
-WantPlan::WantPlan(const CalibrationLayout& layout, const std::vector<Wish>& wishes, const WantLimits& limits)
+TargetPlan::TargetPlan(const CalibrationLayout& layout, const std::vector<AccuracyTarget>& targets,
+                       const TargetLimits& limits)
     : layout_(layout),
       limits_(limits),
       setup_(layout.axes),
@@ -75,26 +77,26 @@ WantPlan::WantPlan(const CalibrationLayout& layout, const std::vector<Wish>& wis
     for (const CalibrationUnit& unit : layout.units)
         ended_.emplace_back(layout.assays[unit.assay], TrialSet::no_goal(), 0.0);
     const Table whole = table_of(layout, ended_);
-    for (const Wish& wish : wishes) add_targets(wish, whole);
+    for (const AccuracyTarget& target : targets) add_targets(target, whole);
 }
 
-void WantPlan::add_targets(const Wish& wish, const Table& whole) {
-    const SourceLocation where{.file = "--want " + wish.text};
-    for (const AxisRange& range : wish.ranges)
+void TargetPlan::add_targets(const AccuracyTarget& target, const Table& whole) {
+    const SourceLocation where{.file = "--want " + target.text};
+    for (const AxisRange& range : target.ranges)
         require(find_axis(layout_.axes, range.axis) != nullptr, where,
                 "the table has no axis \"{}\"; expected Phi_b, Phi_r{}", range.axis,
                 layout_.axes.varied_key.empty() ? "" : " or " + layout_.axes.varied_key);
-    Target target{.error = wish.error, .is_relative = wish.is_relative};
-    if (wish.observable != "onset") target.row = wish.observable == "g" ? "alignment" : wish.observable;
+    TableTarget in_table{.error = target.error, .is_relative = target.is_relative};
+    if (target.observable != "onset") in_table.row = target.observable == "g" ? "alignment" : target.observable;
     try {
-        calibrate::inputs_of(target, measured_rows(layout_));
+        calibrate::inputs_of(in_table, measured_rows(layout_));
     } catch (const Error& error) {
         fail_input(where, "{}", error.what());
     }
-    const calibrate::TableRow* row = calibrate::find_row(whole, target.row);
-    const bool is_onset = target.row.empty();
-    require(is_onset || row != nullptr, where, "the table of this scene has no {}", target.row);
-    require_plausible(wish, is_onset ? "1" : row->unit);
+    const calibrate::TableRow* row = calibrate::find_row(whole, in_table.row);
+    const bool is_onset = in_table.row.empty();
+    require(is_onset || row != nullptr, where, "the table of this scene has no {}", in_table.row);
+    require_plausible(target, is_onset ? "1" : row->unit);
     const Table& axes = layout_.axes;
     require(!is_onset || (axes.bead_fractions.size() > 1 && !axes.rod_fractions.empty()), where,
             "{} area fractions of beads and {} of rods; an onset needs at least two of beads and one of rods",
@@ -102,38 +104,38 @@ void WantPlan::add_targets(const Wish& wish, const Table& whole) {
     const std::size_t beads = is_onset ? 1 : axes.bead_fractions.size();
     const bool by_rods = is_onset || row->by_rods;
     const std::size_t rods = by_rods ? axes.rod_fractions.size() : 1, before = values_.size();
-    for (target.varied = 0; target.varied < axes.varied.size(); ++target.varied)
-        for (target.bead = 0; target.bead < beads; ++target.bead)
-            for (target.rod = 0; target.rod < rods; ++target.rod) {
-                const bool in = is_selected(wish, axes, axes.varied, target.varied) &&
-                                (is_onset || is_selected(wish, axes, axes.bead_fractions, target.bead)) &&
-                                (!by_rods || is_selected(wish, axes, axes.rod_fractions, target.rod));
+    for (in_table.varied = 0; in_table.varied < axes.varied.size(); ++in_table.varied)
+        for (in_table.bead = 0; in_table.bead < beads; ++in_table.bead)
+            for (in_table.rod = 0; in_table.rod < rods; ++in_table.rod) {
+                const bool in = is_selected(target, axes, axes.varied, in_table.varied) &&
+                                (is_onset || is_selected(target, axes, axes.bead_fractions, in_table.bead)) &&
+                                (!by_rods || is_selected(target, axes, axes.rod_fractions, in_table.rod));
                 if (!in) continue;
-                values_.push_back({.target = target, .text = text_of(target, whole), .result = {}, .note = {}});
-                find_needed(target, whole);
+                values_.push_back({.in_table = in_table, .text = text_of(in_table, whole), .result = {}, .note = {}});
+                find_needed(in_table, whole);
             }
     require(values_.size() > before, where, "no point of the table is in this range; it has Phi_b = {} and Phi_r = {}",
             toml_text(axes.bead_fractions), toml_text(axes.rod_fractions));
 }
 
-void WantPlan::find_needed(const Target& target, const Table& whole) {
-    const std::vector<std::string> inputs = calibrate::inputs_of(target, measured_rows(layout_));
-    const bool by_rods = target.row.empty() || calibrate::find_row(whole, target.row)->by_rods;
+void TargetPlan::find_needed(const TableTarget& in_table, const Table& whole) {
+    const std::vector<std::string> inputs = calibrate::inputs_of(in_table, measured_rows(layout_));
+    const bool by_rods = in_table.row.empty() || calibrate::find_row(whole, in_table.row)->by_rods;
     // Contacts are measured at all area fractions of rods together.
     const bool is_pooled = std::find(inputs.begin(), inputs.end(), "alignment_reference") != inputs.end() ||
                            std::find(inputs.begin(), inputs.end(), "contact_reference") != inputs.end();
     for (std::size_t u = 0; u < layout_.units.size(); ++u) {
         const CalibrationUnit& unit = layout_.units[u];
         const calibrate::Assay& assay = layout_.assays[unit.assay];
-        const bool is_elsewhere = unit.bead != target.bead || (by_rods && !is_pooled && unit.rod != target.rod &&
-                                                               assay.population == calibrate::Population::all);
-        if (unit.varied == target.varied && gives(assay, inputs) && (target.row.empty() || !is_elsewhere))
+        const bool is_elsewhere = unit.bead != in_table.bead || (by_rods && !is_pooled && unit.rod != in_table.rod &&
+                                                                 assay.population == calibrate::Population::all);
+        if (unit.varied == in_table.varied && gives(assay, inputs) && (in_table.row.empty() || !is_elsewhere))
             is_needed_[u] = true;
     }
     inputs_.insert(inputs_.end(), inputs.begin(), inputs.end());
 }
 
-void WantPlan::take(std::size_t unit, const TrialSet& trials) {
+void TargetPlan::take(std::size_t unit, const TrialSet& trials) {
     TrialSet& ended = ended_[unit];
     ended = trials;
     const std::vector<std::vector<double>> values = ended.take_all();
@@ -161,20 +163,20 @@ void WantPlan::take(std::size_t unit, const TrialSet& trials) {
     }
 }
 
-bool WantPlan::lacks_trials(std::size_t unit, const UnitProgress& progress) const {
+bool TargetPlan::lacks_trials(std::size_t unit, const UnitProgress& progress) const {
     constexpr std::size_t few_failures = 3;
     const bool fails = progress.trials->failed() >= few_failures && !ended_[unit].failure_reason().empty();
     return is_needed_[unit] && !progress.has_crashed && !fails && progress.given < limits_.max_trials;
 }
 
-void WantPlan::evaluate_targets(const std::vector<UnitProgress>& units) {
+void TargetPlan::evaluate_targets(const std::vector<UnitProgress>& units) {
     Table table = setup_;
     add_measured_rows(layout_, ended_, table);
-    std::vector<Target> targets;
-    for (const WantedValue& value : values_) targets.push_back(value.target);
-    std::vector<calibrate::TargetResult> results = calibrate::evaluate(targets, table, sources_);
+    std::vector<TableTarget> in_table;
+    for (const TargetProgress& value : values_) in_table.push_back(value.in_table);
+    std::vector<calibrate::TargetResult> results = calibrate::evaluate(in_table, table, sources_);
     for (std::size_t k = 0; k < values_.size(); ++k) {
-        WantedValue& value = values_[k];
+        TargetProgress& value = values_[k];
         value.result = std::move(results[k]);
         // Welch and Satterthwaite: the variance is a sum of variances, each known from few trials.
         double squares = 0.0;
@@ -191,13 +193,13 @@ void WantPlan::evaluate_targets(const std::vector<UnitProgress>& units) {
     }
 }
 
-bool WantPlan::is_spent(const std::vector<UnitProgress>& units) const {
+bool TargetPlan::is_spent(const std::vector<UnitProgress>& units) const {
     double spent = 0.0;
     for (const UnitProgress& unit : units) spent += unit.trials->core_seconds();
     return spent >= limits_.budget;
 }
 
-std::string WantPlan::note_on(const WantedValue& value, const std::vector<UnitProgress>& units) const {
+std::string TargetPlan::note_on(const TargetProgress& value, const std::vector<UnitProgress>& units) const {
     if (!value.result.missing.empty() && !is_spent(units)) return value.result.missing;
     if (value.result.is_beyond)
         return text("flocks begin {} the table; add area fractions to calibrate.bead_area_fractions",
@@ -210,7 +212,7 @@ std::string WantPlan::note_on(const WantedValue& value, const std::vector<UnitPr
     return "not finished";
 }
 
-std::vector<double> WantPlan::seconds_each(const std::vector<UnitProgress>& units) const {
+std::vector<double> TargetPlan::seconds_each(const std::vector<UnitProgress>& units) const {
     std::vector<double> sums(layout_.assays.size() + 1, 0.0), counts(layout_.assays.size() + 1, 0.0);
     for (std::size_t u = 0; u < units.size(); ++u)
         for (const std::size_t of : {layout_.units[u].assay, layout_.assays.size()}) {
@@ -228,12 +230,12 @@ std::vector<double> WantPlan::seconds_each(const std::vector<UnitProgress>& unit
     return seconds;
 }
 
-bool WantPlan::add_for_relevant(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const {
+bool TargetPlan::add_for_relevant(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const {
     bool any = false;
     for (std::size_t u = 0; u < units.size(); ++u) {
         const std::size_t trials = ended_[u].successful().size();
         double part = 0.0;
-        for (const WantedValue& value : values_) part = std::max(part, value.result.parts[u]);
+        for (const TargetProgress& value : values_) part = std::max(part, value.result.parts[u]);
         if (part * caution_of(trials) < relevant_part || trials >= relevant_trials || !lacks_trials(u, units[u]))
             continue;
         const std::uint64_t wanted =
@@ -244,7 +246,7 @@ bool WantPlan::add_for_relevant(const std::vector<UnitProgress>& units, std::vec
     return any;
 }
 
-void WantPlan::add_for_missing(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const {
+void TargetPlan::add_for_missing(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const {
     const auto half_more = [&](std::size_t u) {
         return std::min<std::uint64_t>(limits_.max_trials, units[u].given + units[u].given / 2 + 1);
     };
@@ -261,13 +263,13 @@ void WantPlan::add_for_missing(const std::vector<UnitProgress>& units, std::vect
         if (!is_complete && !waits && lacks_trials(u, units[u])) needed[u] = half_more(u);
     }
     const bool is_unclear =
-        std::ranges::any_of(values_, [](const WantedValue& value) { return !value.result.missing.empty(); });
+        std::ranges::any_of(values_, [](const TargetProgress& value) { return !value.result.missing.empty(); });
     if (!is_unclear || !all_complete || !all_ended) return;
     for (std::size_t u = 0; u < units.size(); ++u)  // a divisor may be within its error of 0
         if (lacks_trials(u, units[u])) needed[u] = half_more(u);
 }
 
-void WantPlan::add_for_errors(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const {
+void TargetPlan::add_for_errors(const std::vector<UnitProgress>& units, std::vector<std::uint64_t>& needed) const {
     const std::vector<double> seconds = seconds_each(units);
     double spent = 0.0, longest = 0.0;
     std::vector<calibrate::TrialCosts> costs;
@@ -278,7 +280,7 @@ void WantPlan::add_for_errors(const std::vector<UnitProgress>& units, std::vecto
                                    .seconds = seconds[u]};
         cost.max_trials = lacks_trials(u, units[u]) ? cost.trials + limits_.max_trials - units[u].given : 0;
         cost.caution = caution_of(ended_[u].successful().size());
-        for (const WantedValue& value : values_) {
+        for (const TargetProgress& value : values_) {
             constexpr double unknown = 4.0;  // of an onset that may lie beyond the table: look again soon
             const bool is_open = !value.reached && !value.result.is_beyond && value.result.missing.empty();
             const double ratio = std::isfinite(value.cautious_error)
@@ -297,7 +299,7 @@ void WantPlan::add_for_errors(const std::vector<UnitProgress>& units, std::vecto
     for (std::size_t u = 0; u < units.size(); ++u) needed[u] = std::max(needed[u], units[u].given + added[u]);
 }
 
-std::vector<std::uint64_t> WantPlan::next(const std::vector<UnitProgress>& units) {
+std::vector<std::uint64_t> TargetPlan::next(const std::vector<UnitProgress>& units) {
     std::vector<std::uint64_t> needed;
     bool is_pilot = false;
     const bool spent = is_spent(units);
@@ -314,7 +316,7 @@ std::vector<std::uint64_t> WantPlan::next(const std::vector<UnitProgress>& units
     if (is_pilot) return needed;
     evaluate_targets(units);
     if (add_for_relevant(units, needed)) return needed;
-    const bool is_done = std::all_of(values_.begin(), values_.end(), [](const WantedValue& value) {
+    const bool is_done = std::all_of(values_.begin(), values_.end(), [](const TargetProgress& value) {
         return value.reached || (value.result.missing.empty() && value.result.is_beyond);
     });
     if (is_done || spent) return needed;
@@ -323,8 +325,8 @@ std::vector<std::uint64_t> WantPlan::next(const std::vector<UnitProgress>& units
     return needed;
 }
 
-std::vector<std::string> needed_assays(const CalibrationLayout& layout, const std::vector<Wish>& wishes) {
-    const WantPlan plan(layout, wishes, {});
+std::vector<std::string> needed_assays(const CalibrationLayout& layout, const std::vector<AccuracyTarget>& targets) {
+    const TargetPlan plan(layout, targets, {});
     std::vector<std::string> names;
     for (std::size_t a = 0; a < layout.assays.size(); ++a)
         for (std::size_t u = 0; u < layout.units.size(); ++u)

@@ -1,7 +1,7 @@
-// jobs/want_result.cpp: wanted numbers of a calibration and what they rest on, as a result.
+// jobs/target_result.cpp: wanted numbers of a calibration and what they rest on, as a result.
 #include <algorithm>
 
-#include "jobs/want_plan.hpp"
+#include "jobs/target_plan.hpp"
 
 namespace drover::jobs {
 
@@ -9,9 +9,9 @@ namespace {
 /// Infinity is for places beyond the table.
 double finite_or_none(double value) { return std::isfinite(value) ? value : std::nan(""); }
 
-run::List value_list(const WantPlan& plan) {
+run::List value_list(const TargetPlan& plan) {
     run::List list{.name = "numbers", .heading = "wanted numbers", .row = "wanted", .meaning = "wanted number"};
-    for (const WantedValue& value : plan.values()) {
+    for (const TargetProgress& value : plan.values()) {
         const calibrate::TargetResult& result = value.result;
         list.rows.push_back(
             {.entries = {
@@ -34,7 +34,7 @@ struct ErrorPart {
     double largest = 0.0;
 };
 
-run::List part_list(const CalibrationLayout& layout, const WantPlan& plan, const std::vector<UnitProgress>& units) {
+run::List part_list(const CalibrationLayout& layout, const TargetPlan& plan, const std::vector<UnitProgress>& units) {
     run::List list{.name = "measurements",
                    .heading =
                        "\nparts of the variance, the largest first (of several wanted numbers: where it is largest)",
@@ -44,7 +44,7 @@ run::List part_list(const CalibrationLayout& layout, const WantPlan& plan, const
     for (std::size_t u = 0; u < units.size(); ++u) {
         if (!plan.needs(u)) continue;
         parts.push_back({.unit = u});
-        for (const WantedValue& value : plan.values())
+        for (const TargetProgress& value : plan.values())
             if (u < value.result.parts.size())
                 parts.back().largest = std::max(parts.back().largest, value.result.parts[u]);
     }
@@ -60,11 +60,11 @@ run::List part_list(const CalibrationLayout& layout, const WantPlan& plan, const
     return list;
 }
 
-run::List assay_list(const CalibrationLayout& layout, const WantPlan& plan, const std::vector<UnitProgress>& units) {
+run::List assay_list(const CalibrationLayout& layout, const TargetPlan& plan, const std::vector<UnitProgress>& units) {
     run::List list{.name = "assays", .heading = "\nby assay", .row = "assay", .meaning = "assay"};
     for (std::size_t a = 0; a < layout.assays.size(); ++a) {
         double seconds = 0.0, trials = 0.0, largest = 0.0;
-        for (const WantedValue& value : plan.values()) {
+        for (const TargetProgress& value : plan.values()) {
             double sum = 0.0;
             for (std::size_t u = 0; u < value.result.parts.size(); ++u)
                 if (layout.units[u].assay == a) sum += value.result.parts[u];
@@ -85,7 +85,8 @@ run::List assay_list(const CalibrationLayout& layout, const WantPlan& plan, cons
 }
 }  // namespace
 
-run::Result want_result(const CalibrationLayout& layout, const WantPlan& plan, const std::vector<UnitProgress>& units) {
+run::Result target_result(const CalibrationLayout& layout, const TargetPlan& plan,
+                          const std::vector<UnitProgress>& units) {
     double seconds = 0.0;
     for (const UnitProgress& unit : units) seconds += unit.trials->core_seconds();
     run::Record root{.lists = {value_list(plan), part_list(layout, plan, units), assay_list(layout, plan, units)}};

@@ -1,4 +1,4 @@
-"""drover/stored.py: groups of an archive as lazily read xarray datasets.
+"""drover/hdf5_reader.py: groups of an archive as lazily read xarray datasets.
 
 The library reads the file: it trusts none, and what it returns is of one commit of a run in progress.
 """

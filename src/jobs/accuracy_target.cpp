@@ -1,5 +1,5 @@
-// jobs/wish.cpp: wanted numbers from their texts and from archives.
-#include "jobs/wish.hpp"
+// jobs/accuracy_target.cpp: wanted numbers from their texts and from archives.
+#include "jobs/accuracy_target.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -14,7 +14,7 @@
 namespace drover::jobs {
 
 namespace {
-[[noreturn]] void fail_wish(const std::string& given, const std::string& found) {
+[[noreturn]] void fail_target(const std::string& given, const std::string& found) {
     std::string name = trimmed(given.substr(0, given.find_first_of("=(")));
     if (name.empty()) name = "variance";
     fail_input({.file = "--want " + given},
@@ -26,7 +26,7 @@ double number_in(const std::string& given, const std::string& text) {
     double value = 0.0;
     const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (problem != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-        fail_wish(given, "\"" + text + "\" is not a number");
+        fail_target(given, "\"" + text + "\" is not a number");
     return value;
 }
 
@@ -50,28 +50,28 @@ AxisRange read_range(const std::string& given, const std::string& range) {
         read.axis = parts[1];
         read.max = number_in(given, parts[2]);
     }
-    if (read.axis.empty()) fail_wish(given, "\"" + range + "\" is not a range");
+    if (read.axis.empty()) fail_target(given, "\"" + range + "\" is not a range");
     return read;
 }
 
-/// The components of a row that a wish selects.
-std::vector<std::size_t> selected(const Wish& wish, const measure::SummaryRow& row) {
-    const SourceLocation where{.file = "--want " + wish.text};
+/// The components of a row that a target selects.
+std::vector<std::size_t> selected(const AccuracyTarget& target, const measure::SummaryRow& row) {
+    const SourceLocation where{.file = "--want " + target.text};
     if (row.axes.empty()) {
-        require(wish.ranges.empty(), where, "{} is one number; expected a range only of an array: leave out ({})",
-                wish.observable, wish.ranges.empty() ? "" : wish.ranges.front().axis);
+        require(target.ranges.empty(), where, "{} is one number; expected a range only of an array: leave out ({})",
+                target.observable, target.ranges.empty() ? "" : target.ranges.front().axis);
         return {0};
     }
     std::vector<std::size_t> result;
-    if (wish.ranges.empty()) {
+    if (target.ranges.empty()) {
         for (std::size_t i = 0; i < measure::size_of(row.axes); ++i) result.push_back(i);
         return result;
     }
-    require(wish.ranges.size() == 1, where, "{} ranges; expected one", wish.ranges.size());
-    const AxisRange& range = wish.ranges.front();
+    require(target.ranges.size() == 1, where, "{} ranges; expected one", target.ranges.size());
+    const AxisRange& range = target.ranges.front();
     const std::vector<std::string> names = measure::names_of(row.axes);
     const auto named = std::find(names.begin(), names.end(), range.axis == "q" ? "wavenumber" : range.axis);
-    require(named != names.end(), where, "{} has no axis \"{}\"; expected {}", wish.observable, range.axis,
+    require(named != names.end(), where, "{} has no axis \"{}\"; expected {}", target.observable, range.axis,
             joined(names));
     const auto axis = static_cast<std::size_t>(named - names.begin());
     std::size_t inner = 1;
@@ -83,67 +83,68 @@ std::vector<std::size_t> selected(const Wish& wish, const measure::SummaryRow& r
     require(!result.empty(), where,
             "{} has no component with {:.6g} < {} < {:.6g}; expected a range that meets {:.6g} "
             "to {:.6g}",
-            wish.observable, range.min, range.axis, range.max, *std::min_element(values.begin(), values.end()),
+            target.observable, range.min, range.axis, range.max, *std::min_element(values.begin(), values.end()),
             *std::max_element(values.begin(), values.end()));
     return result;
 }
 }  // namespace
 
-Wish parse_wish(const std::string& given) {
+AccuracyTarget parse_accuracy_target(const std::string& given) {
     const std::size_t equals = given.rfind('=');
-    if (equals == std::string::npos) fail_wish(given, "\"" + given + "\" is not a wanted number");
+    if (equals == std::string::npos) fail_target(given, "\"" + given + "\" is not a wanted number");
     std::string name = trimmed(given.substr(0, equals)), error = trimmed(given.substr(equals + 1));
-    Wish wish;
-    wish.is_relative = error.ends_with('%');
-    if (wish.is_relative) error = trimmed(error.substr(0, error.size() - 1));
+    AccuracyTarget target;
+    target.is_relative = error.ends_with('%');
+    if (target.is_relative) error = trimmed(error.substr(0, error.size() - 1));
     const std::size_t open = name.find('(');
     if (open != std::string::npos && name.ends_with(')')) {
-        wish.text = name;
+        target.text = name;
         for (const std::string& range : run::split(name.substr(open + 1, name.size() - open - 2), ','))
-            wish.ranges.push_back(read_range(given, range));
-        if (wish.ranges.empty()) fail_wish(given, "() holds no range");
+            target.ranges.push_back(read_range(given, range));
+        if (target.ranges.empty()) fail_target(given, "() holds no range");
         name = trimmed(name.substr(0, open));
     }
     const bool is_name = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
         return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
     });
-    if (!is_name) fail_wish(given, "\"" + name + "\" is not the name of an observable");
-    wish.observable = name;
-    if (wish.text.empty()) wish.text = name;
-    if (const std::size_t space = error.find(' '); !wish.is_relative && space != std::string::npos) {
-        wish.unit = trimmed(error.substr(space));
+    if (!is_name) fail_target(given, "\"" + name + "\" is not the name of an observable");
+    target.observable = name;
+    if (target.text.empty()) target.text = name;
+    if (const std::size_t space = error.find(' '); !target.is_relative && space != std::string::npos) {
+        target.unit = trimmed(error.substr(space));
         error = error.substr(0, space);
     }
-    wish.error = number_in(given, error) * (wish.is_relative ? 0.01 : 1.0);
-    if (!(wish.error > 0.0)) fail_wish(given, "the error is " + error + ", not above 0");
-    return wish;
+    target.error = number_in(given, error) * (target.is_relative ? 0.01 : 1.0);
+    if (!(target.error > 0.0)) fail_target(given, "the error is " + error + ", not above 0");
+    return target;
 }
 
-std::vector<Wish> parse_wishes(const std::vector<std::string>& given) {
-    std::vector<Wish> wishes;
-    for (const std::string& one : given) wishes.push_back(parse_wish(one));
-    return wishes;
+std::vector<AccuracyTarget> parse_accuracy_targets(const std::vector<std::string>& given) {
+    std::vector<AccuracyTarget> targets;
+    for (const std::string& one : given) targets.push_back(parse_accuracy_target(one));
+    return targets;
 }
 
 namespace {
 /// value: what the number is, or is at most.
-void require_small_error(const Wish& wish, const std::string& unit, double value, const char* is) {
-    if (wish.is_relative) return;
-    const SourceLocation where{.file = "--want " + wish.text};
-    require(wish.unit.empty() || wish.unit == unit, where, "the error is in {}; expected {}, the unit of {}", wish.unit,
-            unit, wish.text);
-    require(!wish.unit.empty() || wish.error < 0.5 * std::abs(value), where,
+void require_small_error(const AccuracyTarget& target, const std::string& unit, double value, const char* is) {
+    if (target.is_relative) return;
+    const SourceLocation where{.file = "--want " + target.text};
+    require(target.unit.empty() || target.unit == unit, where, "the error is in {}; expected {}, the unit of {}",
+            target.unit, unit, target.text);
+    require(!target.unit.empty() || target.error < 0.5 * std::abs(value), where,
             "the error {:.6g} has no unit, and the value {} {:.4g}{}; expected {}={:.6g}% (of the mean), or with the "
             "unit {}=\"{:.6g} {}\"",
-            wish.error, is, value, unit == "1" ? "" : " " + unit, wish.text, wish.error, wish.text, wish.error, unit);
+            target.error, is, value, unit == "1" ? "" : " " + unit, target.text, target.error, target.text,
+            target.error, unit);
 }
 
-const measure::SummaryRow& row_of(const Wish& wish, const measure::Summary& summary) {
-    if (const measure::SummaryRow* row = measure::find_row(summary, wish.observable)) return *row;
+const measure::SummaryRow& row_of(const AccuracyTarget& target, const measure::Summary& summary) {
+    if (const measure::SummaryRow* row = measure::find_row(summary, target.observable)) return *row;
     std::vector<std::string> names;
     for (const measure::SummaryRow& one : summary.rows) names.push_back(one.name);
-    fail_input({.file = "--want " + wish.text}, "the run has no observable \"{}\"; {}expected one of {}",
-               wish.observable, suggestion(wish.observable, names, "", "did you mean {}? "), joined(names));
+    fail_input({.file = "--want " + target.text}, "the run has no observable \"{}\"; {}expected one of {}",
+               target.observable, suggestion(target.observable, names, "", "did you mean {}? "), joined(names));
 }
 
 /// What a number can be at most; infinity: not known.
@@ -155,29 +156,30 @@ double largest_of(const std::string& observable, bool is_fraction) {
 }
 }  // namespace
 
-void require_unit(const Wish& wish, const std::string& unit, double value) {
-    require_small_error(wish, unit, value, "is");
+void require_unit(const AccuracyTarget& target, const std::string& unit, double value) {
+    require_small_error(target, unit, value, "is");
 }
 
-bool is_size_of_order(const Wish& wish, const measure::Summary& summary) {
-    return measure::find_row(summary, wish.observable + "_binder") != nullptr;
+bool is_size_of_order(const AccuracyTarget& target, const measure::Summary& summary) {
+    return measure::find_row(summary, target.observable + "_binder") != nullptr;
 }
 
-void require_plausible(const Wish& wish, const std::string& unit, bool is_fraction) {
-    require_small_error(wish, unit, largest_of(wish.observable, is_fraction), "is at most");
+void require_plausible(const AccuracyTarget& target, const std::string& unit, bool is_fraction) {
+    require_small_error(target, unit, largest_of(target.observable, is_fraction), "is at most");
 }
 
-std::string unit_of_wanted(const Wish& wish, const measure::Summary& summary) {
-    const measure::SummaryRow& row = row_of(wish, summary);
-    selected(wish, row);
+std::string unit_of_target(const AccuracyTarget& target, const measure::Summary& summary) {
+    const measure::SummaryRow& row = row_of(target, summary);
+    selected(target, row);
     return row.unit;
 }
 
-WantedNumber wanted_number(const Wish& wish, const run::Report& report, const files::ArchiveReader& archive) {
-    const measure::SummaryRow* row = &row_of(wish, report.summary);
-    const std::vector<std::size_t> components = selected(wish, *row);
+TargetNumber target_number(const AccuracyTarget& target, const run::Report& report,
+                           const files::ArchiveReader& archive) {
+    const measure::SummaryRow* row = &row_of(target, report.summary);
+    const std::vector<std::size_t> components = selected(target, *row);
     const auto count = static_cast<double>(components.size());
-    WantedNumber number{.unit = row->unit, .spacing = report.scene.output.sample_every};
+    TargetNumber number{.unit = row->unit, .spacing = report.scene.output.sample_every};
     double squares = 0.0;
     for (const std::size_t i : components) {
         number.mean += row->estimates[i].mean / count;

@@ -1,5 +1,5 @@
-// run/kind.cpp: the kinds of scenes.
-#include "run/kind.hpp"
+// run/simulation_type.cpp: the kinds of scenes.
+#include "run/simulation_type.hpp"
 
 #include "io/scene_text.hpp"
 #include "io/trajectory.hpp"
@@ -37,29 +37,29 @@ Report report_of(const files::ArchiveReader& archive, const io::Scene& scene, Th
 }
 }  // namespace
 
-const Kind& kind_of(const io::Scene& scene) {
-    static const Kind fields{.make = simulation_of<make_field_simulation>,
-                             .threads = choose_threads,
-                             .memory_bytes = field_simulation_bytes,
-                             .disk_bytes = field_disk_bytes,
-                             .size = field_size,
-                             .body = "a grid of",
-                             .size_key = "grid.nx",
-                             .start = "initial",
-                             .timed = timed_fields,
-                             .warnings = field_scene_warnings,
-                             .report = report_of<make_field_report>};
-    static const Kind particles{.make = make_particle_simulation,
-                                .threads = particle_threads,
-                                .memory_bytes = particle_simulation_bytes,
-                                .disk_bytes = particle_disk_bytes,
-                                .size = particle_size,
-                                .body = "a world of",
-                                .size_key = "beads.area_fraction",
-                                .start = "packing",
-                                .timed = timed_particles,
-                                .warnings = particle_warnings,
-                                .report = make_particle_report};
+const SimulationType& simulation_type_of(const io::Scene& scene) {
+    static const SimulationType fields{.make = simulation_of<make_field_simulation>,
+                                       .threads = choose_threads,
+                                       .memory_bytes = field_simulation_bytes,
+                                       .disk_bytes = field_disk_bytes,
+                                       .size = field_size,
+                                       .body = "a grid of",
+                                       .size_key = "grid.nx",
+                                       .start = "initial",
+                                       .timed = timed_fields,
+                                       .warnings = field_scene_warnings,
+                                       .report = report_of<make_field_report>};
+    static const SimulationType particles{.make = make_particle_simulation,
+                                          .threads = particle_threads,
+                                          .memory_bytes = particle_simulation_bytes,
+                                          .disk_bytes = particle_disk_bytes,
+                                          .size = particle_size,
+                                          .body = "a world of",
+                                          .size_key = "beads.area_fraction",
+                                          .start = "packing",
+                                          .timed = timed_particles,
+                                          .warnings = particle_warnings,
+                                          .report = make_particle_report};
     return scene.kind == io::SceneKind::particles ? particles : fields;
 }
 
@@ -76,7 +76,7 @@ Report make_report(const files::ArchiveReader& archive, Theory theory) {
 }
 
 Report make_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
-    Report report = kind_of(scene).report(archive, scene, theory);
+    Report report = simulation_type_of(scene).report(archive, scene, theory);
     if (scene.analysis.warm_up >= scene.time.end)
         report.warnings.push_back(
             text("analysis.warm_up = {} is not shorter than the run, time.end = {}: the warm-up was "
