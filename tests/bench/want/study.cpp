@@ -209,9 +209,9 @@ void costs(const std::string& file, const std::vector<std::string>& points) {
         const bool is_given = std::any_of(points.begin(), points.end(),
                                           [&](const std::string& point) { return unit.name.ends_with(point); });
         if (!points.empty() && !is_given) continue;
-        const double start = core_seconds();
+        const double start = run::core_seconds();
         calibrate::run_trial(layout.assays[unit.assay], factory, unit.conditions, 0);
-        std::printf("%s,%.3g\n", unit.name.c_str(), core_seconds() - start);
+        std::printf("%s,%.3g\n", unit.name.c_str(), run::core_seconds() - start);
         std::fflush(stdout);
     }
 }
@@ -320,7 +320,7 @@ int main_of(const std::vector<std::string>& words) {
 
 int main(int count, char** words) {
     try {
-        return drover::run::main_of({words + 1, words + count});
+        return drover::jobs::main_of({words + 1, words + count});
     } catch (const std::exception& error) {
         std::cerr << error.what() << '\n';
         return 2;
