@@ -122,7 +122,7 @@ def packed(array):
 
 
 def state_of(shown, query):
-    """What a page shows: of its query: the names of a map, arrows, a series and a spectrum, or the first of each."""
+    """What a page shows: the map, arrows, series and spectrum that its query names, or the first of each."""
     seen = int(query.get("after", "-1"))
     number = shown.wait_for(seen, WAIT)
     state = {"number": number, "name": printable(Path(shown.name).name), "state": shown.state,

@@ -168,7 +168,7 @@ def block_means(array, count):
 
 
 def nearest_divisor(points, wanted):
-    """The divisor of a number of points whose ratio to the wanted is closest to 1."""
+    """The divisor of a number of points whose ratio to the wanted number is closest to 1."""
     divisors = [n for n in range(1, points + 1) if points % n == 0]
     return min(divisors, key=lambda n: abs(numpy.log(n / wanted)))
 
