@@ -134,13 +134,6 @@ run::List front_list(const Findings& found, const std::vector<Candidate>& front)
     return list;
 }
 
-/// The first clause of a sentence.
-std::string short_text(const std::string& sentence) {
-    constexpr std::size_t max_length = 60;
-    const std::size_t end = std::min({sentence.find(';'), sentence.find(", and"), max_length});
-    return end < sentence.size() ? sentence.substr(0, end) + " ..." : sentence;
-}
-
 void add_levels(const Findings& found, const std::string& axis, const std::vector<LevelFound>& levels,
                 run::List& list) {
     for (const LevelFound& level : levels) {
@@ -158,8 +151,7 @@ void add_levels(const Findings& found, const std::string& axis, const std::vecto
                                           "given one",
                                           level.is_measured() ? level.step_seconds : NAN, 3));
         row.entries.push_back(
-            run::words("remark", "",
-                       level.is_measured() && !level.is_compared ? "bias not measured" : short_text(level.failure)));
+            run::words("remark", "", level.is_measured() && !level.is_compared ? "bias not measured" : level.failure));
         list.rows.push_back(std::move(row));
     }
 }

@@ -129,9 +129,11 @@ std::vector<double> leave_one_out(const Series& series, std::size_t blocks, cons
 }
 
 /// Sets mean and error from blocks.  Samples at the start that do not fill a block are left out.
-void add_jackknife(Series series, double tau, double spacing, const Function& function, Estimate& result) {
+void add_jackknife(Series series, const CorrelationTimes& correlation, double spacing, const Function& function,
+                   Estimate& result) {
     const auto affordable =
-        static_cast<std::size_t>(static_cast<double>(series[0].size()) / (autocorrelation_times_per_block * tau));
+        static_cast<std::size_t>(static_cast<double>(series[0].size()) / autocorrelation_times_per_block /
+                                 std::max(correlation.integrated, correlation.coherence));
     const std::size_t blocks = std::clamp(affordable, min_blocks, max_blocks);
     const std::size_t length = series[0].size() / blocks, spare = series[0].size() % blocks;
     for (auto& values : series) values = values.subspan(spare);
@@ -147,7 +149,7 @@ void add_jackknife(Series series, double tau, double spacing, const Function& fu
     double sum = 0.0;
     for (const double value : estimates) sum += (value - mean_estimate) * (value - mean_estimate);
     // Exact for exponential correlations: length * variance of a block mean = 2 tau variance (1 - lost).
-    const double lost = (tau - 0.25 / tau) / static_cast<double>(length);
+    const double tau = correlation.integrated, lost = (tau - 0.25 / tau) / static_cast<double>(length);
     result.mean = full - (count - 1.0) * (mean_estimate - full);
     result.error = std::sqrt((count - 1.0) / count * sum / (1.0 - lost));
     result.samples = blocks * length;
@@ -179,7 +181,7 @@ Estimate estimate(Series series, double spacing, std::size_t skip, const Functio
                     .autocorrelation_time = nan,
                     .warm_up = static_cast<double>(skipped) * spacing,
                     .samples = series[0].size() - skipped};
-    double tau = 0.5;
+    CorrelationTimes slowest;
     bool constant = true;
     for (auto& values : series) {
         values = values.subspan(skipped);
@@ -187,15 +189,16 @@ Estimate estimate(Series series, double spacing, std::size_t skip, const Functio
             result.why_no_error = undefined_samples(values, skipped);
             return result;
         }
-        tau = std::max(tau, autocorrelation_time(values));
+        const CorrelationTimes times = correlation_times(values);
+        slowest = {std::max(slowest.integrated, times.integrated), std::max(slowest.coherence, times.coherence)};
         constant = constant && is_constant(values);
     }
-    result.autocorrelation_time = tau * spacing;
+    result.autocorrelation_time = slowest.integrated * spacing;
     if (result.samples > 0) result.mean = function(means_of(series));
     if (result.samples > 0 && !std::isfinite(result.mean)) result.why_no_error = not_finite;
     else if (result.samples > 1 && constant) result.error = 0.0;
-    else result.why_no_error = too_short(result.samples, tau, spacing, result.warm_up);
-    if (result.why_no_error.empty() && !constant) add_jackknife(std::move(series), tau, spacing, function, result);
+    else result.why_no_error = too_short(result.samples, slowest.integrated, spacing, result.warm_up);
+    if (result.why_no_error.empty() && !constant) add_jackknife(std::move(series), slowest, spacing, function, result);
     return result;
 }
 
@@ -212,23 +215,35 @@ Samples derived(const Samples& samples, std::size_t series,
 
 }  // namespace
 
-double autocorrelation_time(std::span<const double> values) {
-    if (!all_finite(values)) return nan;
-    if (values.size() < 2 || is_constant(values)) return 0.5;
+CorrelationTimes correlation_times(std::span<const double> values) {
+    if (!all_finite(values)) return {nan, nan};
+    if (values.size() < 2 || is_constant(values)) return {};
     std::vector<double> deviations(values.begin(), values.end()), products;
     const double mean = mean_of(values);
     for (double& value : deviations) value -= mean;
     extend_lagged_products(deviations, products);
     const auto n = static_cast<double>(values.size());
-    double tau = 0.5;
+    CorrelationTimes times;
+    double sum = 0.5;
     std::size_t window = 0;
-    while (window < values.size() / 2 && static_cast<double>(window) < window_per_time * tau) {
+    const auto reaches = [&](double time) {
+        return window >= values.size() / 2 || static_cast<double>(window) >= window_per_time * time;
+    };
+    bool summed = false;
+    while (!reaches(std::max(sum, times.coherence))) {
         ++window;
         if (window == products.size()) extend_lagged_products(deviations, products);
-        tau += products[window] / products[0] * n / (n - static_cast<double>(window));
+        const double correlation = products[window] / products[0] * n / (n - static_cast<double>(window));
+        sum += correlation;
+        times.coherence += 2.0 * correlation * correlation;
+        // Of both sums the longer one: an oscillation may end the first window before a slow decay shows.
+        const bool ends = reaches(std::max(sum, times.coherence));
+        if (ends || (!summed && reaches(sum))) {
+            times.integrated = std::max(times.integrated, sum * (1.0 + (2.0 * static_cast<double>(window) + 1.0) / n));
+            summed = true;
+        }
     }
-    tau *= 1.0 + (2.0 * static_cast<double>(window) + 1.0) / n;
-    return std::max(tau, 0.5);
+    return times;
 }
 
 std::size_t warm_up_length(std::span<const double> values) {

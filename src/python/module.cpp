@@ -8,7 +8,7 @@
 #include <future>
 #include <nlohmann/json.hpp>
 
-#include "analysis/dynamic_structure.hpp"
+#include "analysis/lagged_waves.hpp"
 #include "analysis/onset.hpp"
 #include "analysis/stability.hpp"
 #include "analysis/states.hpp"
@@ -183,19 +183,19 @@ void bind_theory(py::module_& module) {
         },
         py::arg("scene"), py::arg("threads") = 0);
     module.def(
-        "dynamic_structure",
+        "lagged_waves",
         [](const io::Scene& scene, const std::map<std::string, double>& means, const std::string& component,
-           const std::vector<std::pair<double, double>>& waves, const std::vector<double>& frequencies,
-           double interval) {
+           const std::vector<std::pair<double, double>>& waves, double interval, std::size_t lags) {
             std::vector<numerics::Wavevector> at;
             for (const auto& [x, y] : waves) at.push_back({x, y});
-            const analysis::DynamicStructure found = interruptibly(
-                [&] { return analysis::dynamic_structure(scene, means, component, at, frequencies, interval); });
-            const std::size_t rows = frequencies.empty() ? 0 : found.values.size() / frequencies.size();
-            return py::make_tuple(found.state, array_of(found.values, {rows, frequencies.size()}), found.why_none);
+            const analysis::LaggedWaves found =
+                interruptibly([&] { return analysis::lagged_waves(scene, means, component, at, interval, lags); });
+            const std::size_t rows = lags == 0 ? 0 : found.values.size() / lags;
+            return py::make_tuple(found.state, py::array_t<std::complex<double>>({rows, lags}, found.values.data()),
+                                  found.why_none);
         },
-        py::arg("scene"), py::arg("means"), py::arg("component"), py::arg("waves"), py::arg("frequencies"),
-        py::arg("interval"));
+        py::arg("scene"), py::arg("means"), py::arg("component"), py::arg("waves"), py::arg("interval"),
+        py::arg("lags"));
     module.def(
         "boundary",
         [](const io::Scene& scene, int threads, const std::string& collected) {

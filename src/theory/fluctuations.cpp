@@ -80,14 +80,17 @@ model::Symbol dynamic_structure(const model::LinearisedAt& at, const Wavevector&
     return response * at.noise(q) * response.adjoint();
 }
 
-model::Symbol sampled_structure(const model::LinearisedAt& at, const Wavevector& q, double omega, double interval) {
-    const model::Symbol all = at.all_components(q);
-    model::Symbol s;
-    if (!(solve_covariance(at, q, s) < 0.0))
-        return model::Symbol::Constant(all.rows(), all.rows(), std::numeric_limits<double>::quiet_NaN());
-    const model::Symbol step = numerics::exponential(interval * at.symbol(q)) * std::polar(1.0, omega * interval);
-    const model::Symbol after = numerics::solution(model::Symbol::Identity(s.rows(), s.cols()) - step, s);
-    return interval * (all * (after + after.adjoint() - s) * all.adjoint());
+std::vector<model::Symbol> lagged_covariances(const model::LinearisedAt& at, const Wavevector& q, double interval,
+                                              std::size_t lags) {
+    const model::Symbol all = at.all_components(q), step = numerics::exponential(interval * at.symbol(q));
+    model::Symbol lagged;
+    if (!(solve_covariance(at, q, lagged) < 0.0)) return {};
+    std::vector<model::Symbol> result;
+    for (std::size_t n = 0; n < lags; ++n) {
+        result.emplace_back(all * lagged * all.adjoint());
+        lagged = step * lagged;
+    }
+    return result;
 }
 
 std::vector<std::string> part_names(const model::Equations& equations) {

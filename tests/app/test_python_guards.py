@@ -222,5 +222,5 @@ except (drover.Error, OSError) as error:
     python(code, tmp_path, LD_PRELOAD=SHIM, DROVER_FAULT_COUNT=str(counts), DROVER_FAULT_UNDER=str(tmp_path))
     count = next(int(line.split()[1]) for line in counts.read_text().splitlines() if line.startswith("pread "))
     found = [python(code, tmp_path, LD_PRELOAD=SHIM, DROVER_FAULT=f"pread:{n}:EIO:always",
-                    DROVER_FAULT_UNDER=str(tmp_path))[0] for n in range(2, count + 1, -(-count // 8))]
+                    DROVER_FAULT_UNDER=str(tmp_path))[0] for n in range(2, count + 1, -(-count // 4))]
     assert "Error" in found

@@ -76,20 +76,28 @@ inline constexpr std::size_t max_blocks = 64;
 /// A series whose spread is below this fraction of its largest value is constant: a conserved total, up to rounding.
 inline constexpr double rounding_spread = 1e-12;
 
-/// Integrated autocorrelation time in samples, at least 1/2, summed up to the self-consistent window of 5 times
-/// itself, corrected for the bias from subtracting the sample mean.  O(n log n).  1/2 for a
-/// constant series and for fewer than two values; NaN if a value is not finite.  Its relative
-/// variance is 2 (2 W + 1)/n, W the window.
+/// How long a series is correlated, in samples; at least 1/2.
+struct CorrelationTimes {
+    double integrated = 0.5;  ///< 1/2 + sum rho_k: the variance of a mean of n samples is 2 integrated/n times theirs
+    double coherence = 0.5;   ///< 1/2 + 2 sum rho_k^2: the time in which a wave loses its phase, whatever its period
+};
+
+/// The sums up to the self-consistent window of 5 times the longer of both times; the integrated one also up to 5 times
+/// itself, of which the larger counts, and corrected for the bias from subtracting the sample mean.  Its relative
+/// variance is 2 (2 W + 1)/n, W the window.  O(n log n).  1/2 for a constant series and for fewer than two values; NaN
+/// if a value is not finite.  Where correlations decay without oscillating, the coherence time is the shorter one.
 /// Source: Sokal, "Monte Carlo methods in statistical mechanics" (1996), sec. 3; variance: Madras & Sokal, J. Stat.
 /// Phys. 50, 109 (1988), for W far beyond tau; sample mean: Wolff, Comput. Phys. Commun. 156, 143 (2004).
-double autocorrelation_time(std::span<const double> values);
+CorrelationTimes correlation_times(std::span<const double> values);
+inline double autocorrelation_time(std::span<const double> values) { return correlation_times(values).integrated; }
 
 /// Where the warm-up of a series ends, in samples: the cut that minimises the error of the rest (MSER-5, White,
 /// Simulation 69, 323 (1997)), at most half of the series.  A cut at half of the series means that the warm-up may not
 /// have ended.  0 for a constant series, for one shorter than four batches of five, and if a value is not finite.
 std::size_t warm_up_length(std::span<const double> values);
 
-/// Mean of one series of the samples.  A constant series has the error 0.
+/// Mean of one series of the samples.  A constant series has the error 0.  Blocks are 10 integrated times long, and 10
+/// coherence times where 8 of these fit: the ends of shorter ones cut waves, which makes errors too large.
 Estimate estimate_mean(const Samples& samples, std::size_t series);
 
 /// A mean over a series from sample `skip` on.  The error is always given: that of a series too short for an estimate

@@ -155,10 +155,10 @@ double solve_covariance(const model::LinearisedAt& at, const numerics::Wavevecto
 /// Throws a run Error where a mode has the rate -i omega.
 model::Symbol dynamic_structure(const model::LinearisedAt& at, const numerics::Wavevector& q, double omega);
 
-/// The same of samples at intervals [s]: interval * sum over n of C(n interval) exp(i omega n interval), C(t) the
-/// correlation of two times; the sum of S(q, omega + 2 pi k/interval) over k.  NaN where not all modes decay.
-model::Symbol sampled_structure(const model::LinearisedAt& at, const numerics::Wavevector& q, double omega,
-                                double interval);
+/// Correlations of two times, <a_q(t + n interval) a_q(t)^H>/area for n = 0 .. lags - 1, of all components; interval:
+/// [s].  Empty where not all modes decay.
+std::vector<model::Symbol> lagged_covariances(const model::LinearisedAt& at, const numerics::Wavevector& q,
+                                              double interval, std::size_t lags);
 
 /// The names of the parts of LinearisedAt::along_and_across: "phi", "p_along", "p_across".
 std::vector<std::string> part_names(const model::Equations& equations);

@@ -94,10 +94,7 @@ VectorXcd dense_eigenvalues(const MatrixXcd& a) {
     return a.rows() <= max_small_rows ? eigenvalues_of<Eigen::ComplexEigenSolver<SmallSquare<std::complex<double>>>>(a)
                                       : eigenvalues_of<Eigen::ComplexEigenSolver<MatrixXcd>>(a);
 }
-VectorXcd dense_eigenvalues(const MatrixXd& a) {
-    return a.rows() <= max_small_rows ? eigenvalues_of<Eigen::EigenSolver<SmallSquare<double>>>(a)
-                                      : eigenvalues_of<Eigen::EigenSolver<MatrixXd>>(a);
-}
+VectorXcd dense_eigenvalues(const MatrixXd& a) { return eigenvalues_of<Eigen::EigenSolver<MatrixXd>>(a); }
 
 namespace {
 template <class Matrix>

@@ -20,8 +20,8 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     into `segments` that overlap by half (Welch's method, windows of Hann); the standard error, `..._error`, is that of
     their scatter, and at least that of Gaussian noise, powers of which scatter by S.  Frequencies go to pi over the
     interval of the frames: faster waves appear at lower ones.
-    `..._linear` is the linear theory of frames at this interval, about the uniform state nearest to them; NaN where
-    there is none.
+    `..._linear` is the mean that linear theory about the uniform state nearest to the frames has for this measurement,
+    of frames at this interval in windows of this length; NaN where there is none.
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 200.0},
@@ -49,35 +49,38 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     values = numpy.concatenate([amplitudes(run, field, along, modes, part) for part in parts_of(run, field, frames)])
     side = run.scene["grid"][f"l{along}"]
     area = run.scene["grid"]["lx"] * run.scene["grid"]["ly"]
-    powers = segment_powers(values * area, length, interval) / area
+    window = numpy.hanning(length + 1)[:-1]
+    powers = segment_powers(values * area, window, interval) / area
     frequency = 2.0 * numpy.pi * numpy.fft.fftshift(numpy.fft.fftfreq(length, interval))
     wavenumber = 2.0 * numpy.pi / side * numpy.arange(1, modes + 1)
     found = dataset(run.frames[field], wavenumber, frequency, powers, run.scene)
     name = f"dynamic_structure_factor_{field}"
-    values, words = predicted(run, field, along, wavenumber, frequency, frames, interval)
+    values, words = predicted(run, field, along, wavenumber, frames, interval, window)
     found[f"{name}_linear"] = found[name].dims, values, about(f"{name}_linear", found[name].units, words)
     return found
 
 
-def predicted(run, field, along, wavenumber, frequency, frames, interval):
-    """S(q, omega) of the linear theory of frames at an interval [s], and about which state it is, or why it is NaN."""
+def predicted(run, field, along, wavenumber, frames, interval, window):
+    """The mean of segment_powers() in linear theory, and about which state it is, or why it is NaN."""
     from drover import _drover
     from drover.locks import hdf5
-    nothing = numpy.full((len(wavenumber), len(frequency)), numpy.nan)
+    nothing = numpy.full((len(wavenumber), len(window)), numpy.nan)
     some = frames[::max(1, len(frames) // FRAMES_OF_STATE)]
     means = {name: float(loaded(values.isel(time=some), run.path).mean())
              for name, values in run.frames.data_vars.items() if {"x", "y"} <= set(values.dims)}
     waves = [(q, 0.0) if along == "x" else (0.0, q) for q in wavenumber]
     try:
         with hdf5():
-            state, values, why_none = _drover.dynamic_structure(
-                _drover.Scene.parse(run.attributes["scene"], run.path.name, []), means, field, waves, frequency,
-                float(interval))
+            state, lagged, why_none = _drover.lagged_waves(
+                _drover.Scene.parse(run.attributes["scene"], run.path.name, []), means, field, waves, float(interval),
+                len(window))
     except Error as error:  # such as a term that is a function of Python, which an archive does not hold
         return nothing, f"no linear theory: {error}"
     if why_none:
         return nothing, f"no linear theory: {why_none}"
-    return values, f"S(q, omega) of the linear theory about the state \"{state}\", of frames {interval:g} s apart"
+    return windowed(lagged, window, interval), \
+        f"S(q, omega) of the linear theory about the state \"{state}\", of frames {interval:g} s apart in windows of " \
+        f"{interval * len(window):g} s"
 
 
 def frames_on_schedule(run, begin):
@@ -104,10 +107,17 @@ def amplitudes(run, field, along, modes, frames):
     return numpy.fft.fft(values)[:, 1:modes + 1] / values.shape[1]
 
 
-def segment_powers(values, length, interval):
+def windowed(lagged, window, interval):
+    """The mean of segment_powers() for amplitudes whose correlations over 0, 1, ... intervals are `lagged`."""
+    overlaps = numpy.correlate(window, window, "full")[len(window) - 1:] / (window ** 2).sum()
+    folded = overlaps * lagged
+    folded[:, 1:] += folded[:, :0:-1].conj()  # lags of -n are lags of length - n, by the frequencies of a segment
+    return interval * numpy.fft.fftshift(numpy.fft.ifft(folded, axis=1) * len(window), axes=1).real
+
+
+def segment_powers(values, window, interval):
     """|int a exp(i omega t) dt|^2 over the time, of each segment: (segment, mode, frequency)."""
-    window = numpy.hanning(length + 1)[:-1]
-    scale = interval / (window ** 2).sum()
+    length, scale = len(window), interval / (window ** 2).sum()
     parts = []
     for first in range(0, len(values) - length + 1, length // 2):
         part = values[first:first + length]

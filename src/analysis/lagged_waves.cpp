@@ -1,5 +1,5 @@
-// analysis/dynamic_structure.cpp: S(q, omega) about one uniform state.
-#include "analysis/dynamic_structure.hpp"
+// analysis/lagged_waves.cpp: correlations of waves about one uniform state.
+#include "analysis/lagged_waves.hpp"
 
 #include <cmath>
 #include <limits>
@@ -73,34 +73,31 @@ Component component_of(const model::Model& model, const std::string& name) {
     fail_input({}, "{} is no component of a field of this scene", name);
 }
 
-/// The power of one component in the frame of the run, of a matrix in that of the state, which is turned by `turn`.
-double power_of(const model::Symbol& matrix, const Component& component, double turn) {
+/// That of one component in the frame of the run, of a matrix in that of the state, which is turned by `turn`.
+std::complex<double> element_of(const model::Symbol& matrix, const Component& component, double turn) {
     const int i = component.place;
-    if (component.spin == 0) return matrix(i, i).real();
+    if (component.spin == 0) return matrix(i, i);
     const int first = i - component.part, second = first + 1;
     const double c = std::cos(component.spin * turn), s = std::sin(component.spin * turn);
     const double one = component.part == 0 ? c : s, other = component.part == 0 ? -s : c;
-    return one * one * matrix(first, first).real() + other * other * matrix(second, second).real() +
-           2.0 * one * other * matrix(first, second).real();
+    return one * one * matrix(first, first) + other * other * matrix(second, second) +
+           one * other * (matrix(first, second) + matrix(second, first));
 }
 }  // namespace
 
-DynamicStructure dynamic_structure(const io::Scene& scene, const Means& means, const std::string& name,
-                                   const std::vector<numerics::Wavevector>& waves,
-                                   const std::vector<double>& frequencies, double interval) {
+LaggedWaves lagged_waves(const io::Scene& scene, const Means& means, const std::string& name,
+                         const std::vector<numerics::Wavevector>& waves, double interval, std::size_t lags) {
     const model::Equations equations = run::equations_of(scene);
     const Component component = component_of(equations.model(), name);
     const AboutState about = about_state(scene, equations, means);
-    DynamicStructure result{.state = about.name, .values = {}, .why_none = about.why_none};
+    LaggedWaves result{.state = about.name, .values = {}, .why_none = about.why_none};
     if (!result.why_none.empty()) return result;
     const double c = std::cos(about.turn), s = std::sin(about.turn);
     for (const numerics::Wavevector& wave : waves) {
         const numerics::Wavevector q{c * wave.x + s * wave.y, c * wave.y - s * wave.x};
-        const bool grows = theory::modes(*about.linear, q).grows();
-        for (const double omega : frequencies)
-            result.values.push_back(
-                grows ? std::numeric_limits<double>::quiet_NaN()
-                      : power_of(theory::sampled_structure(*about.linear, q, omega, interval), component, about.turn));
+        const std::vector<model::Symbol> lagged = theory::lagged_covariances(*about.linear, q, interval, lags);
+        if (lagged.empty()) result.values.insert(result.values.end(), lags, std::numeric_limits<double>::quiet_NaN());
+        for (const model::Symbol& matrix : lagged) result.values.push_back(element_of(matrix, component, about.turn));
     }
     return result;
 }
