@@ -214,7 +214,7 @@ Claims::Claims(const fs::path& folder, Claimant about, ClaimTimes times) try
     for (const auto& entry : fs::directory_iterator(folder)) {  // what killed processes left
         if (!entry.path().filename().string().starts_with(owner_prefix)) continue;
         const auto seen = look(entry.path());
-        if (seen && seen->links == 1 && seen->claimant && !folder_->is_alive(*seen)) remove_if_exists(entry.path());
+        if (seen && seen->links == 1 && !folder_->is_alive(*seen)) remove_if_exists(entry.path());
     }
 } catch (const std::system_error& cause) {
     fail(folder, cause);
@@ -272,7 +272,7 @@ void Claims::release(const std::string& key) try {
 void Claims::remove_dead() try {
     for (const auto& entry : fs::directory_iterator(folder_->path)) {
         const auto seen = look(entry.path());
-        if (seen && seen->claimant && !folder_->is_alive(*seen)) remove_if_exists(entry.path());
+        if (seen && !folder_->is_alive(*seen)) remove_if_exists(entry.path());
     }
 } catch (const std::system_error& cause) {
     fail(folder_->path, cause);

@@ -48,6 +48,10 @@ void read_field(const LocatedTable& table, const std::string& section, DeclaredM
     DeclaredField field;
     std::map<std::string, SourceLocation> places{{"", table.where}};
     for (auto& [key, found] : with_texts.values) {
+        require(key != "equation" && key != "equations", found.where,
+                "unknown key {}.{}; expected the equation below [equations], by the symbol of the field, as phi = "
+                "\"lap phi\"",
+                section, key);
         if (is_formula_key(key) && !std::holds_alternative<std::string>(found.value))
             found.value = toml_text(found.value);
         places.emplace(key, text_place(found));

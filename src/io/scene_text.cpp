@@ -164,6 +164,11 @@ LocatedTables tables_of(const toml::table& root, const std::string& file) {
             add_terms(*terms, file, tables);
             continue;
         }
+        require(
+            !node.is_array_of_tables(), where,
+            "[[{}]] is not known; expected [[field]], [[white_noise]], [[tabulated]] or [[terms]]; the equation of a "
+            "field is a text of its own, such as phi = \"lap phi\", below [equations]",
+            section);
         const toml::table* table = node.as_table();
         require(table != nullptr, where, "{} is outside a table; expected it below a line such as [grid]", section);
         add_table(section, *table, where, file, tables);

@@ -19,6 +19,8 @@ SCENES = {
     "an unknown key like no other": ("[grid]\ntemperature = 3\n",
                                      ["bad.toml:2:1", "grid.temperature", "nx, ny, lx, ly"]),
     "a key of another table": ("[time]\nnx = 16\n", ["bad.toml:2:1", "time.nx"]),
+    "an equation in a list of its own": ('[[equation]]\nfield = "a"\n', ["bad.toml:1:3", "[[field]]", "[equations]"]),
+    "an equation in its field": ('[[field]]\nsymbol = "a"\nequation = "-a"\n', ["bad.toml:3:1", "[equations]"]),
     "a key outside a table": ("nx = 16\n[grid]\nny = 16\n", ["bad.toml:1:1", "nx is outside a table", "[grid]"]),
     "a text for an integer": ("[grid]\nnx = \"many\"\n", ["bad.toml:2:1", 'grid.nx = "many"', "an integer"]),
     "a number for an integer": ("[grid]\nnx = 16.5\n", ["bad.toml:2:1", "grid.nx = 16.5", "an integer"]),

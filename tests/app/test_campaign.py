@@ -64,7 +64,8 @@ def test_whoever_is_killed_the_same_command_ends_in_that_table(whole, tmp_path):
                 end_group(process)
         drover(tmp_path, "sweep", scene, *VARY, "-o", folder)
         assert table_of(tmp_path / folder) == whole
-        assert not list((tmp_path / folder / "claims").iterdir())
+        # Whose file is still empty is not known: a process killed before it wrote it counts as dead after a minute.
+        assert not [file for file in (tmp_path / folder / "claims").iterdir() if file.stat().st_size > 0]
 
 
 def test_collecting_names_what_is_missing_and_the_same_command_goes_on(whole, tmp_path):

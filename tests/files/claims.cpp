@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <fstream>
 #include <set>
 #include <thread>
 
@@ -193,6 +194,19 @@ TEST(Claims, what_dead_processes_leave_is_removed_when_another_starts) {
         });
     { const Claims next(folder / "claims", neighbour()); }
     EXPECT_TRUE(std::filesystem::is_empty(folder / "claims"));
+}
+
+TEST(Claims, an_empty_file_of_a_process_that_was_killed_at_its_start_is_removed_after_the_time_of_death) {
+    const Folder folder;
+    std::filesystem::create_directories(folder / "claims");
+    const auto now = std::filesystem::file_time_type::clock::now();
+    for (const auto& [name, age] : {std::pair{"owner-old", 1000s}, std::pair{"owner-new", 0s}}) {
+        std::ofstream(folder / "claims" / name).close();
+        std::filesystem::last_write_time(folder / "claims" / name, now - age);
+    }
+    const Claims claims(folder / "claims", neighbour());
+    EXPECT_FALSE(std::filesystem::exists(folder / "claims" / "owner-old"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "claims" / "owner-new"));
 }
 
 TEST(Claims, those_of_dead_processes_can_be_removed_and_those_of_the_living_stay) {
