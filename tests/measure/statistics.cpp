@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <complex>
 #include <limits>
 #include <numbers>
 
@@ -22,19 +21,6 @@ std::vector<double> autoregression(double phi, std::size_t size, std::uint64_t s
     std::vector<double> values(size);
     fill_normal({.seed = seed, .stream = Stream::test}, 0, 1, values);
     for (std::size_t i = 1; i < size; ++i) values[i] = phi * values[i - 1] + std::sqrt(1.0 - phi * phi) * values[i];
-    return values;
-}
-
-/// Real part of a rotating and decaying complex number with white noise: rho_k = e^(-k/decay) cos(omega k).
-std::vector<double> damped_wave(double decay, double omega, std::size_t size, std::uint64_t seed) {
-    std::vector<double> noise(2 * size), values(size);
-    fill_normal({.seed = seed, .stream = Stream::test}, 0, 1, noise);
-    const std::complex<double> turn = std::exp(std::complex(-1.0 / decay, omega));
-    std::complex<double> z{noise[0], noise[1]};
-    for (std::size_t i = 0; i < size; ++i) {
-        if (i > 0) z = turn * z + std::sqrt(1.0 - std::norm(turn)) * std::complex(noise[2 * i], noise[2 * i + 1]);
-        values[i] = z.real();
-    }
     return values;
 }
 
@@ -91,18 +77,6 @@ TEST(AutocorrelationTime, is_the_defining_sum_for_short_and_long_windows) {
             const double expected = std::max(0.5, time_by_definition(values));
             EXPECT_NEAR(autocorrelation_time(values), expected, 1e-9 * expected) << phi << " " << size;  // rounding
         }
-}
-
-TEST(CorrelationTimes, of_a_damped_wave_are_its_sums) {
-    // rho_k = e^(-k/T) cos(omega k): 1/2 + sum rho_k = 1/2 + Re z/(1 - z) with z = e^(-1/T + i omega), and sum rho_k^2
-    // = (sum e^(-2k/T) + Re sum z^2k)/2.  Relative errors by Madras and Sokal: sqrt(2 (2 W + 1)/n), W = 5 * 10.
-    const double decay = 20.0, omega = 0.6;
-    const std::complex<double> z = std::exp(std::complex(-1.0 / decay, omega)), zz = z * z;
-    const double envelope = std::exp(-2.0 / decay) / (1.0 - std::exp(-2.0 / decay));
-    const CorrelationTimes times = correlation_times(damped_wave(decay, omega, 200000, 5));
-    EXPECT_NEAR(times.coherence, 0.5 + envelope + (zz / (1.0 - zz)).real(), 0.1 * times.coherence);
-    EXPECT_EQ(times.integrated, 0.5);  // 0.5 + Re z/(1 - z) = 0.14: fewer samples would be as good
-    EXPECT_LT(0.5 + (z / (1.0 - z)).real(), 0.15);
 }
 
 TEST(AutocorrelationTimeLong, of_an_autoregression_has_the_error_of_madras_and_sokal) {
@@ -204,34 +178,6 @@ TEST(EstimateLong, the_error_is_unbiased_even_with_the_shortest_blocks) {
         // %.
         EXPECT_NEAR(ratio, 1.0, 3.0 * std::sqrt(2.0 / 63.0 / 1000.0)) << times;
     }
-}
-
-/// The variance of the mean of n samples of damped_wave(), times n.
-double mean_square(double decay, double omega, double n) {
-    double sum = 1.0;
-    for (double k = 1.0; k < n; ++k) sum += 2.0 * (1.0 - k / n) * std::exp(-k / decay) * std::cos(omega * k);
-    return sum;
-}
-
-TEST(EstimateLong, the_error_of_a_damped_wave_is_not_too_large_in_a_short_run) {
-    // 25 decay times of a wave that turns 12 rad in each.  Blocks of ten integrated times, less than a period, would
-    // give an error more than twice too large; the longest, of three decay times, still cut waves: their means have the
-    // exact variance mean_square()/length.
-    const double decay = 20.0, omega = 0.6;
-    double ratio = 0.0, expected = 0.0;
-    const int runs = 400;
-    for (int s = 0; s < runs; ++s) {
-        const Estimate estimate =
-            estimate_mean({.series = {damped_wave(decay, omega, 500, 900 + static_cast<std::uint64_t>(s))}}, 0);
-        ASSERT_TRUE(estimate.error);
-        const auto n = static_cast<double>(estimate.samples), blocks = static_cast<double>(estimate.blocks);
-        const double exact = mean_square(decay, omega, n) / n;
-        ratio += *estimate.error * *estimate.error / exact / runs;
-        expected += mean_square(decay, omega, n / blocks) / n / exact / runs;
-    }
-    // Three errors of a mean of chi-squares of 7 degrees; means of neighbouring blocks are correlated by a tenth.
-    EXPECT_NEAR(ratio, expected, (0.1 + 3.0 * std::sqrt(2.0 / 7.0 / runs)) * expected);
-    EXPECT_LT(ratio, 2.0);  // an error at most 1.4 times too large
 }
 
 TEST(Estimate, the_error_is_that_of_independent_block_means) {
