@@ -134,6 +134,12 @@ run::List front_list(const Findings& found, const std::vector<Candidate>& front)
     return list;
 }
 
+/// As much of a sentence as a column of a table has room for.
+std::string short_text(const std::string& sentence) {
+    constexpr std::size_t max_length = 60;
+    return sentence.size() <= max_length ? sentence : sentence.substr(0, sentence.rfind(' ', max_length)) + " ...";
+}
+
 void add_levels(const Findings& found, const std::string& axis, const std::vector<LevelFound>& levels,
                 run::List& list) {
     for (const LevelFound& level : levels) {
@@ -151,7 +157,8 @@ void add_levels(const Findings& found, const std::string& axis, const std::vecto
                                           "given one",
                                           level.is_measured() ? level.step_seconds : NAN, 3));
         row.entries.push_back(
-            run::words("remark", "", level.is_measured() && !level.is_compared ? "bias not measured" : level.failure));
+            run::words("remark", "",
+                       level.is_measured() && !level.is_compared ? "bias not measured" : short_text(level.failure)));
         list.rows.push_back(std::move(row));
     }
 }

@@ -397,10 +397,11 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
                            state_text(model, uniform.state_of(*roots.kink())));
     if (result.states.empty() && roots.kink()) result.why_none = result.kink;
     else if (result.states.empty())
-        result.why_none = text(
-            "Newton's method found no uniform stationary state from {} starting points; the smallest rate that "
-            "remained is {:.3g} of its terms",
-            roots.starts(), roots.nearest().residual);
+        result.why_none =
+            text("Newton's method found no uniform stationary state from {} starting points; {}", roots.starts(),
+                 std::isfinite(roots.nearest().residual)
+                     ? text("the smallest rate that remained is {:.3g} of its terms", roots.nearest().residual)
+                     : "no rates are finite where it ends, or they have no derivative there");
     const bool has_spins =
         std::any_of(model.fields.begin(), model.fields.end(), [](const model::Field& field) { return field.spin > 0; });
     if (has_spins && !is_ordered)
