@@ -303,7 +303,7 @@ std::vector<Vector> starting_points(const UniformEquations& equations) {
 /// Values of a component, from which lines of states are made: all sizes, and those from one to another root.
 std::vector<double> values_on_line(const std::vector<Roots::Root>& roots, Eigen::Index k) {
     std::vector<double> values{0.0};
-    for (int n = -72; n <= 72; ++n)  // 1e-9 to 1e9
+    for (int n = -72; n <= 240; n += n < 72 ? 1 : 8)  // 1e-9 to 1e30, above 1e9 by decades
         for (const double sign : {1.0, -1.0}) values.push_back(sign * std::pow(10.0, n / 8.0));
     double low = 0.0, high = 0.0;
     for (const Roots::Root& root : roots) low = std::min(low, root.at.z(k)), high = std::max(high, root.at.z(k));

@@ -68,6 +68,19 @@ TEST(ModelUnits, where_terms_of_one_field_cancel_its_rounding_errors_do_not_grow
     }
 }
 
+TEST(ModelUnits, of_a_field_change_no_state_of_saturation) {
+    for (const double size : {1e-3, 1.0, 1e6, 1e12, 1e15, 1e20}) {  // g u = b u^3 at u = sqrt(g/b)
+        const model::Model model{.fields = {scalar("u", "g u - b u^3 + lap u")},
+                                 .coefficients = {{"g", 1.0}, {"b", 1.0 / (size * size)}}};
+        const StationaryStates found = stationary_states(model::Equations(model));
+        ASSERT_EQ(found.states.size(), 3u) << size << " " << found.why_none;
+        for (const StationaryState& state : found.states) {
+            if (state.values[0] == 0.0) continue;
+            EXPECT_NEAR(std::abs(state.values[0]), size, 1e-12 * size);
+        }
+    }
+}
+
 TEST(ModelUnits, of_a_conserved_density_change_no_order) {
     for (const double number : {1.0, 1e6, 1e12, 1e24}) {
         model::Model model{.fields = {scalar("n", "-div(n v) + lap n"),
