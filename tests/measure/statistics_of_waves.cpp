@@ -73,7 +73,7 @@ TEST(EstimateLong, the_error_of_a_damped_wave_is_not_too_large_in_a_short_run) {
 TEST(EstimateLong, the_error_of_a_wave_and_its_power_is_right_after_50_decay_times_and_too_small_after_20) {
     // x + (x^2 + y^2)/2 of a wave x + i y of variance 2: its correlations are e^(-k/T) cos(omega k) + e^(-2k/T).
     const double decay = 20.0, omega = 0.6;
-    for (const auto& [times, least, most] : {std::tuple{50.0, 0.8, 1.2}, std::tuple{20.0, 0.35, 0.7}}) {
+    for (const auto& [times, min, max] : {std::tuple{50.0, 0.8, 1.2}, std::tuple{20.0, 0.35, 0.7}}) {
         const auto size = static_cast<std::size_t>(times * decay);
         double ratio = 0.0, count = 0.0;
         for (std::uint64_t s = 0; s < 400; ++s) {
@@ -89,8 +89,8 @@ TEST(EstimateLong, the_error_of_a_wave_and_its_power_is_right_after_50_decay_tim
             ratio += *estimate.error * *estimate.error / (sum / n);
             count += 1.0;
         }
-        EXPECT_GT(ratio / count, least) << times;
-        EXPECT_LT(ratio / count, most) << times;
+        EXPECT_GT(ratio / count, min) << times;
+        EXPECT_LT(ratio / count, max) << times;
         EXPECT_GT(count, 200.0);
     }
 }
