@@ -69,7 +69,8 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     information = f"drover-{version()}.dist-info"
     module = compile_module()
     package = TREE / "src" / "python" / "drover"
-    contents = {f"drover/{path.name}": path.read_bytes() for path in sorted(package.iterdir()) if path.is_file()}
+    contents = {f"drover/{path.relative_to(package)}": path.read_bytes() for path in sorted(package.rglob("*"))
+                if path.is_file() and "__pycache__" not in path.parts}
     contents[f"drover/{module.name}"] = module.read_bytes()
     contents[f"{information}/METADATA"] = metadata().encode()
     contents[f"{information}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: drover\nRoot-Is-Purelib: false\n"

@@ -1,6 +1,5 @@
 """tests/app/test_calibrate_shares.py: a calibration in shares: any number of processes give the same table."""
 import json
-import os
 import random
 import re
 import signal

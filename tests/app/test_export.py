@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from support import drover, write_scene
 
+import drover as package
+
 # Slaved beads: their velocity is recorded, and is no field of the form.
 KEYS = {"fields.bead_density": True, "fields.bead_velocity": "slaved", "drag.coefficient": 1.0, "stiffness.beads": 1.0,
         "driving.strength": 0.5, "noise.order": 0.0, "noise.rods": 0.0, "initial.kind": "random",
@@ -99,6 +101,12 @@ def test_what_cannot_be_exported_is_an_error_and_leaves_no_file(words, message, 
     assert message in drover(tmp_path, "export", ran, *words, status=2).stderr
     assert [path.name for path in tmp_path.iterdir()] == ["kept.csv"]
     assert (tmp_path / "kept.csv").read_text() == "precious"
+
+
+def test_bodies_of_fields_are_an_error_in_python_too(ran, tmp_path):
+    with pytest.raises(package.Error, match="bodies is for particles"):
+        package.export(ran, tmp_path / "flock.csv", bodies=True)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_archive_is_never_replaced_by_its_export(ran, tmp_path):

@@ -163,9 +163,9 @@ def test_a_run_on_other_threads_and_one_killed_and_resumed_give_the_same_bytes(t
 @pytest.mark.parametrize("scene, end", [("active-nematic", 4.0), ("bidisperse-bed", 4.0), ("kpz", 20.0)])
 def test_fields_in_balance_with_mass_and_on_a_line_restart_to_the_same_bytes(tmp_path, scene, end):
     keys = ["grid.nx=16", "grid.lx=16"] + (["grid.ny=16", "grid.ly=16"] if scene != "kpz" else [])
-    for output, time in (("whole.h5", 2.0 * end), ("parts.h5", end)):
+    for output, last in (("whole.h5", 2.0 * end), ("parts.h5", end)):
         drover(tmp_path, "run", MODELS / f"{scene}.toml", "--quiet", "-o", output,
-               *settings([*keys, "output.frame_every=1", "output.sample_every=0.5", f"time.end={time}"]))
+               *settings([*keys, "output.frame_every=1", "output.sample_every=0.5", f"time.end={last}"]))
     drover(tmp_path, "restart", "parts.h5", "--quiet", "--set", f"time.end={2.0 * end}")
     whole, parts = contents(tmp_path / "whole.h5"), contents(tmp_path / "parts.h5")
     assert set(whole) == set(parts) and [name for name in whole if whole[name] != parts[name]] == []

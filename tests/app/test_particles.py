@@ -11,7 +11,7 @@ from matplotlib import image
 from pictures import overlaps
 from rejection import rejected
 from scipy import stats
-from support import (attributes, contents, drover, drover_json, end_group, environment, scene_text, settings,
+from support import (attributes, contents, drover, drover_json, end_group, environment, scene_text,
                      slow_but, start, tree, wait_until, write_scene)
 
 import drover as package

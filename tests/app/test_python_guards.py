@@ -4,7 +4,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import h5py
 import pytest
 from support import SMALL, environment, slow_but
 

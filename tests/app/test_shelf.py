@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.optimize import brentq, fsolve
+from scipy.optimize import fsolve
 from scipy.special import ive
 from support import MODELS, drover, scenes, settings
 

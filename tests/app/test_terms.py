@@ -8,7 +8,7 @@ import h5py
 import numpy
 import pytest
 from rejection import rejected
-from support import DROVER, MODELS, drover, environment, settings
+from support import DROVER, drover, environment, settings
 
 ANCHORING = """
 [fields]

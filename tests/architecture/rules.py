@@ -306,6 +306,15 @@ def check_defects(tree):
             yield f"tests/defects/plant.py: {defect!r}: {path} has its text {count} times; expected once"
 
 
+def check_python_names(tree):
+    """Names that no module defines, which only a call would find, and imports that nothing uses."""
+    scripts = [str(path) for path in files(tree, ("src", "tests"), (".py",))]
+    if scripts:
+        checked = subprocess.run([sys.executable, "-m", "pyflakes", *scripts], cwd=tree, capture_output=True,
+                                 text=True, check=False)
+        yield from checked.stdout.splitlines() or checked.stderr.splitlines()
+
+
 def files(tree, folders, suffixes):
     """The files below some folders, relative to the tree, sorted."""
     found = (path for folder in folders for path in (tree / folder).rglob("*") if path.suffix in suffixes)
@@ -315,7 +324,8 @@ def files(tree, folders, suffixes):
 def broken_rules(tree):
     tree = Path(tree).resolve()
     return [*check_sources(tree), *check_file_access(tree), *check_sentences(tree), *check_cycles(tree),
-            *check_files(tree), *check_columns(tree), *check_top_level(tree), *check_defects(tree)]
+            *check_files(tree), *check_columns(tree), *check_top_level(tree), *check_defects(tree),
+            *check_python_names(tree)]
 
 
 def main(arguments):

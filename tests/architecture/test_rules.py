@@ -5,6 +5,7 @@ import pytest
 import rules
 
 FIRST_LINE = "// file.hpp: what it contains\n"
+PYTHON_FIRST_LINE = '"""file.py: what it contains."""\n'
 
 
 def tree_with(folder, texts):
@@ -22,7 +23,7 @@ def tree_with(folder, texts):
         "src/files/overlay.hpp": FIRST_LINE,
         "src/io/scene.cpp": FIRST_LINE + "#include <toml++/toml.h>\n",
         "src/app/main.cpp": FIRST_LINE + '#include <CLI/CLI.hpp>\n#include "drover/numerics/grid.hpp"\n',
-        "src/python/drover/figures/map.py": "from drover import error\n",
+        "src/python/drover/figures/map.py": "from drover import error\n\nprint(error)\n",
         "README.md": "",
     }
     for name, text in {**good, **texts}.items():
@@ -128,6 +129,9 @@ BROKEN = {
     "a long test": (
         "tests/app/test_bad.py", "\n" * 500,
         "tests/app/test_bad.py:501: 501 lines; at most 500"),
+    "a name that no module defines": (
+        "src/python/drover/bad.py", "\n\ndef stop():\n    raise Error('')\n",
+        "src/python/drover/bad.py:5:11: undefined name 'Error'"),
     "a new visible entry at the top": (
         "docs/page.md", "",
         "docs:1: a new entry at the top level"),
@@ -137,7 +141,7 @@ BROKEN = {
 @pytest.mark.parametrize("rule", BROKEN)
 def test_the_check_reports_the_location_of(rule, tmp_path, capsys):
     name, text, expected = BROKEN[rule]
-    tree = tree_with(tmp_path, {name: FIRST_LINE + text})
+    tree = tree_with(tmp_path, {name: (PYTHON_FIRST_LINE if name.endswith(".py") else FIRST_LINE) + text})
     found = rules.broken_rules(tree)
     assert len(found) == 1 and found[0].startswith(expected), found
     assert rules.main([str(tree)]) == 1
@@ -151,7 +155,7 @@ def test_the_check_reports_a_file_without_a_descriptive_first_line(first_line, t
 
 
 def test_the_check_reports_a_circle_of_python_modules_by_an_import_within_a_function(tmp_path):
-    late = "from drover import _drover\n\n\ndef late():\n    from .figures import map\n"
+    late = "def late():\n    from .figures import map\n    return map\n"
     tree = tree_with(tmp_path, {"src/python/drover/error.py": late})
     circle = "drover.error -> drover.figures.map -> drover.error"
     assert rules.broken_rules(tree) == [f"drover.error: module cycle: {circle}; expected no cycle"]

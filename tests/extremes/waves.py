@@ -4,10 +4,10 @@ import math
 import random
 
 import numpy
-from field_error import frame_of, largest_error
+from field_error import frame_of, largest_error, size_of
 from program import call, failure, has_non_finite
 
-VANISHED = 1e-10  # a smaller field has no size of its own
+VANISHED, RELAXED = 1e-10, 1e-5  # a smaller field has no size of its own; of that at the start, as for step_error
 SHORTEST = 1.5e-8  # [s]: shorter steps under noise share no path with those of an eighth
 WRONG = 0.1  # of a field: ten times the error above which a run warns
 
@@ -104,19 +104,20 @@ def scene(number):
 
 
 def run(program, folder, keys, name):
-    """Status, standard error, results and last frame of a run."""
+    """Status, standard error, results, and first and last frame of a run."""
     status, output, errors = call(program, folder, "run", {**keys, "output.file": f"{name}.h5"}, "--quiet",
                                   "--overwrite", "--json")
     if status != 0:
         return status, errors, None, None
-    return 0, errors, json.loads(output), frame_of(folder / f"{name}.h5")
+    return 0, errors, json.loads(output), [frame_of(folder / f"{name}.h5", number) for number in (0, -1)]
 
 
 def judge(program, folder, keys):
     """Outcome, error and message of a scene."""
-    status, errors, result, frame = run(program, folder, keys, "run")
+    status, errors, result, frames = run(program, folder, keys, "run")
     if (failed := failure(status, errors)) is not None:
         return failed
+    start, frame = frames
     warnings = result["warnings"]
     bad = has_non_finite(result) or not all(numpy.isfinite(values).all() for values in frame.values())
     if warnings:
@@ -137,8 +138,9 @@ def judge(program, folder, keys):
         status, errors, _, exact = run(program, folder, settings, "finer")
         if status != 0:
             return "undecided", "", f"{name}: {errors.strip()[-200:]}"
-        exact = {key: values[::coarser[0], ::coarser[1]] for key, values in exact.items()}
-        error, field = largest_error(frame, exact, is_noisy, lambda _: VANISHED)
+        exact = {key: values[::coarser[0], ::coarser[1]] for key, values in exact[1].items()}
+        error, field = largest_error(frame, exact, is_noisy,
+                                     lambda group: max(VANISHED, RELAXED * size_of(start, group)))
         if error > worst:
             worst, named = error, f"{field} beside {name}"
     return "SILENT" if worst > WRONG else "right", f"{worst:.2g}", named

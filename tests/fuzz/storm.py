@@ -10,7 +10,6 @@ and DIR/READER/found the inputs that reached new code, from which the next call 
 import argparse
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 

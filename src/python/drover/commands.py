@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from drover import _drover
+from drover.error import ArgumentError
 from drover.locks import hdf5
 
 
@@ -91,5 +92,5 @@ def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=Fals
             _drover.export_xyz(*names, chosen, every, bodies, overwrite)
             return [Path(output)]
         if bodies:
-            raise Error("bodies is for particles, and a file .vtk or .csv for fields; expected the call without it")
+            raise ArgumentError(f"bodies is for particles, and {output} is of fields; expected a .xyz, or no bodies")
         return list(_drover.export_fields(*names, chosen, every, overwrite))

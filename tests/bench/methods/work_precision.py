@@ -74,7 +74,7 @@ def run(program, folder, scene, method, dt, tolerance, limit=20.0):
     taken = re.search(r"(\d+) steps taken, (\d+) rejected(?:, (\d+) right-hand sides)?", ended.stderr)
     if taken and taken.group(3):
         return fields, int(taken.group(3)), seconds
-    explained = json.loads(subprocess.run([program, "explain", MODELS / name, *words, "--json"], check=True,
+    explained = json.loads(subprocess.run([program, "explain", MODELS / name, *settings_of(keys), "--json"], check=True,
                                           capture_output=True, text=True).stdout)
     steps = int(taken.group(1)) + int(taken.group(2)) if taken else round(end / dt)
     return fields, steps * explained["right_hand_sides_per_step"], seconds
