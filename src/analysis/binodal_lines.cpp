@@ -86,7 +86,7 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const PlannedBoundary& 
                                                 },
                                             .parameter = axes.other.get(scene_model(line)),
                                             .grid = line.grid};
-    numerics::TravellingSolver solver(theory::travelling_family(problem, threads), threads);
+    numerics::TravellingSolver solver(theory::travelling_family(problem, threads));
     const numerics::TravellingState first = run::find_state(run::travelling_guess(scene, line, threads), solver);
     const DescribedAxis& along = axes.swapped ? planned.x : planned.y;
     Branches whole;

@@ -14,8 +14,8 @@
 #include "run/scene_equations.hpp"
 #include "run/signals.hpp"
 #include "run/travelling_start.hpp"
+#include "theory/binodal.hpp"
 #include "theory/density_profile.hpp"
-#include "theory/travelling_family.hpp"
 
 namespace drover::analysis {
 
@@ -45,7 +45,6 @@ StatesProblem states_problem(const io::Scene& scene, const std::string& follow) 
     const io::Scene line = run::line_of(scene);
     double parameter = 0.0;
     std::optional<FollowedNumber> followed;
-    std::function<model::Integrated(double)> at = [line](double) { return run::integrated_of(line); };
     if (!follow.empty()) {
         const std::string list = "--follow";
         const SourceLocation where{.file = list};
@@ -55,10 +54,11 @@ StatesProblem states_problem(const io::Scene& scene, const std::string& follow) 
         parameter = number.value;
         require(last != parameter, where, "{} is {} already; expected another value to follow the state to", key, last);
         followed = FollowedNumber{.key = number.key, .unit = number.unit, .last = last};
-        at = [line, key = number.key](double changed) {
-            return run::integrated_of(run::scene_with(line, key, changed));
-        };
     }
+    const auto at = [line, key = followed ? followed->key : ""](double value) {
+        run::check_stop_signal();
+        return run::integrated_of(key.empty() ? line : run::scene_with(line, key, value));
+    };
     const model::Integrated here = at(parameter);
     for (const model::Field& field : here.equations.model().fields)
         require(!field.solenoidal || field.left == model::LeftSide::balance, field.where,
@@ -71,16 +71,6 @@ StatesProblem states_problem(const io::Scene& scene, const std::string& follow) 
             .parameter = parameter,
             .here = here,
             .degree = here.equations.linear_system(line.grid, here.kept_degree).degree};
-}
-
-numerics::TravellingFamily family_of(const StatesProblem& problem, Threads& threads) {
-    numerics::TravellingFamily family =
-        theory::travelling_family({problem.at, problem.parameter, problem.grid()}, threads);
-    family.system = [system = family.system](double value) {
-        run::check_stop_signal();
-        return system(value);
-    };
-    return family;
 }
 
 /// What is reported of a scalar, and its name; "": nothing.
@@ -350,7 +340,8 @@ run::Frames frames_of(const io::Scene& scene, const std::vector<Point>& points) 
 
 run::Result make_states(const io::Scene& scene, const StatesOptions& options, Threads& threads) {
     const StatesProblem problem = states_problem(scene, options.follow);
-    numerics::TravellingSolver solver(family_of(problem, threads), threads);
+    numerics::TravellingSolver solver(
+        theory::travelling_family({problem.at, problem.parameter, problem.grid()}, threads));
     run::TravellingGuess guess = run::travelling_guess(scene, problem.line, threads);
     guess.speed = options.speed;
     guess.time = options.settle;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "drover/base/error.hpp"
@@ -11,6 +12,33 @@
 #include "theory/density_profile.hpp"
 
 namespace drover::theory {
+
+numerics::TravellingFamily travelling_family(const TravellingProblem& problem, Threads& threads) {
+    struct Kept {  // Newton's method asks for one value many times
+        double parameter = 0.0;
+        std::optional<model::Integrated> what;
+    };
+    const auto at = [of = problem.at, kept = std::make_shared<Kept>()](double value) -> const model::Integrated& {
+        if (kept->what && value == kept->parameter) return *kept->what;
+        kept->what = of(value);
+        kept->what->is_quiet = true;
+        kept->parameter = value;
+        if (const model::TermSummary* placed = kept->what->equations.placed_term())
+            fail_input(placed->where,
+                       "the term {} depends on position or time; expected terms without: a travelling state has none",
+                       placed->text);
+        return *kept->what;
+    };
+    return {.system = [at, line = problem.grid,
+                       &threads](double value) { return model::system_of(at(value), line, threads); },
+            .mean =
+                [at](double value, int component) {
+                    const model::Equations& here = at(value).equations;
+                    const int place = here.state_components()[static_cast<std::size_t>(component)];
+                    return here.reference()[static_cast<std::size_t>(place)];
+                },
+            .parameter = problem.parameter};
+}
 
 namespace {
 using numerics::TravellingState;
@@ -35,7 +63,7 @@ TravellingState next_state(const TravellingProblem& problem, const TravellingSta
     const auto before = other_means(problem.at(at.parameter).equations, component),
                now = other_means(problem.at(problem.parameter).equations, component);
     for (std::size_t k = 0; k < now.size(); ++k) guess[now[k].first][0] += now[k].second - before[k].second;
-    return numerics::TravellingSolver(travelling_family(problem, threads), threads).find(guess, at.speed);
+    return numerics::TravellingSolver(travelling_family(problem, threads)).find(guess, at.speed);
 }
 }  // namespace
 

@@ -119,7 +119,7 @@ DEFECTS = (
     ("a frame on other points loses a mode", "src/run/start_file.cpp", "= given[c][at_source[k].fine];",
      "= k == 1 ? numerics::Complex(0.0) : given[c][at_source[k].fine];", ("app.test_start",)),
     ("a followed state keeps its number", "src/analysis/states.cpp",
-     "run::integrated_of(run::scene_with(line, key, changed))", "run::integrated_of(line)",
+     "key.empty() ? line : run::scene_with(line, key, value)", "line",
      ("app.test_own_states",)),
     ("a restart forgets the division of a step", "src/numerics/steppers/watched_stepper.cpp",
      "    stepper_.set_division(static_cast<int>(division));\n", "",

@@ -30,7 +30,7 @@ inline numerics::TravellingFamily travelling_family(const TravellingProblem& pro
 
 struct TravellingSolver : numerics::TravellingSolver {
     TravellingSolver(const TravellingProblem& problem, Threads& threads)
-        : numerics::TravellingSolver(travelling_family(problem, threads), threads) {}
+        : numerics::TravellingSolver(travelling_family(problem, threads)) {}
 };
 
 }  // namespace drover::physics

@@ -35,7 +35,7 @@ TEST(ModelBinodal, OfCahnAndHilliardIsAtTheMinimaOfTheFreeEnergyAndTheOtherDensi
     guess[0][0] = 0.0;
     guess[1][0] = 2.0;
     const TravellingProblem problem{.at = at, .parameter = 1.0, .grid = grid};
-    numerics::TravellingSolver solver(travelling_family(problem, threads), threads);
+    numerics::TravellingSolver solver(travelling_family(problem, threads));
     const numerics::TravellingState first = solver.find(guess, 0.0);
     const Binodal found = trace_binodal(problem, first, 0, 0.81, 3, threads);
     EXPECT_EQ(found.ends, "");

@@ -1,71 +1,78 @@
 // numerics/solvers/travelling_equations.cpp: residual, derivative and preconditioner of the equations of a travelling
-// state.
-#include "numerics/solvers/travelling_equations.hpp"
+// state, and their solution by Newton's method and GMRES (KINSOL of SUNDIALS).
+#include <kinsol/kinsol.h>
+#include <nvector/nvector_serial.h>
+#include <sunlinsol/sunlinsol_spgmr.h>
 
 #include <algorithm>
+#include <cmath>
+#include <exception>
 #include <limits>
+#include <memory>
 #include <numbers>
+#include <numeric>
+
+#include "numerics/solvers/travelling_state.hpp"
+#include "numerics/steppers/sundials_handles.hpp"
 
 namespace drover::numerics {
 
-using travelling::Numbers;
-using travelling::product;
-using travelling::Values;
-
 namespace {
 constexpr double pi = std::numbers::pi;
+double product(std::span<const double> a, std::span<const double> b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
 }  // namespace
 
-TravellingEquations::TravellingEquations(TravellingFamily the_family, Threads& the_threads)
-    : family(std::move(the_family)), threads(the_threads) {
-    set_parameter(family.parameter);
-    grid = whole->system.grid;
-    require(grid.ny == 1, {}, "a travelling state on {} rows of points; expected grid.ny = 1", grid.ny);
-    modes.emplace(grid, whole->system.layout, whole->system.degree);
-    const int count = components(whole->system.layout);
-    per_component = modes->size() / static_cast<std::size_t>(count);
-    scratch = Spectra(grid, count);
-    rate = scratch;
+TravellingSolver::TravellingSolver(TravellingFamily family) : family_(std::move(family)) {
+    set_parameter(family_.parameter);
+    grid_ = whole_->system.grid;
+    require(grid_.ny == 1, {}, "a travelling state on {} rows of points; expected grid.ny = 1", grid_.ny);
+    modes_.emplace(grid_, whole_->system.layout, whole_->system.degree);
+    const int count = components(whole_->system.layout);
+    per_component_ = modes_->size() / static_cast<std::size_t>(count);
+    scratch_ = Spectra(grid_, count);
+    rate_ = scratch_;
 }
 
 /// The size of a field is its root mean square or, where larger, that of its change over 1/shift.
-void TravellingEquations::set_sizes(Values a) {
-    std::vector<double> squares = modes->mean_squares(a);
+void TravellingSolver::set_sizes(Values a) {
+    std::vector<double> squares = modes_->mean_squares(a);
     Numbers changes(size());
     evaluate(a, changes);
-    for (double& change : changes) change /= shift;
-    const std::vector<double> of_changes = modes->mean_squares(changes);
+    for (double& change : changes) change /= shift_;
+    const std::vector<double> of_changes = modes_->mean_squares(changes);
     const double largest = *std::max_element(squares.begin(), squares.end());
-    sizes.assign(size(), 0.0);
+    sizes_.assign(size(), 0.0);
     for (std::size_t f = 0; f < squares.size(); ++f) {
         squares[f] = std::max(squares[f], std::min(of_changes[f], largest));
-        const ModeVector::Field& field = modes->fields()[f];
-        std::fill(sizes.begin() + static_cast<std::ptrdiff_t>(field.begin),
-                  sizes.begin() + static_cast<std::ptrdiff_t>(field.end),
+        const ModeVector::Field& field = modes_->fields()[f];
+        std::fill(sizes_.begin() + static_cast<std::ptrdiff_t>(field.begin),
+                  sizes_.begin() + static_cast<std::ptrdiff_t>(field.end),
                   std::sqrt(std::max(squares[f], 1e-6 * largest)));
     }
 }
 
-void TravellingEquations::set_parameter(double value) {
-    if (whole && parameter == value) return;
-    whole.emplace(WholeRate(family.system(value)));
-    parameter = value;
+void TravellingSolver::set_parameter(double value) {
+    if (whole_ && parameter_ == value) return;
+    whole_.emplace(WholeRate(family_.system(value)));
+    parameter_ = value;
 }
 
 /// f = L a + N(a) at the present parameter.
-void TravellingEquations::evaluate(Values a, std::span<double> f) {
-    modes->unpack(a, scratch);
-    whole->write(0.0, scratch, rate);
-    modes->pack(rate, f);
-    ++evaluations;
+void TravellingSolver::evaluate(Values a, std::span<double> f) {
+    modes_->unpack(a, scratch_);
+    whole_->write(0.0, scratch_, rate_);
+    modes_->pack(rate_, f);
+    ++evaluations_;
 }
 
 /// d_x a.
-Numbers TravellingEquations::slope(Values a) const {
+TravellingSolver::Numbers TravellingSolver::slope(Values a) const {
     Numbers result(size(), 0.0);
-    for (std::size_t begin = 0; begin < size(); begin += per_component)
-        for (std::size_t k = 1; 2 * k < per_component; ++k) {
-            const double q = 2.0 * pi / grid.lx * static_cast<double>(k);
+    for (std::size_t begin = 0; begin < size(); begin += per_component_)
+        for (std::size_t k = 1; 2 * k < per_component_; ++k) {
+            const double q = 2.0 * pi / grid_.lx * static_cast<double>(k);
             result[begin + 2 * k - 1] = -q * a[begin + 2 * k];
             result[begin + 2 * k] = q * a[begin + 2 * k - 1];
         }
@@ -73,54 +80,54 @@ Numbers TravellingEquations::slope(Values a) const {
 }
 
 /// A mean density is conserved if its rate is zero for the guess and for another state.
-void TravellingEquations::find_conserved(Values a) {
+void TravellingSolver::find_conserved(Values a) {
     Numbers other(a.begin(), a.end()), f(size()), g(size());
     for (std::size_t i = 0; i < other.size(); ++i)
-        if (i % per_component < 5) other[i] += 0.01 * sizes[i] * std::sin(1.7 * static_cast<double>(i));
+        if (i % per_component_ < 5) other[i] += 0.01 * sizes_[i] * std::sin(1.7 * static_cast<double>(i));
     evaluate(a, f);
     evaluate(other, g);
-    conserved.clear();
-    masses.clear();
-    for (const int c : scalar_components(whole->system.layout)) {
-        const std::size_t mean = static_cast<std::size_t>(c) * per_component;
+    conserved_.clear();
+    masses_.clear();
+    for (const int c : scalar_components(whole_->system.layout)) {
+        const std::size_t mean = static_cast<std::size_t>(c) * per_component_;
         constexpr double rounding = 1e-13;
-        if (std::max(std::abs(f[mean]), std::abs(g[mean])) > rounding * shift * sizes[mean]) continue;
-        conserved.push_back(mean);
-        masses.push_back(a[mean] - family.mean(parameter, c));
+        if (std::max(std::abs(f[mean]), std::abs(g[mean])) > rounding * shift_ * sizes_[mean]) continue;
+        conserved_.push_back(mean);
+        masses_.push_back(a[mean] - family_.mean(parameter_, c));
     }
 }
 
 /// The mean of a conserved density; it follows what the family prescribes.
-double TravellingEquations::mass(std::size_t i) const {
-    return masses[i] + family.mean(parameter, static_cast<int>(conserved[i] / per_component));
+double TravellingSolver::mass(std::size_t i) const {
+    return masses_[i] + family_.mean(parameter_, static_cast<int>(conserved_[i] / per_component_));
 }
 
 /// Above every growth rate of the linear terms: the preconditioner is regular.
-void TravellingEquations::choose_shift() {
+void TravellingSolver::choose_shift() {
     double growth = 0.0, slowest = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; 2 * k < per_component + 1; ++k) {
-        const IsotropicBlocks blocks = whole->system.linear(2.0 * pi / grid.lx * static_cast<double>(k));
+    for (std::size_t k = 0; 2 * k < per_component_ + 1; ++k) {
+        const IsotropicBlocks blocks = whole_->system.linear(2.0 * pi / grid_.lx * static_cast<double>(k));
         for (const Block* block : {&blocks.even, &blocks.odd})
             for (const Complex s : eigenvalues(*block)) {
                 growth = std::max(growth, s.real());
                 if (k == 0 && std::abs(s) > 1e-9) slowest = std::min(slowest, std::abs(s));
             }
     }
-    shift = 2.0 * growth + (std::isfinite(slowest) ? slowest : 1.0);
+    shift_ = 2.0 * growth + (std::isfinite(slowest) ? slowest : 1.0);
 }
 
 /// f of the modes: their rates in the frame that moves; of conserved means: their distance from the masses.
-void TravellingEquations::fill_equations(Values a, double speed, std::span<double> f) {
+void TravellingSolver::fill_equations(Values a, double speed, std::span<double> f) {
     evaluate(a, f.first(size()));
     const Numbers along = slope(a);
     for (std::size_t i = 0; i < size(); ++i) f[i] += speed * along[i];
-    for (std::size_t i = 0; i < conserved.size(); ++i) f[conserved[i]] = shift * (a[conserved[i]] - mass(i));
+    for (std::size_t i = 0; i < conserved_.size(); ++i) f[conserved_[i]] = shift_ * (a[conserved_[i]] - mass(i));
 }
 
 /// Of the modes alone, by central differences.
-void TravellingEquations::derive(Values a, double speed, Values v, std::span<double> result) {
+void TravellingSolver::derive(Values a, double speed, Values v, std::span<double> result) {
     double squares = 0.0;
-    for (std::size_t i = 0; i < size(); ++i) squares += v[i] * v[i] / (sizes[i] * sizes[i]);
+    for (std::size_t i = 0; i < size(); ++i) squares += v[i] * v[i] / (sizes_[i] * sizes_[i]);
     if (squares == 0.0) {
         std::fill_n(result.begin(), size(), 0.0);
         return;
@@ -133,16 +140,16 @@ void TravellingEquations::derive(Values a, double speed, Values v, std::span<dou
     evaluate(moved, result.first(size()));
     const Numbers along = slope(v.first(size()));
     for (std::size_t i = 0; i < size(); ++i) result[i] = (result[i] - below[i]) / (2.0 * step) + speed * along[i];
-    for (const std::size_t mean : conserved) result[mean] = shift * v[mean];
+    for (const std::size_t mean : conserved_) result[mean] = shift_ * v[mean];
 }
 
 namespace {
 /// The blocks of L at q along x, in the Cartesian components of the fields: see IsotropicBlocks.
-SmallSquare<Complex> cartesian_block(const System& system, double q) {
+Eigen::MatrixXcd cartesian_block(const System& system, double q) {
     const IsotropicBlocks blocks = system.linear(q);
     const BlockParts parts = block_parts(system.layout);
     const int count = components(system.layout);
-    SmallSquare<Complex> m = SmallSquare<Complex>::Zero(count, count);
+    Eigen::MatrixXcd m = Eigen::MatrixXcd::Zero(count, count);
     const auto factor = [&](const Part& part) {
         static constexpr Complex powers_of_i[] = {{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}};
         return q > 0.0 ? powers_of_i[part.spin % 4] : 1.0;
@@ -159,72 +166,71 @@ SmallSquare<Complex> cartesian_block(const System& system, double q) {
 }
 }  // namespace
 
-void TravellingEquations::prepare(Values a, double speed) {
-    const std::size_t kept = (per_component + 1) / 2;
-    inverses.clear();
+void TravellingSolver::prepare(Values a, double speed) {
+    const std::size_t kept = (per_component_ + 1) / 2;
+    inverses_.clear();
     for (std::size_t k = 0; k < kept; ++k) {
-        const double q = 2.0 * pi / grid.lx * static_cast<double>(k);
-        Matrix m = cartesian_block(whole->system, q);
-        m.diagonal().array() += Complex(-shift, speed * q);
+        const double q = 2.0 * pi / grid_.lx * static_cast<double>(k);
+        Eigen::MatrixXcd m = cartesian_block(whole_->system, q);
+        m.diagonal().array() += Complex(-shift_, speed * q);
         if (k == 0)
-            for (const std::size_t mean : conserved) {
-                const auto row = static_cast<Eigen::Index>(mean / per_component);
+            for (const std::size_t mean : conserved_) {
+                const auto row = static_cast<Eigen::Index>(mean / per_component_);
                 m.row(row).setZero();
-                m(row, row) = shift;
+                m(row, row) = shift_;
             }
-        inverses.push_back(inverse(Eigen::MatrixXcd(m)));
+        inverses_.push_back(inverse(m));
     }
-    columns.front() = slope(a);
-    for (const std::size_t mean : conserved) columns.front()[mean] = 0.0;
-    if (columns.size() > 1) columns[1] = parameter_column(a);
-    const auto extra = static_cast<Eigen::Index>(columns.size());
-    preconditioned_columns = columns;
-    schur = RealMatrix::Zero(extra, extra);
-    for (Numbers& column : preconditioned_columns) solve_blocks(column);
+    columns_.front() = slope(a);
+    for (const std::size_t mean : conserved_) columns_.front()[mean] = 0.0;
+    if (columns_.size() > 1) columns_[1] = parameter_column(a);
+    const auto extra = static_cast<Eigen::Index>(columns_.size());
+    preconditioned_columns_ = columns_;
+    schur_ = Eigen::MatrixXd::Zero(extra, extra);
+    for (Numbers& column : preconditioned_columns_) solve_blocks(column);
     for (Eigen::Index i = 0; i < extra; ++i)
         for (Eigen::Index k = 0; k < extra; ++k) {
-            const Numbers& row = rows[static_cast<std::size_t>(i)];
-            schur(i, k) = row[size() + static_cast<std::size_t>(k)] -
-                          product(Values(row).first(size()), preconditioned_columns[static_cast<std::size_t>(k)]);
+            const Numbers& row = rows_[static_cast<std::size_t>(i)];
+            schur_(i, k) = row[size() + static_cast<std::size_t>(k)] -
+                           product(Values(row).first(size()), preconditioned_columns_[static_cast<std::size_t>(k)]);
         }
 }
 
-void TravellingEquations::solve_blocks(std::span<double> v) const {
-    const auto count = static_cast<Eigen::Index>(size() / per_component);
-    Eigen::Matrix<Complex, Eigen::Dynamic, 1, 0, max_small_rows, 1> x(count);
-    for (std::size_t k = 0; k < inverses.size(); ++k) {
+void TravellingSolver::solve_blocks(std::span<double> v) const {
+    const auto count = static_cast<Eigen::Index>(size() / per_component_);
+    Eigen::VectorXcd x(count), solved(count);
+    for (std::size_t k = 0; k < inverses_.size(); ++k) {
         const std::size_t at = k == 0 ? 0 : 2 * k - 1;
         for (Eigen::Index c = 0; c < count; ++c) {
-            const double* number = v.data() + static_cast<std::size_t>(c) * per_component + at;
+            const double* number = v.data() + static_cast<std::size_t>(c) * per_component_ + at;
             x(c) = Complex(number[0], k == 0 ? 0.0 : number[1]);
         }
-        x = (inverses[k] * x).eval();
+        solved.noalias() = inverses_[k] * x;
         for (Eigen::Index c = 0; c < count; ++c) {
-            double* number = v.data() + static_cast<std::size_t>(c) * per_component + at;
-            number[0] = x(c).real();
-            if (k > 0) number[1] = x(c).imag();
+            double* number = v.data() + static_cast<std::size_t>(c) * per_component_ + at;
+            number[0] = solved(c).real();
+            if (k > 0) number[1] = solved(c).imag();
         }
     }
 }
 
 /// The bordered system, by its Schur complement.
-void TravellingEquations::precondition(std::span<double> v) const {
+void TravellingSolver::precondition(std::span<double> v) const {
     const std::span<double> a = v.first(size()), extra = v.subspan(size());
     solve_blocks(a);
-    using RealVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_small_rows, 1>;
-    RealVector right(static_cast<Eigen::Index>(extra.size()));
+    Eigen::VectorXd right(static_cast<Eigen::Index>(extra.size()));
     for (std::size_t i = 0; i < extra.size(); ++i)
-        right(static_cast<Eigen::Index>(i)) = extra[i] - product(Values(rows[i]).first(size()), a);
-    const RealVector found = RealMatrix(inverse(Eigen::MatrixXd(schur))) * right;
+        right(static_cast<Eigen::Index>(i)) = extra[i] - product(Values(rows_[i]).first(size()), a);
+    const Eigen::VectorXd found = inverse(schur_) * right;
     for (std::size_t k = 0; k < extra.size(); ++k) {
         extra[k] = found(static_cast<Eigen::Index>(k));
-        for (std::size_t i = 0; i < size(); ++i) a[i] -= extra[k] * preconditioned_columns[k][i];
+        for (std::size_t i = 0; i < size(); ++i) a[i] -= extra[k] * preconditioned_columns_[k][i];
     }
 }
 
 /// d f/d parameter.
-Numbers TravellingEquations::parameter_column(Values a) {
-    const double at = parameter, step = 1e-5 * std::max(std::abs(at), 0.01);
+TravellingSolver::Numbers TravellingSolver::parameter_column(Values a) {
+    const double at = parameter_, step = 1e-5 * std::max(std::abs(at), 0.01);
     Numbers above(size()), below(size());
     set_parameter(at + step);
     fill_equations(a, 0.0, above);
@@ -235,124 +241,224 @@ Numbers TravellingEquations::parameter_column(Values a) {
     return above;
 }
 
-/// Unknowns: the modes, the speed and, with two columns, the parameter.
-NonlinearEquations TravellingEquations::equations() {
-    const std::size_t n = size();
-    const bool has_parameter = columns.size() > 1;
-    const auto set = [this, n, has_parameter](Values u) {
-        if (has_parameter) set_parameter(u[n + 1]);
-    };
-    NonlinearEquations e;
-    e.residual = [=, this](Values u, std::span<double> f) {
-        set(u);
-        fill_equations(u.first(n), u[n], f);
-        for (std::size_t i = 0; i < rows.size(); ++i) f[n + i] = product(rows[i], u) - offsets[i];
-    };
-    e.derivative = [=, this](Values u, Values v, std::span<double> result) {
-        set(u);
-        derive(u.first(n), u[n], v, result);
-        for (std::size_t k = 0; k < columns.size(); ++k)
-            for (std::size_t i = 0; i < n; ++i) result[i] += v[n + k] * columns[k][i];
-        for (std::size_t i = 0; i < rows.size(); ++i) result[n + i] = product(rows[i], v);
-    };
-    e.prepare = [=, this](Values u) {
-        set(u);
-        prepare(u.first(n), u[n]);
-    };
-    e.precondition = [this](std::span<double> v) { precondition(v); };
-    return e;
-}
-
-/// Of the modes: the sums of the sizes of their linear terms.
-void TravellingEquations::set_equation_sizes(double speed, NonlinearEquations& e) const {
-    const std::size_t n = size(), count = n / per_component;
-    e.unknown_sizes = sizes;
-    e.equation_sizes.assign(n, 0.0);
-    for (std::size_t number = 0; number < per_component; ++number) {
-        const double q = 2.0 * pi / grid.lx * static_cast<double>((number + 1) / 2);
-        const Matrix m = cartesian_block(whole->system, q);
+/// Typical sizes of the terms of each equation: of the modes, the sums of the sizes of their linear terms.
+TravellingSolver::Numbers TravellingSolver::equation_sizes(double speed) const {
+    const std::size_t n = size(), count = n / per_component_;
+    Numbers result(n);
+    for (std::size_t number = 0; number < per_component_; ++number) {
+        const double q = 2.0 * pi / grid_.lx * static_cast<double>((number + 1) / 2);
+        const Eigen::MatrixXcd m = cartesian_block(whole_->system, q);
         for (std::size_t c = 0; c < count; ++c) {
-            double& sum = e.equation_sizes[c * per_component + number];
-            sum = (shift + std::abs(speed) * q) * sizes[c * per_component + number];
+            double& sum = result[c * per_component_ + number];
+            sum = (shift_ + std::abs(speed) * q) * sizes_[c * per_component_ + number];
             for (std::size_t k = 0; k < count; ++k)
                 sum += std::abs(m(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(k))) *
-                       sizes[k * per_component + number];
+                       sizes_[k * per_component_ + number];
         }
     }
-    e.unknown_sizes.push_back(std::max(std::abs(speed), smallest_speed()));
-    if (columns.size() > 1) e.unknown_sizes.push_back(std::max(std::abs(parameter), 0.01));
-    e.equation_sizes.resize(n + rows.size(), 1.0);
+    result.resize(n + rows_.size(), 1.0);
+    return result;
 }
 
 /// Weights of a scalar product in which each field counts by its relative mean square.
-Numbers TravellingEquations::metric() const {
+TravellingSolver::Numbers TravellingSolver::metric() const {
     Numbers weights(size());
-    const auto fields = static_cast<double>(modes->fields().size());
-    for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = modes->weight(i) / (sizes[i] * sizes[i] * fields);
+    const auto fields = static_cast<double>(modes_->fields().size());
+    for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = modes_->weight(i) / (sizes_[i] * sizes_[i] * fields);
     return weights;
 }
 
 /// The size of d_x a.
-double TravellingEquations::variation(Values a) const {
+double TravellingSolver::variation(Values a) const {
     const Numbers along = slope(a.first(size())), weights = metric();
     double squares = 0.0;
     for (std::size_t i = 0; i < along.size(); ++i) squares += weights[i] * along[i] * along[i];
     return std::sqrt(squares);
 }
 
-double TravellingEquations::smallest_speed() const { return 0.1 * shift * grid.lx / (2.0 * pi); }
+double TravellingSolver::smallest_speed() const { return 0.1 * shift_ * grid_.lx / (2.0 * pi); }
 
 /// The first row: a - (this a) is perpendicular to the slope.
-void TravellingEquations::fix_position(Values a) {
+void TravellingSolver::fix_position(Values a) {
     Numbers row = slope(a);
     const Numbers weights = metric();
     double squares = 0.0;
     for (std::size_t i = 0; i < row.size(); ++i) squares += weights[i] * row[i] * row[i];
-    const double q = 2.0 * pi / grid.lx;
+    const double q = 2.0 * pi / grid_.lx;
     require(
         squares > 1e-12 * q * q, {},
         "the guess of the state does not depend on x; expected a wave: give initial.kind = \"formula\" with one, or "
         "an archive that holds one");
     for (std::size_t i = 0; i < row.size(); ++i) row[i] *= weights[i] / std::sqrt(squares);
-    row.resize(size() + columns.size(), 0.0);
-    offsets.front() = product(Values(row).first(size()), a);
-    rows.front() = std::move(row);
+    row.resize(size() + columns_.size(), 0.0);
+    offsets_.front() = product(Values(row).first(size()), a);
+    rows_.front() = std::move(row);
 }
 
-TravellingState TravellingEquations::solve(Numbers u) {
+/// KINSOL's view of the equations.  Unknowns: the modes, the speed and, with two columns, the parameter.
+struct TravellingSolver::Newton {
+    static constexpr double tolerance = 1e-13;  ///< aimed at: the largest |f|, relative to the size of its equation
+    static constexpr double accepted = 1e-10;   ///< still accepted where rounding ends the iteration earlier
+
+    TravellingSolver& solver;
+    std::size_t n;
+    Numbers equation_sizes;
+    bool has_begun = false;
+    std::exception_ptr failure = nullptr;
+    std::string message = {};
+
+    void residual_at(Values u, std::span<double> f) {
+        set_parameter(u);
+        solver.fill_equations(u.first(n), u[n], f);
+        for (std::size_t i = 0; i < solver.rows_.size(); ++i)
+            f[n + i] = product(solver.rows_[i], u) - solver.offsets_[i];
+    }
+    void set_parameter(Values u) {
+        if (solver.columns_.size() > 1) solver.set_parameter(u[n + 1]);
+    }
+
+    /// 1 tells KINSOL to try a shorter step, -1 to end.
+    template <class Body>
+    int guarded(Body body) {
+        try {
+            body();
+            return 0;
+        } catch (const Error& error) {
+            failure = std::current_exception();
+            return error.fault() == Fault::run ? 1 : -1;
+        } catch (...) {
+            failure = std::current_exception();
+            return -1;
+        }
+    }
+
+    /// Outside the domain of the equations the residual counts as huge, so that the line search comes back.
+    static int residual(N_Vector u, N_Vector f, void* call) {
+        auto& c = *static_cast<Newton*>(call);
+        const int flag = c.guarded([&] {
+            c.residual_at(numbers(u), numbers(f));
+            for (const double value : numbers(f))
+                if (!std::isfinite(value))
+                    fail_run("the residual of Newton's method is not finite; expected finite fields");
+        });
+        if (flag == 1 && c.has_begun) {
+            constexpr double far = 1e10;
+            std::transform(c.equation_sizes.begin(), c.equation_sizes.end(), numbers(f).begin(),
+                           [](double size) { return far * size; });
+            return 0;
+        }
+        c.has_begun = true;
+        return flag;
+    }
+
+    static int derivative(N_Vector v_vector, N_Vector product_vector, N_Vector u_vector, int*, void* call) {
+        auto& c = *static_cast<Newton*>(call);
+        return c.guarded([&] {
+            const Values u = numbers(u_vector), v = numbers(v_vector);
+            const std::span<double> result = numbers(product_vector);
+            c.set_parameter(u);
+            c.solver.derive(u.first(c.n), u[c.n], v, result);
+            for (std::size_t k = 0; k < c.solver.columns_.size(); ++k)
+                for (std::size_t i = 0; i < c.n; ++i) result[i] += v[c.n + k] * c.solver.columns_[k][i];
+            for (std::size_t i = 0; i < c.solver.rows_.size(); ++i) result[c.n + i] = product(c.solver.rows_[i], v);
+        });
+    }
+
+    static int prepare(N_Vector u_vector, N_Vector, N_Vector, N_Vector, void* call) {
+        auto& c = *static_cast<Newton*>(call);
+        return c.guarded([&] {
+            const Values u = numbers(u_vector);
+            c.set_parameter(u);
+            c.solver.prepare(u.first(c.n), u[c.n]);
+        });
+    }
+
+    static int precondition(N_Vector, N_Vector, N_Vector, N_Vector, N_Vector v, void* call) {
+        auto& c = *static_cast<Newton*>(call);
+        return c.guarded([&] { c.solver.precondition(numbers(v)); });
+    }
+
+    static void keep_message(int, const char*, const char*, char* words, void* call) {
+        static_cast<Newton*>(call)->message = words;
+    }
+
+    /// Replaces u, with a line search; returns the number of iterations.
+    int iterate(std::span<double> u, Values unknown_sizes);
+};
+
+int TravellingSolver::Newton::iterate(std::span<double> u, Values unknown_sizes) {
+    SUNContext made = nullptr;
+    if (SUNContext_Create(nullptr, &made) != 0) fail_environment("SUNDIALS cannot be started; it is out of memory");
+    const Owned<SUNContext, ContextDeleter> context(made);
+    const auto vector_of = [&](Values from, bool inverse) {
+        Owned<N_Vector, VectorDeleter> vector(N_VNew_Serial(static_cast<sunindextype>(u.size()), context.get()));
+        if (!vector) fail_environment("no memory for {} unknowns; expected a smaller grid", u.size());
+        std::transform(from.begin(), from.end(), numbers(vector.get()).begin(),
+                       [&](double value) { return inverse ? 1.0 / value : value; });
+        return vector;
+    };
+    const auto unknowns = vector_of(u, false), unknown_scale = vector_of(unknown_sizes, true),
+               equation_scale = vector_of(equation_sizes, true);
+    const auto free = [](void* memory) { KINFree(&memory); };
+    const std::unique_ptr<void, decltype(free)> kinsol(KINCreate(context.get()), free);
+    constexpr int max_krylov = 400, max_iterations = 100;  // dimensions of GMRES, without restarts
+    const Owned<SUNLinearSolver, SolverDeleter> linear(
+        SUNLinSol_SPGMR(unknowns.get(), SUN_PREC_RIGHT, std::min<int>(max_krylov, static_cast<int>(u.size())),
+                        context.get()));
+    void* memory = kinsol.get();
+    constexpr double smallest_step = 1e-15, largest_step = 1.0;
+    if (!memory || !linear || KINSetErrHandlerFn(memory, keep_message, this) != 0 ||
+        KINInit(memory, residual, unknowns.get()) != 0 || KINSetUserData(memory, this) != 0 ||
+        KINSetFuncNormTol(memory, tolerance) != 0 || KINSetScaledStepTol(memory, smallest_step) != 0 ||
+        KINSetNumMaxIters(memory, max_iterations) != 0 || KINSetMaxSetupCalls(memory, 1) != 0 ||
+        KINSetMaxNewtonStep(memory, largest_step) != 0 || KINSetNoResMon(memory, SUNTRUE) != 0 ||
+        KINSetLinearSolver(memory, linear.get(), nullptr) != 0 || KINSetJacTimesVecFn(memory, derivative) != 0 ||
+        KINSetPreconditioner(memory, prepare, precondition) != 0)
+        fail_run("KINSOL cannot be prepared: {}", message);
+    const int flag = KINSol(memory, unknowns.get(), KIN_LINESEARCH, unknown_scale.get(), equation_scale.get());
+    long iterations = 0;
+    KINGetNumNonlinSolvIters(memory, &iterations);
+    if (flag < 0 && failure && flag != KIN_LINESEARCH_NONCONV) std::rethrow_exception(failure);
+    const Values found = numbers(unknowns.get());
+    std::copy(found.begin(), found.end(), u.begin());
+    return static_cast<int>(iterations);
+}
+
+TravellingState TravellingSolver::solve(Numbers u) {
     const std::size_t n = size();
-    NonlinearEquations e = equations();
-    set_equation_sizes(u[n], e);
-    const NewtonOutcome outcome = solve_newton_krylov(e, {}, u);
-    if (!outcome.converged)
+    Numbers unknown_sizes = sizes_, f(u.size());
+    unknown_sizes.push_back(std::max(std::abs(u[n]), smallest_speed()));
+    if (columns_.size() > 1) unknown_sizes.push_back(std::max(std::abs(parameter_), 0.01));
+    Newton newton{.solver = *this, .n = n, .equation_sizes = equation_sizes(u[n])};
+    TravellingState found{.state = Spectra(grid_, scratch_.count())};
+    found.iterations = newton.iterate(u, unknown_sizes);
+    newton.residual_at(u, f);
+    for (std::size_t i = 0; i < f.size(); ++i)
+        found.residual = std::max(found.residual, std::abs(f[i]) / newton.equation_sizes[i]);
+    if (!(found.residual <= Newton::accepted))
         fail_run(
             "no travelling state was found: after {} iterations of Newton's method the equations hold to {:.2g} of "
-            "their "
-            "terms, expected 1e-10; give a guess nearer to the state (initial.kind = \"formula\" or \"file\", "
-            "--speed), "
-            "a longer cell or more points",
-            outcome.iterations, outcome.residual);
-    TravellingState found{.state = Spectra(grid, scratch.count()),
-                          .speed = u[n],
-                          .parameter = parameter,
-                          .speed_error = (1e-13 + 100.0 * outcome.residual) * smallest_speed(),
-                          .residual = outcome.residual,
-                          .iterations = outcome.iterations};
-    modes->unpack(Values(u).first(n), found.state);
+            "their terms, expected 1e-10; give a guess nearer to the state (initial.kind = \"formula\" or \"file\", "
+            "--speed), a longer cell or more points",
+            found.iterations, found.residual);
+    found.speed = u[n];
+    found.parameter = parameter_;
+    found.speed_error = (1e-13 + 100.0 * found.residual) * smallest_speed();
+    modes_->unpack(Values(u).first(n), found.state);
     return found;
 }
 
-TravellingState TravellingEquations::solve_near(const Numbers& near, const Numbers* direction, Values weights) {
+TravellingState TravellingSolver::solve_near(const Numbers& near, const Numbers* direction, Values weights) {
     const std::size_t n = size(), extra = direction ? 2 : 1;
-    columns.assign(extra, Numbers(n));
-    rows.assign(extra, {});
-    offsets.assign(extra, 0.0);
+    columns_.assign(extra, Numbers(n));
+    rows_.assign(extra, {});
+    offsets_.assign(extra, 0.0);
     set_parameter(near[n + 1]);
     fix_position(Values(near).first(n));
     if (!direction) return solve(Numbers(near.begin(), near.end() - 1));
-    rows[1] = *direction;
-    for (std::size_t i = 0; i < rows[1].size(); ++i) rows[1][i] *= weights[i];
-    offsets[1] = product(rows[1], near);
+    rows_[1] = *direction;
+    for (std::size_t i = 0; i < rows_[1].size(); ++i) rows_[1][i] *= weights[i];
+    offsets_[1] = product(rows_[1], near);
     return solve(near);
 }
 

@@ -6,14 +6,8 @@
 #include <numbers>
 
 #include "drover/base/error.hpp"
-#include "numerics/algebra/dense.hpp"
-#include "numerics/solvers/travelling_equations.hpp"
 
 namespace drover::numerics {
-
-using travelling::Numbers;
-using travelling::product;
-using travelling::Values;
 
 namespace {
 constexpr double vanished = 1e-3;  // of the variation of a state: it is uniform
@@ -35,67 +29,58 @@ double change_of(const Spectra& state, const Spectra& guess) {
 }
 }  // namespace
 
-TravellingSolver::TravellingSolver(TravellingFamily family, Threads& threads)
-    : work_(std::make_unique<TravellingEquations>(std::move(family), threads)) {}
-TravellingSolver::~TravellingSolver() = default;
-TravellingSolver::TravellingSolver(TravellingSolver&&) noexcept = default;
-
-std::size_t TravellingSolver::unknowns() const { return work_->size() + 1; }
-std::int64_t TravellingSolver::right_hand_sides() const { return work_->evaluations; }
-
 TravellingState TravellingSolver::find(const Spectra& guess, std::optional<double> speed) {
-    TravellingEquations& w = *work_;
-    const std::size_t n = w.size();
-    w.set_parameter(w.family.parameter);
+    const std::size_t n = size();
+    set_parameter(family_.parameter);
     Numbers u(n);
-    w.modes->pack(guess, u);
-    w.choose_shift();
-    w.set_sizes(u);
-    w.find_conserved(u);
-    w.columns.assign(1, Numbers(n));
-    w.rows.assign(1, {});
-    w.offsets.assign(1, 0.0);
-    w.fix_position(u);
+    modes_->pack(guess, u);
+    choose_shift();
+    set_sizes(u);
+    find_conserved(u);
+    columns_.assign(1, Numbers(n));
+    rows_.assign(1, {});
+    offsets_.assign(1, 0.0);
+    fix_position(u);
     if (!speed) {
         Numbers rates(n);
-        w.evaluate(u, rates);
-        const Numbers slope = w.slope(u), weights = w.metric();
+        evaluate(u, rates);
+        const Numbers along_x = slope(u), weights = metric();
         double along = 0.0, squares = 0.0;
         for (std::size_t i = 0; i < n; ++i) {
-            along += weights[i] * slope[i] * rates[i];
-            squares += weights[i] * slope[i] * slope[i];
+            along += weights[i] * along_x[i] * rates[i];
+            squares += weights[i] * along_x[i] * along_x[i];
         }
         speed = -along / squares;
     }
     u.push_back(*speed);
-    const double variation = w.variation(Values(u).first(n));
-    TravellingState found = w.solve(std::move(u));
+    const double at_start = variation(Values(u).first(n));
+    TravellingState found = solve(std::move(u));
     found.guessed_speed = *speed;
     found.change = change_of(found.state, guess);
     Numbers values(n);
-    w.modes->pack(found.state, values);
-    if (w.variation(values) < vanished * variation)
+    modes_->pack(found.state, values);
+    if (variation(values) < vanished * at_start)
         fail_run("Newton's method ended in a uniform state; expected a wave: give a guess nearer to one, or settle it");
     return found;
 }
 
-namespace {
 /// The unknowns of a point of a curve of solutions.
-Numbers numbers_of(const ModeVector& modes, const TravellingState& at) {
-    Numbers u(modes.size());
-    modes.pack(at.state, u);
+TravellingSolver::Numbers TravellingSolver::numbers_of(const TravellingState& at) const {
+    Numbers u(size());
+    modes_->pack(at.state, u);
     u.push_back(at.speed);
     u.push_back(at.parameter);
     return u;
 }
 
+namespace {
 /// (a - b)/|a - b| and |a - b|.
 struct Secant {
-    Numbers direction;
+    std::vector<double> direction;
     double length = 0.0;
 };
-Secant secant(Values a, Values b, Values weights) {
-    Secant result{.direction = Numbers(a.size())};
+Secant secant(std::span<const double> a, std::span<const double> b, std::span<const double> weights) {
+    Secant result{.direction = std::vector<double>(a.size())};
     for (std::size_t i = 0; i < a.size(); ++i) {
         result.direction[i] = a[i] - b[i];
         result.length += weights[i] * result.direction[i] * result.direction[i];
@@ -107,34 +92,33 @@ Secant secant(Values a, Values b, Values weights) {
 }  // namespace
 
 std::vector<TravellingState> TravellingSolver::follow(const TravellingState& first, double last, int max_points) {
-    TravellingEquations& w = *work_;
-    const std::size_t n = w.size();
+    const std::size_t n = size();
     const double begin = first.parameter, range = last - begin,
-                 speed_size = std::max(std::abs(first.speed), w.smallest_speed());
-    Numbers weights = w.metric();
+                 speed_size = std::max(std::abs(first.speed), smallest_speed());
+    Numbers weights = metric();
     weights.push_back(1.0 / (speed_size * speed_size));
     weights.push_back(1.0 / (range * range));
     // A first step at a given value of the parameter, then along the secant.
     constexpr double first_step = 0.01, largest_step = 0.2, smallest_step = 1e-6;
-    Numbers before = numbers_of(*w.modes, first), near = before;
+    Numbers before = numbers_of(first), near = before;
     near[n + 1] += first_step * range;
-    const double variation = w.variation(Values(before).first(n));
-    std::vector<TravellingState> points{first, w.solve_near(near, nullptr, weights)};
+    const double at_start = variation(Values(before).first(n));
+    std::vector<TravellingState> points{first, solve_near(near, nullptr, weights)};
     double step = 0.0;
     while (static_cast<int>(points.size()) < max_points) {
-        const Numbers here = numbers_of(*w.modes, points.back());
+        const Numbers here = numbers_of(points.back());
         const Secant along = secant(here, before, weights);
         if (step == 0.0) step = 2.0 * along.length;
         for (std::size_t i = 0; i < near.size(); ++i) near[i] = here[i] + step * along.direction[i];
         try {
-            points.push_back(w.solve_near(near, &along.direction, weights));
+            points.push_back(solve_near(near, &along.direction, weights));
         } catch (const Error& error) {
             if (!is_of_scene(error.fault())) throw;
             step *= 0.5;
             if (error.fault() != Fault::run || step < smallest_step) break;  // the curve ends
             continue;
         }
-        if (w.variation(numbers_of(*w.modes, points.back())) < vanished * variation) {
+        if (variation(numbers_of(points.back())) < vanished * at_start) {
             points.pop_back();  // the curve ends in a uniform state
             break;
         }
@@ -148,19 +132,18 @@ std::vector<TravellingState> TravellingSolver::follow(const TravellingState& fir
 }
 
 std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const TravellingState& at, std::size_t count) {
-    TravellingEquations& w = *work_;
-    const std::size_t n = w.size();
+    const std::size_t n = size();
     if (n > max_dense) return {};
-    w.set_parameter(at.parameter);
+    set_parameter(at.parameter);
     Numbers a(n), unit(n, 0.0), column(n);
-    w.modes->pack(at.state, a);
+    modes_->pack(at.state, a);
     std::vector<std::size_t> free;
     for (std::size_t i = 0; i < n; ++i)
-        if (std::find(w.conserved.begin(), w.conserved.end(), i) == w.conserved.end()) free.push_back(i);
+        if (std::find(conserved_.begin(), conserved_.end(), i) == conserved_.end()) free.push_back(i);
     Eigen::MatrixXd matrix(static_cast<Eigen::Index>(free.size()), static_cast<Eigen::Index>(free.size()));
     for (std::size_t k = 0; k < free.size(); ++k) {
         unit[free[k]] = 1.0;
-        w.derive(a, at.speed, unit, column);
+        derive(a, at.speed, unit, column);
         unit[free[k]] = 0.0;
         for (std::size_t i = 0; i < free.size(); ++i)
             matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = column[free[i]];
@@ -169,7 +152,7 @@ std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const Tra
     std::vector<std::complex<double>> rates(values.begin(), values.end());
     const double rounding = 1e-12 * values.cwiseAbs().maxCoeff();
     const auto cleared = [&](double part) { return std::abs(part) <= rounding ? 0.0 : part; };
-    for (std::complex<double>& rate : rates) rate = {cleared(rate.real()), cleared(rate.imag())};
+    for (std::complex<double>& rate_ : rates) rate_ = {cleared(rate_.real()), cleared(rate_.imag())};
     std::sort(rates.begin(), rates.end(), [](const auto& x, const auto& y) {
         return x.real() != y.real() ? x.real() > y.real() : x.imag() > y.imag();
     });
