@@ -10,7 +10,6 @@
 #include "base/draws.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
-#include "numerics/algebra/band_end.hpp"
 #include "numerics/algebra/bracket.hpp"
 
 namespace drover::calibrate {

@@ -7,7 +7,7 @@
 #include "drover/base/error.hpp"
 #include "measure/jackknife.hpp"
 #include "measure/trajectories.hpp"
-#include "numerics/algebra/line_fit.hpp"
+#include "numerics/algebra/extremum.hpp"
 
 namespace drover::measure {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/draws.hpp"
-#include "numerics/algebra/band_end.hpp"
+#include "numerics/algebra/bracket.hpp"
 
 namespace drover::theory {
 

@@ -64,7 +64,7 @@ DEFECTS = (
      "if (reference_level == reference_level_ || reference_level != 0) return;", ("physics",)),
     ("the step error adds a tenth of each step", "src/numerics/steppers/error_evolution.cpp",
      "drive.values[k] = shifted.values[k] / dt;", "drive.values[k] = 0.1 * shifted.values[k] / dt;", ("numerics",)),
-    ("errors do not turn between two checks of the step", "src/numerics/steppers/local_errors.cpp",
+    ("errors do not turn between two checks of the step", "src/numerics/steppers/coarse_error.cpp",
      "a * last.values[k] + b * other.values[k];", "last.values[k];", ("numerics",)),
     ("an oscillation at 0 has no error of the step", "src/numerics/steppers/coarse_error.hpp",
      "std::max({size, moments > 0.0 ? fluctuation() : 0.0, 1e-3 * largest})", "std::max(size, 1e-3 * largest)",

@@ -8,7 +8,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/calibrate/assay.hpp"
-#include "numerics/algebra/line_fit.hpp"
+#include "numerics/algebra/extremum.hpp"
 
 namespace drover::calibrate {
 

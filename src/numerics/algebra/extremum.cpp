@@ -1,6 +1,7 @@
-// numerics/algebra/extremum.cpp: the simplex of the library.
+// numerics/algebra/extremum.cpp: the simplex and the weighted least squares of GSL.
 #include "numerics/algebra/extremum.hpp"
 
+#include <gsl/gsl_fit.h>
 #include <gsl/gsl_multimin.h>
 
 #include <memory>
@@ -39,6 +40,14 @@ std::pair<double, double> climbed(const std::function<double(double, double)>& f
         if (gsl_multimin_fminimizer_iterate(simplex.get()) != 0 || gsl_multimin_fminimizer_size(simplex.get()) < 1e-8)
             break;
     return {gsl_vector_get(simplex->x, 0), gsl_vector_get(simplex->x, 1)};
+}
+
+Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights) {
+    Line line;
+    double covariance[3], chi_square = 0.0;
+    gsl_fit_wlinear(x.data(), 1, weights.data(), 1, y.data(), 1, x.size(), &line.at_zero, &line.slope, &covariance[0],
+                    &covariance[1], &covariance[2], &chi_square);
+    return line;
 }
 
 }  // namespace drover::numerics

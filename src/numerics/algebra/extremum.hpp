@@ -1,9 +1,10 @@
-// numerics/algebra/extremum.hpp: searches for maxima of functions, and for edges of sets.
+// numerics/algebra/extremum.hpp: searches for maxima of functions and for edges of sets, and fits of lines.
 #pragma once
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -66,5 +67,14 @@ double boundary_between(double low, double high, double precision, Holds holds) 
 /// these first steps.
 std::pair<double, double> climbed(const std::function<double(double, double)>& function, std::pair<double, double> from,
                                   std::pair<double, double> steps);
+
+/// y = at_zero + slope x.
+struct Line {
+    double at_zero = 0.0, slope = 0.0;
+};
+
+/// The line that minimises sum weights (y - at_zero - slope x)^2; points with weight 0 are ignored.  NaN where the
+/// line is not unique.  x, y and weights have the same length.
+Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights);
 
 }  // namespace drover::numerics

@@ -3,7 +3,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/numerics/stepper.hpp"
-#include "numerics/steppers/mode_noise.hpp"
+#include "numerics/steppers/isotropic.hpp"
 
 namespace drover::numerics {
 

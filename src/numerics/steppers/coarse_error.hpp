@@ -1,17 +1,38 @@
-// numerics/steppers/coarse_error.hpp: the coarse grid on which the error of the time steps evolves, and the sizes of
-// fields.
+// numerics/steppers/coarse_error.hpp: the error of the time steps on a coarse grid: its equations, its modes, the sizes
+// of fields, and the errors of single steps.
 #pragma once
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "drover/base/threads.hpp"
 #include "drover/numerics/grid.hpp"
 #include "drover/numerics/system.hpp"
 #include "numerics/steppers/kept_modes.hpp"
 
 namespace drover::numerics {
+
+/// The equations of a run, as the estimate needs them.
+struct ErrorEquations {
+    struct Field {
+        int first = 0, components = 1;  ///< in a state
+        std::string name;
+    };
+    /// L and N on a grid, without noise; degree: which of its modes are kept, 1: all, whatever the products need.
+    using OnGrid = std::function<System(const Grid& grid, int degree, Threads& threads)>;
+
+    std::vector<Field> fields;
+    OnGrid on_grid;
+    int degree = 1;  ///< as System::degree of the run
+    bool noisy = false;
+    double shortest = 0.0;  ///< wavenumber [1/mm] up to which the error needs modes of its own: those that are unstable
+    /// First components of vectors that noise turns together without limit, in the direction of the mean of the first:
+    /// errors of that direction change no mean, and are left out.
+    std::vector<int> turning = {};
+};
 
 /// The grid on which the error evolves: with modes up to the wavenumber `shortest` [1/mm] on both axes where the fine
 /// grid has them.  With noise all modes are kept: see sampled_modes().  A grid that is larger for its shortest waves
@@ -93,5 +114,32 @@ struct FieldSize {
     double local_high() const { return std::sqrt(std::max(0.0, local * local - local_low * local_low)); }
 };
 inline double ratio(double error, double scale) { return error == 0.0 ? 0.0 : scale > 0.0 ? error / scale : INFINITY; }
+
+/// The last two errors of a single step on the coarse grid, and, with what the steps changed in the fields, the last
+/// and an earlier one whose change was another.
+struct LocalErrors {
+    Spectra last, before, other;
+    Spectra motion, other_motion;  ///< the change in the step of `last`, of `other`
+    double trend = 1.0;            ///< the factor between their sizes, within limits
+    double angle = 0.0;            ///< between them [radians]
+
+    /// Takes the error of a step.  sizes: of all errors now and before, in the units of `fields`.
+    void add(const Spectra& local, const Spectra& change, double size_now, double size_before,
+             const std::vector<FieldSize>& fields, const KeptGrid& coarse);
+
+    /// The mean error of a step up to the next that is measured, `intervals` times as many steps as between the last
+    /// two.  Errors fall or rise as they have done, in the geometric mean, and turn as they have done, in the plane of
+    /// the last two.
+    void predict(double intervals, Spectra& mean) const;
+
+    /// The error of a step that changes the fields by `change`: a sum of `last` and `other`, as the change is one of
+    /// theirs.  That holds for oscillations, waves and decays.  False, and nothing, where the change is no such sum.
+    bool follow(const Spectra& change, const std::vector<FieldSize>& fields, const KeptGrid& coarse,
+                Spectra& error) const;
+};
+
+/// The angle between two states [radians], and the sum of products of their modes, in the units of `fields`.
+double angle_between(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const KeptGrid& on);
+double product_of(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const KeptGrid& on);
 
 }  // namespace drover::numerics

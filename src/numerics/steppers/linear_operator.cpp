@@ -5,7 +5,6 @@
 
 #include "numerics/algebra/dense.hpp"
 #include "numerics/steppers/isotropic.hpp"
-#include "numerics/steppers/mode_noise.hpp"
 
 namespace drover::numerics {
 

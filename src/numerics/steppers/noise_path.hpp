@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drover/numerics/noise_path.hpp"
-#include "numerics/steppers/mode_noise.hpp"
+#include "numerics/steppers/isotropic.hpp"
 
 namespace drover::numerics {
 

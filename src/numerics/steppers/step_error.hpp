@@ -10,8 +10,6 @@
 #include "drover/numerics/stepper.hpp"
 #include "numerics/steppers/adaptive_stepper.hpp"
 #include "numerics/steppers/coarse_error.hpp"
-#include "numerics/steppers/error_equations.hpp"
-#include "numerics/steppers/local_errors.hpp"
 
 namespace drover::numerics {
 
