@@ -2,15 +2,18 @@
 #include "model/start.hpp"
 
 #include <algorithm>
+#include <complex>
+#include <cstdlib>
 #include <numeric>
+#include <tuple>
 
+#include "drover/base/random.hpp"
 #include "drover/model/linearised_at.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
 #include "numerics/fields/shells.hpp"
 #include "numerics/fields/start_formula.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
-#include "numerics/steppers/perturbation.hpp"
 
 namespace drover::model {
 
@@ -29,10 +32,6 @@ std::vector<std::string> names_of(const std::vector<StateComponent>& components)
 int index_of(const std::string& name, const std::vector<std::string>& names) {
     const auto found = std::find(names.begin(), names.end(), name);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
-}
-
-numerics::CosineMode mode_of(const Start& start) {
-    return {.x = start.mode_x, .y = start.mode_y, .amplitude = start.amplitude, .phase = start.phase};
 }
 
 /// Terms without which isotropic linear theory describes the waves about the references: those that depend on
@@ -92,6 +91,16 @@ void check_stationary(const Equations& equations, const numerics::Grid& grid, in
             "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at |q| "
             "= {:.3g} /mm; expected every mode to decay; choose another initial.kind",
             growth.rate, growth.q);
+}
+
+void check_mode(const Start& start, const numerics::Grid& grid, int degree, const Locate& locate) {
+    const int parts = degree + 1;
+    for (const auto& [name, number, size] :
+         {std::tuple{"mode_x", start.mode_x, grid.nx}, std::tuple{"mode_y", start.mode_y, grid.ny}})
+        require(std::abs(std::int64_t{number}) * parts < size, locate(text("initial.{}", name)),
+                "initial.{} = {}; expected a magnitude less than {:.4g}: the grid keeps modes below 1/{} of the points "
+                "of that axis",
+                name, number, static_cast<double>(size) / parts, parts);
 }
 
 /// Formulas belong to the kind "formula"; the message names all, since a scene often gives several.
@@ -157,7 +166,7 @@ void check(const Start& start, const Equations& equations, const numerics::Grid&
     if (start.kind != "mode") return;
     require(start.component.empty() || index_of(start.component, names) >= 0, locate("initial.field"),
             "initial.field = \"{}\"; expected one of {}", start.component, joined(names));
-    numerics::check(mode_of(start), grid, degree, locate);
+    check_mode(start, grid, degree, locate);
 }
 
 void remove_divergence(const Equations& equations, const numerics::Grid& grid, numerics::Spectra& state) {
@@ -204,6 +213,37 @@ void set_formulas(const Start& start, const std::vector<std::string>& names, con
     }
 }
 
+/// Adds independent normal numbers of this standard deviation in each cell; the means of scalars do not change.
+void add_random(const numerics::System& system, double amplitude, std::uint64_t seed, Threads& threads,
+                numerics::Spectra& state) {
+    numerics::Fields cells(system.grid, state.count());
+    for (int c = 0; c < state.count(); ++c) {
+        const RandomKey key{.seed = seed, .stream = Stream::initial_state, .substep = static_cast<std::uint32_t>(c)};
+        const std::span<double> all = cells[c];
+        constexpr std::size_t cells_per_chunk = 4096;
+        threads.for_chunks(all.size(), cells_per_chunk, [&](std::size_t begin, std::size_t end) {
+            fill_normal(key, begin, 1, all.subspan(begin, end - begin));
+            for (double& value : all.subspan(begin, end - begin)) value *= amplitude;
+        });
+    }
+    numerics::Spectra noise(system.grid, state.count());
+    numerics::Transform(system.grid, system.degree, threads).forward(cells, noise);
+    for (const int c : numerics::scalar_components(system.layout)) noise[c][0] = 0.0;
+    for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] += noise.values[m];
+}
+
+/// Adds amplitude cos(q.r + phase) to a component.
+void add_mode(const numerics::Grid& grid, const Start& start, int component, numerics::Spectra& state) {
+    // A real mode is its own conjugate at -q: the half with kx >= 0 is stored.
+    const int sign = start.mode_x < 0 ? -1 : 1, kx = sign * start.mode_x, ky = sign * start.mode_y;
+    const std::size_t width = numerics::columns(grid), rows = static_cast<std::size_t>(grid.ny);
+    const auto column = static_cast<std::size_t>(kx);
+    const auto row = static_cast<std::size_t>(ky < 0 ? ky + grid.ny : ky);
+    const numerics::Complex half = 0.5 * std::polar(start.amplitude, sign * start.phase);
+    state[component][row * width + column] += half;
+    if (column == 0) state[component][(rows - row) % rows * width] += std::conj(half);
+}
+
 /// The start as it is given, whatever its divergence.
 numerics::Spectra perturbed(const Start& start, const Equations& equations, const numerics::System& system,
                             std::uint64_t seed, Threads& threads) {
@@ -216,10 +256,9 @@ numerics::Spectra perturbed(const Start& start, const Equations& equations, cons
         state[c][0] += reference[static_cast<std::size_t>(equations.state_components()[static_cast<std::size_t>(c)])];
     if (start.kind == "formula") set_formulas(start, names, system, threads, state);
     if (start.kind == "random" || (start.kind == "formula" && start.amplitude > 0.0))
-        numerics::add_random(system, start.amplitude, seed, threads, state);
+        add_random(system, start.amplitude, seed, threads, state);
     if (start.kind == "mode")
-        numerics::add_mode(system.grid, mode_of(start), start.component.empty() ? 0 : index_of(start.component, names),
-                           state);
+        add_mode(system.grid, start, start.component.empty() ? 0 : index_of(start.component, names), state);
     return state;
 }
 
