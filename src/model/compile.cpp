@@ -6,10 +6,8 @@
 #include <set>
 
 #include "drover/model/equations.hpp"
-#include "model/balance.hpp"
 #include "model/compiled.hpp"
-#include "model/conservation.hpp"
-#include "model/field_checks.hpp"
+#include "model/equation_checks.hpp"
 #include "model/noise_drift.hpp"
 #include "model/point_degree.hpp"
 #include "model/summands.hpp"

@@ -84,7 +84,7 @@ DEFECTS = (
      "const Spectra ended = next; system.product_noise->add(t, ended, product_noise, next);", ("model",)),
     ("a mass is clipped", "src/model/point_functions.cpp", "const double over = 1.0 / mass[i];",
      "const double over = 1.0 / (mass[i] < 0.5 ? 0.5 : mass[i]);", ("model", "physics")),
-    ("the drag of a balance forgets its products", "src/model/balance.cpp",
+    ("the drag of a balance forgets its products", "src/model/equation_checks.cpp",
      "algebra.graph.make(Operation::add, algebra.graph.number(own), slope)", "algebra.graph.number(own)",
      ("physics",)),
     ("an exponent of number fluctuations is of the variance", "src/run/field_report.cpp",
