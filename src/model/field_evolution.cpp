@@ -6,12 +6,35 @@
 #include <numbers>
 #include <utility>
 
-#include "model/quasi_linear.hpp"
 #include "model/start.hpp"
 
 namespace drover::model {
 
+using numerics::Complex;
 using numerics::Spectra;
+
+namespace {
+/// Whether the rate of a uniform state is not uniform, or has sources at points.
+bool depends_on_place(const Equations& equations) {
+    const std::vector<Field>& fields = equations.model().fields;
+    return equations.placed_term() != nullptr ||
+           std::any_of(fields.begin(), fields.end(), [](const Field& one) { return one.left == LeftSide::given; });
+}
+
+/// The kept modes with |q| > long_waves.
+std::vector<std::size_t> short_waves(double long_waves, const numerics::System& linear) {
+    const numerics::Grid& grid = linear.grid;
+    std::vector<std::size_t> result;
+    if (std::isinf(long_waves)) return result;
+    for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j)
+        for (std::size_t i = 0; i < numerics::columns(grid); ++i) {
+            const numerics::Wavevector q = numerics::wavevector(grid, i, j);
+            if (numerics::is_kept(grid, linear.degree, i, j) && std::hypot(q.x, q.y) > long_waves)
+                result.push_back(j * numerics::columns(grid) + i);
+        }
+    return result;
+}
+}  // namespace
 
 /// N, its checks, and the values that the reference follows.
 class RightHandSide {
@@ -22,7 +45,10 @@ public:
           followed_(followed ? followed->component : -1),
           watched_(what.watched),
           check_(what.check),
-          quasi_linear_(what.equations, what.long_waves, linear.grid, linear.degree) {
+          short_(short_waves(what.long_waves, linear)),
+          depends_on_place_(depends_on_place(what.equations)) {
+        if (!short_.empty())
+            displaced_ = other_ = Spectra(linear.grid, static_cast<int>(what.equations.state_components().size()));
         if (followed && !followed->by_largest) {
             const std::vector<int>& state = what.equations.state_components();
             array_ = static_cast<int>(std::find(state.begin(), state.end(), followed_) - state.begin());
@@ -37,8 +63,8 @@ public:
 
     void operator()(double t, const Spectra& state, Spectra& rate) {
         *values_ = {};
-        quasi_linear_.write(
-            state, [&](const Spectra& at, Spectra& to) { evaluate(t, at, to); }, rate);
+        if (short_.empty()) evaluate(t, state, rate);
+        else evaluate_quasi_linear(t, state, rate);
     }
 
     std::shared_ptr<const Range> values() const { return values_; }
@@ -56,6 +82,44 @@ private:
         check_(ranges_);
     }
 
+    /// The state with its short waves times a factor.
+    void displace(const Spectra& state, double factor) {
+        displaced_ = state;
+        for (int c = 0; c < state.count(); ++c)
+            for (const std::size_t m : short_) displaced_[c][m] *= factor;
+    }
+
+    /// The generalised quasi-linear approximation (Marston, Chini & Tobias, Phys. Rev. Lett. 116, 214501 (2016)) of N:
+    /// with long waves l and short waves h,
+    ///     long:  N(l) + N''(l) h h/2,     short:  N'(l) h + N(mean).
+    /// N(mean) is what acts on short waves from outside.  Exact for products of up to three fields.
+    void evaluate_quasi_linear(double t, const Spectra& state, Spectra& rate) {
+        const auto of_short = [&](auto body) {
+            for (int c = 0; c < state.count(); ++c)
+                for (const std::size_t m : short_) body(rate[c][m], other_[c][m]);
+        };
+        // With D(e) = (N(l + e h) - N(l - e h))/2, N'(l) h = (8 D(1/2) - D(1))/3.
+        evaluate(t, state, rate);
+        displace(state, -1.0);
+        evaluate(t, displaced_, other_);
+        std::vector<Complex> slopes;
+        of_short([&](Complex plus, Complex minus) { slopes.push_back((minus - plus) / 6.0); });
+        for (std::size_t k = 0; k < rate.values.size(); ++k) rate.values[k] = 0.5 * (rate.values[k] + other_.values[k]);
+        for (const double half : {0.5, -0.5}) {
+            displace(state, half);
+            evaluate(t, displaced_, other_);
+            std::size_t n = 0;
+            of_short([&](Complex, Complex at) { slopes[n++] += std::copysign(4.0 / 3.0, half) * at; });
+        }
+        std::size_t n = 0;
+        of_short([&](Complex& to, Complex) { to = slopes[n++]; });
+        if (!depends_on_place_) return;
+        std::fill(displaced_.values.begin(), displaced_.values.end(), Complex(0.0));
+        for (int c = 0; c < state.count(); ++c) displaced_[c][0] = state[c][0];
+        evaluate(t, displaced_, other_);
+        of_short([&](Complex& to, Complex source) { to += source; });
+    }
+
     void require_mass() const {
         if (mass_of_.empty() || values_->min > 0.0) return;
         throw DomainFailure(
@@ -71,7 +135,9 @@ private:
     int array_ = -1;               // of the first of them, in a state
     std::vector<int> watched_;
     std::function<void(std::span<const Range>)> check_;
-    QuasiLinear quasi_linear_;
+    std::vector<std::size_t> short_;  // the modes of short waves of the quasi-linear approximation
+    bool depends_on_place_;
+    Spectra displaced_, other_;
     std::vector<Range> ranges_;
     std::shared_ptr<Range> values_ = std::make_shared<Range>();  // of the followed scalar
 };
@@ -175,7 +241,7 @@ numerics::System system_of(const Integrated& what, const numerics::Grid& grid, i
 
 TransformCount transforms_of(const Integrated& what) {
     const TransformCount count = what.equations.transforms();
-    const int times = std::isinf(what.long_waves) ? 1 : quasi_linear_evaluations(what.equations);
+    const int times = std::isinf(what.long_waves) ? 1 : depends_on_place(what.equations) ? 5 : 4;
     return {.inverse = count.forward > 0 ? times * count.inverse : 0, .forward = times * count.forward};
 }
 
