@@ -7,10 +7,8 @@
 
 #include "model/compiled.hpp"
 #include "model/explicit_part.hpp"
-#include "model/frame_operator.hpp"
-#include "model/mode_rows.hpp"
+#include "model/mode_operators.hpp"
 #include "model/point_functions.hpp"
-#include "model/transform_plan.hpp"
 
 namespace drover::model {
 
