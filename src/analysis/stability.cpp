@@ -12,7 +12,7 @@
 #include "measure/unit_product.hpp"
 #include "run/scene_equations.hpp"
 #include "theory/instabilities.hpp"
-#include "theory/state_text.hpp"
+#include "theory/state_names.hpp"
 
 namespace drover::analysis {
 

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "run/scene_equations.hpp"
-#include "theory/state_text.hpp"
+#include "theory/state_names.hpp"
 
 namespace drover::run {
 

@@ -1,7 +1,10 @@
-// theory/state_names.cpp: names of uniform states, by their order and by what drives it.
+// theory/state_names.cpp: uniform states in words, and their names, by their order and by what drives it.
+#include "theory/state_names.hpp"
+
 #include <algorithm>
 #include <cmath>
 
+#include "drover/base/text.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "theory/uniform_equations.hpp"
 
@@ -94,6 +97,38 @@ void name_states(const UniformEquations& equations, std::vector<StationaryState>
         state.name = state.is_isotropic || only_drifts ? "isotropic" : "ordered";
     }
     name_by_values(equations.model(), states);
+}
+
+bool is_given(const model::Field& field) { return field.spin == 0 && !field.observed.counted.empty(); }
+
+std::vector<std::size_t> drawn_fields(const model::Model& model) {
+    std::vector<std::size_t> fields(model.fields.size());
+    for (std::size_t n = 0; n < fields.size(); ++n) fields[n] = n;
+    std::ranges::stable_sort(fields, {}, [&](std::size_t n) { return model.fields[n].observed.drawn; });
+    return fields;
+}
+
+std::string values_text(const model::Model& model, const model::UniformState& values) {
+    const std::vector<int> firsts = model::first_components(model);
+    std::string result;
+    for (const std::size_t n : drawn_fields(model)) {
+        const model::Field& field = model.fields[n];
+        const auto at = static_cast<std::size_t>(firsts[n]);
+        const double value = field.spin == 0 ? values[at] : std::hypot(values[at], values[at + 1]);
+        if (value != 0.0 && !is_given(field))
+            result += text("{}{} = {:.6g}", result.empty() ? "" : ", ",
+                           field.spin == 0 ? field.symbol : "|" + field.symbol + "|", value);
+    }
+    return result;
+}
+
+std::string state_text(const model::Model& model, const model::UniformState& values) {
+    const std::string result = values_text(model, values);
+    return result.empty() ? "all fields 0" : result;
+}
+
+std::string state_words(const model::Model& model, const StationaryState& state) {
+    return text("{}, {}", state.is_isotropic ? "isotropic" : "ordered", state_text(model, state.values));
 }
 
 }  // namespace drover::theory

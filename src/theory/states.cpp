@@ -9,7 +9,7 @@
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/algebra/extremum.hpp"
-#include "theory/state_text.hpp"
+#include "theory/state_names.hpp"
 #include "theory/uniform_equations.hpp"
 
 namespace drover::theory {

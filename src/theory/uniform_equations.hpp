@@ -72,8 +72,4 @@ private:
     bool turns_freely_ = false;
 };
 
-/// Names states that are sorted.  Those along a direction that the equations name are then sorted from the largest
-/// order along it to the largest against it.
-void name_states(const UniformEquations& equations, std::vector<StationaryState>& states);
-
 }  // namespace drover::theory
