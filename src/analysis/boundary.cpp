@@ -5,15 +5,18 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include "analysis/analysed_state.hpp"
-#include "analysis/binodal_lines.hpp"
+#include "analysis/boundary_records.hpp"
 #include "base/constants.hpp"
 #include "base/log.hpp"
 #include "run/progress.hpp"
 #include "run/scene_equations.hpp"
 #include "run/signals.hpp"
+#include "run/travelling_start.hpp"
+#include "theory/binodal.hpp"
 
 namespace drover::analysis {
 
@@ -25,7 +28,7 @@ using theory::MarginState;
 void warn_of_fixed_coefficients(const io::Scene& scene, const PlannedBoundary& planned) {
     const io::CalibratedPlan& calibrated = scene.calibrated;
     if (calibrated.filled.empty() || calibrated.coefficients == "local" ||
-        !(planned.x_number.is_fraction || planned.y_number.is_fraction))
+        !(planned.x.is_fraction || planned.y.is_fraction))
         return;
     log_warning(
         "area fractions of the plane change the densities alone: all coefficients stay those of {} at "
@@ -39,15 +42,15 @@ struct PlaneOfScene {
     const io::Scene& scene;
     const PlannedBoundary& planned;
     const numerics::Rectangle rectangle;
-    const std::vector<SceneModel> draws;
+    const std::vector<io::Scene> draws;
     const std::vector<model::UniformState> guesses;                ///< from which lines of states search theirs
     const std::unique_ptr<run::PointProgress> progress = nullptr;  ///< of models of one's own, whose points take long
 };
 
-PlaneModels models_of(const PlaneOfScene& plane, SceneModel base, const std::string& convention,
+PlaneModels models_of(const PlaneOfScene& plane, io::Scene base, const std::string& convention,
                       const PlaneModels* like = nullptr) {
     if (!convention.empty()) set_convention(base.model, convention);
-    return {plane.scene.kind, std::move(base), plane.planned.x_number, plane.planned.y_number, plane.rectangle, like};
+    return {std::move(base), plane.planned.x, plane.planned.y, like};
 }
 
 /// A margin at the points of a plane.
@@ -63,14 +66,14 @@ theory::MarginOf margin_over(const PlaneOfScene& plane, std::shared_ptr<const Pl
 }
 
 std::shared_ptr<const PlaneModels> models_of_scene(const PlaneOfScene& plane, const std::string& convention) {
-    return std::make_shared<const PlaneModels>(models_of(plane, scene_model(plane.scene), convention));
+    return std::make_shared<const PlaneModels>(models_of(plane, plane.scene, convention));
 }
 
 /// The margins over a plane, and those of draws of its model.  Draws whose model is not valid are left out.
 theory::PlaneMargins margins_over(const PlaneOfScene& plane, const std::string& convention, const MarginAt& margin) {
     const auto models = models_of_scene(plane, convention);
     theory::PlaneMargins result{.at = margin_over(plane, models, margin)};
-    for (const SceneModel& one : plane.draws) try {
+    for (const io::Scene& one : plane.draws) try {
             result.draws.push_back(theory::where_valid(
                 margin_over(plane, std::make_shared<const PlaneModels>(models_of(plane, one, convention, models.get())),
                             margin)));
@@ -88,7 +91,7 @@ MarginAt limit_margin(Limit limit) {
 /// The states at the corners and middles of a plane, which lead to the others: states differ little over a plane.
 std::vector<model::UniformState> guesses_over(const io::Scene& scene, const PlannedBoundary& planned) {
     const numerics::Rectangle plane = planned.rectangle();
-    const PlaneModels models(scene.kind, scene_model(scene), planned.x_number, planned.y_number, plane);
+    const PlaneModels models(scene, planned.x, planned.y);
     std::vector<model::UniformState> guesses;
     for (const double x : {0.5, 0.0, 1.0})
         for (const double y : {0.5, 0.0, 1.0}) {
@@ -223,6 +226,98 @@ PlaneOfScene plane_of(const io::Scene& scene, const PlannedBoundary& planned, bo
             .guesses = std::ranges::any_of(planned.lines, is_of_state) ? guesses_over(scene, planned)
                                                                        : std::vector<model::UniformState>{},
             .progress = std::move(progress)};
+}
+
+constexpr int steps_along_plane = 32;
+
+/// The axes of a plane: the density of the phases, and the other one.
+struct BinodalAxes {
+    const PlaneAxis &density, &other;
+    int component = -1, other_component = -1;  ///< of a state; -1: no density of a field
+    bool swapped = false;                      ///< the density is y
+};
+
+BinodalAxes axes_of(const model::Equations& equations, const PlannedBoundary& planned) {
+    const int x = density_component(equations, planned.x), y = density_component(equations, planned.y);
+    if (x < 0) return {.density = planned.y, .other = planned.x, .component = y, .other_component = x, .swapped = true};
+    return {.density = planned.x, .other = planned.y, .component = x, .other_component = y};
+}
+
+/// The points of both branches, in a plane whose first axis is the density of the phases.
+struct Branches {
+    std::vector<numerics::PlanePoint> low, high;
+};
+
+Branches branches_of(const theory::Binodal& binodal, const BinodalAxes& axes) {
+    Branches branches;
+    for (const theory::Coexistence& at : binodal.points) {
+        const auto point = [&](double density, const std::vector<double>& phase) -> numerics::PlanePoint {
+            const double other = axes.other_component < 0
+                                     ? at.parameter
+                                     : phase[static_cast<std::size_t>(axes.other_component)] * axes.other.area;
+            return {density * axes.density.area, other};
+        };
+        branches.low.push_back(point(at.low, at.in_low));
+        branches.high.push_back(point(at.high, at.in_high));
+    }
+    return branches;
+}
+
+/// The part of a line within the plane.
+theory::BoundaryLine line_in(const numerics::Rectangle& plane, const std::vector<numerics::PlanePoint>& points,
+                             bool swapped) {
+    theory::BoundaryLine line;
+    for (const numerics::PlanePoint& point : points) {
+        const double x = swapped ? point.y : point.x, y = swapped ? point.x : point.y;
+        if (x >= plane.x0 && x <= plane.x1 && y >= plane.y0 && y <= plane.y1) line.points.push_back({.x = x, .y = y});
+    }
+    return line;
+}
+
+struct BinodalLines {
+    theory::Boundary boundary;
+    std::vector<std::string> ends;  ///< why lines end within the plane
+};
+
+/// The binodal of each phase: from the state of two phases next to the initial fields of the scene, along the other
+/// axis of the plane to both its ends.  convention: of lambda; "": none.  Throws a run Error where no such state is
+/// found.
+BinodalLines trace_binodal_lines(const io::Scene& scene, const PlannedBoundary& planned, const std::string& convention,
+                                 Threads& threads) {
+    io::Scene line = run::line_of(scene);
+    if (!convention.empty()) set_convention(line.model, convention);
+    const BinodalAxes axes = axes_of(run::equations_of(line), planned);
+    const theory::TravellingProblem problem{.at =
+                                                [line, other = axes.other](double value) {
+                                                    run::check_stop_signal();
+                                                    io::Scene changed = line;
+                                                    other.set(changed, value);
+                                                    return run::integrated_of(changed);
+                                                },
+                                            .parameter = axes.other.in(line),
+                                            .grid = line.grid};
+    numerics::TravellingSolver solver(theory::travelling_family(problem, threads));
+    const numerics::TravellingState first = run::find_state(run::travelling_guess(scene, line, threads), solver);
+    Branches whole;
+    BinodalLines found;
+    for (const double last : {axes.other.from, axes.other.to}) {
+        const theory::Binodal binodal =
+            theory::trace_binodal(problem, first, axes.component, last, steps_along_plane, threads);
+        if (!binodal.ends.empty())
+            found.ends.push_back(text("the binodals end at {} = {:.6g}, before {:.6g}: {}", axes.other.name,
+                                      binodal.points.back().parameter, last, binodal.ends));
+        const Branches part = branches_of(binodal, axes);
+        const auto join = [&](std::vector<numerics::PlanePoint>& to, const std::vector<numerics::PlanePoint>& more) {
+            std::reverse(to.begin(), to.end());
+            to.insert(to.end(), more.begin() + (to.empty() ? 0 : 1), more.end());
+        };
+        join(whole.low, part.low);
+        join(whole.high, part.high);
+    }
+    for (const std::vector<numerics::PlanePoint>* points : {&whole.low, &whole.high})
+        if (theory::BoundaryLine one = line_in(planned.rectangle(), *points, axes.swapped); !one.points.empty())
+            found.boundary.lines.push_back(std::move(one));
+    return found;
 }
 }  // namespace
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "base/log.hpp"
 #include "calibrate/slow_order.hpp"
@@ -62,28 +61,26 @@ KeyRange read_axis(const std::string& list, const std::string& written, const st
     return axis;
 }
 
-/// An axis, with what it sets.
-std::pair<DescribedAxis, PlaneNumber> axis_of(const io::Scene& scene, const std::string& list,
-                                              const std::string& written) {
+PlaneAxis axis_of(const io::Scene& scene, const std::string& list, const std::string& written) {
     const SourceLocation where = io::locate(scene, list);
     const bool is_own = scene.kind == io::SceneKind::model;
     const auto [key, from, to] = read_axis(list, written, text("\"{} = 0.5:2\"", example_key(scene)), where);
-    const PlaneNumber number = plane_number(scene, list, key, where);
-    DescribedAxis axis{.name = number.name, .unit = number.unit, .udunits = number.unit, .from = from, .to = to};
-    if (is_own) return {axis, number};
-    if (number.is_fraction) {
+    PlaneAxis axis{plane_number(scene, list, key, where)};
+    axis.udunits = axis.unit, axis.from = from, axis.to = to;
+    if (is_own) return axis;
+    if (axis.is_fraction) {
         require(from > 0.0, where, "{} has \"{}\"; expected area fractions above 0", list, written);
-        return {axis, number};
+        return axis;
     }
-    axis.udunits = physics::unit_of(scene.model, number.unit);
+    axis.udunits = physics::unit_of(scene.model, axis.unit);
     check_is_read(scene.model, list, key, where);
-    check_range(list, written, number.range, from, where);
-    check_range(list, written, number.range, to, where);
-    return {axis, number};
+    check_range(list, written, axis.range, from, where);
+    check_range(list, written, axis.range, to, where);
+    return axis;
 }
 
-std::vector<std::pair<std::string, double>> errors_of(const io::Scene& scene, const PlannedBoundary& planned) {
-    std::vector<std::pair<std::string, double>> errors;
+std::vector<std::pair<PlaneNumber, double>> errors_of(const io::Scene& scene, const PlannedBoundary& planned) {
+    std::vector<std::pair<PlaneNumber, double>> errors;
     const bool is_own = scene.kind == io::SceneKind::model;
     const std::string list = "boundary.errors", example = text("\"{} = 0.02\"", example_key(scene));
     const SourceLocation where = io::locate(scene, list);
@@ -93,7 +90,7 @@ std::vector<std::pair<std::string, double>> errors_of(const io::Scene& scene, co
         require(error > 0.0, where, "{} has \"{}\"; expected a standard error > 0", list, written);
         const PlaneNumber number = plane_number(scene, list, given, where);
         const std::string& key = number.name;
-        for (const PlaneNumber* axis : {&planned.x_number, &planned.y_number})
+        for (const PlaneAxis* axis : {&planned.x, &planned.y})
             require(!are_same(number, *axis), where,
                     "{} names {}, which the axis {} of the plane sets exactly; expected another number", list, key,
                     axis->name);
@@ -103,7 +100,7 @@ std::vector<std::pair<std::string, double>> errors_of(const io::Scene& scene, co
             continue;
         }
         if (!is_own) check_is_read(scene.model, list, key, where);
-        errors.emplace_back(key, error);
+        errors.emplace_back(number, error);
     }
     return errors;
 }
@@ -180,7 +177,7 @@ void check_binodal_plane(const io::Scene& scene, const PlannedBoundary& planned)
     std::string example = "which the model does not have";
     for (const model::Field& field : equations.model().fields)
         if (field.spin == 0 && field.conserved) example = "such as uniform." + field.name;
-    require(density_component(equations, planned.x_number) >= 0 || density_component(equations, planned.y_number) >= 0,
+    require(density_component(equations, planned.x) >= 0 || density_component(equations, planned.y) >= 0,
             io::locate(scene, "boundary.lines"),
             "boundary.lines has \"binodal\", the densities of coexisting phases, and the axes are {} and {}; expected "
             "the mean density of a field as one axis, {}",
@@ -191,9 +188,9 @@ void check_binodal_plane(const io::Scene& scene, const PlannedBoundary& planned)
 PlannedBoundary plan_boundary(const io::Scene& scene) {
     PlannedBoundary planned;
     planned.cells = scene.boundary.cells;
-    std::tie(planned.x, planned.x_number) = axis_of(scene, "boundary.x", scene.boundary.x);
-    std::tie(planned.y, planned.y_number) = axis_of(scene, "boundary.y", scene.boundary.y);
-    require(!are_same(planned.x_number, planned.y_number), io::locate(scene, "boundary.y"),
+    planned.x = axis_of(scene, "boundary.x", scene.boundary.x);
+    planned.y = axis_of(scene, "boundary.y", scene.boundary.y);
+    require(!are_same(planned.x, planned.y), io::locate(scene, "boundary.y"),
             "boundary.x is {} and boundary.y is {}; expected two different numbers", planned.x.name, planned.y.name);
     planned.errors = errors_of(scene, planned);
     planned.conventions = conventions_of(scene);

@@ -4,15 +4,16 @@
 #include <utility>
 #include <vector>
 
-#include "analysis/boundary_records.hpp"
 #include "analysis/plane_models.hpp"
 #include "io/scene.hpp"
 
 namespace drover::analysis {
 
-struct PlannedBoundary : DescribedPlane {
-    PlaneNumber x_number, y_number;                      ///< what they set
-    std::vector<std::pair<std::string, double>> errors;  ///< standard errors by key, beside those of tables
+struct PlannedBoundary {
+    PlaneAxis x, y;
+    std::vector<std::pair<PlaneNumber, double>> errors;  ///< standard errors, beside those of tables
+    std::size_t draws = 0;                               ///< of uncertain numbers
+    int cells = 64;                                      ///< as boundary.cells
     std::vector<std::string> conventions;                ///< of lambda; one that is empty in a model of one's own
     std::vector<std::string> lines;                      ///< at least one, binodals last
 

@@ -16,9 +16,9 @@ std::vector<run::Entry> wave_entries(const theory::Margin& at) {
                         at.frequency)};
 }
 
-run::Record point_record(const DescribedPlane& plane, const DescribedLines& described,
+run::Record point_record(const PlannedBoundary& plane, const DescribedLines& described,
                          const theory::BoundaryPoint& point) {
-    const auto end = [&](const char* name, const DescribedAxis& axis, const char* words, double value) {
+    const auto end = [&](const char* name, const PlaneAxis& axis, const char* words, double value) {
         return run::shown_as(run::number(name, axis.udunits, words, value, 4), {.text = plane.draws > 0});
     };
     run::Record record{
@@ -38,7 +38,7 @@ run::Record point_record(const DescribedPlane& plane, const DescribedLines& desc
     return record;
 }
 
-run::List line_list(const DescribedPlane& plane, const DescribedLines& described, const theory::Boundary& boundary) {
+run::List line_list(const PlannedBoundary& plane, const DescribedLines& described, const theory::Boundary& boundary) {
     run::List lines{.name = "lines", .row = "line"};
     for (const theory::BoundaryLine& line : boundary.lines) {
         run::List points{.name = "points",
@@ -56,7 +56,7 @@ run::List line_list(const DescribedPlane& plane, const DescribedLines& described
     return lines;
 }
 
-run::List singular_point_list(const DescribedPlane& plane, const theory::Boundary& boundary) {
+run::List singular_point_list(const PlannedBoundary& plane, const theory::Boundary& boundary) {
     run::List list{.name = "singular_points",
                    .heading = "singular points",
                    .row = "singular_point",
@@ -69,7 +69,7 @@ run::List singular_point_list(const DescribedPlane& plane, const theory::Boundar
 }
 
 /// What the draws say about the lines of one kind.
-void add_draws(const DescribedPlane& plane, const theory::Boundary& boundary, run::Record& record) {
+void add_draws(const PlannedBoundary& plane, const theory::Boundary& boundary, run::Record& record) {
     const auto add = [&](const char* name, const char* meaning, double value) {
         record.entries.push_back(run::json_only(run::number(name, "1", meaning, value)));
     };
@@ -87,7 +87,7 @@ void add_draws(const DescribedPlane& plane, const theory::Boundary& boundary, ru
     record.footer.push_back(words);
 }
 
-run::Record axis_record(const DescribedAxis& axis) {
+run::Record axis_record(const PlaneAxis& axis) {
     return {.entries = {run::words("name", "", axis.name), run::words("unit", "", axis.unit),
                         run::number("from", axis.udunits, "smallest " + axis.name, axis.from),
                         run::number("to", axis.udunits, "largest " + axis.name, axis.to)},
@@ -95,7 +95,7 @@ run::Record axis_record(const DescribedAxis& axis) {
 }
 }  // namespace
 
-run::Record traced_record(const DescribedPlane& plane, const DescribedLines& described,
+run::Record traced_record(const PlannedBoundary& plane, const DescribedLines& described,
                           const theory::Boundary& boundary) {
     run::Record record{.heading = text("{}: {} line{}", described.heading, boundary.lines.size(),
                                        boundary.lines.size() == 1 ? "" : "s"),
@@ -112,8 +112,8 @@ run::Record traced_record(const DescribedPlane& plane, const DescribedLines& des
     return record;
 }
 
-run::Record plane_record(const DescribedPlane& plane, bool complete, run::List traced) {
-    const auto axis_text = [](const char* name, const DescribedAxis& one) {
+run::Record plane_record(const PlannedBoundary& plane, bool complete, run::List traced) {
+    const auto axis_text = [](const char* name, const PlaneAxis& one) {
         return text("{} = {}, {} to {} [{}]", name, one.name, one.from, one.to, one.unit);
     };
     return {.header = {text("plane: {}; {}", axis_text("x", plane.x), axis_text("y", plane.y)),
@@ -139,7 +139,7 @@ void BandMaps::add(const DescribedLines& described, const theory::Boundary& boun
 void BandMaps::add_to(run::Record& root) const {
     if (fields_.empty()) return;
     const int side = fields_.front().side;
-    const auto places = [&](const char* name, const DescribedAxis& axis) {
+    const auto places = [&](const char* name, const PlaneAxis& axis) {
         files::Axis found{name, axis.udunits, axis.name, {}};
         for (int i = 0; i < side; ++i) found.values.push_back(axis.from + (axis.to - axis.from) * i / (side - 1));
         return found;
@@ -170,8 +170,8 @@ void BandMaps::add_to(run::Record& root) const {
     root.parts.push_back({"band", {.group = "/band", .maps = std::move(table), .shown = {.text = false}}});
 }
 
-MapPoints map_points(const DescribedPlane& plane, int side) {
-    const auto middles = [side](const DescribedAxis& axis) {
+MapPoints map_points(const PlannedBoundary& plane, int side) {
+    const auto middles = [side](const PlaneAxis& axis) {
         std::vector<double> values;
         for (int i = 0; i < side; ++i) values.push_back(axis.from + (i + 0.5) / side * (axis.to - axis.from));
         return values;

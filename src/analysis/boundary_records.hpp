@@ -3,24 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "analysis/boundary_plan.hpp"
 #include "run/result.hpp"
 #include "theory/boundary.hpp"
 
 namespace drover::analysis {
-
-/// One axis of a plane, as files and people read it.
-struct DescribedAxis {
-    std::string name;
-    std::string unit;     ///< as written in scenes
-    std::string udunits;  ///< UDUNITS text
-    double from = 0.0, to = 1.0;
-};
-
-struct DescribedPlane {
-    DescribedAxis x, y;
-    std::size_t draws = 0;  ///< of uncertain numbers
-    int cells = 64;         ///< as boundary.cells
-};
 
 /// What is traced, and what its points show.
 struct DescribedLines {
@@ -29,22 +16,22 @@ struct DescribedLines {
     bool shows_angles = false, shows_waves = false;
 };
 
-run::Record traced_record(const DescribedPlane& plane, const DescribedLines& described,
+run::Record traced_record(const PlannedBoundary& plane, const DescribedLines& described,
                           const theory::Boundary& boundary);
 
 /// The plane with the lists of its lines.
-run::Record plane_record(const DescribedPlane& plane, bool complete, run::List traced);
+run::Record plane_record(const PlannedBoundary& plane, bool complete, run::List traced);
 
 /// Fields of draws over the plane, one for each kind of line.
 class BandMaps {
 public:
-    explicit BandMaps(const DescribedPlane& plane) : plane_(plane) {}
+    explicit BandMaps(const PlannedBoundary& plane) : plane_(plane) {}
     void add(const DescribedLines& described, const theory::Boundary& boundary);
     /// Adds the group /band to a record, if there is any field.
     void add_to(run::Record& root) const;
 
 private:
-    DescribedPlane plane_;
+    PlannedBoundary plane_;
     std::vector<std::vector<run::Entry>> names_;
     std::vector<theory::DrawField> fields_;
 };
@@ -54,6 +41,6 @@ struct MapPoints {
     std::vector<numerics::PlanePoint> points;
     std::vector<files::Axis> axes;
 };
-MapPoints map_points(const DescribedPlane& plane, int side);
+MapPoints map_points(const PlannedBoundary& plane, int side);
 
 }  // namespace drover::analysis

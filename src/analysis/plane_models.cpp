@@ -1,6 +1,8 @@
 // analysis/plane_models.cpp: models by the numbers of a plane.
 #include "analysis/plane_models.hpp"
 
+#include <algorithm>
+
 #include "base/constants.hpp"
 #include "base/draws.hpp"
 #include "base/log.hpp"
@@ -12,24 +14,15 @@ namespace {
 constexpr const char* mean_of = "uniform.";
 constexpr const char* fraction_end = "_area_fraction";
 
-/// The mean density of a field of a model of one's own is its reference.
-PlaneNumber declared_mean(const io::Scene& scene, const model::Field& field) {
-    std::size_t at = 0;
-    while (scene.declared.fields[at].symbol != field.symbol) ++at;
-    return {.name = mean_of + field.name,
-            .unit = field.unit,
-            .get = [at](const SceneModel& of) { return io::model_of(of.declared).fields[at].reference; },
-            .set = [at](SceneModel& of, double value) { of.declared.fields[at].reference = text("{:.17g}", value); },
-            .density = field.name};
+/// The declared field of a symbol.
+template <class Declared>
+auto& field_of(Declared& declared, const std::string& symbol) {
+    return *std::ranges::find(declared.fields, symbol, [](const auto& field) { return field.symbol; });
 }
 
 PlaneNumber number_of_model(const physics::ModelValues& model, const std::string& key, const SourceLocation& where) {
     const io::ModelNumber number = io::model_number(key, where, model);
-    return {.name = key,
-            .unit = number.unit.empty() ? "1" : number.unit,
-            .range = number.range,
-            .get = [in = number.in](const SceneModel& of) { return in(const_cast<physics::ModelValues&>(of.model)); },
-            .set = [in = number.in](SceneModel& of, double value) { in(of.model) = value; }};
+    return {.name = key, .unit = number.unit.empty() ? "1" : number.unit, .range = number.range, .key = key};
 }
 
 /// The area of one body, "uniform.bead_area": a number of the scene that the equations do not have.
@@ -48,7 +41,8 @@ PlaneNumber plane_number(const io::Scene& scene, const std::string& list, const 
     for (const model::Field& field : equations.model().fields) {
         if (field.spin != 0 || !field.conserved) continue;
         const std::string mean = mean_of + field.name;
-        if (name == mean && is_own) return declared_mean(scene, field);
+        if (name == mean && is_own)  // its reference
+            return {.name = mean, .unit = field.unit, .key = field.symbol, .density = field.name};
         if (name == mean) {
             PlaneNumber number = number_of_model(scene.model, mean, where);
             number.density = field.name;
@@ -56,72 +50,72 @@ PlaneNumber plane_number(const io::Scene& scene, const std::string& list, const 
         }
         if (is_own || field.observed.counted.empty() || name != field.observed.counted + fraction_end) continue;
         const std::string body_area = field.observed.counted + "_area", area_key = mean_of + body_area;
-        const PlaneNumber number = number_of_model(scene.model, mean, where);
         const double area = area_of_body(scene.model, body_area);
         require(area > 0.0, io::locate(scene, area_key),
                 "{} names {}, which needs the area of one particle, and {} = {}; expected > 0 [mm^2]", list, name,
                 area_key, area);
-        return {.name = name,
-                .get = [get = number.get, area](const SceneModel& of) { return area * get(of); },
-                .set = [set = number.set, area](SceneModel& of, double covered) { set(of, covered / area); },
-                .density = field.name,
-                .area = area,
-                .is_fraction = true};
+        return {.name = name, .key = mean, .density = field.name, .area = area, .is_fraction = true};
     }
     if (!is_own) return number_of_model(scene.model, name, where);
     const std::string coefficient = run::coefficient_of(scene, list, name, where);
-    return {.name = run::number_of(scene, list, name, where).key,
-            .get = [coefficient](const SceneModel& of) { return of.declared.coefficients.at(coefficient); },
-            .set = [coefficient](SceneModel& of, double value) { of.declared.coefficients.at(coefficient) = value; }};
+    return {.name = run::number_of(scene, list, name, where).key, .key = coefficient};
+}
+
+double PlaneNumber::in(const io::Scene& scene) const {
+    if (scene.kind != io::SceneKind::model)
+        return area * io::model_number(key, {}, scene.model).in(const_cast<physics::ModelValues&>(scene.model));
+    if (density.empty()) return scene.declared.coefficients.at(key);
+    const model::Model model = io::model_of(scene.declared);
+    return field_of(model, key).reference;
+}
+
+void PlaneNumber::set(io::Scene& scene, double value) const {
+    if (scene.kind != io::SceneKind::model) io::model_number(key, {}, scene.model).in(scene.model) = value / area;
+    else if (density.empty()) scene.declared.coefficients.at(key) = value;
+    else field_of(scene.declared, key).reference = text("{:.17g}", value);
 }
 
 bool are_same(const PlaneNumber& one, const PlaneNumber& other) {
     return one.name == other.name || (!one.density.empty() && one.density == other.density);
 }
 
-PlaneModels::PlaneModels(io::SceneKind kind, SceneModel base, PlaneNumber x, PlaneNumber y,
-                         const numerics::Rectangle& plane, const PlaneModels* like)
-    : kind_(kind), base_(std::move(base)), x_(std::move(x)), y_(std::move(y)) {
-    if (kind_ == io::SceneKind::model) {
+PlaneModels::PlaneModels(io::Scene base, PlaneAxis x, PlaneAxis y, const PlaneModels* like)
+    : base_(std::move(base)), x_(std::move(x)), y_(std::move(y)) {
+    if (base_.kind == io::SceneKind::model) {
         const model::Equations equations(io::model_of(base_.declared));
-        has_order_ = !model::turning_components(equations.model()).empty();
         search_ = like != nullptr ? like->search_ : theory::order_search(equations);
         return;
     }
     // Of coefficients the middle, which is valid; where the middle of densities lies beyond a table the coefficients
     // themselves still serve the rest of the plane.
-    SceneModel middle = base_;
-    if (x_.density.empty()) x_.set(middle, 0.5 * (plane.x0 + plane.x1));
-    if (y_.density.empty()) y_.set(middle, 0.5 * (plane.y0 + plane.y1));
+    io::Scene middle = base_;
+    for (const PlaneAxis* axis : {&x_, &y_})
+        if (axis->density.empty()) axis->set(middle, 0.5 * (axis->from + axis->to));
     compiled_ = like != nullptr ? std::make_shared<const physics::Equations>(middle.model, *like->compiled_)
                                 : std::make_shared<const physics::Equations>(middle.model);
     theory_ = std::make_shared<const theory::PointTheory>(compiled_->theory());
-    has_order_ = true;
     search_ = like != nullptr ? like->search_ : theory::order_search(theory_->solver());
-    for (const auto& [field, first] : model::placed_fields(theory_->equations().model()))
-        if (field.spin == 0) densities_.emplace_back(first, number_of_model(middle.model, mean_of + field.name, {}));
-    means_ = means_of(middle);
-    x_change_ = change_of(x_, middle, plane.x0);
-    y_change_ = change_of(y_, middle, plane.y0);
+    means_ = means_of(middle.model);
+    x_change_ = change_of(x_, middle);
+    y_change_ = change_of(y_, middle);
 }
 
-std::optional<PlaneModels::Change> PlaneModels::change_of(const PlaneNumber& number, const SceneModel& middle,
-                                                          double min_value) const {
-    if (!number.density.empty()) {
+std::optional<PlaneModels::Change> PlaneModels::change_of(const PlaneAxis& axis, const io::Scene& middle) const {
+    if (!axis.density.empty()) {
         for (const auto& [field, first] : model::placed_fields(theory_->equations().model()))
-            if (field.name == number.density) return Change{.component = static_cast<int>(first), .terms = {}};
+            if (field.name == axis.density) return Change{.component = static_cast<int>(first), .terms = {}};
         return {};  // a number in the terms
     }
-    const auto coefficient = compiled_->coefficients.find(number.name);
-    const double base = number.get(middle);
+    const auto coefficient = compiled_->coefficients.find(axis.name);
+    const double base = axis.in(middle);
     if (coefficient == compiled_->coefficients.end() || coefficient->second.varies() || base == 0.0) return {};
     const std::vector<std::string>& names = compiled_->terms();
     Change change{.terms = {}, .base = base};
     for (std::size_t n = 0; n < names.size(); ++n)
-        if (names[n] == number.name) change.terms.push_back(n);
+        if (names[n] == axis.name) change.terms.push_back(n);
     // A balance needs a drag above 0: where it may not have it, each model is checked.
     const bool is_checked =
-        min_value <= 0.0 && std::any_of(change.terms.begin(), change.terms.end(), [&](std::size_t n) {
+        axis.from <= 0.0 && std::any_of(change.terms.begin(), change.terms.end(), [&](std::size_t n) {
             const std::string& symbol =
                 theory_->equations().model().fields[theory_->equations().terms()[n].field].symbol;
             return presence(middle.model, symbol) == physics::Presence::balance;
@@ -130,8 +124,8 @@ std::optional<PlaneModels::Change> PlaneModels::change_of(const PlaneNumber& num
     return change;
 }
 
-SceneModel PlaneModels::changed(const numerics::PlanePoint& point) const {
-    SceneModel result = base_;
+io::Scene PlaneModels::changed(const numerics::PlanePoint& point) const {
+    io::Scene result = base_;
     x_.set(result, point.x);
     y_.set(result, point.y);
     return result;
@@ -141,9 +135,10 @@ std::string PlaneModels::place_of(const numerics::PlanePoint& point) const {
     return text("at {} = {}, {} = {}", x_.name, point.x, y_.name, point.y);
 }
 
-model::UniformState PlaneModels::means_of(const SceneModel& changed) const {
+model::UniformState PlaneModels::means_of(const physics::ModelValues& model) const {
     model::UniformState means(static_cast<std::size_t>(theory_->equations().components()), 0.0);
-    for (const auto& [component, density] : densities_) means[component] = density.get(changed);
+    for (const auto& [field, first] : model::placed_fields(theory_->equations().model()))
+        if (field.spin == 0) means[first] = number(model, mean_of + field.name);
     return means;
 }
 
@@ -163,12 +158,12 @@ theory::Margin PlaneModels::margin_of_changes(const numerics::PlanePoint& point,
 theory::Margin PlaneModels::margin(const numerics::PlanePoint& point, theory::Limit limit) const {
     try {
         if (x_change_ && y_change_) return margin_of_changes(point, limit);
-        const SceneModel here = changed(point);
-        if (kind_ == io::SceneKind::model) {
+        const io::Scene here = changed(point);
+        if (base_.kind == io::SceneKind::model) {
             const model::Equations equations(io::model_of(here.declared));
             return theory::margin(theory::PointTheory(equations), equations.reference(), limit, search_);
         }
-        const model::UniformState means = means_of(here);
+        const model::UniformState means = means_of(here.model);
         if (!theory_->rates(means).allFinite()) return {.value = nan};  // beyond a table
         const auto equations = std::make_shared<const physics::Equations>(here.model, *compiled_);
         return theory::margin(physics::Equations::theory(equations), means, limit, search_);
@@ -179,9 +174,9 @@ theory::Margin PlaneModels::margin(const numerics::PlanePoint& point, theory::Li
 }
 
 model::Equations PlaneModels::equations(const numerics::PlanePoint& point) const {
-    const SceneModel here = changed(point);
+    const io::Scene here = changed(point);
     try {
-        if (kind_ == io::SceneKind::model) return model::Equations(io::model_of(here.declared));
+        if (base_.kind == io::SceneKind::model) return model::Equations(io::model_of(here.declared));
         const physics::Equations equations(here.model);
         return equations.solver();
     } catch (const Error& error) {
@@ -193,7 +188,7 @@ namespace {
 /// A number with a standard error; errors of different numbers are independent.
 struct UncertainNumber {
     double error = 0.0;
-    std::function<void(SceneModel&, double)> add;
+    std::function<void(io::Scene&, double)> add;
 };
 
 /// All table values of a model that have an error.
@@ -202,31 +197,30 @@ std::vector<UncertainNumber> table_errors(const physics::ModelValues& model) {
     for (const auto& [key, column] : model.table.columns)
         for (std::size_t i = 0; i < column.errors.size(); ++i)
             if (const double error = column.errors[i]; error != 0.0)
-                result.push_back({.error = error, .add = [key = key, i](SceneModel& of, double change) {
+                result.push_back({.error = error, .add = [key = key, i](io::Scene& of, double change) {
                                       of.model.table.columns.at(key).values[i] += change;
                                   }});
     return result;
 }
 }  // namespace
 
-std::vector<SceneModel> drawn_scenes(const io::Scene& scene,
-                                     const std::vector<std::pair<std::string, double>>& errors) {
+std::vector<io::Scene> drawn_scenes(const io::Scene& scene, const std::vector<std::pair<PlaneNumber, double>>& errors) {
     const bool is_own = scene.kind == io::SceneKind::model;
     std::vector<UncertainNumber> uncertain = is_own ? std::vector<UncertainNumber>() : table_errors(scene.model);
-    for (const auto& [key, error] : errors) {
-        const PlaneNumber number = plane_number(scene, "boundary.errors", key, {});
-        uncertain.push_back({.error = error, .add = [number](SceneModel& of, double change) {
-                                 number.set(of, number.get(of) + change);
+    for (const auto& [number, error] : errors)
+        uncertain.push_back({.error = error, .add = [number = number](io::Scene& of, double change) {
+                                 number.set(of, number.in(of) + change);
                              }});
-    }
     const bool has_errors = !uncertain.empty() || (!is_own && !scene.calibrated.filled.empty());
     const int count = scene.boundary.draws;
     if (!has_errors || count == 0) return {};
-    std::vector<SceneModel> drawn;
-    if (is_own) drawn.assign(static_cast<std::size_t>(count), scene_model(scene));
+    std::vector<io::Scene> drawn;
+    if (is_own) drawn.assign(static_cast<std::size_t>(count), scene);
     else
-        for (physics::ModelValues& one : io::drawn_models(scene, count))
-            drawn.push_back({.model = std::move(one), .declared = {}});
+        for (physics::ModelValues& one : io::drawn_models(scene, count)) {
+            drawn.push_back(scene);
+            drawn.back().model = std::move(one);
+        }
     for (std::size_t n = 0; n < uncertain.size(); ++n) {
         const std::vector<double> normal = normal_draws(n, 0, drawn.size());
         for (std::size_t k = 0; k < drawn.size(); ++k) uncertain[n].add(drawn[k], normal[k] * uncertain[n].error);
