@@ -14,8 +14,8 @@ using physics::TextTerm;
 std::string term_table(std::size_t number) { return text("terms[{}]", number); }
 
 /// The texts of a key: one, or a list of them.
-std::vector<physics::WrittenExpression> texts_of(const LocatedValue& found, const std::string& key) {
-    std::vector<physics::WrittenExpression> result;
+std::vector<model::Text> texts_of(const LocatedValue& found, const std::string& key) {
+    std::vector<model::Text> result;
     const auto add = [&](const std::string& written) {
         const std::size_t n = result.size();
         result.push_back({written, n < found.items.size() ? found.items[n] : found.where});
@@ -83,7 +83,7 @@ void read_terms(const LocatedTables& tables, physics::ModelValues& model,
 }
 
 std::string term_text(const TextTerm& term, const physics::ModelValues& model) {
-    const auto list = [](const std::vector<physics::WrittenExpression>& texts) {
+    const auto list = [](const std::vector<model::Text>& texts) {
         std::vector<std::string> words;
         for (const auto& one : texts) words.push_back(one.text);
         return toml_text(words);

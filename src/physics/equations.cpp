@@ -7,7 +7,6 @@
 
 #include "physics/compiled_terms.hpp"
 #include "physics/program_functions.hpp"
-#include "physics/text_terms.hpp"
 #include "physics/written_model.hpp"
 
 namespace drover::physics {

@@ -11,12 +11,6 @@
 
 namespace drover::physics {
 
-/// One expression of a term, with the location of its first character.
-struct WrittenExpression {
-    std::string text;
-    SourceLocation where;
-};
-
 using model::PointArgument;
 
 /// Adds the two components of a term at points.  It calls the function of the program from one thread at a time, and
@@ -32,10 +26,10 @@ struct TextTerm {
     /// bead_density or rod_density (d_t of it), bead_velocity (a force per area [mg/(mm s^2)]: a term of m rho d_t v)
     /// or order (d_t p).
     std::string of;
-    std::vector<WrittenExpression> value;  ///< one for a density; the x and y components for a vector
-    std::vector<WrittenExpression> flux;   ///< alternative to value, densities only: d_t = -div flux
-    std::vector<std::string> parameters;   ///< names of its parameters, in Model::parameters
-    bool is_explicit = false;              ///< nothing of it is in the exact linear part
+    std::vector<model::Text> value;       ///< one for a density; the x and y components for a vector
+    std::vector<model::Text> flux;        ///< alternative to value, densities only: d_t = -div flux
+    std::vector<std::string> parameters;  ///< names of its parameters, in Model::parameters
+    bool is_explicit = false;             ///< nothing of it is in the exact linear part
     SourceLocation where;
 
     std::string function;                       ///< name of a function instead of texts; empty: none

@@ -11,6 +11,16 @@
 
 namespace drover::physics {
 
+/// A term of a scene, as texts or a function, in the notation of the model layer.
+struct SceneTerm {
+    std::string field;     ///< symbol of the field in whose equation it is
+    std::string equation;  ///< readable
+    model::WrittenTerm written;
+};
+
+/// The terms of a model.  Throws an input Error at the place of one that its form cannot have.
+std::vector<SceneTerm> scene_terms(const CompiledModel& model);
+
 /// Which equations are written.
 enum class Written {
     right_sides,  ///< as if every mass were 1, and a field in balance had a rate
