@@ -21,9 +21,10 @@ namespace {
 constexpr double straight = 0.9;           // cosine of the turn allowed between neighbouring segments: 26 degrees
 constexpr double chord_checked = 0.75;     // of the chord: the line may deviate most beside the middle of a segment
 constexpr double bend_checked = 1 / 16.0;  // of the mesh edge: a check at a larger distance may find another line
+constexpr double root_error = 1e-12;       // of a vertex along the mesh edge that the line crosses
 constexpr double root_seen = 10.0;  // in units of the error of the root: a shorter segment has no reliable direction
-constexpr double noise_seen = 3.0;  // in units of the noise: where f is within one of zero, samples are within two
-constexpr double speck = 100.0;     // in units of the finest edge: a smaller island is a singular point
+constexpr double domain_error = 1.0 / 1024.0;  // a line ends no farther than this from where f is not defined
+constexpr double speck = 100.0;                // in units of the finest edge: a smaller island is a singular point
 
 enum class Check : std::uint8_t { due, passed, ragged, bent };  // ragged: f is undefined in part of the triangle
 
@@ -141,7 +142,7 @@ void find_crossings(Tracer& tracer, const std::vector<MeshIndex>& triangles) {
         const MeshEdge& edge = *searches[n].edge;
         const MeshVertex &a = mesh.vertices[edge.end[0]], &b = mesh.vertices[edge.end[1]];
         const double length = distance(in_unit_square(mesh, a), in_unit_square(mesh, b));
-        const double tolerance = std::max(tracer.options.root / length, std::numeric_limits<double>::epsilon());
+        const double tolerance = std::max(root_error / length, std::numeric_limits<double>::epsilon());
         const auto along = [&](double t) { return tracer.f(in_rectangle(tracer.where, on_edge(mesh, edge, t))); };
         std::size_t calls = 0;
         crossing_and_calls[0] = sign_change(along, a.value, searches[n].middle, b.value, tolerance, calls);
@@ -213,7 +214,7 @@ MeshIndex previous_of(const Tracer& tracer, MeshIndex triangle) {
 
 bool has_direction(const Tracer& tracer, MeshIndex triangle) {
     const Segment& segment = tracer.segments[triangle];
-    return segment.in && distance(segment.from, segment.to) > root_seen * tracer.options.root;
+    return segment.in && distance(segment.from, segment.to) > root_seen * root_error;
 }
 
 /// Points near the middle of a segment, to its left and right, in the unit square.
@@ -279,10 +280,9 @@ void check_turns(Tracer& tracer, MeshIndex triangle) {
 void keep_divisible(Tracer& tracer) {
     const auto is_done = [&](MeshIndex triangle) {
         const double size = hypotenuse(tracer, triangle);
-        if (tracer.checks[triangle] == Check::ragged) return size <= tracer.options.domain_tolerance;
-        double largest = 0.0;
-        for (std::size_t n = 0; n < 3; ++n) largest = std::max(largest, std::abs(value_at(tracer, triangle, n)));
-        return size < 2.0 * tracer.options.finest || largest <= noise_seen * tracer.options.noise;
+        if (tracer.checks[triangle] == Check::ragged) return size <= domain_error;
+        const auto is_zero = [&](std::size_t n) { return value_at(tracer, triangle, n) == 0.0; };
+        return size < 2.0 * finest_edge || (is_zero(0) && is_zero(1) && is_zero(2));
     };
     tracer.due.erase(std::remove_if(tracer.due.begin(), tracer.due.end(), is_done), tracer.due.end());
 }
@@ -352,7 +352,7 @@ std::vector<Chain> chains_of(const Tracer& tracer) {
 
 /// The distinct points of a chain, in the rectangle; the ends of an open chain are kept.
 ContourLine line_along(const Tracer& tracer, const Chain& chain) {
-    const double apart = root_seen * tracer.options.root;
+    const double apart = root_seen * root_error;
     std::vector<PlanePoint> points{tracer.segments[chain.triangles.front()].from};
     for (const MeshIndex triangle : chain.triangles)
         if (distance(points.back(), tracer.segments[triangle].to) > apart)
@@ -368,7 +368,7 @@ ContourLine line_along(const Tracer& tracer, const Chain& chain) {
 bool is_speck(const Tracer& tracer, const Chain& chain) {
     const PlanePoint& first = tracer.segments[chain.triangles.front()].from;
     const auto is_near = [&](MeshIndex triangle) {
-        return distance(tracer.segments[triangle].from, first) < speck * tracer.options.finest;
+        return distance(tracer.segments[triangle].from, first) < speck * finest_edge;
     };
     return chain.closed && std::all_of(chain.triangles.begin(), chain.triangles.end(), is_near);
 }
@@ -390,13 +390,6 @@ void check_input(const Rectangle& where, const ContourOptions& options) {
             where.y1);
     require(options.cells >= 1 && options.cells <= 2048, {}, "cells = {}; expected 1 to 2048", options.cells);
     require(options.chord > 0.0 && options.chord < 1.0, {}, "chord = {}; expected above 0 and below 1", options.chord);
-    require(options.finest >= 4e-9 && options.finest < 1.0, {}, "finest = {}; expected 4e-9 or more, below 1",
-            options.finest);
-    require(options.root >= 1e-15 && options.root <= options.finest / 100.0, {},
-            "root = {}; expected 1e-15 to {}, a hundredth of finest", options.root, options.finest / 100.0);
-    require(options.noise >= 0.0, {}, "noise = {}; expected 0 or more", options.noise);
-    require(options.domain_tolerance >= 2.0 * options.finest, {},
-            "domain_tolerance = {}; expected {} or more, twice finest", options.domain_tolerance, 2.0 * options.finest);
 }
 
 }  // namespace
@@ -408,7 +401,7 @@ Contour trace_zero(const PlaneFunction& f, const Rectangle& where, const Contour
                   .where = where,
                   .options = options,
                   .compute = compute,
-                  .mesh = bisection_mesh(options.cells, options.finest)};
+                  .mesh = bisection_mesh(options.cells, finest_edge)};
     Contour result;
     for (;;) {
         look(tracer);

@@ -26,17 +26,15 @@ struct ContourOptions {
     /// 1 to 2048 sampling cells on each side.  Every island of either sign that contains a disc of diameter above
     /// 1/cells is found: the corners and centres of the cells leave no larger disc empty.
     int cells = 64;
-    double chord = 1e-4;   ///< largest distance between the line and its polyline
-    double finest = 1e-8;  ///< shortest edge of the mesh, >= 4e-9: reached at cusps, double points and corners
-    double root = 1e-12;   ///< error of a vertex along the mesh edge that the line crosses; 1e-15 to finest/100
-    double domain_tolerance =
-        1.0 / 1024.0;                     ///< >= 2 finest: a line ends no farther than this from where f is not defined
-    double noise = 0.0;                   ///< error of f, >= 0: the mesh is not refined where |f| <= 3 noise everywhere
+    double chord = 1e-4;                  ///< largest distance between the line and its polyline
     std::size_t evaluations = 1'000'000;  ///< limit; no refinement beyond it, see Contour::complete
 };
+/// Edges of the mesh are as short as this at cusps, double points and corners.
+inline constexpr double finest_edge = 1e-8;
 
-/// At least two points, each on the line within ContourOptions::root, the positive side to the left (of axes x to the
-/// right, y up).  An open line ends on the border of the rectangle or where the function ceases to be defined.
+/// At least two points, each on the line within rounding, the positive side to the left (of axes x to the right, y up).
+/// An open line ends on the border of the rectangle, or no farther than 1/1024 from where the function ceases to be
+/// defined.
 struct ContourLine {
     std::vector<PlanePoint> points;
     bool closed = false;  ///< the first point is not repeated
@@ -44,7 +42,7 @@ struct ContourLine {
 
 struct Contour {
     std::vector<ContourLine> lines;
-    /// Where the line is not straight on the finest mesh, and islands less than 100 ContourOptions::finest across,
+    /// Where the line is not straight on the finest mesh, and islands less than 100 finest_edge across,
     /// which are not among the lines.  One point represents all within a chord.
     std::vector<PlanePoint> singular_points;
     std::size_t evaluations = 0;  ///< of the function
@@ -55,7 +53,7 @@ struct Contour {
 /// Traces the lines on which f changes sign.  Not found: lines on which it is zero without a change of sign, and small
 /// islands between the samples (beside a line also between the middles of the mesh edges).  Two lines closer to each
 /// other than a cell are separated where a sample falls between them, and from there on along both; where they are
-/// closer than ContourOptions::finest they may break.  The result does not depend on who computes.
+/// closer than finest_edge they may break.  The result does not depend on who computes.
 /// Throws an input Error for a rectangle that is empty or not finite and for options out of range.
 Contour trace_zero(const PlaneFunction& f, const Rectangle& where, const ContourOptions& options,
                    const ComputeAll& compute);
