@@ -34,8 +34,7 @@ AboutState about_state(const io::Scene& scene, const model::Equations& equations
         about.why_none = text("the noise \"{}\" depends on position or time", placed->text);
     if (!about.why_none.empty()) return about;
     model::UniformState mean = equations.reference();
-    std::size_t at = 0;
-    for (const model::Field& field : equations.model().fields)
+    for (std::size_t at = 0; const model::Field& field : equations.model().fields)
         for (const std::string& name : model::dataset_names(field)) {
             if (const auto given = means.find(name); given != means.end()) mean[at] = given->second;
             ++at;
@@ -62,14 +61,11 @@ AboutState about_state(const io::Scene& scene, const model::Equations& equations
 }
 
 Component component_of(const model::Model& model, const std::string& name) {
-    int place = 0;
-    for (const model::Field& field : model.fields) {
-        int part = 0;
-        for (const std::string& own : model::dataset_names(field)) {
-            if (own == name) return {place, part, field.spin};
-            ++place, ++part;
+    for (const auto& [field, first] : model::placed_fields(model))
+        for (int part = 0; const std::string& own : model::dataset_names(field)) {
+            if (own == name) return {static_cast<int>(first) + part, part, field.spin};
+            ++part;
         }
-    }
     fail_input({}, "{} is no component of a field of this scene", name);
 }
 

@@ -30,9 +30,7 @@ const model::Field* order_of(const model::Model& model) {
 
 std::vector<run::Entry> value_entries(const model::Model& model, const model::UniformState& values) {
     std::vector<run::Entry> entries;
-    std::size_t at = 0;
-    for (const model::Field& field : model.fields) {
-        const std::size_t first = std::exchange(at, at + static_cast<std::size_t>(model::components(field)));
+    for (const auto& [field, first] : model::placed_fields(model)) {
         if (field.left == model::LeftSide::given || theory::is_given(field)) continue;
         if (is_described(field) && field.spin > 0) {
             entries.push_back({.name = field.observed.short_name,

@@ -26,12 +26,9 @@ class RightSides {
 public:
     explicit RightSides(const physics::Equations& equations)
         : equations_(right_sides(equations)), rest_(equations_.reference()) {
-        int first = 0;
-        for (const model::Field& field : equations_.model().fields) {
+        for (const auto& [field, first] : model::placed_fields(equations_.model()))
             for (auto& [symbol, place] : places_)
-                if (field.symbol == symbol) place = first;
-            first += model::components(field);
-        }
+                if (field.symbol == symbol) place = static_cast<int>(first);
     }
 
     int rho() const { return places_[0].second; }  ///< -1: not a field

@@ -52,16 +52,12 @@ struct Evolution::Work {
                     return std::isfinite(value.real()) && std::isfinite(value.imag());
                 }))
                 continue;
-            const int component = equations.state_components()[static_cast<std::size_t>(c)];
-            int first = 0;
-            for (const Field& field : equations.model().fields) {
-                if (component < first + components(field))
-                    fail_run(
-                        "the run diverged: {} is NaN or infinite at t = {:.6g} (step {} of dt = {}); choose a shorter "
-                        "dt, or check the signs of the equations",
-                        field.name, static_cast<double>(step) * control.dt, step, control.dt);
-                first += components(field);
-            }
+            const StateComponent component = components_of_state(equations)[static_cast<std::size_t>(c)];
+            fail_run(
+                "the run diverged: {} is NaN or infinite at t = {:.6g} (step {} of dt = {}); choose a shorter dt, or "
+                "check the signs of the equations",
+                equations.model().fields[component.field].name, static_cast<double>(step) * control.dt, step,
+                control.dt);
         }
     }
 };

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "drover/model/linearised_at.hpp"
 #include "model/start.hpp"
 
 namespace drover::model {
@@ -301,13 +302,22 @@ numerics::ErrorEquations FieldEvolution::watched() const {
                                     .on_grid = equations_on_grid(0),
                                     .degree = linear_.degree,
                                     .noisy = what_.equations.has_noise() && !what_.is_quiet,
-                                    .shortest = what_.shortest,
-                                    .turning = what_.turning};
+                                    .shortest = what_.shortest};
+    const std::vector<Field>& fields = what_.equations.model().fields;
     const std::vector<StateComponent> components = components_of_state(what_.equations);
     for (std::size_t c = 0; c < components.size(); ++c) {
-        const Field& field = what_.equations.model().fields[components[c].field];
+        const Field& field = fields[components[c].field];
         if (components[c].part == 0)
             result.fields.push_back({static_cast<int>(c), model::components(field), field.name});
+    }
+    int spin = 0;  // of the order, the first field that turns
+    for (const int component : turning_components(what_.equations.model())) {
+        const std::vector<int>& state = what_.equations.state_components();
+        const auto c = static_cast<std::size_t>(std::find(state.begin(), state.end(), component) - state.begin());
+        if (c == state.size()) continue;  // in balance
+        const int here = fields[components[c].field].spin;
+        if (spin == 0) spin = here;
+        if (here == spin) result.turning.push_back(static_cast<int>(c));
     }
     return result;
 }

@@ -44,9 +44,8 @@ struct Integrated {
     std::function<void(std::span<const Range>)> check = {};
     /// Generalised quasi-linear approximation: shorter waves interact with longer ones only [1/mm].
     double long_waves = std::numeric_limits<double>::infinity();
-    bool is_quiet = false;          ///< without noise
-    std::vector<int> turning = {};  ///< numerics::ErrorEquations::turning
-    double shortest = 0.0;          ///< numerics::ErrorEquations::shortest
+    bool is_quiet = false;  ///< without noise
+    double shortest = 0.0;  ///< numerics::ErrorEquations::shortest
 };
 
 /// L, N and Q about one reference.

@@ -17,6 +17,15 @@
 
 namespace drover::model {
 
+bool has_source(const Model& model, const TermSummary& term) {
+    return std::ranges::any_of(placed_fields(model), [&](const PlacedField& one) {
+        const auto is_of_it = [first = static_cast<int>(one.first), &one](int component) {
+            return component >= first && component < first + components(one.field);
+        };
+        return one.field.left == LeftSide::given && std::ranges::any_of(term.reads, is_of_it);
+    });
+}
+
 namespace {
 numerics::StartFormula formula_of(const std::string& component, const Text& formula) {
     return numerics::read_start_formula("initial." + component, formula.text, formula.where);
@@ -38,19 +47,10 @@ int index_of(const std::string& name, const std::vector<std::string>& names) {
 /// direction, position or time, as the source of a given field does, or have no derivative.
 std::vector<std::string> terms_beyond_isotropic(const Equations& equations) {
     std::vector<std::string> directed, others;
-    const auto is_of_source = [&](const TermSummary& term) {
-        int first = 0;
-        for (const Field& field : equations.model().fields) {
-            const int next = first + components(field);
-            const auto reads = [&](int component) { return component >= first && component < next; };
-            if (field.left == LeftSide::given && std::any_of(term.reads.begin(), term.reads.end(), reads)) return true;
-            first = next;
-        }
-        return false;
-    };
     for (std::size_t n = 0; n < equations.terms().size(); ++n) {
         const TermSummary& term = equations.terms()[n];
-        if (term.is_placed || is_of_source(term) || !equations.has_derivative(n, equations.reference()))
+        if (term.is_placed || has_source(equations.model(), term) ||
+            !equations.has_derivative(n, equations.reference()))
             others.push_back(term.text);
         else if (!equations.is_isotropic(n)) directed.push_back(term.text);
     }

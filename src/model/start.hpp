@@ -22,6 +22,9 @@ std::vector<StateComponent> components_of_state(const Equations& equations);
 /// Those in balance, in the order of ExplicitPart::balanced().
 std::vector<StateComponent> components_in_balance(const Equations& equations);
 
+/// Whether a term reads a source at a point.
+bool has_source(const Model& model, const TermSummary& term);
+
 /// The initial state of a run: a perturbation of the references, or a frame of an archive.
 struct Start {
     std::string kind = "uniform";  ///< uniform, random, mode, stationary, formula or file

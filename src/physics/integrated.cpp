@@ -142,12 +142,6 @@ model::Integrated integrated(const Equations& e, const Densities& about, const D
             if (domain.component[k] >= 0) extremes.min[k] = found[next].min, extremes.max[k] = found[next++].max;
         check(domain, extremes);
     };
-    int first = 0;
-    for (const FieldRow& field : e.model.file->fields) {  // the order first, and what turns as it does
-        if (presence(e.model, field) != Presence::rate) continue;
-        if (field.spin > 0) what.turning.insert(field.mass.empty() ? what.turning.begin() : what.turning.end(), first);
-        first += field.spin == 0 ? 1 : 2;
-    }
     return what;
 }
 

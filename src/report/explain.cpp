@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/start.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/cost.hpp"
@@ -112,19 +113,6 @@ run::List coefficients_of(const io::Scene& scene, const model::Model& model) {
     return list;
 }
 
-/// Whether a term reads a source at a point.
-bool has_source(const model::Model& model, const model::TermSummary& term) {
-    int first = 0;
-    for (const model::Field& field : model.fields) {
-        const int next = first + model::components(field);
-        if (field.left == model::LeftSide::given &&
-            std::any_of(term.reads.begin(), term.reads.end(), [&](int c) { return c >= first && c < next; }))
-            return true;
-        first = next;
-    }
-    return false;
-}
-
 /// The method, its steps and their transforms.
 void add_steps(const io::Scene& scene, const model::Integrated& what, run::Record& root) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
@@ -163,7 +151,7 @@ void add_modes(const io::Scene& scene, const model::Integrated& what, const List
     for (std::size_t n = 0; n < of.equations.terms().size(); ++n) {
         const model::TermSummary& term = of.equations.terms()[n];
         if (!term.has_finite_degree) without_degree.push_back(of.name(n));
-        if (term.is_explicit || has_source(of.equations.model(), term) || !of.equations.is_isotropic(n))
+        if (term.is_explicit || model::has_source(of.equations.model(), term) || !of.equations.is_isotropic(n))
             beyond_linear.push_back(of.name(n));
     }
     const numerics::FastestGrowth growth = numerics::fastest_growth(system);

@@ -43,14 +43,11 @@ std::vector<Direction> directions_of(const model::Model& model, const UniformSta
 }
 
 UniformState turned(const model::Model& model, UniformState state, double angle) {
-    std::size_t at = 0;
-    for (const model::Field& field : model.fields) {
-        if (field.spin > 0) {
-            const double c = std::cos(field.spin * angle), s = std::sin(field.spin * angle), x = state[at];
-            state[at] = c * x - s * state[at + 1];
-            state[at + 1] = s * x + c * state[at + 1];
-        }
-        at += static_cast<std::size_t>(model::components(field));
+    for (const auto& [field, at] : model::placed_fields(model)) {
+        if (field.spin == 0) continue;
+        const double c = std::cos(field.spin * angle), s = std::sin(field.spin * angle), x = state[at];
+        state[at] = c * x - s * state[at + 1];
+        state[at + 1] = s * x + c * state[at + 1];
     }
     return state;
 }
@@ -78,11 +75,9 @@ std::string words_of(const io::Scene& scene, const model::Model& model, const th
     if (scene.kind == io::SceneKind::model)
         return text("\"{}\", {}", state.is_isotropic ? "isotropic" : "ordered", theory::state_text(model, values));
     double order = 0.0, velocity = 0.0;
-    std::size_t at = 0;
-    for (const model::Field& field : model.fields) {
+    for (const auto& [field, at] : model::placed_fields(model)) {
         if (field.symbol == "p") order = std::hypot(values[at], values[at + 1]);
         if (field.symbol == "v") velocity = std::hypot(values[at], values[at + 1]);
-        at += static_cast<std::size_t>(model::components(field));
     }
     return text("\"{}\", |p| = {:.4g} and |v| = {:.4g} mm/s", state.name, order, velocity);
 }
@@ -90,11 +85,9 @@ std::string words_of(const io::Scene& scene, const model::Model& model, const th
 
 int directing_component(const model::Model& model, const UniformState& state,
                         const std::vector<UniformState>& samples) {
-    int best = -1, first = 0;
+    int best = -1;
     double min_scatter = 0.0;
-    for (const model::Field& field : model.fields) {
-        const auto at = static_cast<std::size_t>(first);
-        first += model::components(field);
+    for (const auto& [field, at] : model::placed_fields(model)) {
         const double size = field.spin > 0 ? std::hypot(state[at], state[at + 1]) : 0.0;
         if (size == 0.0) continue;
         double sum = 0.0, squares = 0.0;
@@ -113,11 +106,9 @@ int directing_component(const model::Model& model, const UniformState& state,
 double turn_of(const model::Model& model, int directing, const UniformState& state, const UniformState& sample) {
     if (directing < 0) return 0.0;
     const auto at = static_cast<std::size_t>(directing);
-    int spin = 1, first = 0;
-    for (const model::Field& field : model.fields) {
-        if (first == directing) spin = field.spin;
-        first += model::components(field);
-    }
+    int spin = 1;
+    for (const auto& [field, first] : model::placed_fields(model))
+        if (first == at) spin = field.spin;
     const std::complex<double> here(sample[at], sample[at + 1]), there(state[at], state[at + 1]);
     return std::arg(here * std::conj(there)) / spin;
 }

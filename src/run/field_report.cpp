@@ -33,13 +33,11 @@ struct ArchivedFields {
 
 /// The structure factors of the observables.
 std::vector<PredictedRow> predicted_rows(const model::Model& model, const measure::FieldSetting& setting) {
-    std::vector<std::size_t> parts{0};  // the first part of each field
-    for (const model::Field& field : model.fields)
-        parts.push_back(parts.back() + static_cast<std::size_t>(model::components(field)));
+    const std::vector<model::PlacedField> fields = model::placed_fields(model);
     std::vector<PredictedRow> rows;
     for (const measure::MeasuredField& field : setting.fields) {
         const std::string name = "structure_factor_" + field.short_name;
-        const std::size_t first = parts[field.field];
+        const std::size_t first = fields[field.field].first;
         if (field.spin == 0) rows.push_back({name, first, first, field.counted});
         else {
             rows.push_back({name + "_along", first, first});
@@ -47,7 +45,7 @@ std::vector<PredictedRow> predicted_rows(const model::Model& model, const measur
         }
         for (const measure::MeasuredField& other : setting.fields)
             if (field.first < other.first && field.spin == 0 && other.spin == 0)
-                rows.push_back({name + "_" + other.short_name, first, parts[other.field]});
+                rows.push_back({name + "_" + other.short_name, first, fields[other.field].first});
     }
     return rows;
 }

@@ -14,29 +14,10 @@ namespace drover::run {
 namespace {
 constexpr const char* own_section = "coefficients.";
 
-/// Components of the order, the first field that turns, and of others that turn as it does: where each starts.
-std::vector<int> turning_components(const model::Equations& equations) {
-    std::vector<int> turning;
-    int spin = 0, first = 0;
-    for (const model::StateComponent& one : model::components_of_state(equations)) {
-        const int here = equations.model().fields[one.field].spin;
-        if (one.part == 0 && here > 0) {
-            if (spin == 0) spin = here;
-            if (here == spin) turning.push_back(first);
-        }
-        ++first;
-    }
-    return turning;
-}
-}  // namespace
-
-namespace {
 model::Integrated whole_equations_of(const io::Scene& scene) {
     if (scene.kind != io::SceneKind::model) return physics::integrated(scene.model, scene.dealiasing);
     const model::Equations equations(io::model_of(scene.declared));
-    return {.equations = equations,
-            .kept_degree = io::kept_degree(scene, equations),
-            .turning = turning_components(equations)};
+    return {.equations = equations, .kept_degree = io::kept_degree(scene, equations)};
 }
 }  // namespace
 

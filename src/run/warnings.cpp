@@ -157,9 +157,7 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
     const numerics::System system = what.equations.linear_system(scene.grid, what.kept_degree);
     const std::vector<double> times = series_of(archive, "time");
     std::optional<TailPowers> powers;  // take longer than all else
-    std::size_t next = 0;
-    for (const model::Field& field : what.equations.model().fields) {
-        const std::size_t at = std::exchange(next, next + static_cast<std::size_t>(model::components(field)));
+    for (const auto& [field, at] : model::placed_fields(what.equations.model())) {
         if (field.left != model::LeftSide::rate) continue;  // what is in balance follows the others
         const std::vector<double> tails = series_of(archive, "spectral_tail_" + field.name),
                                   variances = series_of(archive, "variance_" + field.name);
@@ -175,8 +173,8 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
         if (worst.fraction <= max_spectral_tail) continue;
         if (!powers) powers = tail_powers(scene, what.equations, system, archive);
         if (!powers) return;
-        const double predicted = std::accumulate(powers->begin() + static_cast<std::ptrdiff_t>(at),
-                                                 powers->begin() + static_cast<std::ptrdiff_t>(next), 0.0);
+        const auto begin = powers->begin() + static_cast<std::ptrdiff_t>(at);
+        const double predicted = std::accumulate(begin, begin + model::components(field), 0.0);
         worst = worst_tail(scale > 0.0, times, tails, variances, std::max(min_power, max_tail_over_linear * predicted));
         if (worst.fraction <= max_spectral_tail) continue;
         const std::string smoothing = key_of_term(scene, what.equations, field, "lap " + field.symbol);
@@ -243,10 +241,8 @@ void add_few_particles(const files::ArchiveReader& archive, const io::Scene& sce
     const model::Equations& equations = what.equations;
     if (!equations.has_product_noise()) return;
     const std::size_t samples = series_of(archive, "time").size();
-    int component = 0;
-    for (const model::Field& field : equations.model().fields) {
-        const int here = component;
-        component += model::components(field);
+    for (const auto& [field, first] : model::placed_fields(equations.model())) {
+        const auto here = static_cast<int>(first);
         if (model::counted_by(field).empty() || !multiplies_itself(equations, here)) continue;
         const std::vector<double> powers = series_of(archive, "structure_factor_" + model::short_name(field)),
                                   means = series_of(archive, "mean_" + field.name);

@@ -39,9 +39,8 @@ Vector newton_step(const Matrix& jacobian, const Vector& values) {
 Vector field_sizes(const UniformEquations& equations, const Vector& z) {
     model::UniformState all = equations.state_of(z), sizes(all.size());
     for (std::size_t k = 0; k < all.size(); ++k) {
-        const auto first = static_cast<std::size_t>(equations.places()[k].first);
-        const bool has_two = equations.model().fields[equations.places()[k].field].spin > 0;
-        sizes[k] = has_two ? std::hypot(all[first], all[first + 1]) : std::abs(all[first]);
+        const auto& [field, first] = equations.places()[k];
+        sizes[k] = field.spin > 0 ? std::hypot(all[first], all[first + 1]) : std::abs(all[first]);
     }
     return equations.of_state(sizes);
 }
@@ -81,7 +80,7 @@ Attempt without_rounding(const UniformEquations& equations, const Attempt& root)
     double size = 0.0;
     for (Eigen::Index k = 0; k < root.z.size(); ++k) {
         const int component = equations.equations().state_components()[static_cast<std::size_t>(k)];
-        if (equations.model().fields[equations.places()[static_cast<std::size_t>(component)].field].spin == 0) continue;
+        if (equations.places()[static_cast<std::size_t>(component)].field.spin == 0) continue;
         size = std::max(size, std::abs(root.z(k)));
         none.z(k) = 0.0;
         twice.z(k) *= 2.0;
@@ -267,10 +266,8 @@ std::vector<Vector> starting_points(const UniformEquations& equations) {
     const auto add = [&](const model::UniformState& state) { starts.push_back(equations.of_state(state)); };
     const Vector rates = equations.values(equations.reference());
     const model::UniformState pushes = equations.state_of(rates.head(equations.count()));
-    for (std::size_t k = 0; k < reference.size(); ++k) {
-        const model::Field& field = equations.model().fields[equations.places()[k].field];
-        if (static_cast<std::size_t>(equations.places()[k].first) != k || field.left == model::LeftSide::balance)
-            continue;
+    for (const auto& [field, k] : model::placed_fields(equations.model())) {
+        if (field.left == model::LeftSide::balance) continue;
         const double unit = reference[k] != 0.0 ? std::abs(reference[k]) : 1.0;
         std::vector<double> directions{0.0};
         for (int n = 1; n < 16 && field.spin > 0 && !equations.turns_freely(); ++n)
@@ -432,28 +429,25 @@ bool turns_freely(const model::Equations& equations) {
 const StationaryState* nearest_state(const StationaryStates& found, const model::Model& model,
                                      const std::vector<model::UniformState>& samples) {
     // Fields have units of their own: each counts in parts of its largest size.
-    std::vector<double> sizes(model.fields.size(), 0.0);
-    for (const StationaryState& state : found.states) {
-        std::size_t at = 0;
-        for (std::size_t n = 0; n < sizes.size(); ++n) {
-            const auto count = static_cast<std::size_t>(model::components(model.fields[n]));
-            sizes[n] = std::max(sizes[n], std::hypot(state.values[at], count == 2 ? state.values[at + 1] : 0.0));
-            at += count;
-        }
+    std::vector<double> sizes;
+    for (const auto& [field, at] : model::placed_fields(model)) {
+        sizes.push_back(0.0);
+        for (const StationaryState& state : found.states)
+            sizes.back() =
+                std::max(sizes.back(), std::hypot(state.values[at], field.spin > 0 ? state.values[at + 1] : 0.0));
     }
     const auto square = [&](const StationaryState& state, const model::UniformState& means) {
         const model::UniformState& values = state.values;
         double sum = 0.0;
-        std::size_t at = 0;
-        for (std::size_t n = 0; n < sizes.size(); ++n) {
-            const model::Field& field = model.fields[n];
-            const bool has_two = model::components(field) == 2;
+        std::size_t n = 0;
+        for (const auto& [field, at] : model::placed_fields(model)) {
+            const bool has_two = field.spin > 0;
             const double apart = means[at] - values[at], other = has_two ? means[at + 1] - values[at + 1] : 0.0;
             const bool by_size = has_two && (state.has_free_direction || state.is_isotropic);
             const double size = by_size ? std::hypot(means[at], means[at + 1]) - std::hypot(values[at], values[at + 1])
                                         : std::hypot(apart, other);
-            if (field.left == model::LeftSide::rate && sizes[n] > 0.0) sum += std::pow(size / sizes[n], 2);
-            at += static_cast<std::size_t>(model::components(field));
+            const double unit = sizes[n++];
+            if (field.left == model::LeftSide::rate && unit > 0.0) sum += std::pow(size / unit, 2);
         }
         return sum;
     };

@@ -9,15 +9,6 @@
 
 namespace drover::theory {
 
-std::vector<Place> places_of(const model::Model& model) {
-    std::vector<Place> places;
-    for (std::size_t i = 0; i < model.fields.size(); ++i) {
-        const int first = static_cast<int>(places.size());
-        for (int k = 0; k < model::components(model.fields[i]); ++k) places.push_back({i, first});
-    }
-    return places;
-}
-
 double squared_order(const model::Model& model, const model::UniformState& state) {
     double square = 0.0;
     for (const auto& [field, first] : model::placed_fields(model))
@@ -69,9 +60,10 @@ model::UniformState random_state(const model::Equations& equations, Numbers& num
 UniformEquations::UniformEquations(const model::Equations& equations, const model::UniformState& means)
     : equations_(equations),
       means_(equations.completed(means)),
-      places_(places_of(equations.model())),
       conserved_(conserved_means(equations)),
       reference_(of_state(means_)) {
+    for (const model::PlacedField& one : model::placed_fields(model()))
+        for (int k = 0; k < model::components(one.field); ++k) places_.push_back(one);
     turns_freely_ = commutes_with_turns();
 }
 
@@ -96,9 +88,8 @@ UniformEquations::Vector UniformEquations::turned(const Vector& z, double angle)
 UniformEquations::Vector UniformEquations::turn_of(const Vector& z) const {
     model::UniformState all = state_of(z), change(all.size(), 0.0);
     for (std::size_t k = 0; k < all.size(); ++k) {
-        const int spin = model().fields[places_[k].field].spin;
-        const auto first = static_cast<std::size_t>(places_[k].first);
-        if (spin > 0) change[k] = k == first ? -spin * all[first + 1] : spin * all[first];
+        const auto& [field, first] = places_[k];
+        if (const int spin = field.spin; spin > 0) change[k] = k == first ? -spin * all[first + 1] : spin * all[first];
     }
     return of_state(change);
 }

@@ -16,13 +16,6 @@ private:
     std::mt19937 engine_{20150622};
 };
 
-/// The field and its first component of each component.
-struct Place {
-    std::size_t field = 0;
-    int first = 0;
-};
-std::vector<Place> places_of(const model::Model& model);
-
 /// Sum of the squares of the components of all fields that turn.
 double squared_order(const model::Model& model, const model::UniformState& state);
 /// Whether a field with a spin is not 0.
@@ -37,7 +30,8 @@ public:
     UniformEquations(const model::Equations& equations, const model::UniformState& means);
     const model::Equations& equations() const { return equations_; }
     const model::Model& model() const { return equations_.model(); }
-    const std::vector<Place>& places() const { return places_; }
+    /// The field of each component.
+    const std::vector<model::PlacedField>& places() const { return places_; }
     const model::UniformState& means() const { return means_; }
     const Vector& reference() const { return reference_; }
     /// Whether turned copies of every state are equivalent, for uniform states and waves.
@@ -66,7 +60,7 @@ private:
 
     model::Equations equations_;
     model::UniformState means_;
-    std::vector<Place> places_;
+    std::vector<model::PlacedField> places_;
     Matrix conserved_;
     Vector reference_;
     bool turns_freely_ = false;
