@@ -9,6 +9,7 @@
 #include <future>
 #include <set>
 
+#include "files/archive_contents.hpp"
 #include "files/archive_netcdf.hpp"
 #include "files/archive_reader.hpp"
 #include "files/bytes.hpp"
@@ -19,8 +20,6 @@
 
 namespace drover::files {
 namespace {
-
-constexpr hsize_t max_links = 1000;  ///< in the root group: twenty times what a run writes
 
 struct OpenRecording {
     Recording about;
@@ -78,23 +77,14 @@ void check_all(const std::vector<Recording>& recordings, const std::vector<Attri
 /// Groups in the root that belong to no recording: results of the earlier run, invalid once rows are cut.
 std::vector<std::string> result_groups(hid_t file, const std::vector<OpenRecording>& recordings,
                                        const Hdf5Errors& errors) {
-    std::vector<std::string> found;
-    H5G_info_t about;
-    errors.check(H5Gget_info(file, &about), "listing the root group");
-    require(about.nlinks <= max_links, {errors.file},
-            "has {} objects in its root; expected at most {}: drover wrote fewer", about.nlinks, max_links);
-    for (hsize_t i = 0; i < about.nlinks; ++i) {
-        std::string name = link_name(file, "/", i, errors);
-        H5O_info_t object;
-        errors.check(H5Oget_info_by_name2(file, name.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
-                     "inspecting " + name);
-        const bool is_recording =
-            std::any_of(recordings.begin(), recordings.end(), [&](const OpenRecording& recording) {
-                return (recording.about.group + "/").starts_with("/" + name + "/");
-            });
-        if (object.type == H5O_TYPE_GROUP && !is_recording && name != "h5md") found.push_back(name);
-    }
-    return found;
+    std::vector<std::string> groups = objects_of(file, errors).groups;
+    std::erase_if(groups, [&](const std::string& group) {
+        return group.rfind('/') > 0 || group == "/h5md" ||
+               std::ranges::any_of(recordings, [&](const OpenRecording& recording) {
+                   return (recording.about.group + "/").starts_with(group + "/");
+               });
+    });
+    return groups;
 }
 
 /// Sets the number of rows of every dataset of a recording; new rows hold zeros.

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <chrono>
 #include <limits>
+#include <tuple>
 
 #include "base/clock.hpp"
 #include "files/archive_contents.hpp"
@@ -20,6 +21,12 @@ namespace drover::files {
 bool is_hdf5(const std::filesystem::path& file) {
     const std::string signature = "\x89HDF\r\n\x1a\n";
     return read_start(file, signature.size()) == signature;
+}
+
+std::string text_in(const std::vector<Attribute>& attributes, const std::string& name) {
+    for (const auto& [found, value] : attributes)
+        if (const auto* words = std::get_if<std::string>(&value); words != nullptr && found == name) return *words;
+    return "";
 }
 
 bool is_being_written(const std::filesystem::path& file) {
@@ -115,45 +122,18 @@ void require_plain_file(const std::filesystem::path& file) {
             "is not a plain file; expected an archive of drover");
 }
 
-/// Allows the filters that drover writes and HDF5 contains; any other could load a plugin.
-void check_filters(hid_t creation, const std::string& name, const Hdf5Errors& errors) {
-    const int count = errors.check(H5Pget_nfilters(creation), text("reading the filters of {}", name));
-    for (int i = 0; i < count; ++i) {
-        unsigned flags = 0;
-        std::size_t values = 0;
-        const H5Z_filter_t filter =
-            H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &values, nullptr, 0, nullptr, nullptr);
-        require(filter == H5Z_FILTER_DEFLATE || filter == H5Z_FILTER_SHUFFLE || filter == H5Z_FILTER_FLETCHER32,
-                {errors.file}, "{} is stored with the HDF5 filter {}; expected deflate, shuffle or fletcher32, or none",
-                name, static_cast<int>(filter));
-    }
-}
+/// A dataset that drover may read, and how it is stored.
+struct OpenDataset {
+    Handle id;
+    Storage storage;
+};
 
-void check_storage(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
-    const Handle creation = errors.own(H5Dget_create_plist(dataset), H5Pclose, text("inspecting {}", name));
-    const H5D_layout_t layout = H5Pget_layout(creation);
-    require(layout != H5D_VIRTUAL, {errors.file},
-            "{} is a virtual dataset, composed of other files; expected the data itself", name);
-    require(layout == H5D_COMPACT || layout == H5D_CONTIGUOUS || layout == H5D_CHUNKED, {errors.file},
-            "{} has an unknown storage layout; expected compact, contiguous or chunked storage", name);
-    require(H5Pget_external_count(creation) == 0, {errors.file},
-            "{} stores its data in another file; expected the data itself", name);
-    check_filters(creation, name, errors);
-    if (layout != H5D_CHUNKED) return;
-    std::array<hsize_t, H5S_MAX_RANK> sizes{};
-    const int rank = errors.check(H5Pget_chunk(creation, H5S_MAX_RANK, sizes.data()), text("inspecting {}", name));
-    double bytes = sizeof(double);
-    for (int i = 0; i < rank; ++i) bytes *= static_cast<double>(sizes[static_cast<std::size_t>(i)]);
-    require(bytes <= static_cast<double>(memory_available()) / 2, {errors.file},
-            "{} has chunks of {}, more than half of the free memory; expected smaller ones", name, bytes_text(bytes));
-}
-
-Handle open_dataset(hid_t file, const std::string& name, const Hdf5Errors& errors) {
+OpenDataset open_dataset(hid_t file, const std::string& name, const Hdf5Errors& errors) {
     require(leads_to(file, name, H5O_TYPE_DATASET, errors), {errors.file},
             "has no dataset {}; expected an archive that contains it", name);
     Handle dataset = errors.own(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, text("opening {}", name));
-    check_storage(dataset, name, errors);
-    return dataset;
+    Storage storage = storage_of(dataset, name, errors);
+    return {std::move(dataset), std::move(storage)};
 }
 
 std::vector<std::size_t> shape_of(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
@@ -166,17 +146,13 @@ std::vector<std::size_t> shape_of(hid_t dataset, const std::string& name, const 
     return {sizes.begin(), sizes.end()};
 }
 
-void check_type(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+/// Throws an input Error for numbers that drover does not read; returns whether they are integers.
+bool check_type(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
     const Handle type = errors.own(H5Dget_type(dataset), H5Tclose, text("reading the type of {}", name));
     // All are as wide as a double, as the check of what is stored requires.
     for (const hid_t known : {H5T_IEEE_F64LE, H5T_IEEE_F64BE, H5T_STD_I64LE})
-        if (H5Tequal(type, known) > 0) return;
+        if (H5Tequal(type, known) > 0) return known == H5T_STD_I64LE;
     fail_input({errors.file}, "{} holds neither float64 nor int64 numbers; expected one of these types", name);
-}
-
-bool is_integer(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
-    const Handle type = errors.own(H5Dget_type(dataset), H5Tclose, text("reading the type of {}", name));
-    return H5Tget_class(type) == H5T_INTEGER;
 }
 
 /// A whole array may be far larger than memory, but no larger than deflate can make its bytes.
@@ -191,12 +167,12 @@ void check_inflation(hid_t dataset, const StoredArray& array, const Hdf5Errors& 
 }
 
 /// Reads rows into an array of matching size.
-void read_rows(hid_t dataset, const std::string& name, const RowRange& rows, std::uint64_t file_bytes,
+void read_rows(const OpenDataset& open, const std::string& name, const RowRange& rows, std::uint64_t file_bytes,
                std::span<double> to, const Hdf5Errors& errors) {
     if (to.empty()) return;
+    const hid_t dataset = open.id;
+    if (!open.storage.chunk.empty()) return read_chunked(dataset, open.storage, name, rows, file_bytes, to, errors);
     const std::string doing = text("reading {}", name);
-    const Handle creation = errors.own(H5Dget_create_plist(dataset), H5Pclose, doing);
-    if (H5Pget_layout(creation) == H5D_CHUNKED) return read_chunked(dataset, name, rows, file_bytes, to, errors);
     const Handle space = errors.own(H5Dget_space(dataset), H5Sclose, doing);
     const hsize_t stored = H5Dget_storage_size(dataset);  // 0: never written; HDF5 then reads the fill value
     const auto count = static_cast<hsize_t>(errors.check(H5Sget_simple_extent_npoints(space), doing));
@@ -234,6 +210,28 @@ std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t f
     return count;
 }
 
+/// All rows, or `count` from `first` on.
+Array read_part(const View& view, const std::string& dataset,
+                const std::optional<std::pair<std::size_t, std::size_t>>& part = {}) {
+    const Hdf5Errors& errors = view.errors;
+    const OpenDataset open = open_dataset(view.hdf5.id(), dataset, errors);
+    check_type(open.id, dataset, errors);
+    RowRange rows{.shape = shape_of(open.id, dataset, errors), .first = 0, .count = 1};
+    if (!rows.shape.empty()) rows.count = rows.shape[0];
+    if (part) {
+        require(!rows.shape.empty(), {errors.file}, "{} is a single number; expected an array with rows", dataset);
+        require(part->second <= rows.count && part->first <= rows.count - part->second, {errors.file},
+                "{} has {} rows; expected one with the number {}, counted from 0", dataset, rows.count,
+                part->first + std::max<std::size_t>(part->second, 1) - 1);
+        std::tie(rows.first, rows.count) = *part;
+    }
+    Array array{.shape = rows.shape, .values = {}};
+    if (part) array.shape[0] = rows.count;
+    array.values.resize(checked_count(array.shape, view.hdf5.length(), dataset, errors));
+    read_rows(open, dataset, rows, view.hdf5.length(), array.values, errors);
+    return array;
+}
+
 }  // namespace
 
 ArchiveReader::ArchiveReader(const std::filesystem::path& file, Writer writer) {
@@ -269,14 +267,14 @@ std::string ArchiveReader::text_attribute(const std::string& name) const {
 bool ArchiveReader::has_attribute(const std::string& dataset, const std::string& name) const {
     if (file_->memory) return false;
     return file_->steady([&](const View& view) {
-        return H5Aexists(open_dataset(view.hdf5.id(), dataset, view.errors), name.c_str()) > 0;
+        return H5Aexists(open_dataset(view.hdf5.id(), dataset, view.errors).id, name.c_str()) > 0;
     });
 }
 
 std::string ArchiveReader::text_attribute(const std::string& dataset, const std::string& name) const {
     return file_->steady([&](const View& view) {
         const Hdf5Errors& errors = view.errors;
-        const Handle open = open_dataset(view.hdf5.id(), dataset, errors);
+        const Handle open = open_dataset(view.hdf5.id(), dataset, errors).id;
         require(H5Aexists(open, name.c_str()) > 0, {errors.file},
                 "{} has no attribute {}; expected an archive of drover", dataset, name);
         const Handle attribute = errors.own(H5Aopen(open, name.c_str(), H5P_DEFAULT), H5Aclose, "opening " + name);
@@ -284,19 +282,6 @@ std::string ArchiveReader::text_attribute(const std::string& dataset, const std:
         const auto* words = read ? std::get_if<std::string>(&read->second) : nullptr;
         require(words != nullptr, {errors.file}, "attribute {} of {} is not a string; expected one", name, dataset);
         return *words;
-    });
-}
-
-std::vector<std::string> ArchiveReader::datasets() const {
-    if (file_->memory) {
-        std::vector<std::string> names;
-        for (const auto& [name, array] : *file_->memory) names.push_back(name);
-        return names;
-    }
-    return file_->steady([&](const View& view) {
-        std::vector<std::string> found = objects_of(view.hdf5.id(), view.errors).datasets;
-        std::sort(found.begin(), found.end());
-        return found;
     });
 }
 
@@ -309,11 +294,10 @@ Contents ArchiveReader::contents() const {
         const Objects objects = objects_of(file, errors);
         Contents all{.groups = objects.groups, .arrays = {}, .attributes = attributes_of(file, length, errors)};
         for (const std::string& path : objects.datasets) {
-            const Handle dataset = open_dataset(file, path, errors);
-            check_type(dataset, path, errors);
-            StoredArray array{.path = path, .shape = shape_of(dataset, path, errors)};
+            const Handle dataset = open_dataset(file, path, errors).id;
+            const bool is_integer = check_type(dataset, path, errors);
+            StoredArray array{.path = path, .shape = shape_of(dataset, path, errors), .is_integer = is_integer};
             check_inflation(dataset, array, errors);
-            array.is_integer = is_integer(dataset, path, errors);
             array.axes = axes_of(dataset, path, array.shape.size(), length, errors);
             array.attributes = attributes_of(dataset, length, errors);
             all.arrays.push_back(std::move(array));
@@ -331,22 +315,13 @@ bool ArchiveReader::has(const std::string& dataset) const {
 std::vector<std::size_t> ArchiveReader::shape(const std::string& dataset) const {
     if (file_->memory) return file_->in_memory(dataset).shape;
     return file_->steady([&](const View& view) {
-        return shape_of(open_dataset(view.hdf5.id(), dataset, view.errors), dataset, view.errors);
+        return shape_of(open_dataset(view.hdf5.id(), dataset, view.errors).id, dataset, view.errors);
     });
 }
 
 Array ArchiveReader::read(const std::string& dataset) const {
     if (file_->memory) return file_->in_memory(dataset);
-    return file_->steady([&](const View& view) {
-        const Hdf5Errors& errors = view.errors;
-        const Handle open = open_dataset(view.hdf5.id(), dataset, errors);
-        check_type(open, dataset, errors);
-        Array array{.shape = shape_of(open, dataset, errors), .values = {}};
-        array.values.resize(checked_count(array.shape, view.hdf5.length(), dataset, errors));
-        const std::size_t rows = array.shape.empty() ? 1 : array.shape[0];
-        read_rows(open, dataset, {array.shape, 0, rows}, view.hdf5.length(), array.values, errors);
-        return array;
-    });
+    return file_->steady([&](const View& view) { return read_part(view, dataset); });
 }
 
 Array ArchiveReader::read_row(const std::string& dataset, std::size_t row) const {
@@ -365,21 +340,7 @@ Array ArchiveReader::read_row(const std::string& dataset, std::size_t row) const
 }
 
 Array ArchiveReader::read(const std::string& dataset, std::size_t first, std::size_t count) const {
-    return file_->steady([&](const View& view) {
-        const Hdf5Errors& errors = view.errors;
-        const Handle open = open_dataset(view.hdf5.id(), dataset, errors);
-        check_type(open, dataset, errors);
-        const std::vector<std::size_t> shape = shape_of(open, dataset, errors);
-        require(!shape.empty(), {errors.file}, "{} is a single number; expected an array with rows", dataset);
-        require(count <= shape[0] && first <= shape[0] - count, {errors.file},
-                "{} has {} rows; expected one with the number {}, counted from 0", dataset, shape[0],
-                first + std::max<std::size_t>(count, 1) - 1);
-        Array array{.shape = shape, .values = {}};
-        array.shape[0] = count;
-        array.values.resize(checked_count(array.shape, view.hdf5.length(), dataset, errors));
-        read_rows(open, dataset, {shape, first, count}, view.hdf5.length(), array.values, errors);
-        return array;
-    });
+    return file_->steady([&](const View& view) { return read_part(view, dataset, {{first, count}}); });
 }
 
 }  // namespace drover::files

@@ -32,6 +32,9 @@ struct Contents {
     std::vector<Attribute> attributes;  ///< of the root
 };
 
+/// The attribute of this name; "" if it is absent or a number.
+std::string text_in(const std::vector<Attribute>& attributes, const std::string& name);
+
 /// Decided by the first eight bytes, not by the name; false if the file does not exist.
 bool is_hdf5(const std::filesystem::path& file);
 
@@ -61,10 +64,8 @@ public:
     /// A string attribute of a dataset: "units", "comment".  Throws if absent or not a string.
     std::string text_attribute(const std::string& dataset, const std::string& name) const;
 
-    /// The paths of all datasets, by name.  Rejects links, and a file with more than some thousand objects.
-    std::vector<std::string> datasets() const;
-
-    /// Throws if any dataset could not be read.  Of arrays in memory: nothing.
+    /// Throws if any dataset could not be read.  Rejects links, and a file with more than some thousand objects.  Of
+    /// arrays in memory: nothing.
     Contents contents() const;
 
     bool has(const std::string& dataset) const;  ///< "/observables/time"

@@ -46,34 +46,6 @@ void unshuffle(Buffer& bytes) {
     bytes = std::move(plain);
 }
 
-/// How a dataset is stored.
-struct Storage {
-    Sizes chunk;
-    std::size_t bytes = 0;  ///< of an unfiltered chunk
-    std::vector<H5Z_filter_t> filters;
-    double fill = 0.0;
-};
-
-Storage storage_of(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
-    const std::string doing = text("looking at the storage of {}", name);
-    const Handle creation = errors.own(H5Dget_create_plist(dataset), H5Pclose, doing);
-    std::array<hsize_t, H5S_MAX_RANK> sizes{};
-    const int rank = errors.check(H5Pget_chunk(creation, H5S_MAX_RANK, sizes.data()), doing);
-    Storage storage;
-    storage.chunk.assign(sizes.begin(), sizes.begin() + rank);
-    storage.bytes = sizeof(double);
-    for (const std::size_t size : storage.chunk) storage.bytes *= size;
-    const int count = errors.check(H5Pget_nfilters(creation), doing);
-    for (int i = 0; i < count; ++i) {
-        unsigned flags = 0;
-        std::size_t values = 0;
-        storage.filters.push_back(
-            H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &values, nullptr, 0, nullptr, nullptr));
-    }
-    errors.check(H5Pget_fill_value(creation, H5T_NATIVE_DOUBLE, &storage.fill), doing);
-    return storage;
-}
-
 /// Undoes the filters, last first, except those whose bit is set in `skipped`.  Returns whether the result has the size
 /// of a chunk.
 bool undo_filters(Buffer& bytes, const Storage& storage, std::uint32_t skipped) {
@@ -95,15 +67,15 @@ bool undo_filters(Buffer& bytes, const Storage& storage, std::uint32_t skipped) 
 }
 
 /// The numbers of the chunk whose first element is at `corner`.
-std::vector<double> read_chunk(hid_t dataset, const std::string& name, const Storage& storage, const Sizes& corner,
-                               std::uint64_t file_bytes, const Hdf5Errors& errors) {
+std::vector<double> read_chunk(hid_t dataset, const std::string& name, const Storage& storage, double fill,
+                               const Sizes& corner, std::uint64_t file_bytes, const Hdf5Errors& errors) {
     const std::string doing = text("reading a chunk of {}", name);
     const std::vector<hsize_t> offset(corner.begin(), corner.end());
     unsigned skipped = 0;
     haddr_t address = HADDR_UNDEF;
     hsize_t stored = 0;
     errors.check(H5Dget_chunk_info_by_coord(dataset, offset.data(), &skipped, &address, &stored), doing);
-    std::vector<double> numbers(storage.bytes / sizeof(double), storage.fill);
+    std::vector<double> numbers(storage.bytes / sizeof(double), fill);
     if (address == HADDR_UNDEF) return numbers;  // never written
     Buffer bytes;
     std::uint32_t skipped_when_read = 0;
@@ -156,9 +128,45 @@ void copy_chunk(const std::vector<double>& numbers, const Sizes& chunk, const Si
 
 }  // namespace
 
-void read_chunked(hid_t dataset, const std::string& name, const RowRange& rows, std::uint64_t file_bytes,
-                  std::span<double> to, const Hdf5Errors& errors) {
-    const Storage storage = storage_of(dataset, name, errors);
+Storage storage_of(hid_t dataset, const std::string& name, const Hdf5Errors& errors) {
+    const std::string doing = text("inspecting {}", name);
+    Storage storage{.creation = errors.own(H5Dget_create_plist(dataset), H5Pclose, doing)};
+    const hid_t creation = storage.creation;
+    const H5D_layout_t layout = H5Pget_layout(creation);
+    require(layout != H5D_VIRTUAL, {errors.file},
+            "{} is a virtual dataset, composed of other files; expected the data itself", name);
+    require(layout == H5D_COMPACT || layout == H5D_CONTIGUOUS || layout == H5D_CHUNKED, {errors.file},
+            "{} has an unknown storage layout; expected compact, contiguous or chunked storage", name);
+    require(H5Pget_external_count(creation) == 0, {errors.file},
+            "{} stores its data in another file; expected the data itself", name);
+    const int count = errors.check(H5Pget_nfilters(creation), text("reading the filters of {}", name));
+    for (int i = 0; i < count; ++i) {
+        unsigned flags = 0;
+        std::size_t values = 0;
+        const H5Z_filter_t filter =
+            H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &values, nullptr, 0, nullptr, nullptr);
+        require(filter == H5Z_FILTER_DEFLATE || filter == H5Z_FILTER_SHUFFLE || filter == H5Z_FILTER_FLETCHER32,
+                {errors.file}, "{} is stored with the HDF5 filter {}; expected deflate, shuffle or fletcher32, or none",
+                name, static_cast<int>(filter));
+        storage.filters.push_back(filter);
+    }
+    if (layout != H5D_CHUNKED) return storage;
+    std::array<hsize_t, H5S_MAX_RANK> sizes{};
+    const int rank = errors.check(H5Pget_chunk(creation, H5S_MAX_RANK, sizes.data()), doing);
+    storage.chunk.assign(sizes.begin(), sizes.begin() + rank);
+    double bytes = sizeof(double);
+    for (const std::size_t size : storage.chunk) bytes *= static_cast<double>(size);
+    require(bytes <= static_cast<double>(memory_available()) / 2, {errors.file},
+            "{} has chunks of {}, more than half of the free memory; expected smaller ones", name, bytes_text(bytes));
+    storage.bytes = static_cast<std::size_t>(bytes);
+    return storage;
+}
+
+void read_chunked(hid_t dataset, const Storage& storage, const std::string& name, const RowRange& rows,
+                  std::uint64_t file_bytes, std::span<double> to, const Hdf5Errors& errors) {
+    double fill = 0.0;
+    errors.check(H5Pget_fill_value(storage.creation, H5T_NATIVE_DOUBLE, &fill),
+                 text("looking at the storage of {}", name));
     const std::size_t first_chunk = rows.first / storage.chunk[0];
     Sizes chunks(rows.shape.size());
     for (std::size_t axis = 0; axis < chunks.size(); ++axis) {
@@ -171,7 +179,8 @@ void read_chunked(hid_t dataset, const std::string& name, const RowRange& rows, 
         Sizes corner(index);
         corner[0] += first_chunk;
         for (std::size_t axis = 0; axis < corner.size(); ++axis) corner[axis] *= storage.chunk[axis];
-        copy_chunk(read_chunk(dataset, name, storage, corner, file_bytes, errors), storage.chunk, corner, rows, to);
+        copy_chunk(read_chunk(dataset, name, storage, fill, corner, file_bytes, errors), storage.chunk, corner, rows,
+                   to);
     }
 }
 

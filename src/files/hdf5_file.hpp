@@ -70,10 +70,21 @@ struct RowRange {
     std::size_t count = 0;
 };
 
-/// Reads rows of a chunked float64 dataset whose filters are among deflate, shuffle and fletcher32, without trusting
-/// the chunk sizes that the file claims.  Throws an input Error when a chunk is damaged.  file_bytes: length of the
-/// file, which no stored chunk exceeds.
-void read_chunked(hid_t dataset, const std::string& name, const RowRange& rows, std::uint64_t file_bytes,
-                  std::span<double> to, const Hdf5Errors& errors);
+/// How a dataset is stored.
+struct Storage {
+    Handle creation;  ///< its property list
+    std::vector<H5Z_filter_t> filters = {};
+    std::vector<std::size_t> chunk = {};  ///< none unless it is chunked
+    std::size_t bytes = 0;                ///< of an unfiltered chunk
+};
+
+/// Throws an input Error unless the dataset is in the file itself, in chunks that fit the memory, and with the filters
+/// deflate, shuffle and fletcher32 alone, which HDF5 contains: any other could load a plugin.
+Storage storage_of(hid_t dataset, const std::string& name, const Hdf5Errors& errors);
+
+/// Reads rows of a chunked float64 dataset, without trusting the chunk sizes that the file claims.  Throws an input
+/// Error when a chunk is damaged.  file_bytes: length of the file, which no stored chunk exceeds.
+void read_chunked(hid_t dataset, const Storage& storage, const std::string& name, const RowRange& rows,
+                  std::uint64_t file_bytes, std::span<double> to, const Hdf5Errors& errors);
 
 }  // namespace drover::files

@@ -45,33 +45,18 @@ void Hdf5Errors::fail(std::string_view doing) const {
     throw Error(fault, {file}, text("{} failed (HDF5: {})", doing, message));
 }
 
-namespace {
-/// The text that a call gives: its length where there is no place for it, then itself.
-template <class Call>
-std::string name_by(Call call, const std::string& doing, const Hdf5Errors& errors) {
-    std::string name(static_cast<std::size_t>(errors.check(call(nullptr, std::size_t{0}), doing)), '\0');
-    errors.check(call(name.data(), name.size() + 1), doing);
-    return name;
-}
-}  // namespace
-
-std::string link_name(hid_t file, const std::string& group, hsize_t i, const Hdf5Errors& errors) {
-    const auto call = [&](char* to, std::size_t size) {
-        return H5Lget_name_by_idx(file, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT);
-    };
-    return name_by(call, "listing " + group, errors);
-}
-
 std::vector<std::string> attribute_names(hid_t object, const Hdf5Errors& errors) {
     const std::string doing = "listing attributes";
     H5O_info_t about;
     errors.check(H5Oget_info2(object, &about, H5O_INFO_NUM_ATTRS), doing);
     std::vector<std::string> names;
     for (hsize_t i = 0; i < about.num_attrs; ++i) {
-        const auto call = [&](char* to, std::size_t size) {
-            return H5Aget_name_by_idx(object, ".", H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT);
+        const auto read = [&](char* to, std::size_t size) {
+            return errors.check(H5Aget_name_by_idx(object, ".", H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT),
+                                doing);
         };
-        names.push_back(name_by(call, doing, errors));
+        names.emplace_back(static_cast<std::size_t>(read(nullptr, 0)), '\0');
+        read(names.back().data(), names.back().size() + 1);
     }
     return names;
 }

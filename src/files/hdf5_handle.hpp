@@ -73,10 +73,7 @@ struct Hdf5Errors {
 /// The innermost message on HDF5's error stack.
 std::string hdf5_message();
 
-/// The name of link i of a group, in the order of their names.
-std::string link_name(hid_t file, const std::string& group, hsize_t i, const Hdf5Errors& errors);
-
-/// Of the attributes of an object, in order.
+/// The names of the attributes of an object, in order.
 std::vector<std::string> attribute_names(hid_t object, const Hdf5Errors& errors);
 
 }  // namespace drover::files

@@ -20,11 +20,6 @@ std::string draw_run_id() {
     return digits;
 }
 
-std::string run_id_of(const ArchiveReader& archive) {
-    for (const auto& [name, value] : archive.attributes())
-        if (const auto* words = std::get_if<std::string>(&value); words != nullptr && name == run_id_name)
-            return *words;
-    return "";
-}
+std::string run_id_of(const ArchiveReader& archive) { return text_in(archive.attributes(), run_id_name); }
 
 }  // namespace drover::files

@@ -141,14 +141,12 @@ nlohmann::json attributes_json(const files::ArchiveReader& archive) {
 
 nlohmann::json arrays_json(const files::ArchiveReader& archive) {
     nlohmann::json result = nlohmann::json::array();
-    for (const std::string& name : archive.datasets()) {
-        const StoredArray array = stored_array(archive, name);
-        result.push_back({{"name", name},
-                          {"unit", array.unit},
-                          {"meaning", array.meaning},
+    for (const files::StoredArray& array : arrays_by_path(archive))
+        result.push_back({{"name", array.path},
+                          {"unit", files::text_in(array.attributes, "units")},
+                          {"meaning", files::text_in(array.attributes, "comment")},
                           {"shape", array.shape},
-                          {"values", array.values}});
-    }
+                          {"values", archive.read(array.path).values}});
     return result;
 }
 

@@ -23,9 +23,8 @@ void write_result(const run::Result& result, const std::filesystem::path& file, 
     const std::vector<files::Attribute> more = run::result_attributes(result);
     attributes.insert(attributes.end(), more.begin(), more.end());
     std::vector<std::filesystem::path> inputs;
-    for (const auto& [name, value] : result.attributes)
-        if (const auto* table = std::get_if<std::string>(&value); table != nullptr && name == "table")
-            inputs.emplace_back(*table);
+    if (const std::string table = files::text_in(result.attributes, "table"); !table.empty())
+        inputs.emplace_back(table);
     check_result_file(file, inputs, scene, overwrite);
     std::vector<files::Recording> recordings;
     if (result.frames) recordings.push_back(result.frames->recording);
@@ -39,28 +38,21 @@ void write_result(const run::Result& result, const std::filesystem::path& file, 
 }
 
 bool is_result(const files::ArchiveReader& archive) {
-    for (const auto& [name, value] : archive.attributes())
-        if (const auto* title = std::get_if<std::string>(&value); title != nullptr && name == "title")
-            for (const char* what : {"boundary", "onset", "stability", "states", "sweep"})
-                if (title->starts_with(text("drover {} of ", what))) return true;
+    const std::string title = files::text_in(archive.attributes(), "title");
+    for (const char* what : {"boundary", "onset", "stability", "states", "sweep"})
+        if (title.starts_with(text("drover {} of ", what))) return true;
     return false;
 }
 
-StoredArray stored_array(const files::ArchiveReader& archive, const std::string& name) {
-    const auto words = [&](const char* attribute) {
-        return archive.has_attribute(name, attribute) ? archive.text_attribute(name, attribute) : "";
-    };
-    files::Array array = archive.read(name);
-    return {.name = name,
-            .unit = words("units"),
-            .meaning = words("comment"),
-            .shape = std::move(array.shape),
-            .values = std::move(array.values)};
+std::vector<files::StoredArray> arrays_by_path(const files::ArchiveReader& archive) {
+    std::vector<files::StoredArray> arrays = archive.contents().arrays;
+    std::ranges::sort(arrays, {}, &files::StoredArray::path);
+    return arrays;
 }
 
 namespace {
 /// "0.5", "16 by 9: 0 to 2.5, 3 not finite".
-std::string content_text(const StoredArray& array) {
+std::string content_text(const files::Array& array) {
     std::vector<double> finite;
     for (const double value : array.values)
         if (std::isfinite(value)) finite.push_back(value);
@@ -79,11 +71,12 @@ std::string content_text(const StoredArray& array) {
 
 std::string stored_text(const files::ArchiveReader& archive) {
     std::string out;
-    for (const std::string& name : archive.datasets()) {
-        const StoredArray array = stored_array(archive, name);
-        const std::string unit = array.unit == "1" || array.unit.empty() ? "" : " " + array.unit;
-        out += text("{:<40} {}{}\n", name, content_text(array), unit);
-        if (!array.meaning.empty()) out += text("    {}\n", array.meaning);
+    for (const files::StoredArray& array : arrays_by_path(archive)) {
+        const std::string unit = files::text_in(array.attributes, "units"),
+                          meaning = files::text_in(array.attributes, "comment");
+        out += text("{:<40} {}{}\n", array.path, content_text(archive.read(array.path)),
+                    unit == "1" || unit.empty() ? "" : " " + unit);
+        if (!meaning.empty()) out += text("    {}\n", meaning);
     }
     return out;
 }

@@ -19,18 +19,10 @@ void check_result_file(const std::filesystem::path& file, std::vector<std::files
 void write_result(const run::Result& result, const std::filesystem::path& file, const std::string& what,
                   const io::Scene& scene, int threads, bool overwrite);
 
-/// One array of such an archive.
-struct StoredArray {
-    std::string name;  ///< "/isotropic/growth_rate"
-    std::string unit, meaning;
-    std::vector<std::size_t> shape;
-    std::vector<double> values;
-};
-
 /// Whether an archive is that of a result, by its title, and not that of a run or a table.
 bool is_result(const files::ArchiveReader& archive);
 
-StoredArray stored_array(const files::ArchiveReader& archive, const std::string& name);
+std::vector<files::StoredArray> arrays_by_path(const files::ArchiveReader& archive);
 
 /// All arrays of an archive for people: a single number with its value, others with their shape and range.
 std::string stored_text(const files::ArchiveReader& archive);
