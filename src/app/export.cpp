@@ -11,26 +11,26 @@ namespace drover::app {
 namespace {
 struct ExportOptions {
     std::string archive, output;
-    io::XyzPlan plan;
-    bool overwrite = false;
+    io::FrameChoice frames;
+    bool bodies = false, overwrite = false;
 };
 
 int export_fields(const ExportOptions& options) {
-    require(!options.plan.bodies, {.file = options.output},
+    require(!options.bodies, {.file = options.output},
             "--bodies is for particles, and a file .vtk or .csv for fields; expected the command without it");
     const std::vector<std::filesystem::path> written =
-        io::write_fields(files::ArchiveReader(options.archive), options.archive,
-                         {.frame = options.plan.frame, .every = options.plan.every}, options.output, options.overwrite);
+        io::write_fields(files::ArchiveReader(options.archive), options.archive, options.frames, options.output,
+                         options.overwrite);
     const std::string first = written.front().string(), last = written.back().string();
     print(written.size() == 1 ? first + ": fields\n" : text("{} to {}: {} frames\n", first, last, written.size()));
     return run::exit_done;
 }
 
 int export_particles(const ExportOptions& options) {
-    const std::size_t frames = io::write_xyz(files::ArchiveReader(options.archive), options.archive, options.plan,
-                                             options.output, options.overwrite);
+    const std::size_t frames = io::write_xyz(files::ArchiveReader(options.archive), options.archive, options.frames,
+                                             options.bodies, options.output, options.overwrite);
     print(text("{}: {} frame{} of {}\n", options.output, frames, frames == 1 ? "" : "s",
-               options.plan.bodies ? "bodies" : "spheres"));
+               options.bodies ? "bodies" : "spheres"));
     return run::exit_done;
 }
 }  // namespace
@@ -45,12 +45,12 @@ void add_export(CLI::App& program, Action& action) {
                      "File to write: tapered.xyz of particles; flock.vtk (flock-0000.vtk, ... of several frames) or "
                      "flock.csv of fields")
         ->required();
-    CLI::Option* frame = command->add_option("--frame", options->plan.frame, "Export only this frame, counted from 0")
+    CLI::Option* frame = command->add_option("--frame", options->frames.frame, "Export only this frame, counted from 0")
                              ->check(CLI::Range(std::int64_t{0}, std::int64_t{1000000000000}));
-    command->add_option("--every", options->plan.every, "Export every k-th frame, starting with the first")
+    command->add_option("--every", options->frames.every, "Export every k-th frame, starting with the first")
         ->check(CLI::Range(std::int64_t{1}, std::int64_t{1000000000000}))
         ->excludes(frame);
-    command->add_flag("--bodies", options->plan.bodies,
+    command->add_flag("--bodies", options->bodies,
                       "Of particles: write one line per body, with its direction, instead of one per sphere");
     command->add_flag("--overwrite", options->overwrite, "Replace an existing file");
     command->callback([options, &action] {

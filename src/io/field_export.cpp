@@ -119,14 +119,7 @@ std::string csv_text(const Source& source, std::size_t frame) {
     return out;
 }
 
-void check_target(const fs::path& file, bool overwrite) {
-    std::error_code problem;
-    require(!fs::is_directory(file, problem), {file.string()}, "is a folder; expected the name of a file");
-    require(overwrite || !fs::exists(file, problem), {file.string()},
-            "exists; choose another name, or give --overwrite");
-    require(!fs::exists(file, problem) || !files::is_hdf5(file), {file.string()},
-            "exists and is an archive, which --overwrite does not replace here: choose another name");
-}
+bool is_no_archive(const fs::path& file) { return !files::is_hdf5(file); }
 
 fs::path numbered(const fs::path& file, std::size_t frame) {
     fs::path name = file.stem();
@@ -136,28 +129,42 @@ fs::path numbered(const fs::path& file, std::size_t frame) {
 }
 }  // namespace
 
+std::vector<std::size_t> chosen_frames(const FrameChoice& choice, std::size_t count, const std::string& name) {
+    require(count > 0 && choice.frame < static_cast<std::int64_t>(count), {name},
+            "has no frame {}; expected one of 0 to {}", choice.frame, count == 0 ? 0 : count - 1);
+    require(choice.every >= 1, {name}, "every {} frames; expected at least 1", choice.every);
+    if (choice.frame >= 0) return {static_cast<std::size_t>(choice.frame)};
+    std::vector<std::size_t> frames;
+    for (std::size_t frame = 0; frame < count; frame += static_cast<std::size_t>(choice.every)) frames.push_back(frame);
+    return frames;
+}
+
+void check_target(const fs::path& file, bool overwrite, bool (*may_replace)(const fs::path&), const char* else_it_is) {
+    std::error_code problem;
+    require(!fs::is_directory(file, problem), {file.string()}, "is a folder; expected the name of a file");
+    require(overwrite || !fs::exists(file, problem), {file.string()},
+            "exists; choose another name, or give --overwrite");
+    require(!fs::exists(file, problem) || may_replace(file), {file.string()}, "exists and is {}: choose another name",
+            else_it_is);
+}
+
 bool is_field_export(const fs::path& file) { return file.extension() == ".vtk" || file.extension() == ".csv"; }
 
 std::vector<fs::path> write_fields(const files::ArchiveReader& archive, const std::string& name,
                                    const FrameChoice& choice, const fs::path& file, bool overwrite) {
     const Source source = source_of(archive, name);
-    const std::size_t count = source.times.size();
-    require(count > 0 && choice.frame < static_cast<std::int64_t>(count), {name},
-            "has no frame {}; expected one of 0 to {}", choice.frame, count == 0 ? 0 : count - 1);
-    require(choice.every >= 1, {name}, "every {} frames; expected at least 1", choice.every);
-    std::vector<std::size_t> frames;
-    const std::size_t first = choice.frame >= 0 ? static_cast<std::size_t>(choice.frame) : 0,
-                      last = choice.frame >= 0 ? first + 1 : count;
-    for (std::size_t frame = first; frame < last; frame += static_cast<std::size_t>(choice.every))
-        frames.push_back(frame);
+    const std::vector<std::size_t> frames = chosen_frames(choice, source.times.size(), name);
+    const auto check = [&](const fs::path& one) {
+        check_target(one, overwrite, is_no_archive, "an archive, which --overwrite does not replace here");
+    };
     std::vector<fs::path> written;
     if (file.extension() == ".vtk") {
         for (const std::size_t frame : frames) written.push_back(choice.frame >= 0 ? file : numbered(file, frame));
-        for (const fs::path& one : written) check_target(one, overwrite);
+        std::ranges::for_each(written, check);
         for (std::size_t i = 0; i < frames.size(); ++i) files::replace_file(written[i], vtk_text(source, frames[i]));
         return written;
     }
-    check_target(file, overwrite);
+    check(file);
     files::NewFile table(file);
     table.write(csv_head(source));
     for (const std::size_t frame : frames) table.write(csv_text(source, frame));

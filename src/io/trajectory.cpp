@@ -19,56 +19,13 @@ constexpr const char* unit_position = "mm";
 constexpr const char* unit_velocity = "mm s-1";
 constexpr const char* unit_angular_velocity = "rad s-1";
 
-/// One sphere of a body.
-struct Sphere {
-    Vector position, velocity;
-    double radius = 0.0;
-    bool of_rod = false;
-    std::size_t body = 0;  ///< beads first, then rods
-};
-
-Vector spin_of(const dem::Rod& rod, const dem::Shape& shape) {
-    return dem::angular_velocity(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across);
-}
-
-template <class Visit>
-void for_spheres(const Bodies& bodies, Visit visit) {
-    std::size_t body = 0;
-    for (const dem::Bead& bead : bodies.beads)
-        visit(Sphere{bead.position, bead.velocity, bodies.shapes[bead.shape].radius.front(), false, body++});
-    for (const dem::Rod& rod : bodies.rods) {
-        const dem::Shape& shape = bodies.shapes[rod.shape];
-        const Vector spin = spin_of(rod, shape);
-        for (std::size_t s = 0; s < shape.at.size(); ++s) {
-            const Vector arm = shape.at[s] * rod.axis;
-            visit(Sphere{rod.position + arm, rod.velocity + cross(spin, arm), shape.radius[s], true, body});
-        }
-        ++body;
-    }
-}
-
 void put(const Vector& vector, std::vector<double>& to) { to.insert(to.end(), {vector.x, vector.y, vector.z}); }
-
-/// Wraps a coordinate into [origin, origin + side); image: the number of sides subtracted.
-void wrap(double& coordinate, double& image, double origin, double side) {
-    image = std::floor((coordinate - origin) / side);
-    coordinate -= image * side;
-    if (coordinate >= origin + side) {  // by rounding
-        coordinate -= side;
-        image += 1.0;
-    }
-}
 
 Row sphere_row(const Setup& setup, const Bodies& bodies) {
     const Box box = box_of(setup);
     Row row(4);
     for_spheres(bodies, [&](Sphere sphere) {
-        double* const coordinates[] = {&sphere.position.x, &sphere.position.y, &sphere.position.z};
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            double image = 0.0;
-            if (box.periodic[axis]) wrap(*coordinates[axis], image, box.origin[axis], box.sides[axis]);
-            row[2].push_back(image);
-        }
+        for (const double image : wrap(sphere.position, box)) row[2].push_back(image);
         put(sphere.position, row[0]);
         put(sphere.velocity, row[1]);
     });
@@ -236,6 +193,26 @@ Box box_of(const Setup& setup) {
     return {.sides = {x, y, 2.0 * setup.plates.amplitude + setup.plates.gap},
             .origin = {-0.5 * x, -0.5 * y, 0.0},
             .periodic = {periodic, periodic, false}};
+}
+
+std::array<double, 3> wrap(Vector& position, const Box& box) {
+    std::array<double, 3> images{};
+    double* const coordinates[] = {&position.x, &position.y, &position.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (!box.periodic[axis]) continue;
+        double& coordinate = *coordinates[axis];
+        images[axis] = std::floor((coordinate - box.origin[axis]) / box.sides[axis]);
+        coordinate -= images[axis] * box.sides[axis];
+        if (coordinate >= box.origin[axis] + box.sides[axis]) {  // by rounding
+            coordinate -= box.sides[axis];
+            images[axis] += 1.0;
+        }
+    }
+    return images;
+}
+
+Vector spin_of(const dem::Rod& rod, const dem::Shape& shape) {
+    return dem::angular_velocity(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across);
 }
 
 std::size_t sphere_count(const Bodies& bodies) {

@@ -30,6 +30,34 @@ struct BodyRecording {
 /// The recordings of spheres, beads and rods, without empty ones.
 std::vector<BodyRecording> trajectory_recordings(const dem::Setup& setup, const dem::Bodies& bodies);
 
+/// The angular velocity of a rod.
+dem::Vector spin_of(const dem::Rod& rod, const dem::Shape& shape);
+
+/// One sphere of a body.
+struct Sphere {
+    dem::Vector position, velocity;
+    double radius = 0.0;
+    bool of_rod = false;
+    std::size_t body = 0;  ///< beads first, then rods
+};
+
+/// Visits the spheres in the order of /particles/spheres.
+template <class Visit>
+void for_spheres(const dem::Bodies& bodies, Visit visit) {
+    std::size_t body = 0;
+    for (const dem::Bead& bead : bodies.beads)
+        visit(Sphere{bead.position, bead.velocity, bodies.shapes[bead.shape].radius.front(), false, body++});
+    for (const dem::Rod& rod : bodies.rods) {
+        const dem::Shape& shape = bodies.shapes[rod.shape];
+        const dem::Vector spin = spin_of(rod, shape);
+        for (std::size_t s = 0; s < shape.at.size(); ++s) {
+            const dem::Vector arm = shape.at[s] * rod.axis;
+            visit(Sphere{rod.position + arm, rod.velocity + cross(spin, arm), shape.radius[s], true, body});
+        }
+        ++body;
+    }
+}
+
 /// Number of spheres of all bodies.
 std::size_t sphere_count(const dem::Bodies& bodies);
 
@@ -53,5 +81,8 @@ struct Box {
     std::array<bool, 3> periodic{};
 };
 Box box_of(const dem::Setup& setup);
+
+/// Moves a position into the box; returns the number of sides subtracted along each axis.
+std::array<double, 3> wrap(dem::Vector& position, const Box& box);
 
 }  // namespace drover::io

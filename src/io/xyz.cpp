@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 
 #include "drover/base/error.hpp"
 #include "files/input_file.hpp"
@@ -18,150 +17,71 @@ using Numbers = std::vector<double>;
 
 constexpr const char *of_bead = "B", *of_rod = "Rh";  // chemical elements: ASE accepts no other species
 
-/// The data shared by all frames.
-struct Fixed {
-    Numbers id, species, body, radius;  // of spheres
-    std::size_t beads = 0, rods = 0;    // bodies
-    Numbers bead_radius, sphere_at, sphere_radius;
-    Numbers sides;  // of the box along x, y, z
-    std::array<bool, 3> periodic{};
-};
-
-std::string value_of(const char* group, const char* element) { return std::string(group) + "/" + element + "/value"; }
-std::string fixed_of(const char* group, const char* name) { return std::string(group) + "/" + name; }
-
-std::size_t bodies_in(const files::ArchiveReader& archive, const char* group) {
-    const std::string path = value_of(group, "position");
-    return archive.has(path) ? archive.shape(path).at(1) : 0;
-}
-
-/// Three numbers for each of `count` particles of a frame.
-Numbers vectors(const files::ArchiveReader& archive, const std::string& path, std::size_t frame, std::size_t count,
-                const std::string& name) {
-    files::Array row = archive.read_row(path, frame);
-    require(row.shape == std::vector<std::size_t>{count, 3}, {name}, "{} is not three numbers for each of {} particles",
-            path, count);
-    return std::move(row.values);
-}
-
-Fixed read_fixed(const files::ArchiveReader& archive, const std::string& name) {
-    Fixed fixed;
-    fixed.id = archive.read(fixed_of(spheres_group, "id")).values;
-    fixed.species = archive.read(fixed_of(spheres_group, "species")).values;
-    fixed.body = archive.read(fixed_of(spheres_group, "body")).values;
-    fixed.radius = archive.read(fixed_of(spheres_group, "radius")).values;
-    const files::Array edges = archive.read_row(value_of(spheres_group, "box/edges"), 0);
-    require(edges.values.size() == 9, {name}, "box/edges is not three vectors; expected an archive that drover wrote");
-    fixed.sides = {edges.values[0], edges.values[4], edges.values[8]};
-    for (const std::vector<double>* one : {&fixed.species, &fixed.body, &fixed.radius})
-        require(one->size() == fixed.id.size(), {name},
-                "the spheres have {} ids and {} values of another array; it is damaged", fixed.id.size(), one->size());
-    fixed.beads = bodies_in(archive, beads_group);
-    fixed.rods = bodies_in(archive, rods_group);
-    if (fixed.beads > 0) fixed.bead_radius = archive.read(fixed_of(beads_group, "radius")).values;
-    if (fixed.rods > 0) {
-        fixed.sphere_at = archive.read(fixed_of(rods_group, "sphere_at")).values;
-        fixed.sphere_radius = archive.read(fixed_of(rods_group, "sphere_radius")).values;
-    }
-    const bool is_consistent =
-        fixed.bead_radius.size() == fixed.beads && fixed.sphere_at.size() == fixed.sphere_radius.size() &&
-        (fixed.rods == 0 || (!fixed.sphere_at.empty() && fixed.sphere_at.size() % fixed.rods == 0));
-    require(is_consistent, {name}, "its bodies and shapes are inconsistent; it is damaged");
-    const Scene scene = archived_scene(archive.text_attribute("scene"), name);
-    fixed.periodic = box_of(scene.particles).periodic;
-    return fixed;
-}
-
-std::string head(const Fixed& fixed, std::size_t count, double time, double step, const char* properties) {
-    const auto letter = [&](std::size_t axis) { return fixed.periodic[axis] ? "T" : "F"; };
+std::string head(const Box& box, std::size_t count, double time, double step, const char* properties) {
+    const auto letter = [&](std::size_t axis) { return box.periodic[axis] ? "T" : "F"; };
     return text(
         "{}\nLattice=\"{} 0 0 0 {} 0 0 0 {}\" Origin=\"{} {} 0\" pbc=\"{} {} {}\" Properties={} Time={} Step={}\n",
-        count, fixed.sides[0], fixed.sides[1], fixed.sides[2], -0.5 * fixed.sides[0], -0.5 * fixed.sides[1], letter(0),
-        letter(1), letter(2), properties, time, static_cast<std::int64_t>(step));
+        count, box.sides[0], box.sides[1], box.sides[2], box.origin[0], box.origin[1], letter(0), letter(1), letter(2),
+        properties, time, static_cast<std::int64_t>(step));
 }
 
 /// Numbers, each preceded by a blank.
-std::string triple(const Numbers& values, std::size_t i) {
-    return text(" {:.9g} {:.9g} {:.9g}", values[3 * i], values[3 * i + 1], values[3 * i + 2]);
-}
+std::string triple(const dem::Vector& values) { return text(" {:.9g} {:.9g} {:.9g}", values.x, values.y, values.z); }
 
-std::string sphere_lines(const files::ArchiveReader& archive, const std::string& name, const Fixed& fixed,
-                         std::size_t frame) {
-    const std::size_t count = fixed.id.size();
-    const Numbers position = vectors(archive, value_of(spheres_group, "position"), frame, count, name),
-                  velocity = vectors(archive, value_of(spheres_group, "velocity"), frame, count, name);
+std::string sphere_lines(const dem::Bodies& bodies, const Box& box) {
     std::string out;
-    for (std::size_t i = 0; i < count; ++i)
-        out += text("{}{} {:.9g}{} {} {}\n", fixed.species[i] == 0.0 ? of_bead : of_rod, triple(position, i),
-                    fixed.radius[i], triple(velocity, i), static_cast<std::int64_t>(fixed.id[i]),
-                    static_cast<std::int64_t>(fixed.body[i]));
+    std::size_t number = 0;
+    for_spheres(bodies, [&](Sphere sphere) {
+        wrap(sphere.position, box);
+        out += text("{}{} {:.9g}{} {} {}\n", sphere.of_rod ? of_rod : of_bead, triple(sphere.position), sphere.radius,
+                    triple(sphere.velocity), number++, sphere.body);
+    });
     return out;
 }
 
-std::string body_lines(const files::ArchiveReader& archive, const std::string& name, const Fixed& fixed,
-                       std::size_t frame) {
+std::string body_lines(const dem::Bodies& bodies, const Box& box) {
     std::string out;
     std::size_t number = 0;
-    const auto add = [&](const char* group, std::size_t count, const char* letter, auto length_of) {
-        if (count == 0) return;
-        Numbers position = vectors(archive, value_of(group, "position"), frame, count, name);
-        const Numbers velocity = vectors(archive, value_of(group, "velocity"), frame, count, name),
-                      spin = vectors(archive, value_of(group, "angular_velocity"), frame, count, name);
-        const Numbers axis = group == rods_group ? vectors(archive, value_of(group, "axis"), frame, count, name)
-                                                 : Numbers(3 * count, 0.0);
-        for (std::size_t i = 0; i < count; ++i) {
-            for (std::size_t k = 0; k < 2; ++k)
-                if (fixed.periodic[k]) {
-                    const double side = fixed.sides[k];
-                    double& coordinate = position[3 * i + k];
-                    coordinate -= side * std::floor(coordinate / side + 0.5);
-                }
-            out += text("{}{} {:.9g}{}{}{} {}\n", letter, triple(position, i), length_of(i), triple(axis, i),
-                        triple(velocity, i), triple(spin, i), number++);
-        }
+    const auto add = [&](const char* species, const auto& body, double length, const dem::Vector& axis,
+                         const dem::Vector& spin) {
+        dem::Vector position = body.position;
+        wrap(position, box);
+        out += text("{}{} {:.9g}{}{}{} {}\n", species, triple(position), length, triple(axis), triple(body.velocity),
+                    triple(spin), number++);
     };
-    const std::size_t spheres = fixed.rods > 0 ? fixed.sphere_at.size() / fixed.rods : 0;
-    add(beads_group, fixed.beads, of_bead, [&](std::size_t i) { return 2.0 * fixed.bead_radius[i]; });
-    add(rods_group, fixed.rods, of_rod, [&](std::size_t i) {
-        const std::size_t first = i * spheres, last = first + spheres - 1;
-        return fixed.sphere_at[last] + fixed.sphere_radius[last] - fixed.sphere_at[first] + fixed.sphere_radius[first];
-    });
+    for (const dem::Bead& bead : bodies.beads)
+        add(of_bead, bead, 2.0 * bodies.shapes[bead.shape].radius.front(), {}, bead.spin);
+    for (const dem::Rod& rod : bodies.rods) {
+        const dem::Shape& shape = bodies.shapes[rod.shape];
+        add(of_rod, rod, shape.head - shape.tail, rod.axis, spin_of(rod, shape));
+    }
     return out;
 }
 }  // namespace
 
-std::size_t write_xyz(const files::ArchiveReader& archive, const std::string& name, const XyzPlan& plan,
-                      const std::filesystem::path& file, bool overwrite) {
+std::size_t write_xyz(const files::ArchiveReader& archive, const std::string& name, const FrameChoice& choice,
+                      bool of_bodies, const std::filesystem::path& file, bool overwrite) {
     require(has_trajectory(archive), {name}, "holds no trajectory; expected the archive of a run of particles");
-    const std::size_t frames = frame_count(archive);
-    require(plan.frame < static_cast<std::int64_t>(frames), {name}, "has no frame {}; expected one of 0 to {}",
-            plan.frame, frames == 0 ? 0 : frames - 1);
-    require(plan.every >= 1, {name}, "every {} frames; expected at least 1", plan.every);
-    std::error_code problem;
-    require(!std::filesystem::is_directory(file, problem), {file.string()}, "is a folder; expected the name of a file");
-    require(overwrite || !std::filesystem::exists(file, problem), {file.string()},
-            "exists; choose another name, or give --overwrite");
-    require(!std::filesystem::exists(file, problem) || is_xyz(file), {file.string()},
-            "exists and is not an XYZ file; --overwrite replaces only XYZ files: choose another name");
-    const Fixed fixed = read_fixed(archive, name);
+    const std::vector<std::size_t> frames = chosen_frames(choice, frame_count(archive), name);
+    check_target(file, overwrite, is_xyz, "not an XYZ file; --overwrite replaces only XYZ files");
+    const Scene scene = archived_scene(archive.text_attribute("scene"), name);
+    const Box box = box_of(scene.particles);
+    dem::Bodies bodies = dem::make_bodies(scene.particles, static_cast<std::uint64_t>(scene.run.seed));
     const Numbers times = archive.read(std::string(spheres_group) + "/position/time").values,
                   steps = archive.read(std::string(spheres_group) + "/position/step").values;
-    require(times.size() >= frames && steps.size() >= frames, {name}, "has fewer times than frames; it is damaged");
-    constexpr const char* of_spheres = "species:S:1:pos:R:3:radius:R:1:velo:R:3:id:I:1:body:I:1";
-    constexpr const char* of_bodies =
-        "species:S:1:pos:R:3:length:R:1:director:R:3:velo:R:3:angular_velocity:R:3:id:I:1";
-    const std::size_t count = plan.bodies ? fixed.beads + fixed.rods : fixed.id.size();
+    require(std::min(times.size(), steps.size()) > frames.back(), {name}, "has fewer times than frames; it is damaged");
+    const std::size_t count = of_bodies ? bodies.beads.size() + bodies.rods.size() : sphere_count(bodies);
+    const char* properties = of_bodies
+                                 ? "species:S:1:pos:R:3:length:R:1:director:R:3:velo:R:3:angular_velocity:R:3:id:I:1"
+                                 : "species:S:1:pos:R:3:radius:R:1:velo:R:3:id:I:1:body:I:1";
     files::NewFile to(file);
-    std::size_t written = 0;
-    const std::size_t first = plan.frame >= 0 ? static_cast<std::size_t>(plan.frame) : 0,
-                      last = plan.frame >= 0 ? first + 1 : frames;
-    for (std::size_t frame = first; frame < last; frame += static_cast<std::size_t>(plan.every)) {
-        to.write(head(fixed, count, times[frame], steps[frame], plan.bodies ? of_bodies : of_spheres) +
-                 (plan.bodies ? body_lines(archive, name, fixed, frame) : sphere_lines(archive, name, fixed, frame)));
-        ++written;
+    for (const std::size_t frame : frames) {
+        read_bodies(archive, frame, bodies, "the archive", {name});
+        to.write(head(box, count, times[frame], steps[frame], properties) +
+                 (of_bodies ? body_lines(bodies, box) : sphere_lines(bodies, box)));
     }
     to.finish();
-    return written;
+    return frames.size();
 }
 
 namespace {

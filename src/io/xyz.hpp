@@ -1,28 +1,22 @@
 // io/xyz.hpp: frames of a particle run as extended XYZ text, and the content of such files.
 #pragma once
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "files/archive.hpp"
+#include "files/archive_reader.hpp"
+#include "io/field_export.hpp"
 
 namespace drover::io {
 
-/// Selection of frames, and of spheres or bodies.
-struct XyzPlan {
-    std::int64_t frame = -1;  ///< a single frame; -1: every `every`-th frame
-    std::int64_t every = 1;
-    bool bodies = false;  ///< one line per body, with its direction, instead of one per sphere
-};
-
 /// Writes frames of an archive of particles to a text file, which appears when it is complete.  Lines of spheres:
 /// species (B of a bead, Rh of a rod), position in the box, radius, velocity, number of the sphere and of its body.
-/// Lines of bodies: species, centre of mass in the box, length, direction, velocity, angular velocity, number.  Throws
-/// an input Error for an archive without a trajectory, a missing frame or an existing file (unless `overwrite`), and a
-/// run Error when the disk is full, leaving nothing behind.  Returns the number of frames written.
-std::size_t write_xyz(const files::ArchiveReader& archive, const std::string& name, const XyzPlan& plan,
-                      const std::filesystem::path& file, bool overwrite);
+/// Lines of bodies, if `of_bodies`: species, centre of mass in the box, length, direction, velocity, angular velocity,
+/// number.  Throws an input Error for an archive without a trajectory or of other bodies than its scene has, a missing
+/// frame or an existing file (unless `overwrite`), and a run Error when the disk is full, leaving nothing behind.
+/// Returns the number of frames written.
+std::size_t write_xyz(const files::ArchiveReader& archive, const std::string& name, const FrameChoice& choice,
+                      bool of_bodies, const std::filesystem::path& file, bool overwrite);
 
 /// The content of an extended XYZ file.
 struct XyzInfo {

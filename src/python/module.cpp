@@ -459,8 +459,8 @@ void bind_runs(py::module_& module) {
         "export_xyz",
         [](const std::filesystem::path& archive, const std::filesystem::path& output, std::int64_t frame,
            std::int64_t every, bool bodies, bool overwrite) {
-            return io::write_xyz(files::ArchiveReader(archive), archive.string(),
-                                 {.frame = frame, .every = every, .bodies = bodies}, output, overwrite);
+            return io::write_xyz(files::ArchiveReader(archive), archive.string(), {.frame = frame, .every = every},
+                                 bodies, output, overwrite);
         },
         py::arg("archive"), py::arg("output"), py::arg("frame"), py::arg("every"), py::arg("bodies"),
         py::arg("overwrite"));

@@ -41,7 +41,9 @@ std::vector<files::Recording> sample_trajectory() {
     return recordings;
 }
 
-const std::vector<files::Attribute> sample_scene{{"scene", std::string("[cell]\nlx = 10.0\nly = 8.0\n")}};
+const std::vector<files::Attribute> sample_scene{
+    {"scene", std::string("[cell]\nlx = 10.0\nly = 8.0\n[beads]\ncount = 2\ndiameters = [0.8]\n[rods]\ncount = 1\n"
+                          "diameters = [1.1, 0.9, 0.7]\nlength = 4.0\ndensities = [8.0]\n")}};
 
 void append_frame(files::Archive& archive, double time) {
     const dem::Bodies bodies = sample_bodies(time);
@@ -199,7 +201,7 @@ TEST(Xyz, a_file_has_one_line_per_sphere_and_reads_back) {
     const Folder folder;
     make_archive(folder / "run.h5", 3);
     const files::ArchiveReader reader(folder / "run.h5");
-    EXPECT_EQ(write_xyz(reader, "run.h5", {.every = 2}, folder / "run.xyz", false), 2u);
+    EXPECT_EQ(write_xyz(reader, "run.h5", {.every = 2}, false, folder / "run.xyz", false), 2u);
     const std::string text = contents(folder / "run.xyz");
     EXPECT_THAT(text, HasSubstr("5\nLattice=\"10 0 0 0 8 0 0 0 1.28\" Origin=\"-5 -4 0\" pbc=\"T T F\" "
                                 "Properties=species:S:1:pos:R:3:radius:R:1:velo:R:3:id:I:1:body:I:1 Time=0 Step=0\n"
@@ -211,7 +213,7 @@ TEST(Xyz, a_file_has_one_line_per_sphere_and_reads_back) {
     EXPECT_EQ(info.max_lines, 5u);
     EXPECT_EQ(info.periodic, "T T F");
     EXPECT_EQ(info.times, (std::vector<double>{0.0, 1.0}));
-    EXPECT_EQ(write_xyz(reader, "run.h5", {.frame = 1, .bodies = true}, folder / "bodies.xyz", false), 1u);
+    EXPECT_EQ(write_xyz(reader, "run.h5", {.frame = 1}, true, folder / "bodies.xyz", false), 1u);
     EXPECT_THAT(contents(folder / "bodies.xyz"), HasSubstr("\nRh 4.5 0 0.6 4 0.6 0.8 0 0 5 0 "));
 }
 
@@ -220,8 +222,8 @@ TEST(Xyz, an_existing_file_is_unchanged_and_no_partial_file_is_left) {
     make_archive(folder / "run.h5", 2);
     const files::ArchiveReader reader(folder / "run.h5");
     write_contents(folder / "run.xyz", "precious");
-    const auto why_no_error = [&](XyzPlan plan, const char* file, bool overwrite) {
-        return sentence_of([&] { write_xyz(reader, "run.h5", plan, folder / file, overwrite); });
+    const auto why_no_error = [&](FrameChoice choice, const char* file, bool overwrite) {
+        return sentence_of([&] { write_xyz(reader, "run.h5", choice, false, folder / file, overwrite); });
     };
     EXPECT_THAT(why_no_error({}, "run.xyz", false), HasSubstr("exists; choose another name, or give --overwrite"));
     EXPECT_THAT(why_no_error({}, "run.xyz", true), HasSubstr("exists and is not an XYZ file"));
