@@ -39,7 +39,7 @@ struct PendingFrame {
 }  // namespace
 
 struct Archive::File {
-    File(Hdf5File opened, Fault fault) : hdf5(std::move(opened)), errors(hdf5.errors(fault)) {}
+    explicit File(std::unique_ptr<Hdf5File> opened) : hdf5(std::move(opened)) {}
     ~File() {
         const QuietErrors quiet;  // closing flushes uncommitted rows, which are discarded
         recordings.clear();
@@ -47,8 +47,7 @@ struct Archive::File {
     File(const File&) = delete;
     File& operator=(const File&) = delete;
 
-    Hdf5File hdf5;
-    Hdf5Errors errors;
+    std::unique_ptr<Hdf5File> hdf5;
     std::vector<OpenRecording> recordings;  // their datasets are closed before the file
     std::optional<PendingFrame> pending;
 };
@@ -299,23 +298,22 @@ Archive Archive::create(const std::filesystem::path& name, const std::vector<Rec
     Descriptor created = lock_new(file, overwrite);
     Cleanup cleanup{partial_name(file)};
     const Hdf5Errors errors{file.string(), Fault::environment};
-    auto archive = std::make_unique<File>(Hdf5File::create(std::move(created), partial_name(file), file.string(),
-                                                           file_creation(errors)),
-                                          Fault::environment);
-    const QuietErrors watched(&archive->hdf5.failure());
-    write_root_attributes(archive->hdf5.id(), attributes, errors);
+    auto archive = std::make_unique<File>(
+        create_hdf5(std::move(created), partial_name(file), file.string(), file_creation(errors)));
+    const QuietErrors watched(&archive->hdf5->failure);
+    write_root_attributes(archive->hdf5->file, attributes, errors);
     for (const Recording& recording : recordings)
-        archive->recordings.push_back({recording, make_group(archive->hdf5.id(), recording, errors)});
-    archive->hdf5.commit();
+        archive->recordings.push_back({recording, make_group(archive->hdf5->file, recording, errors)});
+    files::commit(*archive->hdf5);
     for (const auto& [name_of_attribute, value] : attributes)
-        if (name_of_attribute == run_id_name) archive->hdf5.know_by(std::get<std::string>(value));
+        if (name_of_attribute == run_id_name) find_run_id(*archive->hdf5->overlay, std::get<std::string>(value));
     // The journal of the replaced file must not be applied to the new one.
-    if (old.is_open()) recover_file(old, file);
-    else discard_journal(file);
+    if (old.is_open()) recover(old, file);
+    else remove_if_exists(journal_of(file));
     sync_folder_of(file);
     rename_over(partial_name(file), file);
     cleanup.is_needed = false;
-    archive->hdf5.rename(file);
+    archive->hdf5->overlay->path = file;
     sync_folder_of(file);
     return Archive(std::move(archive));
 } catch (const std::system_error& cause) {
@@ -333,7 +331,7 @@ Archive Archive::resume(const std::filesystem::path& name, const std::vector<Rec
     if (!std::filesystem::is_regular_file(file)) ArchiveReader{file};  // which reports what is wrong with it
     Descriptor open = open_file(file, O_RDWR);
     if (!lock_for_writing(open)) fail_locked(file);
-    recover_file(open, file);
+    recover(open, file);
     std::string run_id;
     const std::vector<std::uint64_t> checksums = [&] {
         const ArchiveReader reader(file);
@@ -342,11 +340,11 @@ Archive Archive::resume(const std::filesystem::path& name, const std::vector<Rec
         return check_same(reader, file, recordings, rows);
     }();
 
-    auto archive = std::make_unique<File>(Hdf5File::open_for_writing(std::move(open), file), Fault::input);
-    if (!run_id.empty()) archive->hdf5.know_by(run_id);
-    const QuietErrors watched(&archive->hdf5.failure());
-    const Hdf5Errors errors = archive->hdf5.errors(Fault::input);
-    const hid_t hdf5 = archive->hdf5.id();
+    auto archive = std::make_unique<File>(open_for_writing(std::move(open), file));
+    if (!run_id.empty()) find_run_id(*archive->hdf5->overlay, run_id);
+    const QuietErrors watched(&archive->hdf5->failure);
+    const Hdf5Errors& errors = archive->hdf5->errors;
+    const hid_t hdf5 = archive->hdf5->file;
     for (std::size_t r = 0; r < recordings.size(); ++r) {
         archive->recordings.push_back({recordings[r], open_group(hdf5, recordings[r], errors), rows[r], checksums[r]});
         check_types(archive->recordings.back(), errors);
@@ -384,15 +382,15 @@ void write_pending(File& file) {
     for (std::size_t i = 0; i < chunks.size(); ++i) {
         std::vector<hsize_t> corner(recording.about.quantities[i].axes.size() + 1, 0);
         corner[0] = frame.row;
-        write_chunk(recording.datasets.quantities[i], corner, chunks[i], file.errors);
+        write_chunk(recording.datasets.quantities[i], corner, chunks[i], file.hdf5->errors);
     }
 }
 }  // namespace
 
 void Archive::append(std::size_t recording, double time, std::span<const std::span<const double>> arrays,
                      std::int64_t step) {
-    const QuietErrors quiet(&file_->hdf5.failure());
-    const Hdf5Errors& errors = file_->errors;
+    const QuietErrors quiet(&file_->hdf5->failure);
+    const Hdf5Errors& errors = file_->hdf5->errors;
     require(recording < file_->recordings.size(), {errors.file},
             "no recording has the number {}; expected less than {}", recording, file_->recordings.size());
     OpenRecording& into = file_->recordings[recording];
@@ -418,8 +416,8 @@ void Archive::append(std::size_t recording, double time, std::span<const std::sp
 }
 
 void Archive::replace(const ResultTable& table) {
-    const QuietErrors quiet(&file_->hdf5.failure());
-    const Hdf5Errors& errors = file_->errors;
+    const QuietErrors quiet(&file_->hdf5->failure);
+    const Hdf5Errors& errors = file_->hdf5->errors;
     const Recording about{.group = table.group,
                           .axes = table.axes,
                           .quantities = table.quantities,
@@ -436,9 +434,9 @@ void Archive::replace(const ResultTable& table) {
                 "{} cannot be a table of results: it belongs to a recording; expected another group", table.group);
     // At the root, of an archive without recordings, there is nothing to replace.
     if (table.group != "/" &&
-        errors.check(H5Lexists(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "looking up " + table.group) > 0)
-        errors.check(H5Ldelete(file_->hdf5.id(), table.group.c_str(), H5P_DEFAULT), "removing " + table.group);
-    const GroupDatasets created = make_group(file_->hdf5.id(), about, errors);
+        errors.check(H5Lexists(file_->hdf5->file, table.group.c_str(), H5P_DEFAULT), "looking up " + table.group) > 0)
+        errors.check(H5Ldelete(file_->hdf5->file, table.group.c_str(), H5P_DEFAULT), "removing " + table.group);
+    const GroupDatasets created = make_group(file_->hdf5->file, about, errors);
     for (std::size_t i = 0; i < table.values.size(); ++i)
         if (!is_compact(extent_of(shape_of(about, about.quantities[i]), 0)) && !about.quantities[i].is_integer)
             write_chunk(created.quantities[i], std::vector<hsize_t>(about.quantities[i].axes.size(), 0),
@@ -448,7 +446,7 @@ void Archive::replace(const ResultTable& table) {
                                   table.values[i].data()),
                          "writing results");
     if (table.warnings.empty()) return;
-    write_list(group_handle(file_->hdf5.id(), table.group, false, errors), "warnings", table.warnings, errors);
+    write_list(group_handle(file_->hdf5->file, table.group, false, errors), "warnings", table.warnings, errors);
 }
 
 bool Archive::is_compressing() const {
@@ -456,12 +454,15 @@ bool Archive::is_compressing() const {
 }
 
 void Archive::commit() {
-    const QuietErrors quiet(&file_->hdf5.failure());
+    const QuietErrors quiet(&file_->hdf5->failure);
     write_pending(*file_);
-    file_->hdf5.commit();
+    files::commit(*file_->hdf5);
 }
 
-void Archive::remove() { file_->hdf5.remove(); }
+void Archive::remove() {
+    const Overlay& overlay = *file_->hdf5->overlay;
+    if (named(overlay.file, overlay.path) == Named::this_file) remove_if_exists(overlay.path);
+}
 
 void write_archive(const std::filesystem::path& name, const std::vector<Recording>& recordings,
                    const std::vector<Attribute>& attributes, const std::function<void(Archive&)>& fill) {

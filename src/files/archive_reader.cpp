@@ -39,15 +39,11 @@ namespace {
 /// HDF5's view of the file as of one commit.
 struct View {
     View(const std::filesystem::path& file, const Descriptor& guard, bool is_own)
-        : state(state_of(file)),
-          is_live(!is_own && has_writer(guard)),
-          hdf5(Hdf5File::open_for_reading(file)),
-          errors(hdf5.errors(Fault::input)) {}
+        : state(state_of(file)), is_live(!is_own && has_writer(guard)), hdf5(open_for_reading(file)) {}
 
     FileState state;
     bool is_live;  ///< a run is writing the file
-    Hdf5File hdf5;
-    Hdf5Errors errors;
+    std::unique_ptr<Hdf5File> hdf5;
 };
 
 /// Whether the file that is open no longer changes: it is as it was, or another one has its name.
@@ -90,7 +86,7 @@ struct ArchiveReader::File {
             try {
                 if (!view) view.emplace(path, guard, is_own);
                 auto result = read(*view);
-                view->hdf5.require_disk();
+                throw_failure(*view->hdf5->overlay);
                 if (is_sure()) return result;
             } catch (const Error&) {
                 if (is_sure() || Clock::now() > end) throw;
@@ -213,8 +209,8 @@ std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t f
 /// All rows, or `count` from `first` on.
 Array read_part(const View& view, const std::string& dataset,
                 const std::optional<std::pair<std::size_t, std::size_t>>& part = {}) {
-    const Hdf5Errors& errors = view.errors;
-    const OpenDataset open = open_dataset(view.hdf5.id(), dataset, errors);
+    const Hdf5Errors& errors = view.hdf5->errors;
+    const OpenDataset open = open_dataset(view.hdf5->file, dataset, errors);
     check_type(open.id, dataset, errors);
     RowRange rows{.shape = shape_of(open.id, dataset, errors), .first = 0, .count = 1};
     if (!rows.shape.empty()) rows.count = rows.shape[0];
@@ -227,8 +223,8 @@ Array read_part(const View& view, const std::string& dataset,
     }
     Array array{.shape = rows.shape, .values = {}};
     if (part) array.shape[0] = rows.count;
-    array.values.resize(checked_count(array.shape, view.hdf5.length(), dataset, errors));
-    read_rows(open, dataset, rows, view.hdf5.length(), array.values, errors);
+    array.values.resize(checked_count(array.shape, view.hdf5->overlay->length, dataset, errors));
+    read_rows(open, dataset, rows, view.hdf5->overlay->length, array.values, errors);
     return array;
 }
 
@@ -252,7 +248,7 @@ ArchiveReader::~ArchiveReader() {
 std::vector<Attribute> ArchiveReader::attributes() const {
     if (file_->memory) return {};
     return file_->steady(
-        [](const View& view) { return attributes_of(view.hdf5.id(), view.hdf5.length(), view.errors); });
+        [](const View& view) { return attributes_of(view.hdf5->file, view.hdf5->overlay->length, view.hdf5->errors); });
 }
 
 std::string ArchiveReader::text_attribute(const std::string& name) const {
@@ -267,18 +263,18 @@ std::string ArchiveReader::text_attribute(const std::string& name) const {
 bool ArchiveReader::has_attribute(const std::string& dataset, const std::string& name) const {
     if (file_->memory) return false;
     return file_->steady([&](const View& view) {
-        return H5Aexists(open_dataset(view.hdf5.id(), dataset, view.errors).id, name.c_str()) > 0;
+        return H5Aexists(open_dataset(view.hdf5->file, dataset, view.hdf5->errors).id, name.c_str()) > 0;
     });
 }
 
 std::string ArchiveReader::text_attribute(const std::string& dataset, const std::string& name) const {
     return file_->steady([&](const View& view) {
-        const Hdf5Errors& errors = view.errors;
-        const Handle open = open_dataset(view.hdf5.id(), dataset, errors).id;
+        const Hdf5Errors& errors = view.hdf5->errors;
+        const Handle open = open_dataset(view.hdf5->file, dataset, errors).id;
         require(H5Aexists(open, name.c_str()) > 0, {errors.file},
                 "{} has no attribute {}; expected an archive of drover", dataset, name);
         const Handle attribute = errors.own(H5Aopen(open, name.c_str(), H5P_DEFAULT), H5Aclose, "opening " + name);
-        const auto read = read_attribute(attribute, name, view.hdf5.length(), errors);
+        const auto read = read_attribute(attribute, name, view.hdf5->overlay->length, errors);
         const auto* words = read ? std::get_if<std::string>(&read->second) : nullptr;
         require(words != nullptr, {errors.file}, "attribute {} of {} is not a string; expected one", name, dataset);
         return *words;
@@ -288,9 +284,9 @@ std::string ArchiveReader::text_attribute(const std::string& dataset, const std:
 Contents ArchiveReader::contents() const {
     if (file_->memory) return {};
     return file_->steady([&](const View& view) {
-        const Hdf5Errors& errors = view.errors;
-        const hid_t file = view.hdf5.id();
-        const std::uint64_t length = view.hdf5.length();
+        const Hdf5Errors& errors = view.hdf5->errors;
+        const hid_t file = view.hdf5->file;
+        const std::uint64_t length = view.hdf5->overlay->length;
         const Objects objects = objects_of(file, errors);
         Contents all{.groups = objects.groups, .arrays = {}, .attributes = attributes_of(file, length, errors)};
         for (const std::string& path : objects.datasets) {
@@ -309,13 +305,13 @@ Contents ArchiveReader::contents() const {
 bool ArchiveReader::has(const std::string& dataset) const {
     if (file_->memory) return file_->memory->contains(dataset);
     return file_->steady(
-        [&](const View& view) { return leads_to(view.hdf5.id(), dataset, H5O_TYPE_DATASET, view.errors); });
+        [&](const View& view) { return leads_to(view.hdf5->file, dataset, H5O_TYPE_DATASET, view.hdf5->errors); });
 }
 
 std::vector<std::size_t> ArchiveReader::shape(const std::string& dataset) const {
     if (file_->memory) return file_->in_memory(dataset).shape;
     return file_->steady([&](const View& view) {
-        return shape_of(open_dataset(view.hdf5.id(), dataset, view.errors).id, dataset, view.errors);
+        return shape_of(open_dataset(view.hdf5->file, dataset, view.hdf5->errors).id, dataset, view.hdf5->errors);
     });
 }
 

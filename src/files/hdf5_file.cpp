@@ -1,48 +1,110 @@
-// files/hdf5_file.cpp: the HDF5 handles of an open file over its pages.
+// files/hdf5_file.cpp: the HDF5 handles of an open file over its pages; what became of a file that a run writes.
 #include "files/hdf5_file.hpp"
 
 #include <fcntl.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 
-#include "files/journal.hpp"
-#include "files/lost_file.hpp"
-#include "files/overlay.hpp"
+#include "files/checkpoint.hpp"
 
 namespace drover::files {
 
-// Members are closed from last to first: file, access list, driver, then the pages that they use.
-struct Hdf5File::Parts {
-    Parts(Overlay opened, const std::string& name, Fault fault)
-        : overlay(std::make_shared<Overlay>(std::move(opened))), errors(errors_of(name, fault)) {
-        driver = register_driver(errors);
-        access = file_access(driver, overlay, errors);
-    }
-    ~Parts() {
-        const QuietErrors quiet;
-        // Closing flushes what is then discarded: nothing reaches the disk.  HDF5 1.10 keeps the identifier of a file
-        // that it could not close, and crashes when it comes upon it.
-        overlay->is_closing = true;
-        file = {};
-    }
-    Parts(const Parts&) = delete;
-    Parts& operator=(const Parts&) = delete;
-
-    Hdf5Errors errors_of(const std::string& name, Fault fault) const {
-        return {name, fault, [overlay = overlay] {
-                    require_in_place(*overlay);
-                    throw_failure(*overlay);
-                }};
-    }
-
-    std::shared_ptr<Overlay> overlay;
-    Hdf5Errors errors;
-    Hdf5Failure failure;
-    Handle driver, access, file;
-};
-
 namespace {
+
+constexpr const char* hopeless = "the run cannot be resumed; run the scene again";
+
+/// NFS keeps a file that was removed, under such a name, until it is closed.
+bool has_no_name(const Overlay& overlay) {
+    return link_count(overlay.file) == 0 || name_of(overlay.file).filename().string().starts_with(".nfs");
+}
+
+bool has_checkpoint(const std::filesystem::path& archive) {
+    const auto files = checkpoint_files(archive);
+    std::error_code unknown;
+    return std::any_of(files.begin(), files.end(),
+                       [&](const auto& file) { return std::filesystem::exists(file, unknown); });
+}
+
+/// Writes the last commit to a name that nothing has.
+void copy_to(const Overlay& overlay, const std::filesystem::path& name) {
+    if (std::filesystem::exists(name)) throw std::system_error(EEXIST, std::generic_category(), name.string());
+    const std::filesystem::path partial = partial_name(name);
+    const Descriptor to = create_file(partial);
+    std::vector<std::byte> part(1 << 20);
+    for (std::uint64_t offset = 0; offset < overlay.committed; offset += part.size()) {
+        part.resize(static_cast<std::size_t>(std::min<std::uint64_t>(part.size(), overlay.committed - offset)));
+        if (read_at(overlay.file, offset, part) < part.size())
+            throw std::system_error(EIO, std::generic_category(), "read");
+        write_at(to, offset, part);
+    }
+    sync(to);
+    rename_over(partial, name);
+    sync_folder_of(name);
+}
+
+/// What becomes of a file without a name.
+std::string rescued(const Overlay& overlay, bool is_replaced) {
+    const std::string path = overlay.path.string();
+    const std::string what = is_replaced ? "was replaced by another file" : "was deleted";
+    if (!has_checkpoint(overlay.path))
+        return text("the archive {} while the run wrote it, and no checkpoint is left: {}", what, hopeless);
+    const std::string name = is_replaced ? path + ".rescued" : path;
+    try {
+        copy_to(overlay, name);
+    } catch (const std::exception& cause) {
+        return text("the archive {} while the run wrote it, and cannot be written again ({}): {}", what,
+                    std::string(cause.what()), hopeless);
+    }
+    if (is_replaced)
+        return text(
+            "the archive {} while the run wrote it; as of its last commit it is now {}; to resume, move that "
+            "to {}, then: drover restart {}",
+            what, name, path, path);
+    return text(
+        "the archive {} while the run wrote it; it was written again as of its last commit; to resume: drover "
+        "restart {}",
+        what, path);
+}
+
+/// The file is still open and has its data: what a person can do about its name.
+std::string renamed(const Overlay& overlay) {
+    const std::string path = overlay.path.string(), now = name_of(overlay.file).string();
+    if (!has_checkpoint(overlay.path))
+        return text("the archive was moved while the run wrote it, and no checkpoint is left: {}", hopeless);
+    return text(
+        "the archive was moved to {} while the run wrote it; to resume, move it back to {}, then: drover "
+        "restart {}",
+        now.empty() ? "another name" : now, path, path);
+}
+
+/// What happened to the file; "" if nothing did.
+std::string loss_of(const Overlay& overlay) {
+    const Named name = named(overlay.file, overlay.path);
+    if (name != Named::this_file)
+        return has_no_name(overlay) ? rescued(overlay, name == Named::another_file) : renamed(overlay);
+    if (const std::uint64_t length = length_of(overlay.file); length < overlay.committed)
+        return text("another program cut the archive to {} of {} bytes while the run wrote it: {}", length,
+                    overlay.committed, hopeless);
+    const FileMark& mark = overlay.mark;
+    if (head_of(overlay.file) == mark.head && text_at(overlay.file, mark.offset, mark.run_id.size()) == mark.run_id)
+        return "";
+    return text("another program overwrote the archive while the run wrote it: {}", hopeless);
+}
+
+/// See commit().
+void require_in_place(Overlay& overlay) {
+    if (!overlay.is_written || overlay.committed == 0 || overlay.is_stuck || overlay.failure) return;
+    try {
+        const std::string loss = loss_of(overlay);
+        if (loss.empty()) return;
+        overlay.failure = std::make_exception_ptr(Error(Fault::run, {overlay.path.string()}, loss));
+    } catch (const std::system_error& cause) {
+        throw disk_failure(overlay.path, cause);
+    }
+    std::rethrow_exception(overlay.failure);
+}
 
 void allow_writing(const Handle& access, const Hdf5Errors& errors) {
     // Version 1.8: netCDF's own choice; every HDF5 in use reads it, and attributes may exceed 64 kB.
@@ -77,59 +139,59 @@ bool has_signature(const Overlay& overlay) {
 
 }  // namespace
 
-Hdf5File::Hdf5File(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
-Hdf5File::Hdf5File(Hdf5File&&) noexcept = default;
-Hdf5File& Hdf5File::operator=(Hdf5File&&) noexcept = default;
-Hdf5File::~Hdf5File() = default;
-
-Hdf5File Hdf5File::create(Descriptor empty, const std::filesystem::path& path, const std::string& name,
-                          const Handle& creation) {
-    auto parts = std::make_unique<Parts>(written_overlay(std::move(empty), path), name, Fault::environment);
-    allow_writing(parts->access, parts->errors);
-    parts->file = parts->errors.own(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation, parts->access), H5Fclose,
-                                    "creating the file");
-    return Hdf5File(std::move(parts));
+Hdf5File::Hdf5File(Overlay opened, const std::string& name, Fault fault)
+    : overlay(std::make_shared<Overlay>(std::move(opened))), errors{name, fault, [overlay = overlay] {
+                                                                        require_in_place(*overlay);
+                                                                        throw_failure(*overlay);
+                                                                    }} {
+    driver = register_driver(errors);
+    access = file_access(driver, overlay, errors);
 }
 
-void Hdf5File::rename(const std::filesystem::path& path) { parts_->overlay->path = path; }
-void Hdf5File::know_by(const std::string& run_id) { find_run_id(*parts_->overlay, run_id); }
-void Hdf5File::remove() { remove_in_place(*parts_->overlay); }
-
-Hdf5File Hdf5File::open_for_writing(Descriptor locked, const std::filesystem::path& path) {
-    auto parts = std::make_unique<Parts>(written_overlay(std::move(locked), path), path.string(), Fault::input);
-    allow_writing(parts->access, parts->errors);
-    parts->file = parts->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDWR, parts->access), H5Fclose, "opening the file");
-    return Hdf5File(std::move(parts));
+Hdf5File::~Hdf5File() {
+    const QuietErrors quiet;
+    // Closing flushes what is then discarded: nothing reaches the disk.  HDF5 1.10 keeps the identifier of a file that
+    // it could not close, and crashes when it comes upon it.
+    overlay->is_closing = true;
+    file = {};
 }
 
-Hdf5File Hdf5File::open_for_reading(const std::filesystem::path& path) {
-    auto parts = std::make_unique<Parts>(recovered_overlay(path), path.string(), Fault::input);
-    require(has_signature(*parts->overlay), {path.string()}, "is not an HDF5 file; expected an archive of drover");
-    parts->file = parts->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDONLY, parts->access), H5Fclose, "opening the file");
-    return Hdf5File(std::move(parts));
+std::unique_ptr<Hdf5File> create_hdf5(Descriptor empty, const std::filesystem::path& path, const std::string& name,
+                                      const Handle& creation) {
+    auto made = std::make_unique<Hdf5File>(written_overlay(std::move(empty), path), name, Fault::environment);
+    allow_writing(made->access, made->errors);
+    made->file =
+        made->errors.own(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation, made->access), H5Fclose, "creating the file");
+    return made;
 }
 
-hid_t Hdf5File::id() const { return parts_->file; }
-std::uint64_t Hdf5File::length() const { return parts_->overlay->length; }
-Hdf5Errors Hdf5File::errors(Fault fault) const { return parts_->errors_of(parts_->errors.file, fault); }
-Hdf5Failure& Hdf5File::failure() { return parts_->failure; }
-void Hdf5File::require_disk() const { throw_failure(*parts_->overlay); }
+std::unique_ptr<Hdf5File> open_for_writing(Descriptor locked, const std::filesystem::path& path) {
+    auto opened = std::make_unique<Hdf5File>(written_overlay(std::move(locked), path), path.string(), Fault::input);
+    allow_writing(opened->access, opened->errors);
+    opened->file =
+        opened->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDWR, opened->access), H5Fclose, "opening the file");
+    return opened;
+}
 
-void Hdf5File::commit() {
-    require_in_place(*parts_->overlay);  // first: HDF5 may fail because the file is gone
-    parts_->errors.check(H5Fflush(parts_->file, H5F_SCOPE_GLOBAL), "flushing the file");
-    require_disk();
+std::unique_ptr<Hdf5File> open_for_reading(const std::filesystem::path& path) {
+    auto opened = std::make_unique<Hdf5File>(recovered_overlay(path), path.string(), Fault::input);
+    require(has_signature(*opened->overlay), {path.string()}, "is not an HDF5 file; expected an archive of drover");
+    opened->file =
+        opened->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDONLY, opened->access), H5Fclose, "opening the file");
+    return opened;
+}
+
+void commit(Hdf5File& hdf5) {
+    require_in_place(*hdf5.overlay);  // first: HDF5 may fail because the file is gone
+    hdf5.errors.check(H5Fflush(hdf5.file, H5F_SCOPE_GLOBAL), "flushing the file");
+    throw_failure(*hdf5.overlay);
     // In an existing file without a failure of the disk, it is the file that is damaged.
-    if (parts_->failure.happened)
-        throw Error(parts_->errors.fault, {parts_->errors.file},
+    if (hdf5.failure.happened)
+        throw Error(hdf5.errors.fault, {hdf5.errors.file},
                     text("HDF5 failed ({}); the last changes may be incomplete and are not written: the file stays as "
                          "it was at the last commit; restart",
-                         std::string(parts_->failure.message.data())));
-    commit_overlay(*parts_->overlay);
+                         std::string(hdf5.failure.message.data())));
+    commit_overlay(*hdf5.overlay);
 }
-
-void recover_file(const Descriptor& locked, const std::filesystem::path& file) { recover(locked, file); }
-
-void discard_journal(const std::filesystem::path& file) { remove_if_exists(journal_of(file)); }
 
 }  // namespace drover::files

@@ -1,67 +1,48 @@
-// files/hdf5_file.hpp: an open HDF5 file with atomic commits and bounded reads; hides pages, journal and chunks.
+// files/hdf5_file.hpp: an open HDF5 file with atomic commits, and bounded reads of its chunks.
 #pragma once
-#include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "files/hdf5_handle.hpp"
-#include "files/system_calls.hpp"
+#include "files/overlay.hpp"
 
 namespace drover::files {
 
-/// Changes stay in memory until commit(), which makes all of them durable or none; closing discards the rest.  A commit
-/// that a kill interrupted is completed or undone, from the journal beside the file, at the next opening by drover.
-class Hdf5File {
-public:
-    /// A new file in an empty one that is open and locked for writing.  `name` is what messages call it.
-    static Hdf5File create(Descriptor empty, const std::filesystem::path& path, const std::string& name,
-                           const Handle& creation);
-    /// The same file under another name.
-    void rename(const std::filesystem::path& path);
-    /// The id of the run that writes it, an attribute that is committed.
-    void know_by(const std::string& run_id);
-    /// Removes the file, unless its name refers to another one now.
-    void remove();
-
-    /// An existing file that is open, locked for writing and recovered (see recover_file).
-    static Hdf5File open_for_writing(Descriptor locked, const std::filesystem::path& path);
-
-    /// An existing file, as of its last commit.  Throws std::system_error when it cannot be opened, an input Error when
-    /// it is not HDF5.
-    static Hdf5File open_for_reading(const std::filesystem::path& path);
-
-    Hdf5File(Hdf5File&&) noexcept;
-    Hdf5File& operator=(Hdf5File&&) noexcept;
+/// An open HDF5 file.  Changes stay in memory until commit(), which makes all of them durable or none; closing discards
+/// the rest.  A commit that a kill interrupted is completed or undone, from the journal beside the file, at the next
+/// opening by drover.  Members are closed from last to first: file, access list, driver, then the pages that they use.
+struct Hdf5File {
+    Hdf5File(Overlay opened, const std::string& name, Fault fault);
     ~Hdf5File();
+    Hdf5File(const Hdf5File&) = delete;
+    Hdf5File& operator=(const Hdf5File&) = delete;
 
-    hid_t id() const;
-    /// For calls on this file.  They report a failure of the disk behind one of HDF5 as such.
-    Hdf5Errors errors(Fault fault) const;
-    /// For QuietErrors: commit() throws if it has happened.
-    Hdf5Failure& failure();
-    /// Throws the failure of the disk that a call passed over in silence, if there was one.
-    void require_disk() const;
-    std::uint64_t length() const;  ///< [bytes], with the uncommitted changes
-
-    /// Throws the run Error of write_failure, or of require_in_place when another program removed, replaced or changed
-    /// the file.  Throws, and writes nothing, when an earlier call to HDF5 or to the disk
-    /// failed, so that the changes in memory are not known to be complete.
-    void commit();
-
-private:
-    struct Parts;
-    explicit Hdf5File(std::unique_ptr<Parts> parts);
-    std::unique_ptr<Parts> parts_;
+    std::shared_ptr<Overlay> overlay;
+    Hdf5Errors errors;    ///< of calls on this file: they report a failure of the disk behind one of HDF5 as such
+    Hdf5Failure failure;  ///< for QuietErrors: commit() throws if it has happened
+    Handle driver, access, file;
 };
 
-/// Completes or undoes the commit that a kill interrupted.  The file must be locked for writing.
-void recover_file(const Descriptor& locked, const std::filesystem::path& file);
+/// A new file in an empty one that is open and locked for writing.  `name` is what messages call it.
+std::unique_ptr<Hdf5File> create_hdf5(Descriptor empty, const std::filesystem::path& path, const std::string& name,
+                                      const Handle& creation);
 
-/// Removes the journal of a file that no longer exists, so that it is not applied to a new one.
-void discard_journal(const std::filesystem::path& file);
+/// An existing file that is open, locked for writing and recovered (see recover).
+std::unique_ptr<Hdf5File> open_for_writing(Descriptor locked, const std::filesystem::path& path);
+
+/// An existing file, as of its last commit.  Throws std::system_error when it cannot be opened, an input Error when
+/// it is not HDF5.
+std::unique_ptr<Hdf5File> open_for_reading(const std::filesystem::path& path);
+
+/// Throws the run Error of write_failure.  Throws, and writes nothing, when an earlier call to HDF5 or to the disk
+/// failed, so that the changes in memory are not known to be complete.
+///
+/// Throws, now and at all later calls, a run Error unless the name of the file still refers to it, and it is as the
+/// last commit left it.  The Error says whether the run can be resumed, and how.  A file without any name is written
+/// again, as of the last commit, where a checkpoint of the run remains: under its name, or where another file has that,
+/// under the name with ".rescued".
+void commit(Hdf5File& hdf5);
 
 /// Rows [first, first + count) of the first axis of a dataset of this shape; no size is 0, nor is count.
 struct RowRange {

@@ -59,8 +59,8 @@ PYTHON_CIRCLES = {("drover.model", "drover.scene")}
 
 # Private headers of a module: header pattern, and the files that may include it.
 INTERNALS = [
-    ("files/overlay.hpp", ("src/files/overlay.cpp", "src/files/lost_file.hpp", "src/files/hdf5_file.cpp")),
-    ("files/journal.hpp", ("src/files/journal.cpp", "src/files/overlay.hpp", "src/files/hdf5_file.cpp")),
+    ("files/overlay.hpp", ("src/files/overlay.cpp", "src/files/hdf5_file.hpp")),
+    ("files/journal.hpp", ("src/files/journal.cpp", "src/files/overlay.hpp")),
 ]
 
 # Ways to files that only the layer of files may use, so that every read and write is checked: what it is, a pattern of

@@ -18,7 +18,7 @@ def tree_with(folder, texts):
         "src/numerics/fields/plans.hpp": FIRST_LINE,
         "src/numerics/fields/transform.cpp": FIRST_LINE + '#include <fftw3.h>\n#include "numerics/fields/plans.hpp"\n',
         "src/files/archive.cpp": FIRST_LINE + "#include <hdf5.h>\n",
-        "src/files/hdf5_file.cpp": FIRST_LINE + '#include "files/overlay.hpp"\n',
+        "src/files/hdf5_file.hpp": FIRST_LINE + '#include "files/overlay.hpp"\n',
         "src/files/system_calls.cpp": FIRST_LINE + "const int file = ::open(name, O_RDONLY);  // not ifstream\n",
         "src/files/overlay.hpp": FIRST_LINE,
         "src/io/scene.cpp": FIRST_LINE + "#include <toml++/toml.h>\n",
