@@ -4,11 +4,19 @@
 #include <xxhash.h>
 #include <zlib.h>
 
+#include <utility>
+
 #include "drover/base/error.hpp"
 
 namespace drover::files {
 
 std::uint64_t checksum(std::span<const std::byte> bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
+
+std::vector<std::byte> with_checksum(std::vector<std::byte> bytes) {
+    ByteWriter to{std::move(bytes)};
+    to(checksum(to.bytes));
+    return std::move(to.bytes);
+}
 
 std::optional<std::span<const std::byte>> without_checksum(std::span<const std::byte> bytes) {
     if (bytes.size() < sizeof(std::uint64_t)) return std::nullopt;
@@ -20,8 +28,9 @@ std::optional<std::span<const std::byte>> without_checksum(std::span<const std::
 }
 
 std::vector<std::byte> deflated(std::span<const std::byte> bytes) {
-    std::vector<std::byte> result;
-    put(result, static_cast<std::uint64_t>(bytes.size()));
+    ByteWriter to;
+    to(static_cast<std::uint64_t>(bytes.size()));
+    std::vector<std::byte> result = std::move(to.bytes);
     const std::size_t head = result.size();
     uLongf length = compressBound(static_cast<uLong>(bytes.size()));
     result.resize(head + length);

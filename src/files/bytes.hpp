@@ -17,32 +17,37 @@ static_assert(std::endian::native == std::endian::little, "files are little-endi
 /// XXH3, 64 bits.
 std::uint64_t checksum(std::span<const std::byte> bytes);
 
-template <class Number>
-void put(std::vector<std::byte>& to, Number value) {
-    static_assert(std::is_arithmetic_v<Number>);
-    const auto bytes = std::as_bytes(std::span(&value, 1));
-    to.insert(to.end(), bytes.begin(), bytes.end());
-}
+/// Appends numbers; bools and enums, a byte each; texts and lists of numbers, after their length.
+struct ByteWriter {
+    std::vector<std::byte> bytes = {};
 
-/// The count, then the items.
-template <class Item>
-void put_list(std::vector<std::byte>& to, std::span<const Item> items) {
-    put(to, static_cast<std::uint64_t>(items.size()));
-    const auto bytes = std::as_bytes(items);
-    to.insert(to.end(), bytes.begin(), bytes.end());
-}
+    template <class... Values>
+    void operator()(const Values&... values) {
+        (add(values), ...);
+    }
 
-/// The length, then the characters.
-inline void put_text(std::vector<std::byte>& to, const std::string& words) {
-    put_list(to, std::span<const char>(words));
-}
+    void add_bytes(std::span<const std::byte> more) { bytes.insert(bytes.end(), more.begin(), more.end()); }
+
+private:
+    template <class Value>
+    void add(const Value& value) {
+        if constexpr (std::is_same_v<Value, bool> || std::is_enum_v<Value>) {
+            add(static_cast<std::uint8_t>(value));
+        } else if constexpr (std::is_arithmetic_v<Value>) {
+            add_bytes(std::as_bytes(std::span(&value, 1)));
+        } else {
+            add(static_cast<std::uint64_t>(value.size()));
+            add_bytes(std::as_bytes(std::span(value)));
+        }
+    }
+};
 
 inline std::string text_of(std::span<const std::byte> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Takes values off the front of some bytes.  When a value does not fit, is_complete becomes false and all later values
-/// are empty.
+/// Takes off the front of some bytes what a ByteWriter has appended.  When a value does not fit, is_complete becomes
+/// false and all later values are empty.
 struct ByteReader {
     std::span<const std::byte> rest;
     bool is_complete = true;
@@ -57,12 +62,27 @@ struct ByteReader {
         return taken;
     }
 
-    template <class Number>
-    Number take() {
-        Number value{};
-        const auto bytes = take_bytes(sizeof value);
-        if (is_complete) std::memcpy(&value, bytes.data(), sizeof value);
-        return value;
+    template <class... Values>
+    void operator()(Values&... values) {
+        ((values = take<Values>()), ...);
+    }
+
+    template <class Value>
+    Value take() {
+        if constexpr (std::is_same_v<Value, bool> || std::is_enum_v<Value>) {
+            return static_cast<Value>(take<std::uint8_t>());
+        } else if constexpr (std::is_arithmetic_v<Value>) {
+            Value value{};
+            const auto bytes = take_bytes(sizeof value);
+            if (is_complete) std::memcpy(&value, bytes.data(), sizeof value);
+            return value;
+        } else {
+            using Item = typename Value::value_type;
+            const auto bytes = skip_list<Item>();
+            Value items(bytes.size() / sizeof(Item), Item{});
+            if (!bytes.empty()) std::memcpy(items.data(), bytes.data(), bytes.size());
+            return items;
+        }
     }
 
     template <class Item>
@@ -72,17 +92,11 @@ struct ByteReader {
         return take_bytes(is_complete ? count * sizeof(Item) : 0);
     }
 
-    template <class List>
-    List take_list() {
-        using Item = typename List::value_type;
-        const auto bytes = skip_list<Item>();
-        List items(bytes.size() / sizeof(Item), Item{});
-        if (!bytes.empty()) std::memcpy(items.data(), bytes.data(), bytes.size());
-        return items;
-    }
+    bool has_ended() const { return is_complete && rest.empty(); }
 };
 
-/// The bytes without the checksum at their end, if it matches.
+/// The bytes with their checksum at the end; without it, if it matches.
+std::vector<std::byte> with_checksum(std::vector<std::byte> bytes);
 std::optional<std::span<const std::byte>> without_checksum(std::span<const std::byte> bytes);
 
 /// Deflated with their length in front, and back; nothing for other bytes, and for a length of more than 1 GB.

@@ -26,25 +26,16 @@ struct Stored {
 enum class Part { all, without_state };  // which may be large
 
 std::vector<std::byte> encoded(std::uint64_t counter, const Checkpoint& checkpoint) {
-    std::vector<std::byte> bytes;
-    bytes.reserve(256 + checkpoint.scene.size() + sizeof(double) * (checkpoint.rows.size() + checkpoint.state.size()));
-    put(bytes, checkpoint_magic);
-    put(bytes, version);
-    const std::size_t offset_of_length = bytes.size();
-    put(bytes, std::uint64_t{0});
-    put(bytes, counter);
-    put(bytes, checkpoint.step);
-    put(bytes, checkpoint.time);
-    put_text(bytes, checkpoint.scene);
-    put_list(bytes, std::span<const std::uint64_t>(checkpoint.rows));
-    put_list(bytes, std::span<const double>(checkpoint.state));
-    put_text(bytes, checkpoint.run_id);
-    put_text(bytes, checkpoint.program);
-    put_list(bytes, std::span<const std::uint64_t>(checkpoint.row_checksums));
-    const std::uint64_t length = bytes.size() + sizeof(std::uint64_t);
-    std::memcpy(bytes.data() + offset_of_length, &length, sizeof length);
-    put(bytes, checksum(bytes));
-    return bytes;
+    ByteWriter to;
+    to.bytes.reserve(256 + checkpoint.scene.size() +
+                     sizeof(double) * (checkpoint.rows.size() + checkpoint.state.size()));
+    to(checkpoint_magic, version);
+    const std::size_t offset_of_length = to.bytes.size();
+    to(std::uint64_t{0}, counter, checkpoint.step, checkpoint.time, checkpoint.scene, checkpoint.rows, checkpoint.state,
+       checkpoint.run_id, checkpoint.program, checkpoint.row_checksums);
+    const std::uint64_t length = to.bytes.size() + sizeof(std::uint64_t);
+    std::memcpy(to.bytes.data() + offset_of_length, &length, sizeof length);
+    return with_checksum(std::move(to.bytes));
 }
 
 /// Throws an input Error that describes the damage.
@@ -62,17 +53,12 @@ Stored decoded(Bytes bytes, const std::filesystem::path& file, Part part) {
             "has a wrong checksum: it is damaged; expected a valid checkpoint");
     reader.rest = reader.rest.first(reader.rest.size() - sizeof(std::uint64_t));
     Stored stored;
-    stored.counter = reader.take<std::uint64_t>();
-    stored.checkpoint.step = reader.take<std::int64_t>();
-    stored.checkpoint.time = reader.take<double>();
-    stored.checkpoint.scene = reader.take_list<std::string>();
-    stored.checkpoint.rows = reader.take_list<std::vector<std::uint64_t>>();
-    if (part == Part::all) stored.checkpoint.state = reader.take_list<std::vector<double>>();
+    Checkpoint& checkpoint = stored.checkpoint;
+    reader(stored.counter, checkpoint.step, checkpoint.time, checkpoint.scene, checkpoint.rows);
+    if (part == Part::all) reader(checkpoint.state);
     else reader.skip_list<double>();
-    stored.checkpoint.run_id = reader.take_list<std::string>();
-    stored.checkpoint.program = reader.take_list<std::string>();
-    stored.checkpoint.row_checksums = reader.take_list<std::vector<std::uint64_t>>();
-    require(reader.is_complete && reader.rest.empty(), where,
+    reader(checkpoint.run_id, checkpoint.program, checkpoint.row_checksums);
+    require(reader.has_ended(), where,
             "has lists that do not fit its length: it is damaged; expected a valid checkpoint");
     return stored;
 }

@@ -25,15 +25,18 @@ namespace fs = std::filesystem;
 constexpr const char* owner_prefix = "owner-";
 constexpr std::uint64_t claim_magic = 0x316d6c63767264;  // "drvclm1"
 
+/// The members in their order in a file, for a ByteWriter and a ByteReader.
+template <class Order, class Of>
+void members(Order& order, Of& claimant) {
+    order(claimant.id, claimant.host, claimant.machine, claimant.process, claimant.start, claimant.share,
+          claimant.shares, claimant.workers);
+}
+
 std::vector<std::byte> encoded(const Claimant& claimant) {
-    std::vector<std::byte> bytes;
-    put(bytes, claim_magic);
-    for (const std::string* words : {&claimant.id, &claimant.host, &claimant.machine}) put_text(bytes, *words);
-    put(bytes, claimant.process);
-    put(bytes, claimant.start);
-    for (const std::int64_t number : {claimant.share, claimant.shares, claimant.workers}) put(bytes, number);
-    put(bytes, checksum(bytes));
-    return bytes;
+    ByteWriter to;
+    to(claim_magic);
+    members(to, claimant);
+    return with_checksum(std::move(to.bytes));
 }
 
 std::optional<Claimant> decoded_claim(Bytes bytes) {
@@ -42,14 +45,8 @@ std::optional<Claimant> decoded_claim(Bytes bytes) {
     ByteReader reader{*content};
     Claimant claimant;
     const bool is_ours = reader.take<std::uint64_t>() == claim_magic;
-    for (std::string* words : {&claimant.id, &claimant.host, &claimant.machine})
-        *words = reader.take_list<std::string>();
-    claimant.process = reader.take<std::int64_t>();
-    claimant.start = reader.take<std::uint64_t>();
-    for (std::int64_t* number : {&claimant.share, &claimant.shares, &claimant.workers})
-        *number = reader.take<std::int64_t>();
-    if (!is_ours || !reader.is_complete || !reader.rest.empty()) return std::nullopt;
-    return claimant;
+    members(reader, claimant);
+    return is_ours && reader.has_ended() ? std::optional(claimant) : std::nullopt;
 }
 
 /// What /proc knows of a process; nothing if there is none.

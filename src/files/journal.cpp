@@ -43,21 +43,21 @@ void require_for(const Journal& journal, const Descriptor& open, const std::file
 
 std::filesystem::path journal_of(const std::filesystem::path& file) { return file.string() + ".journal"; }
 
+namespace {
+/// The members in their order in a file, without the patches, for a ByteWriter and a ByteReader.
+template <class Order, class Of>
+void members(Order& order, Of& journal) {
+    order(journal.length, journal.before.run_id, journal.before.offset, journal.before.head, journal.head_after);
+}
+}  // namespace
+
 std::vector<std::byte> encoded(const Journal& journal) {
-    std::vector<std::byte> bytes;
-    put(bytes, journal_magic);
-    put(bytes, journal.length);
-    put_text(bytes, journal.before.run_id);
-    put(bytes, journal.before.offset);
-    put(bytes, journal.before.head);
-    put(bytes, journal.head_after);
-    put(bytes, static_cast<std::uint64_t>(journal.patches.size()));
-    for (const Patch& patch : journal.patches) {
-        put(bytes, patch.offset);
-        put_list(bytes, Bytes(patch.bytes));
-    }
-    put(bytes, checksum(bytes));
-    return bytes;
+    ByteWriter to;
+    to(journal_magic);
+    members(to, journal);
+    to(static_cast<std::uint64_t>(journal.patches.size()));
+    for (const Patch& patch : journal.patches) to(patch.offset, patch.bytes);
+    return with_checksum(std::move(to.bytes));
 }
 
 std::optional<Journal> decoded(Bytes bytes) {
@@ -66,19 +66,15 @@ std::optional<Journal> decoded(Bytes bytes) {
     ByteReader reader{*content};
     if (reader.take<std::uint64_t>() != journal_magic) return std::nullopt;
     Journal journal;
-    journal.length = reader.take<std::uint64_t>();
-    journal.before.run_id = reader.take_list<std::string>();
-    journal.before.offset = reader.take<std::uint64_t>();
-    journal.before.head = reader.take<std::uint64_t>();
-    journal.head_after = reader.take<std::uint64_t>();
+    members(reader, journal);
     const auto count = reader.take<std::uint64_t>();
     for (std::uint64_t i = 0; i < count && reader.is_complete; ++i) {
-        Patch patch{.offset = reader.take<std::uint64_t>(), .bytes = {}};
-        patch.bytes = reader.take_list<std::vector<std::byte>>();
+        Patch patch;
+        reader(patch.offset, patch.bytes);
         if (patch.offset > journal.length || patch.bytes.size() > journal.length - patch.offset) return std::nullopt;
         journal.patches.push_back(std::move(patch));
     }
-    if (!reader.is_complete || !reader.rest.empty()) return std::nullopt;
+    if (!reader.has_ended()) return std::nullopt;
     return journal;
 }
 

@@ -21,21 +21,20 @@ std::optional<std::string> decoded_record(Bytes bytes) {
 }
 
 std::vector<std::byte> head_of(const RecordIdentity& identity) {
-    std::vector<std::byte> bytes;
-    put(bytes, records_magic);
-    put(bytes, identity.hash);
-    return bytes;
+    ByteWriter to;
+    to(records_magic, identity.hash);
+    return to.bytes;
 }
 
 }  // namespace
 
 std::vector<std::byte> record_bytes(const std::string& record) {
     const Bytes content = std::as_bytes(std::span(record));
-    std::vector<std::byte> bytes;
-    put(bytes, static_cast<std::uint64_t>(content.size() + sizeof(std::uint64_t)));
-    bytes.insert(bytes.end(), content.begin(), content.end());
-    put(bytes, checksum(content));
-    return bytes;
+    ByteWriter to;
+    to(static_cast<std::uint64_t>(content.size() + sizeof(std::uint64_t)));
+    to.add_bytes(content);
+    to(checksum(content));
+    return to.bytes;
 }
 
 std::vector<std::byte> start_of(const RecordIdentity& identity) {

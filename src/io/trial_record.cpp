@@ -12,23 +12,20 @@ namespace drover::io {
 namespace {
 std::optional<calibrate::Attempt> decoded(std::span<const std::byte> bytes) {
     files::ByteReader reader{bytes};
-    calibrate::Attempt attempt{.number = reader.take<std::uint64_t>(), .numbers = {}, .failure = {}};
-    attempt.numbers = reader.take_list<std::vector<double>>();
-    attempt.failure = reader.take_list<std::string>();
-    if (reader.is_complete && !reader.rest.empty()) attempt.core_seconds = reader.take<double>();
-    if (!reader.is_complete || !reader.rest.empty()) return std::nullopt;
+    calibrate::Attempt attempt;
+    reader(attempt.number, attempt.numbers, attempt.failure);
+    if (reader.is_complete && !reader.rest.empty()) reader(attempt.core_seconds);
+    if (!reader.has_ended()) return std::nullopt;
     return attempt;
 }
 
 }  // namespace
 
 std::string attempt_bytes(const calibrate::Attempt& attempt) {
-    std::vector<std::byte> bytes;
-    files::put(bytes, attempt.number);
-    files::put_list(bytes, std::span<const double>(attempt.numbers));
-    files::put_text(bytes, attempt.failure);
-    if (attempt.core_seconds > 0.0) files::put(bytes, attempt.core_seconds);
-    return files::text_of(bytes);
+    files::ByteWriter to;
+    to(attempt.number, attempt.numbers, attempt.failure);
+    if (attempt.core_seconds > 0.0) to(attempt.core_seconds);
+    return files::text_of(to.bytes);
 }
 
 calibrate::Attempt attempt_of(const std::string& bytes, const std::string& name) {

@@ -13,17 +13,17 @@ namespace {
 /// The first byte of a record.
 enum class RecordKind : std::uint8_t { unit = 1, shared = 2 };
 
-std::vector<std::byte> encoded(const UnitRecord& record, std::uint64_t shared) {
-    std::vector<std::byte> bytes;
-    files::put(bytes, static_cast<std::uint8_t>(RecordKind::unit));
-    files::put(bytes, static_cast<std::uint8_t>(record.state));
-    files::put_text(bytes, record.key);
-    files::put_text(bytes, record.result.content);
-    files::put(bytes, shared);
-    files::put_text(bytes, record.reason);
-    files::put(bytes, record.seconds);
-    files::put_text(bytes, record.program);
-    return bytes;
+/// The members in their order, for a ByteWriter and a ByteReader.  `shared`: the hash of that part.
+template <class Order, class Record, class Hash>
+void members(Order& order, Record& record, Hash& shared) {
+    order(record.state, record.key, record.result.content, shared, record.reason, record.seconds, record.program);
+}
+
+files::ByteWriter encoded(const UnitRecord& record, std::uint64_t shared) {
+    files::ByteWriter to;
+    to(RecordKind::unit);
+    members(to, record, shared);
+    return to;
 }
 
 [[noreturn]] void fail_format(const std::string& where) {
@@ -34,9 +34,9 @@ std::vector<std::byte> encoded(const UnitRecord& record, std::uint64_t shared) {
 }  // namespace
 
 std::string unit_bytes(const UnitRecord& record) {
-    std::vector<std::byte> bytes = encoded(record, 0);
-    files::put_text(bytes, record.result.shared);
-    return files::text_of(bytes);
+    files::ByteWriter to = encoded(record, 0);
+    to(record.result.shared);
+    return files::text_of(to.bytes);
 }
 
 namespace {
@@ -48,25 +48,17 @@ struct Decoded {
 /// After the byte of the kind.
 Decoded decoded(files::ByteReader& reader) {
     Decoded found;
-    UnitRecord& record = found.record;
-    const auto state = reader.take<std::uint8_t>();
-    if (state > static_cast<std::uint8_t>(UnitState::lost)) reader.is_complete = false;
-    record.state = static_cast<UnitState>(state);
-    record.key = reader.take_list<std::string>();
-    record.result.content = reader.take_list<std::string>();
-    found.shared = reader.take<std::uint64_t>();
-    record.reason = reader.take_list<std::string>();
-    record.seconds = reader.take<double>();
-    record.program = reader.take_list<std::string>();
+    members(reader, found.record, found.shared);
+    if (found.record.state > UnitState::lost) reader.is_complete = false;
     return found;
 }
 }  // namespace
 
 UnitRecord unit_of(const std::string& bytes) {
     files::ByteReader reader{std::as_bytes(std::span(bytes))};
-    reader.take<std::uint8_t>();
+    reader.take<RecordKind>();
     Decoded found = decoded(reader);
-    found.record.result.shared = reader.take_list<std::string>();
+    reader(found.record.result.shared);
     if (!reader.is_complete) fail_environment("a worker returned {} bytes that are no record", bytes.size());
     return std::move(found.record);
 }
@@ -78,9 +70,9 @@ std::vector<UnitRecord> UnitStore::read_new() {
     std::vector<UnitRecord> records;
     for (const std::string& bytes : folder_.read_new()) {
         files::ByteReader reader{std::as_bytes(std::span(bytes))};
-        const auto kind = static_cast<RecordKind>(reader.take<std::uint8_t>());
+        const auto kind = reader.take<RecordKind>();
         if (kind == RecordKind::shared) {
-            const std::string words = reader.take_list<std::string>();
+            const std::string words = reader.take<std::string>();
             shared_[files::fingerprint(words)] = words;
             continue;
         }
@@ -98,12 +90,11 @@ void UnitStore::append(UnitRecord record) {
     const std::string& words = record.result.shared;
     const std::uint64_t hash = words.empty() ? 0 : files::fingerprint(words);
     if (hash != 0 && stored_.insert(hash).second) {
-        std::vector<std::byte> bytes;
-        files::put(bytes, static_cast<std::uint8_t>(RecordKind::shared));
-        files::put_text(bytes, words);
-        folder_.append(files::text_of(bytes));
+        files::ByteWriter to;
+        to(RecordKind::shared, words);
+        folder_.append(files::text_of(to.bytes));
     }
-    folder_.append(files::text_of(encoded(record, hash)));
+    folder_.append(files::text_of(encoded(record, hash).bytes));
 }
 
 std::vector<UnitRecord> campaign_records(const std::filesystem::path& folder, const files::RecordIdentity& identity) {

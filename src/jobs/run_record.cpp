@@ -11,15 +11,15 @@ namespace drover::jobs {
 namespace {
 using Bytes = std::vector<std::byte>;
 
-void put_texts(Bytes& to, const std::vector<std::string>& all) {
-    files::put(to, static_cast<std::uint32_t>(all.size()));
-    for (const std::string& words : all) files::put_text(to, words);
+void put_texts(files::ByteWriter& to, const std::vector<std::string>& all) {
+    to(static_cast<std::uint32_t>(all.size()));
+    for (const std::string& words : all) to(words);
 }
 
 std::vector<std::string> take_texts(files::ByteReader& reader) {
     std::vector<std::string> all;
     const auto count = reader.take<std::uint32_t>();
-    for (std::uint32_t i = 0; i < count && reader.is_complete; ++i) all.push_back(reader.take_list<std::string>());
+    for (std::uint32_t i = 0; i < count && reader.is_complete; ++i) all.push_back(reader.take<std::string>());
     return all;
 }
 
@@ -42,17 +42,14 @@ std::uint16_t index_in(std::vector<Item>& items, const Item& item) {
 
 /// The schema of the rows.
 std::string shared_part(const std::vector<measure::SummaryRow>& rows) {
-    Bytes bytes;
-    files::put(bytes, static_cast<std::uint32_t>(rows.size()));
+    constexpr std::uint32_t words = 3;  // of a row and of an axis
+    files::ByteWriter to;
+    to(static_cast<std::uint32_t>(rows.size()));
     for (const measure::SummaryRow& row : rows) {
-        put_texts(bytes, {row.name, row.unit, row.formula});
-        files::put(bytes, static_cast<std::uint32_t>(row.axes.size()));
-        for (const measure::Axis& axis : row.axes) {
-            put_texts(bytes, {axis.name, axis.unit, axis.meaning});
-            files::put_list(bytes, std::span<const double>(axis.values));
-        }
+        to(words, row.name, row.unit, row.formula, static_cast<std::uint32_t>(row.axes.size()));
+        for (const measure::Axis& axis : row.axes) to(words, axis.name, axis.unit, axis.meaning, axis.values);
     }
-    return files::text_of(bytes);
+    return files::text_of(to.bytes);
 }
 
 std::vector<measure::SummaryRow> rows_of(const std::string& shared) {
@@ -60,70 +57,51 @@ std::vector<measure::SummaryRow> rows_of(const std::string& shared) {
     std::vector<measure::SummaryRow> rows;
     const auto count = reader.take<std::uint32_t>();
     for (std::uint32_t r = 0; r < count && reader.is_complete; ++r) {
-        std::vector<std::string> words = take_texts(reader);
-        words.resize(3);
-        measure::SummaryRow row{.name = words[0], .unit = words[1], .formula = words[2], .axes = {}, .estimates = {}};
-        const auto axes = reader.take<std::uint32_t>();
+        measure::SummaryRow& row = rows.emplace_back();
+        std::uint32_t words = 0, axes = 0;
+        reader(words, row.name, row.unit, row.formula, axes);
         for (std::uint32_t a = 0; a < axes && reader.is_complete; ++a) {
-            words = take_texts(reader);
-            words.resize(3);
-            row.axes.push_back({words[0], words[1], words[2], reader.take_list<std::vector<double>>()});
+            measure::Axis& axis = row.axes.emplace_back();
+            reader(words, axis.name, axis.unit, axis.meaning, axis.values);
         }
-        rows.push_back(std::move(row));
     }
-    require(reader.is_complete && reader.rest.empty(), {},
-            "a record of a run is damaged; expected that of this drover");
+    require(reader.has_ended(), {}, "a record of a run is damaged; expected that of this drover");
     return rows;
 }
 }  // namespace
 
 UnitResult encode(const RunResults& results) {
-    Bytes numbers, marks;
+    files::ByteWriter numbers, marks, rest, whole;
     std::vector<Extent> extents;
     std::vector<std::string> reasons{""};
     for (const measure::SummaryRow& row : results.rows)
         for (const measure::Estimate& estimate : row.estimates) {
-            const bool is_single = row.axes.empty();
-            files::put(numbers, estimate.mean);
-            if (estimate.error) files::put(numbers, *estimate.error);
-            files::put(marks, static_cast<std::uint8_t>((estimate.error ? has_error : 0) |
-                                                        (estimate.is_direction ? is_angle : 0)));
-            files::put(marks, index_in(extents, {estimate.warm_up, estimate.samples, estimate.blocks}));
-            if (!is_single) continue;
-            files::put(marks, index_in(reasons, estimate.why_no_error));
-            files::put(marks, estimate.autocorrelation_time);
+            numbers(estimate.mean);
+            if (estimate.error) numbers(*estimate.error);
+            marks(static_cast<std::uint8_t>((estimate.error ? has_error : 0) | (estimate.is_direction ? is_angle : 0)),
+                  index_in(extents, {estimate.warm_up, estimate.samples, estimate.blocks}));
+            if (row.axes.empty()) marks(index_in(reasons, estimate.why_no_error), estimate.autocorrelation_time);
         }
-    Bytes rest;
     put_texts(rest, results.warnings);
     put_texts(rest, reasons);
-    files::put(rest, static_cast<std::uint32_t>(extents.size()));
-    for (const Extent& extent : extents) {
-        files::put(rest, extent.warm_up);
-        files::put(rest, extent.samples);
-        files::put(rest, extent.blocks);
-    }
-    rest.insert(rest.end(), marks.begin(), marks.end());
-    Bytes bytes;
-    files::put_list(bytes, std::span<const std::byte>(numbers));
-    files::put_list(bytes, std::span<const std::byte>(files::deflated(rest)));
-    return {.content = files::text_of(bytes), .shared = shared_part(results.rows)};
+    rest(static_cast<std::uint32_t>(extents.size()));
+    for (const Extent& extent : extents) rest(extent.warm_up, extent.samples, extent.blocks);
+    rest.add_bytes(marks.bytes);
+    whole(numbers.bytes, files::deflated(rest.bytes));
+    return {.content = files::text_of(whole.bytes), .shared = shared_part(results.rows)};
 }
 
 RunResults decode(const UnitResult& result) {
     RunResults results{.rows = rows_of(result.shared), .warnings = {}};
     files::ByteReader whole{std::as_bytes(std::span(result.content))};
-    const auto number_bytes = whole.take_list<Bytes>();
-    const auto rest = files::inflated(whole.take_list<Bytes>());
+    const auto number_bytes = whole.take<Bytes>();
+    const auto rest = files::inflated(whole.take<Bytes>());
     require(rest.has_value(), {}, "a record of a run is damaged; expected that of this drover");
     files::ByteReader numbers{number_bytes}, marks{*rest};
     results.warnings = take_texts(marks);
     const std::vector<std::string> reasons = take_texts(marks);
     std::vector<Extent> extents(std::min<std::size_t>(marks.take<std::uint32_t>(), 1 << 20));
-    for (Extent& extent : extents) {
-        extent.warm_up = marks.take<double>();
-        extent.samples = marks.take<std::uint64_t>();
-        extent.blocks = marks.take<std::uint64_t>();
-    }
+    for (Extent& extent : extents) marks(extent.warm_up, extent.samples, extent.blocks);
     for (measure::SummaryRow& row : results.rows)
         for (std::size_t k = 0; k < measure::size_of(row.axes) && marks.is_complete; ++k) {
             measure::Estimate estimate{.mean = numbers.take<double>()};
@@ -141,8 +119,7 @@ RunResults decode(const UnitResult& result) {
             estimate.why_no_error = reasons[reason];
             row.estimates.push_back(std::move(estimate));
         }
-    require(numbers.is_complete && marks.is_complete && numbers.rest.empty() && marks.rest.empty(), {},
-            "a record of a run is damaged; expected that of this drover");
+    require(numbers.has_ended() && marks.has_ended(), {}, "a record of a run is damaged; expected that of this drover");
     return results;
 }
 

@@ -49,15 +49,15 @@ struct SharedCompute::State {
     }
 
     UnitResult run(const std::string& key) const {
-        std::vector<std::byte> bytes;
-        files::put_list<double>(bytes, loop.compute_unit(std::stoul(key.substr(key.rfind('-') + 1))));
-        return {.content = files::text_of(bytes)};
+        files::ByteWriter to;
+        to(loop.compute_unit(std::stoul(key.substr(key.rfind('-') + 1))));
+        return {.content = files::text_of(to.bytes)};
     }
 
     void take(const UnitRecord& record) {
         if (record.state == UnitState::done) {
             files::ByteReader reader{std::as_bytes(std::span(record.result.content))};
-            known[record.key] = reader.take_list<std::vector<double>>();
+            reader(known[record.key]);
             failed.erase(record.key);
             if (record.is_new) ++computed;
         } else if (!known.contains(record.key)) {

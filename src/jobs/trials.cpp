@@ -26,29 +26,25 @@ struct Ran {
     bool is_of_machine = false;  ///< a failure of a machine that is too small: the next command tries again
 };
 
+/// The members in their order, for a ByteWriter and a ByteReader.
+template <class Order, class Of>
+void members(Order& order, Of& ran) {
+    auto& result = ran.result;
+    order(ran.name, result.end, result.start_seconds, result.step_seconds, result.timed, result.host, result.run_id,
+          result.failure, ran.is_of_machine);
+}
+
 std::string bytes_of(const Ran& ran) {
-    std::vector<std::byte> bytes;
-    files::put_text(bytes, ran.name);
-    for (const double number : {ran.result.end, ran.result.start_seconds, ran.result.step_seconds, ran.result.timed})
-        files::put(bytes, number);
-    files::put_text(bytes, ran.result.host);
-    files::put_text(bytes, ran.result.run_id);
-    files::put_text(bytes, ran.result.failure);
-    files::put(bytes, static_cast<std::uint8_t>(ran.is_of_machine));
-    return files::text_of(bytes);
+    files::ByteWriter to;
+    members(to, ran);
+    return files::text_of(to.bytes);
 }
 
 Ran ran_of(const UnitRecord& record) {
     files::ByteReader reader{std::as_bytes(std::span(record.result.content))};
-    Ran ran{.name = reader.take_list<std::string>(), .result = {}};
-    for (double* number : {&ran.result.end, &ran.result.start_seconds, &ran.result.step_seconds, &ran.result.timed})
-        *number = reader.take<double>();
-    ran.result.host = reader.take_list<std::string>();
-    ran.result.run_id = reader.take_list<std::string>();
-    ran.result.failure = reader.take_list<std::string>();
-    ran.is_of_machine = reader.take<std::uint8_t>() != 0;
-    require(reader.is_complete && reader.rest.empty(), {record.key},
-            "is not a trial; expected a record of this version of drover");
+    Ran ran;
+    members(reader, ran);
+    require(reader.has_ended(), {record.key}, "is not a trial; expected a record of this version of drover");
     return ran;
 }
 
@@ -143,9 +139,9 @@ const Trials::Wanted& Trials::wanted(const std::string& key) const {
 /// In a worker.
 std::optional<UnitResult> Trials::run_one(const Wanted& one) const {
     if (one.compute) {
-        std::vector<std::byte> bytes;
-        files::put_list(bytes, std::span<const double>(one.compute()));
-        return UnitResult{.content = files::text_of(bytes)};
+        files::ByteWriter to;
+        to(one.compute());
+        return UnitResult{.content = files::text_of(to.bytes)};
     }
     Ran ran{.name = one.name, .result = {}};
     const double start = run::core_seconds();
@@ -175,7 +171,7 @@ void Trials::take(const UnitRecord& record) {
     if (!taken_.insert(record.key).second) return;
     if (record.key.starts_with(agreed_prefix)) {
         files::ByteReader reader{std::as_bytes(std::span(record.result.content))};
-        agreed_[record.key] = reader.take_list<std::vector<double>>();
+        reader(agreed_[record.key]);
         return;
     }
     const Ran ran = ran_of(record);
