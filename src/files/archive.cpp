@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <chrono>
 #include <future>
-#include <set>
 
 #include "files/archive_contents.hpp"
 #include "files/archive_netcdf.hpp"
@@ -53,25 +52,6 @@ struct Archive::File {
 };
 
 namespace {
-
-void check_all(const std::vector<Recording>& recordings, const std::vector<Attribute>& attributes,
-               const std::string& file) {
-    std::set<std::string> groups, names{"Conventions"};
-    for (const Recording& recording : recordings) {
-        require(recording.rows_per_chunk >= 1, {file}, "group {} has {} rows in a chunk; expected at least 1",
-                recording.group, recording.rows_per_chunk);
-        require(groups.insert(recording.group).second, {file},
-                "two recordings have the group {}; expected one for each", recording.group);
-        check(recording, file);
-    }
-    for (const Recording& recording : recordings)
-        for (const Quantity& quantity : recording.quantities)
-            require(recording.group != "/" || !groups.contains("/" + quantity.name), {file},
-                    "/{} is a group and a dataset; expected another name for one of them", quantity.name);
-    for (const Attribute& attribute : attributes)
-        require(!attribute.first.empty() && names.insert(attribute.first).second, {file},
-                "the attribute \"{}\" is set twice; expected each name once", attribute.first);
-}
 
 /// Groups in the root that belong to no recording: results of the earlier run, invalid once rows are cut.
 std::vector<std::string> result_groups(hid_t file, const std::vector<OpenRecording>& recordings,
@@ -293,7 +273,7 @@ Archive Archive::create(const std::filesystem::path& name, const std::vector<Rec
                         const std::vector<Attribute>& attributes, bool overwrite) try {
     const std::filesystem::path file = behind_links(name);
     const QuietErrors quiet;
-    check_all(recordings, attributes, file.string());
+    for (const Recording& recording : recordings) files::check(recording, file.string());
     const Descriptor old = lock_old(file, overwrite);
     Descriptor created = lock_new(file, overwrite);
     Cleanup cleanup{partial_name(file)};
@@ -325,7 +305,7 @@ Archive Archive::resume(const std::filesystem::path& name, const std::vector<Rec
                         const std::function<void(const ArchiveReader&)>& check) try {
     const std::filesystem::path file = behind_links(name);
     const QuietErrors quiet;
-    check_all(recordings, attributes, file.string());
+    for (const Recording& recording : recordings) files::check(recording, file.string());
     require(rows.size() == recordings.size(), {file.string()}, "{} row counts for {} recordings; expected one each",
             rows.size(), recordings.size());
     if (!std::filesystem::is_regular_file(file)) ArchiveReader{file};  // which reports what is wrong with it
@@ -391,16 +371,8 @@ void Archive::append(std::size_t recording, double time, std::span<const std::sp
                      std::int64_t step) {
     const QuietErrors quiet(&file_->hdf5->failure);
     const Hdf5Errors& errors = file_->hdf5->errors;
-    require(recording < file_->recordings.size(), {errors.file},
-            "no recording has the number {}; expected less than {}", recording, file_->recordings.size());
     OpenRecording& into = file_->recordings[recording];
     const Recording& about = into.about;
-    require(arrays.size() == about.quantities.size(), {errors.file}, "a row of {} has {} arrays; expected {}",
-            about.group, arrays.size(), about.quantities.size());
-    for (std::size_t i = 0; i < arrays.size(); ++i)
-        require(arrays[i].size() == count_of(about, about.quantities[i]), {errors.file},
-                "a row of {} has {} numbers; expected {}", path_in(about.group, about.quantities[i].name),
-                arrays[i].size(), count_of(about, about.quantities[i]));
     if (is_frame(about)) write_pending(*file_);
     set_rows(into, into.rows + 1, errors);
     write_row(into.datasets.time, into.rows, {}, {&time, 1}, errors);
@@ -423,15 +395,6 @@ void Archive::replace(const ResultTable& table) {
                           .quantities = table.quantities,
                           .rows_per_chunk = 0};
     check(about, errors.file);
-    require(table.values.size() == table.quantities.size(), {errors.file}, "{} has {} arrays; expected {}", table.group,
-            table.values.size(), table.quantities.size());
-    for (std::size_t i = 0; i < table.values.size(); ++i)
-        require(table.values[i].size() == count_of(about, about.quantities[i]), {errors.file},
-                "{} has {} numbers; expected {}", path_in(table.group, about.quantities[i].name),
-                table.values[i].size(), count_of(about, about.quantities[i]));
-    for (const OpenRecording& recording : file_->recordings)
-        require(table.group != "/" && !(recording.about.group + "/").starts_with(table.group + "/"), {errors.file},
-                "{} cannot be a table of results: it belongs to a recording; expected another group", table.group);
     // At the root, of an archive without recordings, there is nothing to replace.
     if (table.group != "/" &&
         errors.check(H5Lexists(file_->hdf5->file, table.group.c_str(), H5P_DEFAULT), "looking up " + table.group) > 0)

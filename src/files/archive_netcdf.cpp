@@ -209,51 +209,18 @@ std::string value_path(const Recording& recording, const Quantity& quantity) {
     return path_in(recording.group, recording.trajectory ? quantity.name + "/value" : quantity.name);
 }
 
-namespace {
-/// Throws an input Error unless the words between the slashes of a group are plain, and few enough.
-void check_group_name(const std::string& group, std::size_t max_words, const SourceLocation& where) {
-    const auto slashes = static_cast<std::size_t>(std::count(group.begin(), group.end(), '/'));
-    require(group == "/" || (group.size() > 1 && group[0] == '/' && group.back() != '/' && slashes <= max_words &&
-                             group.find("//") == std::string::npos),
-            where, "group \"{}\" is not a name like \"/observables\"; expected {} in front", group,
-            max_words == 1 ? "one slash," : "words with a slash");
-}
-}  // namespace
-
 void check(const Recording& recording, const std::string& file) {
     const SourceLocation where{file};
-    check_group_name(recording.group, recording.trajectory ? 2 : 1, where);
     std::set<std::string> names{"time"};
     const auto add_name = [&](const std::string& name) {
-        const bool may_nest = recording.trajectory.has_value() && name == "box/edges";
-        require(!name.empty() && (may_nest || name.find('/') == std::string::npos) && name != ".", where,
-                "\"{}\" in group {} cannot name a dataset; expected a word without slashes", name, recording.group);
         require(names.insert(name).second, where, "group {} has two datasets named {}; expected each name once",
                 recording.group, name);
     };
-    if (recording.trajectory) {
-        require(!recording.quantities.empty() && recording.group != "/", where,
-                "the trajectory {} has no element or is the root; expected a group with positions", recording.group);
-        for (const FixedArray& array : recording.trajectory->fixed) {
-            add_name(array.name);
-            require(array.components >= 1 && !array.values.empty() && array.values.size() % array.components == 0,
-                    where, "{} has {} numbers, {} each; expected complete rows", path_in(recording.group, array.name),
-                    array.values.size(), array.components);
-        }
-    }
-    std::set<std::string> axes;
-    for (const Axis& axis : recording.axes) {
-        add_name(axis.name);
-        axes.insert(axis.name);
-        require(!axis.values.empty(), where, "axis {} has no values; expected at least one",
-                path_in(recording.group, axis.name));
-    }
+    if (recording.trajectory)
+        for (const FixedArray& array : recording.trajectory->fixed) add_name(array.name);
+    for (const Axis& axis : recording.axes) add_name(axis.name);
     for (const Quantity& quantity : recording.quantities) {
         add_name(quantity.name);
-        for (const std::string& axis : quantity.axes)
-            require(axes.contains(axis), where, "{} has the unknown axis {}; expected one of: {}",
-                    path_in(recording.group, quantity.name), axis,
-                    joined(std::vector<std::string>(axes.begin(), axes.end())));
         const std::size_t rows = static_cast<std::size_t>(std::max(recording.rows_per_chunk, 1));
         require(count_of(recording, quantity) <= max_chunk_bytes / sizeof(double) / rows, where,
                 "{} rows of {} are more than the {} of a chunk; expected fewer rows in a chunk or a smaller grid", rows,

@@ -11,7 +11,7 @@
 
 namespace drover::files {
 
-/// Throws an input Error unless names are plain and unique, axes known and not empty, and a chunk fits HDF5.
+/// Throws an input Error unless the names in the group are unique and a chunk fits HDF5.
 void check(const Recording& recording, const std::string& file);
 
 /// Lengths of the axes of a quantity, without time, and their product.
