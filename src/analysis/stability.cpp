@@ -148,8 +148,10 @@ StabilityProblem stability_problem(const io::Scene& scene) {
     if (!found.why_none.empty()) problem.footer.push_back("\nno uniform stationary state: " + found.why_none);
     if (!found.kink.empty() && found.why_none.empty()) problem.footer.push_back("\nno linear theory: " + found.kink);
     if (!found.why_no_order.empty()) problem.footer.push_back("\nno ordered state: " + found.why_no_order);
+    if (!found.why_incomplete.empty()) problem.footer.push_back("\nnote: " + found.why_incomplete);
     if (!is_own) add_slow_order(scene, problem);
-    for (const auto& [name, why] : {std::pair{"no_state", found.why_none}, std::pair{"no_order", found.why_no_order}})
+    for (const auto& [name, why] : {std::pair{"no_state", found.why_none}, std::pair{"no_order", found.why_no_order},
+                                    std::pair{"incomplete", found.why_incomplete}})
         problem.entries.push_back(run::data_only(run::words(name, "", why)));
     for (const theory::StationaryState& state : found.states)
         problem.states.push_back(analysed(scene, equations, state, problem.states.size() + 1));

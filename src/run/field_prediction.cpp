@@ -167,6 +167,7 @@ FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations&
         return result;
     }
     result.about = text("the state {}", words_of(scene, equations.model(), state));
+    if (!found.why_incomplete.empty()) result.about += ", the nearest of those found (" + found.why_incomplete + ")";
     result.about_order = !state.is_isotropic;
     const bool turns = state.has_free_direction && !state.is_isotropic && !samples.empty();
     const std::vector<Direction> directions = turns ? directions_of(equations.model(), state.values, samples)

@@ -95,12 +95,14 @@ UniformEquations::Vector UniformEquations::turn_of(const Vector& z) const {
 }
 
 UniformEquations::Vector UniformEquations::values(const Vector& z) const {
+    ++evaluations_;
     Vector f(count() + conserved_.rows());
     f << equations_.uniform_rates(state_of(z))(equations_.state_components()), conserved_ * (z - reference_);
     return f;
 }
 
 UniformEquations::Matrix UniformEquations::jacobian(const Vector& z) const {
+    evaluations_ += 10 * count();
     Matrix j(count() + conserved_.rows(), count());
     try {
         const std::vector<int>& state = equations_.state_components();

@@ -1,5 +1,6 @@
 // theory/uniform_equations.hpp: the equations of uniform states, with the conserved means given.
 #pragma once
+#include <cstdint>
 #include <random>
 
 #include "drover/theory/theory.hpp"
@@ -48,6 +49,8 @@ public:
     Vector values(const Vector& z) const;
     /// Not finite where the rates have no finite derivative.
     Matrix jacobian(const Vector& z) const;
+    /// What values() and jacobian() have cost: a Jacobian with its decomposition as ten rates for each component.
+    std::int64_t evaluations() const { return evaluations_; }
     /// Sizes of the parts of values(); j: the Jacobian there.
     Vector sizes(const Vector& z, const Matrix& j) const;
     /// |values| relative to them.
@@ -64,6 +67,7 @@ private:
     Matrix conserved_;
     Vector reference_;
     bool turns_freely_ = false;
+    mutable std::int64_t evaluations_ = 0;
 };
 
 }  // namespace drover::theory

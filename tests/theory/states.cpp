@@ -49,6 +49,21 @@ TEST(ModelStates, of_a_scalar_are_all_its_roots_whatever_its_unit) {
         }
 }
 
+TEST(ModelStates, of_independent_fields_are_all_combinations_or_the_search_says_that_there_may_be_others) {
+    const auto bistable = [](const std::string& symbol) {
+        return scalar(symbol, text("{0} - {0}^3 + lap {0} + 0.02", symbol));
+    };
+    const StationaryStates few =
+        stationary_states(model::Equations(model::Model{.fields = {bistable("a"), bistable("b"), bistable("c")}}));
+    EXPECT_EQ(few.states.size(), 27u);
+    EXPECT_EQ(few.why_incomplete, "");
+    // Six have 3^6 = 729 states.
+    const StationaryStates many = stationary_states(model::Equations(model::Model{
+        .fields = {bistable("a"), bistable("b"), bistable("c"), bistable("d"), bistable("f"), bistable("g")}}));
+    EXPECT_TRUE(many.states.size() == 729 || many.why_incomplete != "") << many.states.size();
+    EXPECT_GT(many.states.size(), 27u);
+}
+
 TEST(ModelStates, at_kinks_and_jumps_have_no_linear_theory) {
     const auto of = [](const std::string& rate) {
         return stationary_states(model::Equations(model::Model{.fields = {scalar("c", rate + " + lap c")}}));

@@ -30,6 +30,7 @@ struct StationaryStates {
     std::string why_none;                 ///< why there is no state; empty if there is one
     std::string why_no_order;  ///< why there is no ordered state; empty if there is one or no field has a spin
     std::string kink = {};     ///< one that is stationary, but no linear theory is about it; empty if none was met
+    std::string why_incomplete = {};  ///< why the search ended before it had tried all it tries; empty: it did not
 };
 
 /// Combinations of the means of the components with a rate that no uniform state changes: one orthonormal row each.
