@@ -39,7 +39,6 @@ std::vector<std::byte> record_bytes(const std::string& record) {
 
 std::vector<std::byte> start_of(const RecordIdentity& identity) {
     std::vector<std::byte> bytes = head_of(identity);
-    if (identity.content.empty()) return bytes;
     const std::vector<std::byte> first = record_bytes(std::string(content_sign) + identity.content);
     bytes.insert(bytes.end(), first.begin(), first.end());
     return bytes;
@@ -76,8 +75,7 @@ RecordContent content_of(Bytes bytes, const RecordIdentity& identity, const std:
         content = records_in(bytes.subspan(head_bytes));
         content.valid_bytes += head_bytes;
     }
-    const std::string other =
-        content.of.empty() || identity.content.empty() ? "" : difference(content.of, identity.content);
+    const std::string other = content.of.empty() ? "" : difference(content.of, identity.content);
     const bool has_hash = std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(found), head.begin());
     require(has_hash && other.empty(), {file},
             "holds the trials of another scene or measurement{}; expected those that were written here: put them back, "

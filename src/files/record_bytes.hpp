@@ -1,5 +1,5 @@
 // files/record_bytes.hpp: the bytes of a file of records: "drvtrls1", the hash of the identity, then records: length,
-// bytes, checksum.  The first may be the content of the identity.
+// bytes, checksum.  The first is the content of the identity.
 #pragma once
 #include <string>
 #include <vector>

@@ -104,14 +104,6 @@ void RecordFolder::sync() {
     folder_->is_durable = true;
 }
 
-std::vector<std::string> read_records(const fs::path& file, const RecordIdentity& identity) try {
-    const auto bytes = read_file(file);
-    if (!bytes) return {};
-    return content_of(*bytes, identity, file.string()).records;
-} catch (const std::system_error& cause) {
-    fail_reading(file, cause);
-}
-
 namespace {
 /// Whether the folder holds nothing but texts that processes which start now are about to give this name.
 bool is_unused(const fs::path& folder, const std::string& beginning) {

@@ -19,7 +19,8 @@ public:
     ~RecordFolder();
 
     /// The complete records that other processes have appended since the last call, all at first: file by file in the
-    /// order of their names, in each in the order in which they were appended.  Throws as read_records.
+    /// order of their names, in each in the order in which they were appended.  Throws an input Error for a file that
+    /// is not one of records, and, with the first difference, for one of another identity.
     std::vector<std::string> read_new();
 
     /// A kill of this process does not lose the record when this returns, and a power cut does not after the next
@@ -32,10 +33,6 @@ private:
     struct Folder;
     std::unique_ptr<Folder> folder_;
 };
-
-/// The complete records of one file; none if there is no file.  Throws an input Error if the file is not one of
-/// records, and, with the first difference, if its identity differs.
-std::vector<std::string> read_records(const std::filesystem::path& file, const RecordIdentity& identity);
 
 /// Takes part in a folder of files that depend on the same text, `content`, which is kept in the folder as `name` below
 /// a first line, `factory`, that names the drover that made it; "": no such line.  Any number of processes may, at a

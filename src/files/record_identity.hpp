@@ -10,7 +10,7 @@ namespace drover::files {
 /// What the records of a file depend on.
 struct RecordIdentity {
     std::uint64_t hash = 0;  ///< of all of it
-    std::string content;     ///< scene text of which the file keeps a copy, to name a difference; "": none
+    std::string content;     ///< scene text of which the file keeps a copy, to name a difference
 };
 
 /// A key of two scene texts whose values differ, and these; none where a text lacks the key.

@@ -5,7 +5,6 @@
 
 #include "drover/base/error.hpp"
 #include "files/bytes.hpp"
-#include "files/record_folder.hpp"
 
 namespace drover::io {
 
@@ -32,13 +31,6 @@ calibrate::Attempt attempt_of(const std::string& bytes, const std::string& name)
     auto attempt = decoded(std::as_bytes(std::span(bytes)));
     require(attempt.has_value(), {name}, "is not a trial; expected a record of this version of drover");
     return std::move(*attempt);
-}
-
-std::vector<calibrate::Attempt> read_trials(const std::filesystem::path& file, const files::RecordIdentity& identity) {
-    std::vector<calibrate::Attempt> attempts;
-    for (const std::string& record : files::read_records(file, identity))
-        attempts.push_back(attempt_of(record, text("{}: record {}", file.string(), attempts.size())));
-    return attempts;
 }
 
 }  // namespace drover::io

@@ -79,12 +79,7 @@ public:
     /// Of each unit, those of all processes.
     std::vector<calibrate::TrialSet> read() const {
         std::vector<calibrate::TrialSet> sets;
-        for (std::size_t u = 0; u < layout.units.size(); ++u) {
-            sets.push_back(no_trials(u));
-            const fs::path earlier = folder_ / (layout.units[u].name + ".trials");  // before there were records
-            for (calibrate::Attempt& attempt : io::read_trials(earlier, identity_of(layout, layout.units[u])))
-                sets.back().add(std::move(attempt));
-        }
+        for (std::size_t u = 0; u < layout.units.size(); ++u) sets.push_back(no_trials(u));
         for (const UnitRecord& record : campaign_records(folder_, identity()))
             if (const auto trial = find(record.key); trial && record.state == UnitState::done)
                 sets[trial->unit].add(decoded(*trial, record));

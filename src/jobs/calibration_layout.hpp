@@ -5,7 +5,6 @@
 
 #include "calibrate/table.hpp"
 #include "calibrate/trial_set.hpp"
-#include "files/record_identity.hpp"
 #include "io/scene.hpp"
 #include "jobs/accuracy_target.hpp"
 
@@ -36,9 +35,6 @@ CalibrationLayout plan_calibration(const io::Scene& scene);
 
 /// Names of the assays that the wanted numbers need.  Throws an input Error for a target that the layout cannot answer.
 std::vector<std::string> needed_assays(const CalibrationLayout& layout, const std::vector<AccuracyTarget>& targets);
-
-/// What the trials of a unit in a file of its own depend on, as calibrations had them before they had shares.
-files::RecordIdentity identity_of(const CalibrationLayout& layout, const CalibrationUnit& unit);
 
 /// The rows of the assays, with the results so far.
 void add_measured_rows(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& trial_sets,

@@ -137,10 +137,4 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
     return layout;
 }
 
-files::RecordIdentity identity_of(const CalibrationLayout& layout, const CalibrationUnit& unit) {
-    const std::string& plan = layout.plans[unit.assay];
-    return {.hash = files::fingerprint(layout.manifest + plan + unit.name),
-            .content = layout.manifest + plan + "\n[measurement]\nname = " + toml_text(Value(unit.name)) + "\n"};
-}
-
 }  // namespace drover::jobs

@@ -20,7 +20,7 @@ using Matrix = UniformEquations::Matrix;
 constexpr double accepted_residual = 1e-12;
 /// Of the rates, in a search: two seconds.  Models with a hundred states need fewer, but where fields have states
 /// independently of each other there are as many as combinations of them, or continua of relative directions.
-constexpr std::int64_t max_evaluations = 1'000'000;
+constexpr std::int64_t max_evaluations = 3'000'000;
 
 /// A root, or how far the iteration came.
 struct Attempt {

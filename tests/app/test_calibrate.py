@@ -301,10 +301,6 @@ def test_folders_and_trials_of_another_scene_are_rejected(tmp_path):
     (folder / "records" / "notes.records").write_text("notes of mine")
     rejected(tmp_path, ["calibrate", scene], ["notes.records", "is not a file of trials"])
     (folder / "records" / "notes.records").unlink()
-    old = MODELS / "matched.calibration" / "damping-bead-0.3.trials"
-    shutil.copy(old, folder / "damping-bead-0.4.trials")
-    rejected(tmp_path, ["calibrate", scene, "--set", "calibrate.bead_area_fractions=[0.4]"],
-             ["damping-bead-0.4.trials"])
 
 
 def test_a_trial_longer_than_the_grace_period_is_killed(tmp_path):

@@ -103,17 +103,6 @@ TEST(RecordFolder, a_file_of_another_kind_or_behind_a_link_is_rejected) {
     EXPECT_THAT([&] { read(); }, testing::ThrowsMessage<Error>(HasSubstr("link.records")));
 }
 
-TEST(ReadRecords, of_one_file_also_of_an_identity_that_is_a_hash_alone) {
-    const Folder folder;
-    RecordFolder(folder / "records", {5}, "share-1").append("a");
-    const auto file = only_file(folder / "records");
-    EXPECT_THAT(read_records(file, {5}), ElementsAre("a"));
-    EXPECT_THAT(read_records(file, identity), ElementsAre("a"));
-    EXPECT_THAT(refusal_of([&] { read_records(file, {6}); }),
-                HasSubstr("holds the trials of another scene or measurement; expected"));
-    EXPECT_THAT(read_records(folder / "none", {5}), IsEmpty());
-}
-
 TEST(JoinFolder, many_processes_join_at_the_same_moment_and_one_writes_the_text) {
     const Folder folder;
     std::vector<pid_t> children;

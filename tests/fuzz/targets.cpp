@@ -12,6 +12,7 @@
 #include "base/log.hpp"
 #include "drover/base/expression.hpp"
 #include "files/checkpoint.hpp"
+#include "files/record_bytes.hpp"
 #include "io/calibration.hpp"
 #include "io/scene_text.hpp"
 #include "io/trial_record.hpp"
@@ -96,10 +97,13 @@ const std::vector<Target>& targets() {
          }},
         {"trials",
          [](std::span<const char> bytes) {
-             const File file(bytes);
              files::RecordIdentity identity;  // as the file has it, so that its records are read
              if (bytes.size() >= 16) std::memcpy(&identity.hash, bytes.data() + 8, sizeof identity.hash);
-             reject_or_read([&] { io::read_trials(file.base(), identity); });
+             if (bytes.size() >= 16) identity.content = files::records_in(std::as_bytes(bytes.subspan(16))).of;
+             reject_or_read([&] {
+                 for (const std::string& record : files::content_of(std::as_bytes(bytes), identity, "trials").records)
+                     io::attempt_of(record, "record");
+             });
          }},
         {"xyz", [](std::span<const char> bytes) {
              const File file(bytes);

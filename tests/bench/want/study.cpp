@@ -22,6 +22,7 @@
 #include "calibrate/synthetic.hpp"
 #include "io/scene_text.hpp"
 #include "io/trial_record.hpp"
+#include "jobs/campaign_records.hpp"
 #include "jobs/normal_world.hpp"
 #include "jobs/target_plan.hpp"
 #include "run/loop.hpp"
@@ -219,11 +220,16 @@ void costs(const std::string& file, const std::vector<std::string>& points) {
 World stored_world(const std::string& scene, const std::string& folder, const std::string& cost_file,
                    const std::string& target) {
     World world = world_of(io::read_scene(scene), target);
+    const std::string& manifest = world.layout.manifest;
+    const std::vector<UnitRecord> records =
+        campaign_records(folder, {.hash = files::fingerprint("calibrate\n" + manifest), .content = manifest});
     for (const CalibrationUnit& unit : world.layout.units) {
         world.pools.emplace_back();
-        for (const Attempt& attempt :
-             io::read_trials(folder + "/" + unit.name + ".trials", identity_of(world.layout, unit)))
+        for (const UnitRecord& record : records) {
+            if (record.state != UnitState::done || !record.key.starts_with(unit.name + "-trial-")) continue;
+            const Attempt attempt = io::attempt_of(record.result.content, record.key);
             if (attempt.failure.empty()) world.pools.back().push_back(attempt.numbers);
+        }
         std::ifstream lines(cost_file);
         for (std::string line; std::getline(lines, line);)
             if (line.starts_with(unit.name + ","))
