@@ -31,13 +31,6 @@ struct Attempt {
     bool is_root() const { return residual <= accepted_residual; }
 };
 
-/// The Newton step of rows of equal size; the shortest one where the Jacobian is singular, as along a turn.
-Vector newton_step(const Matrix& jacobian, const Vector& values) {
-    Vector scale = jacobian.cwiseAbs().rowwise().maxCoeff();
-    for (double& size : scale) size = size > 0.0 && std::isfinite(size) ? 1.0 / size : 1.0;
-    return -numerics::shortest_solution(scale.asDiagonal() * jacobian, scale.asDiagonal() * values, 1e-12);
-}
-
 /// The size of each field, repeated for its components with a rate.
 Vector field_sizes(const UniformEquations& equations, const Vector& z) {
     model::UniformState all = equations.state_of(z), sizes(all.size());
@@ -48,11 +41,25 @@ Vector field_sizes(const UniformEquations& equations, const Vector& z) {
     return equations.of_state(sizes);
 }
 
+/// One over the size of each row.  Both rows of a vector have one size: that of a free direction is rounding.
+Vector row_scales(const UniformEquations& equations, const Matrix& jacobian) {
+    Vector sizes = jacobian.cwiseAbs().rowwise().maxCoeff();
+    sizes.head(equations.count()) = field_sizes(equations, sizes.head(equations.count()));
+    for (double& size : sizes) size = size > 0.0 && std::isfinite(size) ? 1.0 / size : 1.0;
+    return sizes;
+}
+
+/// The Newton step of rows of equal size; the shortest one where the Jacobian is singular, as along a turn.
+Vector newton_step(const UniformEquations& equations, const Matrix& jacobian, const Vector& values) {
+    const Vector scale = row_scales(equations, jacobian);
+    return -numerics::shortest_solution(scale.asDiagonal() * jacobian, scale.asDiagonal() * values, 1e-12);
+}
+
 Attempt newton(const UniformEquations& equations, Vector z) {
     Vector f = equations.values(z);
     for (int step = 0; step < 60 && f.allFinite() && f.norm() > 0.0; ++step) {
         const Matrix j = equations.jacobian(z);
-        Vector change = newton_step(j, f);
+        Vector change = newton_step(equations, j, f);
         if (!change.allFinite()) break;
         // Relative to the sizes of the terms: rates of different fields have different units.
         const Vector sizes = equations.sizes(z, j);
@@ -138,8 +145,7 @@ bool turned_copies(const UniformEquations& equations, const Vector& a, const Vec
 Matrix neutral_changes(const UniformEquations& equations, const Vector& z) {
     Matrix j = equations.jacobian(z);
     if (!j.allFinite()) return Matrix::Zero(z.size(), 0);
-    for (Eigen::Index k = 0; k < j.rows(); ++k)
-        if (const double size = j.row(k).cwiseAbs().maxCoeff(); size > 0.0) j.row(k) /= size;
+    j = row_scales(equations, j).asDiagonal() * j;
     const Vector turn = equations.turn_of(z);
     if (equations.turns_freely() && turn.norm() > 0.0) {  // held fixed
         j.conservativeResize(j.rows() + 1, Eigen::NoChange);
@@ -239,7 +245,7 @@ private:
         for (int step = 0; step < 60; ++step) {
             const Vector f = equations_.values(z);
             if (!f.allFinite()) return {};
-            Vector change = newton_step(equations_.jacobian(z), f);
+            Vector change = newton_step(equations_, equations_.jacobian(z), f);
             double slope = 0.0;  // of the logarithm of the factor along the change
             for (std::size_t r = 0; r < roots_.size(); ++r) {
                 const Vector away = z - roots_[r].at.z;

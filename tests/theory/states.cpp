@@ -183,6 +183,19 @@ TEST(ModelStates, of_a_free_phase_are_one_family) {
     EXPECT_NEAR(std::hypot(wave.values[0], wave.values[1]), 1.0, 1e-14);
 }
 
+TEST(ModelStates, of_two_vectors_that_turn_independently_are_four_of_which_one_is_a_family) {
+    const StationaryStates found = stationary_states(model::Equations(
+        model::Model{.fields = {spin(1, "a", "0.65 a - (a.a) a + lap a"), spin(1, "b", "0.47 b - (b.b) b + lap b")}}));
+    ASSERT_EQ(found.states.size(), 4u);
+    for (const StationaryState& state : found.states) {
+        const double a = std::hypot(state.values[0], state.values[1]), b = std::hypot(state.values[2], state.values[3]);
+        EXPECT_NEAR(a, a > 0.1 ? std::sqrt(0.65) : 0.0, 1e-14);
+        EXPECT_NEAR(b, b > 0.1 ? std::sqrt(0.47) : 0.0, 1e-14);
+        EXPECT_EQ(state.is_of_family, a > 0.1 && b > 0.1);  // their angle is free
+    }
+    EXPECT_EQ(found.why_incomplete, "");
+}
+
 TEST(ModelStates, do_not_exist_with_a_term_that_depends_on_position_or_without_a_root_and_the_reason_is_given) {
     const auto reason = [](const std::string& equation) {
         return stationary_states(model::Equations(model::Model{.fields = {scalar("phi", equation)}})).why_none;
