@@ -21,6 +21,7 @@ constexpr double accepted_residual = 1e-12;
 /// Of the rates, in a search: two seconds.  Models with a hundred states need fewer, but where fields have states
 /// independently of each other there are as many as combinations of them, or continua of relative directions.
 constexpr std::int64_t max_evaluations = 3'000'000;
+bool has_time(const UniformEquations& equations) { return equations.evaluations() < max_evaluations; }
 
 /// A root, or how far the iteration came.
 struct Attempt {
@@ -177,7 +178,7 @@ bool is_of_family(const UniformEquations& equations, const Vector& z) {
 bool are_connected(const UniformEquations& equations, const Vector& from, const Vector& to) {
     const double longest = 0.2 * (to - from).norm();
     Vector here = from;
-    for (int n = 0; n < 100 && equations.evaluations() < max_evaluations; ++n) {
+    for (int n = 0; n < 100 && has_time(equations); ++n) {
         const Matrix neutral = neutral_changes(equations, here);
         if (neutral.cols() == 0) return false;
         const Vector way = to - here;
@@ -200,9 +201,8 @@ class Roots {
 public:
     explicit Roots(const UniformEquations& equations) : equations_(equations) {}
 
-    bool has_time() const { return equations_.evaluations() < max_evaluations; }
     void try_from(const Vector& start, bool deflates) {
-        if (!has_time()) return;
+        if (!has_time(equations_)) return;
         ++starts_;
         add(newton(equations_, start));
         if (!deflates) return;
@@ -331,7 +331,7 @@ std::vector<Vector> changes_of_sign(const UniformEquations& equations, const std
     for (Eigen::Index k = 0; k < equations.count(); ++k) {
         const std::vector<double> values = values_on_line(roots, k);
         for (Vector z : lines) {
-            if (equations.evaluations() >= max_evaluations) return starts;
+            if (!has_time(equations)) return starts;
             const auto rate_at = [&](double value) {
                 z(k) = value;
                 return equations.values(z)(k);
@@ -379,7 +379,7 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
             before = roots.found().size();
             for (const Vector& start : changes_of_sign(uniform, roots.found())) roots.try_from(start, false);
         }
-        if (!roots.has_time())
+        if (!has_time(uniform))
             result.why_incomplete = text(
                 "the search for uniform states ended at its limit, {:.0e} evaluations of the rates, with {} states: "
                 "there may be others",

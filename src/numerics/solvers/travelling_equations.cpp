@@ -317,25 +317,10 @@ struct TravellingSolver::Newton {
         if (solver.columns_.size() > 1) solver.set_parameter(u[n + 1]);
     }
 
-    /// 1 tells KINSOL to try a shorter step, -1 to end.
-    template <class Body>
-    int guarded(Body body) {
-        try {
-            body();
-            return 0;
-        } catch (const Error& error) {
-            failure = std::current_exception();
-            return error.fault() == Fault::run ? 1 : -1;
-        } catch (...) {
-            failure = std::current_exception();
-            return -1;
-        }
-    }
-
     /// Outside the domain of the equations the residual counts as huge, so that the line search comes back.
     static int residual(N_Vector u, N_Vector f, void* call) {
         auto& c = *static_cast<Newton*>(call);
-        const int flag = c.guarded([&] {
+        const int flag = guarded(c.failure, [&] {
             c.residual_at(numbers(u), numbers(f));
             for (const double value : numbers(f))
                 if (!std::isfinite(value))
@@ -353,7 +338,7 @@ struct TravellingSolver::Newton {
 
     static int derivative(N_Vector v_vector, N_Vector product_vector, N_Vector u_vector, int*, void* call) {
         auto& c = *static_cast<Newton*>(call);
-        return c.guarded([&] {
+        return guarded(c.failure, [&] {
             const Values u = numbers(u_vector), v = numbers(v_vector);
             const std::span<double> result = numbers(product_vector);
             c.set_parameter(u);
@@ -366,7 +351,7 @@ struct TravellingSolver::Newton {
 
     static int prepare(N_Vector u_vector, N_Vector, N_Vector, N_Vector, void* call) {
         auto& c = *static_cast<Newton*>(call);
-        return c.guarded([&] {
+        return guarded(c.failure, [&] {
             const Values u = numbers(u_vector);
             c.set_parameter(u);
             c.solver.prepare(u.first(c.n), u[c.n]);
@@ -375,7 +360,7 @@ struct TravellingSolver::Newton {
 
     static int precondition(N_Vector, N_Vector, N_Vector, N_Vector, N_Vector v, void* call) {
         auto& c = *static_cast<Newton*>(call);
-        return c.guarded([&] { c.solver.precondition(numbers(v)); });
+        return guarded(c.failure, [&] { c.solver.precondition(numbers(v)); });
     }
 
     static void keep_message(int, const char*, const char*, char* words, void* call) {

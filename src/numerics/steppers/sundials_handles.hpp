@@ -4,9 +4,12 @@
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_nvector.h>
 
+#include <exception>
 #include <memory>
 #include <span>
 #include <type_traits>
+
+#include "drover/base/error.hpp"
 
 namespace drover::numerics {
 
@@ -24,6 +27,22 @@ using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Deleter>;
 
 inline std::span<double> numbers(N_Vector vector) {
     return {N_VGetArrayPointer(vector), static_cast<std::size_t>(N_VGetLength(vector))};
+}
+
+/// Runs the body of a callback, out of which no exception may go: `failure` keeps it.  0: done; 1 tells SUNDIALS to try
+/// a shorter step, -1 to end.
+template <class Body>
+int guarded(std::exception_ptr& failure, Body body) {
+    try {
+        body();
+        return 0;
+    } catch (const Error& error) {
+        failure = std::current_exception();
+        return error.fault() == Fault::run ? 1 : -1;
+    } catch (...) {
+        failure = std::current_exception();
+        return -1;
+    }
 }
 
 }  // namespace drover::numerics

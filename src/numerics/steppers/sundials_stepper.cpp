@@ -160,23 +160,16 @@ void SundialsStepper::Work::make_arkode() {
         fail_run("ARKODE cannot be prepared: {}", message);
 }
 
-/// 1 tells SUNDIALS to try a shorter step, -1 to end.
 int SundialsStepper::Work::evaluate(double t, N_Vector from, N_Vector to, bool with_linear, bool with_rest) {
-    try {
+    const int flag = guarded(failure, [&] {
         modes.unpack(numbers(from), state);
         std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
         if (with_rest && system.nonlinear) system.nonlinear(t, state, rate);
         if (with_rest) ++count.right_hand_sides;
         if (with_linear) linear.add(state, rate);
         modes.pack(rate, numbers(to));
-    } catch (const Error& error) {
-        failure = std::current_exception();
-        return error.fault() == Fault::run ? 1 : -1;
-    } catch (...) {
-        failure = std::current_exception();
-        return -1;
-    }
-    if (!with_rest) return 0;
+    });
+    if (flag != 0 || !with_rest) return flag;
     latest_changes = modes.mean_squares(numbers(to));
     bool is_finite = true;
     for (double& square : latest_changes) {
