@@ -18,7 +18,7 @@ namespace {
 using Vector = UniformEquations::Vector;
 using Matrix = UniformEquations::Matrix;
 constexpr double accepted_residual = 1e-12;
-/// Of the rates, in a search: two seconds.  Models with a hundred states need fewer, but where fields have states
+/// Of the rates, in a search: two seconds.  Models with some tens of states need fewer, but where fields have states
 /// independently of each other there are as many as combinations of them, or continua of relative directions.
 constexpr std::int64_t max_evaluations = 3'000'000;
 bool has_time(const UniformEquations& equations) { return equations.evaluations() < max_evaluations; }
