@@ -365,7 +365,7 @@ def test_scenes_for_calibrate_are_listed_in_the_readme():
 def test_a_shipped_calibration_scene_is_valid_and_runs(scene, tmp_path):
     path = MODELS / f"{scene}.toml"
     drover(tmp_path, "check", path)
-    units = {"calibrate-bed": 6, "calibrate-small": 26, "calibrate-matched": 54, "calibrate-paper": 36}[scene]
+    units = {"calibrate-bed": 6, "calibrate-small": 26, "calibrate-matched": 54, "calibrate-paper": 48}[scene]
     assert f"drover calibrate: {units} measurements" in drover(tmp_path, "explain", path).stdout
     point = json.loads(drover(tmp_path, "calibrate", path, "--json",
                               *settings(SHORT)).stdout)["coefficients"]["damping_rate"]["points"][0]

@@ -132,12 +132,11 @@ class Rods:
 
     @cached_property
     def coefficients(self):
-        """{name: {"beads", "value", "error"}} of the table, at its last area fraction of rods if there are several."""
+        """{name: {"beads", "value", "error"}} of the table, at .11 of rods where it depends on them."""
         found = {}
         for name, entry in drover.info(self.table_file)["coefficients"].items():
-            points = [point for point in entry["points"] if point["value"] is not None]
-            last = max((point.get("rod_area_fraction", 0.0) for point in points), default=0.0)
-            points = [point for point in points if point.get("rod_area_fraction", 0.0) == last]
+            points = [point for point in entry["points"]
+                      if point["value"] is not None and point.get("rod_area_fraction", 0.11) == 0.11]
             beads, values, errors = ([point[key] for point in points]
                                      for key in ("bead_area_fraction", "value", "error"))
             found[name] = {"beads": beads, "value": np.array(values, float), "error": np.array(errors, float)}
@@ -269,13 +268,20 @@ def half_order(rods, fraction):
 
 def onset(rods):
     """P = 1/2 is passed within the 16 to 84 % of the predicted onset, at each area fraction of rods that has both."""
-    curves, texts, within = rods.onset.groups["curves"], [], []
-    columns = (curves[name].values for name in ("rod_fraction", "mean", "mean_low", "mean_high"))
-    for fraction, at, low, high in zip(*columns):
-        found = half_order(rods, round(float(fraction), 6))
-        if found is not None:
-            texts.append(f"at {fraction:g} of rods {found:.2f}, predicted {at:.2f} ({low:.2f} to {high:.2f})")
-            within.append(low <= found <= high)
+    line, field = rods.onset.groups["line"], rods.onset.groups["field"].mean_deviation
+    texts, within = [], []
+    for fraction in sorted({fraction for _, fraction in rods.plane}):
+        found = half_order(rods, fraction)
+        if found is None or not field.rod_fraction.min() <= fraction <= field.rod_fraction.max():
+            continue
+        at = line.sel(line_rod_fraction=fraction, method="nearest")
+        low, place, high = (float(at[name]) for name in ("mean_low", "mean", "mean_high"))
+        excess = field.interp(rod_fraction=fraction)  # over its error: -1 to 1 in the band, also below the table
+        if not math.isfinite(high):
+            high = float(excess.bead_fraction[(excess > 1.0).values.argmax()])
+        within.append(abs(float(excess.interp(bead_fraction=found))) <= 1.0)
+        low, place, high = (f"{value:.2f}" if math.isfinite(value) else "below .20" for value in (low, place, high))
+        texts.append(f"at {fraction:g} of rods {found:.2f}, predicted {place} ({low} to {high})")
     return Found.of("; ".join(texts), *within)
 
 
