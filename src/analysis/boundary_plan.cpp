@@ -100,6 +100,8 @@ std::vector<std::pair<PlaneNumber, double>> errors_of(const io::Scene& scene, co
             continue;
         }
         if (!is_own) check_is_read(scene.model, list, key, where);
+        for (const auto& [other, its_error] : errors)
+            require(!are_same(number, other), where, "{} has two errors of {}; expected each number once", list, key);
         errors.emplace_back(number, error);
     }
     return errors;
@@ -159,7 +161,7 @@ const std::vector<std::string>& line_names() {
     return names;
 }
 
-bool has_order(const io::Scene& scene) { return !model::turning_components(run::equations_of(scene).model()).empty(); }
+bool has_order(const io::Scene& scene) { return theory::order_component(run::equations_of(scene)) >= 0; }
 
 int density_component(const model::Equations& equations, const PlaneNumber& number) {
     int at = 0;

@@ -202,7 +202,11 @@ run::Result onset_result(const calibrate::Onset& onset, const calibrate::Table& 
                  .lists = {std::move(curves), std::move(line), crossing_list(onset), field_list(onset)}}};
 }
 
-run::List cell_list(const std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>>& cells) {
+run::List cell_list(const calibrate::Table& table,
+                    const std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>>& cells) {
+    const auto is_beyond = [](const std::vector<double>& nodes, double at) {
+        return at < nodes.front() || at > nodes.back();
+    };
     run::List list{
         .name = "cells",
         .heading =
@@ -225,7 +229,10 @@ run::List cell_list(const std::vector<std::pair<calibrate::StatePoint, calibrate
                          number("order_low", "the same at one standard error of g below", cell.low, 3),
                          number("order_high", "the same at one standard error of g above", cell.high, 3),
                          number("order_deviation", "standard deviation of P in time", cell.deviation, 2),
-                         number("order_line", "mean of P at g = 2", cell.line, 2)}});
+                         number("order_line", "mean of P at g = 2", cell.line, 2),
+                         run::flag("held", "1: beyond the table, whose outermost coefficients are held there",
+                                   is_beyond(table.bead_fractions, point.bead_fraction) ||
+                                       is_beyond(table.rod_fractions, point.rod_fraction))}});
     return list;
 }
 }  // namespace
@@ -246,7 +253,7 @@ void add_cells(TableOnset& onset, double side, const std::vector<AreaFractions>&
     std::vector<std::pair<calibrate::StatePoint, calibrate::CellPrediction>> cells;
     for (const calibrate::StatePoint& state : states)
         cells.emplace_back(state, calibrate::predict_cell(onset.table, state, side * side));
-    onset.result.root.lists.push_back(cell_list(cells));
+    onset.result.root.lists.push_back(cell_list(onset.table, cells));
 }
 
 TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied, int draws) {

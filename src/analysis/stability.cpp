@@ -326,7 +326,12 @@ run::Record state_record(const Analysis& of, const AnalysedState& state) {
 }
 }  // namespace
 
-double smallest_wavenumber(const numerics::Grid& grid) { return 2.0 * pi / std::max(grid.lx, grid.ly); }
+double smallest_wavenumber(const numerics::Grid& grid) {
+    double side = 0.0;  // an axis of one point has no waves
+    if (grid.nx > 1) side = grid.lx;
+    if (grid.ny > 1) side = std::max(side, grid.ly);
+    return 2.0 * pi / (side > 0.0 ? side : std::max(grid.lx, grid.ly));
+}
 
 theory::GrowthSearch growth_search(const io::Scene& scene) {
     const io::StabilityPlan& plan = scene.stability;
@@ -335,7 +340,10 @@ theory::GrowthSearch growth_search(const io::Scene& scene) {
                                 .wavenumbers = std::max(3, plan.wavenumbers),
                                 .angles = 2 * plan.angles};
     if (search.min == 0.0) search.min = 1e-3 * smallest_wavenumber(scene.grid);
-    if (search.max == 0.0) search.max = pi * std::max(scene.grid.nx / scene.grid.lx, scene.grid.ny / scene.grid.ly);
+    const auto largest = [](int points, double side) { return points > 1 ? pi * points / side : 0.0; };
+    if (search.max == 0.0)
+        search.max = std::max({largest(scene.grid.nx, scene.grid.lx), largest(scene.grid.ny, scene.grid.ly),
+                               smallest_wavenumber(scene.grid)});
     const char* given = plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber";
     require(search.min < search.max, io::locate(scene, given),
             "the search covers |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below "

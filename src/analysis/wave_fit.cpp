@@ -178,6 +178,8 @@ bool add_numbers(const io::Scene& scene, const std::vector<std::string>& keys, W
     bool is_in_noise = false;
     for (const std::string& key : keys) {
         const run::SceneNumber number = run::number_of(scene, "fit", key, {scene.file});
+        for (const calibrate::FittedNumber& other : problem.waves.numbers)
+            require(other.key != number.key, {}, "{} is given twice; expected each number once", key);
         calibrate::FittedNumber fitted{.key = number.key, .start = number.value};
         if (scene.kind != io::SceneKind::model) {
             require(!key.starts_with("uniform."), {},
@@ -202,7 +204,7 @@ WaveRecord record_of(const io::Scene& scene, const model::Equations& equations, 
     RecordedFields recorded{.grid = source.scene.grid,
                             .kept_degree = io::kept_degree(source.scene, run::equations_of(source.scene))};
     for (const model::StateComponent& one : model::components_of_state(equations))
-        recorded.components.push_back({one.name, one.unit});
+        recorded.components.push_back({one.name, io::renamed(one.unit, source.scene.units)});
     return field_waves(source.archive, source.name, recorded, choice);
 }
 /// The numbers that `keys` name of the equations of a scene, which may be another one than that of the frames with the
@@ -333,9 +335,6 @@ run::Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options)
     io::require_grid(scene, "fit");
     const files::ArchiveReader archive(options.archive);
     const io::Scene source = io::archived_scene(archive.text_attribute("scene"), options.archive);
-    for (auto key = options.keys.begin(); key != options.keys.end(); ++key)
-        require(std::find(options.keys.begin(), key, *key) == key, {}, "{} is given twice; expected each number once",
-                *key);
     WaveProblem problem = wave_problem(scene, options.keys, options.choice, {archive, options.archive, source});
     const std::vector<calibrate::FittedNumber> numbers = problem.waves.numbers;
     const calibrate::WaveFit fit = calibrate::fit_waves(problem.waves, problem.record, problem.noise);

@@ -8,19 +8,19 @@
 #include "analysis/onset.hpp"
 #include "app/command.hpp"
 #include "base/log.hpp"
-#include "jobs/slurm_script.hpp"
 
 namespace drover::app {
 
 namespace {
-struct BoundaryOptions : ResultOptions, ShareOptions {
-    std::string x, y;
-    std::vector<std::string> conventions;
+struct BoundaryOptions : JobCommand {
     std::optional<double> varied, cell;
     std::optional<int> draws;
     std::vector<std::string> points;
-    int workers = 0;
-    bool quiet = false;
+    bool overwrite = false;
+
+    ResultOutput result(const char* what, const char* contents) const {
+        return {.file = output, .what = what, .contents = contents, .json = json, .overwrite = overwrite};
+    }
 };
 
 int print_scene_boundary(const BoundaryOptions& options) {
@@ -30,41 +30,31 @@ int print_scene_boundary(const BoundaryOptions& options) {
         require(!is_given, {.file = options.scene},
                 "{} is for a table of coefficients, and this is a scene; expected the command without it", name);
     std::vector<std::string> overrides = options.overrides;
-    if (!options.x.empty()) overrides.push_back("boundary.x=" + toml_text(options.x));
-    if (!options.y.empty()) overrides.push_back("boundary.y=" + toml_text(options.y));
     if (options.draws) overrides.push_back(text("boundary.draws={}", *options.draws));
-    if (!options.conventions.empty()) overrides.push_back("boundary.conventions=" + toml_text(options.conventions));
     const io::Scene scene = io::read_scene(options.scene, overrides);
     io::require_grid(scene, "boundary");
     Threads threads(options.threads > 0 ? options.threads : scene.run.threads > 0 ? scene.run.threads : usable_cores());
-    const ResultOutput output = output_of(options, "boundary", "all vertices, and the map of regimes");
-    // Jobs need an archive, and their folder is beside it.
-    const std::filesystem::path archive = jobs_output(options, ".boundary.h5"), folder = archive.string() + ".shares";
-    if (options.status) {
-        print(jobs::boundary_status(scene, folder) + "\n");
+    const ResultOutput output = options.result("boundary", "all vertices, and the map of regimes");
+    jobs::JobOptions job = job_of(options, ".boundary.h5");
+    const std::filesystem::path archive = job.folder;  // jobs need one, and their folder is beside it
+    job.folder += ".shares";
+    if (answers(options, "boundary", archive,
+                {.status = [&] { return jobs::boundary_status(scene, job.folder); },
+                 .check =
+                     [&] {
+                         analysis::check_boundary(scene);
+                         check_output(output, options.scene, scene);
+                     },
+                 .overrides = overrides,
+                 .words = options.overwrite ? std::vector<std::string>{"--overwrite"} : std::vector<std::string>{}}))
         return run::exit_done;
-    }
-    if (options.slurm > 0) {
-        analysis::check_boundary(scene);
-        check_output(output, options.scene, scene);
-        print(jobs::slurm_script(
-            {.command = "boundary",
-             .scene = options.scene,
-             .overrides = overrides,
-             .folder = archive,
-             .shares = options.slurm,
-             .options = options.overwrite ? std::vector<std::string>{"--overwrite"} : std::vector<std::string>{}}));
-        return run::exit_done;
-    }
-    jobs::BoundaryShares shares{.folder = folder, .workers = options.workers, .quiet = options.quiet};
-    if (!options.share.empty()) shares.share = jobs::read_share(options.share);
-    if (shares.share.is_plain()) check_output(output, options.scene, scene);
+    if (job.share.is_plain()) check_output(output, options.scene, scene);
     if (options.collect)
-        return print_result(jobs::collect_boundary(scene, folder, threads), output, scene, threads.count());
-    if (options.share.empty() && options.workers == 0 && !jobs::has_shares(scene, folder))
+        return print_result(jobs::collect_boundary(scene, job.folder, threads), output, scene, threads.count());
+    if (options.share.empty() && options.workers == 0 && !jobs::has_shares(scene, job.folder))
         return print_result(analysis::make_boundary(scene, threads, {.quiet = options.quiet}), output, scene,
                             threads.count());
-    const auto result = jobs::make_boundary_in_shares(scene, shares, threads);
+    const auto result = jobs::make_boundary_in_shares(scene, job, threads);
     if (result) return print_result(*result, output, scene, threads.count());
     if (run::stop_signal() == 0) return run::exit_done;
     log_information("stopped by {}; re-run the same command to resume", run::stop_reason(run::stop_signal()));
@@ -90,7 +80,7 @@ int print_table_boundary(const BoundaryOptions& options) {
     require(options.share.empty() && !options.collect && !options.status && options.slurm == 0, file,
             "--share, --collect, --status and --slurm are for scenes, and this is a table of coefficients, whose "
             "threshold takes seconds; expected the command without them");
-    require(options.overrides.empty() && options.x.empty() && options.y.empty() && options.conventions.empty(), file,
+    require(options.overrides.empty(), file,
             "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
             "that of its area fractions; expected the command without them");
     require(!options.draws || *options.draws >= min_draws, {},
@@ -101,7 +91,7 @@ int print_table_boundary(const BoundaryOptions& options) {
     for (const std::string& written : options.points) points.push_back(point_of(written));
     analysis::TableOnset onset =
         analysis::make_onset(options.scene, options.varied, options.draws.value_or(calibrate::onset_draws));
-    const ResultOutput output = output_of(options, "onset", "curves and thresholds, with standard errors");
+    const ResultOutput output = options.result("onset", "curves and thresholds, with standard errors");
     check_output(output, options.scene, onset.scene);
     if (options.cell) analysis::add_cells(onset, *options.cell, points);
     return print_result(onset.result, output, onset.scene, 1);
@@ -115,13 +105,15 @@ void add_boundary(CLI::App& program, Action& action) {
     command->add_option("scene", options->scene, "Scene (TOML input file), or table of coefficients (HDF5)")
         ->required();
     add_set_option(*command, *options);
-    command->add_option("--x", options->x, "First axis, \"driving.strength = 0.5:2\"; overrides boundary.x")
+    add_key<std::string>(*command, *options, "--x", "boundary.x",
+                         "First axis, \"driving.strength = 0.5:2\"; overrides boundary.x")
         ->type_name("KEY=FROM:TO");
-    command->add_option("--y", options->y, "Second axis, \"relaxation.rate = 0.1:1\"; overrides boundary.y")
+    add_key<std::string>(*command, *options, "--y", "boundary.y",
+                         "Second axis, \"relaxation.rate = 0.1:1\"; overrides boundary.y")
         ->type_name("KEY=FROM:TO");
-    command
-        ->add_option("--convention", options->conventions,
-                     "Meaning of weathercock.strength: mean (lambda) or single-rod (lambda_s = 2 lambda); repeatable")
+    add_key<std::vector<std::string>>(*command, *options, "--convention", "boundary.conventions",
+                                      "Meaning of weathercock.strength: mean (lambda) or single-rod (lambda_s = 2 "
+                                      "lambda); repeatable")
         ->type_name("NAME");
     command
         ->add_option("--draws", options->draws,
@@ -140,21 +132,18 @@ void add_boundary(CLI::App& program, Action& action) {
         ->add_option("--point", options->points,
                      "For --cell: area fractions of beads and rods in place of those of the table; repeatable")
         ->type_name("BEADS,RODS");
-    command->add_option("-o,--output", options->output, "Also write the result to this archive (HDF5)");
     command->add_option("--threads", options->threads, "Number of threads; overrides run.threads")
         ->check(CLI::Range(1, 1024));
-    command
-        ->add_option("--workers", options->workers,
-                     "Number of processes that compute the points of a share, or of what shares have left")
-        ->check(CLI::Range(1, 1024));
-    add_share_options(*command, *options,
-                      {.work = "points of the lines",
-                       .collect = "Compute no lines: take those that all processes have computed",
-                       .status = "Print how far all processes have come",
-                       .slurm = "Print a script that runs N shares on Slurm and writes the archive"});
     command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
-    command->add_flag("--json", options->json, "Print the result as JSON, with all vertices");
-    command->add_flag("-q,--quiet", options->quiet, "Print no progress");
+    add_job_options(*command, *options,
+                    {.output = "Also write the result to this archive (HDF5)",
+                     .work = "points of the lines",
+                     .workers = "Number of processes that compute the points of a share, or of what shares have left",
+                     .collect = "Compute no lines: take those that all processes have computed",
+                     .status = "Print how far all processes have come",
+                     .slurm = "Print a script that runs N shares on Slurm and writes the archive",
+                     .json = "Print the result as JSON, with all vertices",
+                     .quiet = "Print no progress"});
     command->callback([options, &action] {
         action = [options] {
             return files::is_hdf5(options->scene) ? print_table_boundary(*options) : print_scene_boundary(*options);

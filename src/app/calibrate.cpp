@@ -7,19 +7,15 @@
 #include "base/duration.hpp"
 #include "base/log.hpp"
 #include "jobs/calibration.hpp"
-#include "jobs/share.hpp"
-#include "jobs/slurm_script.hpp"
 #include "jobs/tradeoff.hpp"
 #include "report/json.hpp"
 
 namespace drover::app {
 
 namespace {
-struct CalibrateOptions : SceneOptions, ShareOptions {
+struct CalibrateOptions : JobCommand {
     std::string budget;
     std::vector<std::string> targets;
-    int workers = 0;
-    bool json = false, quiet = false;
 };
 
 int print_outcome(const CalibrateOptions& options, const jobs::CalibrationOutcome& outcome) {
@@ -56,34 +52,18 @@ int print_outcome(const CalibrateOptions& options, const jobs::CalibrationOutcom
 }
 
 int calibrate_scene(const CalibrateOptions& options) {
-    std::vector<std::string> overrides = options.overrides;
-    if (options.workers > 0) overrides.push_back(text("calibrate.workers={}", options.workers));
-    const io::Scene scene = io::read_scene(options.scene, overrides);
-    jobs::CalibrationOptions how{.folder = jobs_output(options, ".calibration"),
-                                 .collect = options.collect,
-                                 .quiet = options.quiet};
-    if (!options.share.empty()) how.share = jobs::read_share(options.share);
-    how.targets = jobs::parse_accuracy_targets(options.targets);
+    const io::Scene scene = io::read_scene(options.scene, options.overrides);
+    jobs::CalibrationOptions how{job_of(options, ".calibration"), jobs::parse_accuracy_targets(options.targets)};
     if (!options.budget.empty()) how.budget = seconds_of(options.budget, "--budget");
-    require(!options.json || options.share.empty(), {},
-            "--json with --share, which prints no table; give --json to --collect");
-    if (options.status) {
-        print(jobs::calibration_status(scene, how) + "\n");
+    std::vector<std::string> words;
+    for (const std::string& target : options.targets) words.insert(words.end(), {"--want", target});
+    if (!options.budget.empty()) words.insert(words.end(), {"--budget", options.budget});
+    if (answers(options, "calibrate", how.folder,
+                {.status = [&] { return jobs::calibration_status(scene, how); },
+                 .check = [&] { jobs::needed_assays(jobs::plan_calibration(scene), how.targets); },
+                 .overrides = options.overrides,
+                 .words = words}))
         return run::exit_done;
-    }
-    if (options.slurm > 0) {
-        jobs::needed_assays(jobs::plan_calibration(scene), how.targets);
-        std::vector<std::string> words;
-        for (const std::string& target : options.targets) words.insert(words.end(), {"--want", target});
-        if (!options.budget.empty()) words.insert(words.end(), {"--budget", options.budget});
-        print(jobs::slurm_script({.command = "calibrate",
-                                  .scene = options.scene,
-                                  .overrides = options.overrides,
-                                  .folder = how.folder,
-                                  .shares = options.slurm,
-                                  .options = words}));
-        return run::exit_done;
-    }
     return print_outcome(options, jobs::run_calibration(scene, how));
 }
 }  // namespace
@@ -95,8 +75,6 @@ void add_calibrate(CLI::App& program, Action& action) {
                                "Measure the coefficients in particle simulations over area fractions and "
                                "tabulate; re-run to resume");
     add_scene_options(*command, *options);
-    command->add_option("-o,--output", options->output,
-                        "Folder of the trials and the table; default: the name of the scene with .calibration");
     CLI::Option* want =
         command
             ->add_option("--want", options->targets,
@@ -107,16 +85,15 @@ void add_calibrate(CLI::App& program, Action& action) {
     command->add_option("--budget", options->budget, "Core time of all trials for --want: 90s, 20min, 2h")
         ->type_name("TIME")
         ->needs(want);
-    command->add_option("--workers", options->workers, "Number of simultaneous trials")->check(CLI::Range(1, 1024));
-    add_share_options(*command, *options,
-                      {.work = "trials",
-                       .collect = "Run no trials: make the table from those that have ended",
-                       .status = "Print how far all processes have come: measurements and trials done, trials failed "
-                                 "and running, their rate and the time left",
-                       .slurm = "Print a script that runs N shares on Slurm and makes the table"});
+    add_job_options(*command, *options,
+                    {.output = "Folder of the trials and the table; default: the name of the scene with .calibration",
+                     .work = "trials",
+                     .workers = "Number of simultaneous trials",
+                     .collect = "Run no trials: make the table from those that have ended",
+                     .status = "Print how far all processes have come: measurements and trials done, trials failed and "
+                               "running, their rate and the time left",
+                     .slurm = "Print a script that runs N shares on Slurm and makes the table"});
     add_stop_options(*command);
-    command->add_flag("--json", options->json, "Print the table as JSON");
-    command->add_flag("-q,--quiet", options->quiet, "Print no log");
     command->callback([options, &action] { action = [options] { return calibrate_scene(*options); }; });
 }
 

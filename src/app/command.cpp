@@ -7,6 +7,7 @@
 
 #include "base/duration.hpp"
 #include "base/log.hpp"
+#include "jobs/slurm_script.hpp"
 #include "jobs/stop_rules.hpp"
 #include "report/json.hpp"
 #include "report/write_result.hpp"
@@ -41,7 +42,9 @@ void add_output_options(CLI::App& command, SceneOptions& options) {
         ->check(CLI::Range(1, 1024));
 }
 
-void add_share_options(CLI::App& command, ShareOptions& options, const ShareHelp& help) {
+void add_job_options(CLI::App& command, JobCommand& options, const JobHelp& help) {
+    command.add_option("-o,--output", options.output, help.output);
+    command.add_option("--workers", options.workers, help.workers)->check(CLI::Range(1, 1024));
     CLI::Option* share = command
                              .add_option("--share", options.share,
                                          text("One of N processes that share the {} in a common folder", help.work))
@@ -54,6 +57,36 @@ void add_share_options(CLI::App& command, ShareOptions& options, const ShareHelp
         ->excludes(share)
         ->excludes(collect)
         ->excludes(status);
+    command.add_flag("--json", options.json, help.json);
+    command.add_flag("-q,--quiet", options.quiet, help.quiet);
+}
+
+jobs::JobOptions job_of(const JobCommand& options, const char* ending) {
+    require(!options.json || options.share.empty(), {},
+            "--json with --share, which prints no result; give --json to --collect");
+    jobs::JobOptions job{.folder = options.output.empty() ? std::filesystem::path(options.scene).stem().concat(ending)
+                                                          : std::filesystem::path(options.output),
+                         .workers = options.workers,
+                         .collect = options.collect,
+                         .quiet = options.quiet};
+    if (!options.share.empty()) job.share = jobs::read_share(options.share);
+    return job;
+}
+
+bool answers(const JobCommand& options, const char* command, const std::filesystem::path& folder,
+             const JobAnswers& how) {
+    if (options.status) {
+        print(how.status() + "\n");
+    } else if (options.slurm > 0) {
+        how.check();
+        print(jobs::slurm_script({.command = command,
+                                  .scene = options.scene,
+                                  .overrides = how.overrides,
+                                  .folder = folder,
+                                  .shares = options.slurm,
+                                  .options = how.words}));
+    }
+    return options.status || options.slurm > 0;
 }
 
 void add_max_time(CLI::App& command) {
@@ -80,11 +113,6 @@ void add_result_options(CLI::App& command, ResultOptions& options, const std::st
         ->check(CLI::Range(1, 1024));
     command.add_flag("--overwrite", options.overwrite, "Replace an existing archive");
     command.add_flag("--json", options.json, "Print the result as JSON");
-}
-
-std::filesystem::path jobs_output(const SceneOptions& options, const char* ending) {
-    return options.output.empty() ? std::filesystem::path(options.scene).stem().concat(ending)
-                                  : std::filesystem::path(options.output);
 }
 
 io::Scene scene_of(const SceneOptions& options) {

@@ -11,6 +11,7 @@
 
 #include "files/archive.hpp"
 #include "io/scene_text.hpp"
+#include "jobs/job_options.hpp"
 #include "run/report.hpp"
 #include "run/result.hpp"
 #include "run/run_scene.hpp"
@@ -45,18 +46,43 @@ void add_scene_options(CLI::App& command, SceneOptions& options);
 void add_set_option(CLI::App& command, SceneOptions& options);
 /// --output and --threads, which override keys of the scene.
 void add_output_options(CLI::App& command, SceneOptions& options);
+/// An option that overrides a key of the scene.
+template <class Value>
+CLI::Option* add_key(CLI::App& command, SceneOptions& options, const char* option, const char* key,
+                     const std::string& help) {
+    return command.add_option_function<Value>(
+        option, [&options, key](const Value& value) { options.overrides.push_back(key + ("=" + toml_text(value))); },
+        help);
+}
+
 /// Of a command whose work processes share in a folder.
-struct ShareOptions {
+struct JobCommand : SceneOptions {
     std::string share;  ///< "2/8"; "": plain
     int slurm = 0;      ///< shares of the script; 0: no script
-    bool collect = false, status = false;
+    int workers = 0;
+    bool collect = false, status = false, json = false, quiet = false;
 };
 /// What the help says of them; work: "trials".
-struct ShareHelp {
-    std::string work, collect, status, slurm;
+struct JobHelp {
+    std::string output, work, workers, collect, status, slurm;
+    std::string json = "Print the table as JSON", quiet = "Print no log";
 };
-/// --share, --collect, --status and --slurm, of which one may be given.
-void add_share_options(CLI::App& command, ShareOptions& options, const ShareHelp& help);
+/// --output, --workers, --share, --collect, --status and --slurm, of which one may be given, --json and --quiet.
+void add_job_options(CLI::App& command, JobCommand& options, const JobHelp& help);
+/// The folder is --output, or the name of the scene with an ending, ".sweep".
+jobs::JobOptions job_of(const JobCommand& options, const char* ending);
+
+/// What --status and --slurm print.
+struct JobAnswers {
+    std::function<std::string()> status;
+    std::function<void()> check;              ///< throws before there is a script for what cannot run
+    std::vector<std::string> overrides = {};  ///< "section.key=value"
+    std::vector<std::string> words = {};      ///< further ones of the command
+};
+/// Whether one of them was given, and answered.
+bool answers(const JobCommand& options, const char* command, const std::filesystem::path& folder,
+             const JobAnswers& how);
+
 /// --max-time, of a command that can be resumed.
 void add_max_time(CLI::App& command);
 /// The same and --stop-when, of a command with many jobs.
@@ -67,8 +93,6 @@ struct ResultOptions : SceneOptions {
 };
 /// --output, --threads, --overwrite and --json.
 void add_result_options(CLI::App& command, ResultOptions& options, const std::string& output_help);
-/// What a command with many jobs writes: --output, or the name of the scene with an ending, ".sweep".
-std::filesystem::path jobs_output(const SceneOptions& options, const char* ending);
 /// The scene with all its overrides.
 io::Scene scene_of(const SceneOptions& options);
 

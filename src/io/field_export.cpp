@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 /// One field of an archive and the points of its grid.
 struct Column {
-    std::string name, unit;
+    std::string name, unit, vector;  ///< vector: of the x component of one, its name
 };
 
 struct Source {
@@ -42,17 +42,15 @@ Source source_of(const files::ArchiveReader& archive, const std::string& name) {
                   .x = archive.read("/x").values,
                   .y = archive.read("/y").values,
                   .times = archive.read("/time").values};
-    const auto add = [&](const std::string& column) {
-        source.columns.push_back({column, archive.text_attribute("/" + column, "units")});
-    };
     const model::Equations equations = scene.kind == SceneKind::model ? model::Equations(model_of(scene.declared))
                                                                       : physics::Equations(scene.model).solver();
-    for (const model::StateComponent& one : model::components_of_state(equations)) add(one.name);
-    if (scene.kind == SceneKind::model) return source;
-    for (const char* slaved : {"bead_velocity_x", "bead_velocity_y"})
-        if (archive.has(std::string("/") + slaved) && std::none_of(source.columns.begin(), source.columns.end(),
-                                                                   [&](const Column& c) { return c.name == slaved; }))
-            add(slaved);
+    for (const auto& components : {model::components_of_state(equations), model::components_in_balance(equations)})
+        for (const model::StateComponent& one : components) {
+            const model::Field& field = equations.model().fields[one.field];
+            const bool begins = field.spin == 1 && one.part == 0;
+            source.columns.push_back(
+                {one.name, archive.text_attribute("/" + one.name, "units"), begins ? field.name : ""});
+        }
     return source;
 }
 
@@ -75,20 +73,19 @@ std::string vtk_text(const Source& source, std::size_t frame) {
                 source.y.size(), source.x.front(), source.y.front(), spacing(source.x), spacing(source.y),
                 source.x.size() * source.y.size());
     const std::size_t points = source.x.size() * source.y.size();
-    const auto arrays = std::count_if(source.columns.begin(), source.columns.end(),
-                                      [](const Column& column) { return !column.name.ends_with("_y"); });
-    out += text("FIELD fields {}\n", arrays);  // readers skip all SCALARS but the first unless told otherwise
-    for (const Column& column : source.columns) {
-        const std::string& name = column.name;
-        if (name.ends_with("_y")) continue;  // with its x component
-        const std::vector<double> first = source.row(name, frame);
-        if (!name.ends_with("_x")) {
-            out += text("{} 1 {} double\n", name, points);
+    const auto vectors = static_cast<std::size_t>(
+        std::ranges::count_if(source.columns, [](const Column& column) { return !column.vector.empty(); }));
+    // Readers skip all SCALARS but the first unless told otherwise.
+    out += text("FIELD fields {}\n", source.columns.size() - vectors);
+    for (std::size_t c = 0; c < source.columns.size(); ++c) {
+        const Column& column = source.columns[c];
+        const std::vector<double> first = source.row(column.name, frame);
+        if (column.vector.empty()) {
+            out += text("{} 1 {} double\n", column.name, points);
             for (const double value : first) add_number(value, out);
         } else {
-            const std::string vector = name.substr(0, name.size() - 2);
-            const std::vector<double> second = source.row(vector + "_y", frame);
-            out += text("{} 3 {} double\n", vector, points);
+            const std::vector<double> second = source.row(source.columns[++c].name, frame);
+            out += text("{} 3 {} double\n", column.vector, points);
             for (std::size_t i = 0; i < points; ++i)
                 for (const double value : {first[i], second[i], 0.0}) add_number(value, out);
         }

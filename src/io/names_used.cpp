@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <utility>
 
 namespace drover::io {
@@ -34,11 +35,16 @@ std::vector<DeclaredName> declared_names(const DeclaredModel& model) {
 
 bool mentions(const std::string& formula, const std::vector<std::string>& names) {
     const auto in_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
-    for (std::size_t i = 0; i < formula.size();) {
-        const auto end = std::find_if_not(formula.begin() + static_cast<std::ptrdiff_t>(i), formula.end(), in_name);
-        const std::string name(formula.begin() + static_cast<std::ptrdiff_t>(i), end);
-        if (std::find(names.begin(), names.end(), name) != names.end()) return true;
-        i += std::max<std::size_t>(1, name.size());
+    const char *at = formula.data(), *const last = at + formula.size();
+    while (at < last) {
+        if (std::isdigit(static_cast<unsigned char>(*at)) != 0 || *at == '.') {  // "2k" is 2 times k
+            double number = 0.0;
+            at = std::max(at + 1, std::from_chars(at, last, number).ptr);
+            continue;
+        }
+        const char* const end = std::find_if_not(at, last, in_name);
+        if (std::find(names.begin(), names.end(), std::string(at, end)) != names.end()) return true;
+        at = std::max(at + 1, end);
     }
     return false;
 }

@@ -211,6 +211,8 @@ bool has_noise(const Scene& scene);
 
 /// A duration in steps of time.dt; throws an input Error at `key` when it is not an integer number of steps.
 std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration);
+/// The same in seconds: steps times time.dt, from which the decimals of the scene may differ by rounding.
+double whole_interval(const Scene& scene, const std::string& key, double duration);
 
 /// The longest step of which the end and the intervals of the outputs are whole numbers.  Throws an input Error when
 /// there is none of at least a thousandth of the shortest.

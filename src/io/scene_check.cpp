@@ -37,8 +37,13 @@ std::int64_t whole_steps(const Scene& scene, const std::string& key, double dura
             key, duration, steps, dt, max_steps);
     require(is_whole(duration, dt), locate(scene, key),
             "{} = {} is not a whole number of steps of time.dt = {}; choose {}{}", key, duration, dt,
-            duration < dt ? "" : text("{} or ", std::floor(duration / dt) * dt), std::ceil(duration / dt) * dt);
+            duration < dt ? "" : text("{:.10g} or ", std::floor(duration / dt) * dt),
+            text("{:.10g}", std::ceil(duration / dt) * dt));
     return static_cast<std::int64_t>(steps);
+}
+
+double whole_interval(const Scene& scene, const std::string& key, double duration) {
+    return static_cast<double>(whole_steps(scene, key, duration)) * scene.time.dt;
 }
 
 double longest_step(const Scene& scene) {

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace drover::io {
 
 namespace {
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '%'; }
 
 /// The end of an exponent, "2", "-2" or "^-2", that begins at `at`.
 std::size_t exponent_end(const std::string& unit, std::size_t at) {
@@ -20,20 +22,78 @@ std::size_t exponent_end(const std::string& unit, std::size_t at) {
     return end > digits ? end : at;
 }
 
-/// Without empty brackets, blanks at the ends or twice, and a slash before nothing; "1" for nothing.
-std::string tidied(std::string unit) {
-    for (std::size_t at = 0; (at = unit.find("()")) != std::string::npos;)
-        unit.erase(at, exponent_end(unit, at + 2) - at);
-    while (unit.find("  ") != std::string::npos) unit.erase(unit.find("  "), 1);
-    for (const auto& [from, to] : {std::pair{"( ", "("}, std::pair{" )", ")"}})
-        while (unit.find(from) != std::string::npos) unit.replace(unit.find(from), 2, to);
-    for (const auto& [from, to] : {std::pair{"(/", "(1/"}, std::pair{"/)", ")"}})
-        while (unit.find(from) != std::string::npos) unit.replace(unit.find(from), 2, to);
-    if (unit.starts_with('/')) unit.insert(0, "1");
-    while (!unit.empty() && (unit.back() == ' ' || unit.back() == '/')) unit.pop_back();
-    unit.erase(0, std::min(unit.find_first_not_of(' '), unit.size()));
-    return unit.empty() ? "1" : unit;
+/// The end of a word, "mm" or "[p]", that begins at `at`; `at` where there is none.
+std::size_t word_end(const std::string& unit, std::size_t at) {
+    if (unit[at] == '[') return std::min(unit.find(']', at), unit.size() - 1) + 1;
+    std::size_t end = at;
+    while (end < unit.size() && is_letter(unit[end])) ++end;
+    return end;
 }
+
+/// A product of powers of words, as "(mg/mm)^2 1/s".
+class Product {
+public:
+    explicit Product(const std::string& unit) : unit_(unit) { is_valid_ = add_all(1) && at_ == unit_.size(); }
+    bool is_valid() const { return is_valid_; }
+    int& power_of(const std::string& word) {
+        for (auto& [base, power] : powers_)
+            if (base == word) return power;
+        return powers_.emplace_back(word, 0).second;
+    }
+    /// "mg2 mm-2 s-1"; "1" for nothing.
+    std::string written() const {
+        std::string result;
+        for (const auto& [base, power] : powers_)
+            if (power != 0) result += (result.empty() ? "" : " ") + base + (power == 1 ? "" : std::to_string(power));
+        return result.empty() ? "1" : result;
+    }
+
+private:
+    int take_power() {
+        const std::size_t end = exponent_end(unit_, at_);
+        std::string digits = unit_.substr(at_, end - at_);
+        if (digits.starts_with('^')) digits.erase(0, 1);
+        at_ = end;
+        return digits.empty() ? 1 : std::stoi(digits);
+    }
+    /// Until a closing bracket or the end; outer: the power of the whole.
+    bool add_all(int outer) {
+        for (int sign = outer; at_ < unit_.size() && unit_[at_] != ')';) {
+            const char c = unit_[at_];
+            if (c == ' ' || c == '*' || c == '.') {
+                ++at_;
+            } else if (c == '/') {
+                sign = -outer;
+                ++at_;
+            } else if (c == '(') {
+                std::vector<std::pair<std::string, int>> before = std::exchange(powers_, {});
+                ++at_;
+                if (!add_all(1) || at_ == unit_.size()) return false;
+                ++at_;
+                const int power = sign * take_power();
+                const auto inside = std::exchange(powers_, std::move(before));
+                for (const auto& [base, count] : inside) power_of(base) += power * count;
+                sign = outer;
+            } else if (c == '1' && exponent_end(unit_, at_ + 1) == at_ + 1) {
+                ++at_;
+                sign = outer;
+            } else if (const std::size_t end = word_end(unit_, at_); end > at_) {
+                const std::string word = unit_.substr(at_, end - at_);
+                at_ = end;
+                power_of(word) += sign * take_power();
+                sign = outer;
+            } else {
+                return false;
+            }
+        }
+        return true;
+    }
+
+    const std::string& unit_;
+    std::size_t at_ = 0;
+    std::vector<std::pair<std::string, int>> powers_;  // as written
+    bool is_valid_ = false;
+};
 }  // namespace
 
 std::string renamed(const std::string& unit, const Units& units) {
@@ -42,24 +102,26 @@ std::string renamed(const std::string& unit, const Units& units) {
                            std::pair<std::string, const std::string&>{"mg", units.mass}};
     if (std::all_of(names.begin(), names.end(), [](const auto& name) { return name.first == name.second; }))
         return unit;
-    if (unit.empty()) return unit;
     std::string result;
+    bool leaves_any = false;
     for (std::size_t at = 0; at < unit.size();) {
-        if (!is_letter(unit[at])) {
+        const std::size_t end = word_end(unit, at);
+        if (end == at) {
             result += unit[at++];
             continue;
         }
-        std::size_t end = at;
-        while (end < unit.size() && is_letter(unit[end])) ++end;
         const std::string word = unit.substr(at, end - at);
         const auto found =
             std::find_if(names.begin(), names.end(), [&](const auto& name) { return name.first == word; });
-        const std::size_t past = exponent_end(unit, end);
-        if (found == names.end()) result += unit.substr(at, past - at);
-        else if (found->second != "none") result += found->second + unit.substr(end, past - end);
-        at = past;
+        leaves_any = leaves_any || (found != names.end() && found->second == "none");
+        result += found == names.end() ? word : found->second;
+        at = end;
     }
-    return tidied(std::move(result));
+    if (!leaves_any) return result;
+    Product product(result);
+    if (!product.is_valid()) return unit;  // no product of powers
+    product.power_of("none") = 0;
+    return product.written();
 }
 
 std::string in_unit(const char* format, double value, const char* unit, const Units& units) {

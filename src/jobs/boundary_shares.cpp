@@ -26,17 +26,12 @@ files::RecordIdentity plane_identity(const std::string& manifest) {
 }
 }  // namespace
 
-std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const BoundaryShares& shares,
-                                                   Threads& threads) {
+std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const JobOptions& job, Threads& threads) {
     analysis::check_boundary(scene);
     const std::string manifest = plane_manifest_of(scene);
-    files::join_folder(shares.folder, plane_manifest, "", manifest);
-    SharedCompute shared({.folder = shares.folder,
-                          .identity = plane_identity(manifest),
-                          .share = shares.share,
-                          .workers = shares.workers > 0 ? shares.workers : threads.count(),
-                          .quiet = shares.quiet});
-    const bool is_share = !shares.share.is_plain();
+    files::join_folder(job.folder, plane_manifest, "", manifest);
+    SharedCompute shared({.job = with_workers(job, threads.count()), .identity = plane_identity(manifest)});
+    const bool is_share = !job.share.is_plain();
     try {
         run::Result result =
             analysis::make_boundary(scene, threads, {.compute = shared.compute(), .lines_alone = is_share});
@@ -59,7 +54,7 @@ run::Result collect_boundary(const io::Scene& scene, const std::filesystem::path
     require_folder(folder, "boundary");
     const std::string manifest = plane_manifest_of(scene);
     files::join_folder(folder, plane_manifest, "", manifest);
-    SharedCompute known({.folder = folder, .identity = plane_identity(manifest)}, true);
+    SharedCompute known({.job = {.folder = folder, .collect = true}, .identity = plane_identity(manifest)});
     return analysis::make_boundary(scene, threads, {.compute = known.compute()});
 } catch (const Interrupted&) {
     throw Error(Fault::run, {folder.string()},

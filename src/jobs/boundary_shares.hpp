@@ -5,22 +5,14 @@
 #include <string>
 
 #include "analysis/boundary.hpp"
-#include "jobs/share.hpp"
+#include "jobs/job_options.hpp"
 
 namespace drover::jobs {
 
-struct BoundaryShares {
-    std::filesystem::path folder;
-    Share share = {};
-    int workers = 0;  ///< processes; 0: the threads
-    bool quiet = false;
-};
-
 /// The result of make_boundary, to the byte; nothing for a share, whose part is done, and after a signal.  Goes on with
-/// what is in the folder.  Throws as make_boundary, and an input Error if the folder holds another plane, or points of
-/// another version.
-std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const BoundaryShares& shares,
-                                                   Threads& threads);
+/// what is in the folder.  0 workers: as many as the threads.  Throws as make_boundary, and an input Error if the
+/// folder holds another plane, or points of another version.
+std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const JobOptions& job, Threads& threads);
 
 /// Whether the folder has points of this plane, by this version of drover.
 bool has_shares(const io::Scene& scene, const std::filesystem::path& folder);

@@ -292,8 +292,20 @@ void write_table(const io::Scene& scene, const fs::path& folder, CalibrationOutc
     files::replace_file(folder / "table.toml", calibration_toml(*outcome.table, heading));
 }
 
+void warn_of_idle_keys(const io::Scene& scene) {
+    const auto is_idle = [](const std::string& one) { return one.starts_with("forces") || one.starts_with("packing"); };
+    io::Scene alone = scene;
+    alone.particles.forces = {};
+    alone.particles.packing = {};
+    if (io::chosen_text(scene, is_idle) != io::chosen_text(alone, is_idle))
+        log_warning(
+            "[forces] and [packing] have no effect on drover calibrate: its assays place the bodies and act on them "
+            "themselves");
+}
+
 void join(const io::Scene& scene, const CalibrationOptions& options) {
     const CalibrationLayout layout = plan_calibration(scene);
+    warn_of_idle_keys(scene);
     needed_assays(layout, options.targets);  // targets that it cannot answer are rejected before there is a folder
     const Version built = version();
     const std::string factory =
@@ -306,26 +318,18 @@ void join(const io::Scene& scene, const CalibrationOptions& options) {
             options.folder.string(), first.substr(2), built.version, built.git_hash);
 }
 
-int workers_of(const io::Scene& scene) {
-    return scene.calibration.workers > 0 ? scene.calibration.workers : usable_cores();
-}
-
 void run_trials(const io::Scene& scene, const StoredTrials& stored, const CalibrationOptions& options,
                 CalibrationOutcome& outcome) {
-    const int workers = workers_of(scene);
-    NeededTrials needed(scene, stored, options, workers);
+    const JobOptions job = with_workers(options, scene.calibration.workers);
+    NeededTrials needed(scene, stored, options, job.workers);
     outcome.already = needed.already();
     if (!options.quiet)
         log_information("{} measurements ({} trials already done), {} trials at a time, in {}", outcome.units,
-                        outcome.already, workers, options.folder.string());
-    const CampaignOutcome ran = Campaign(needed.plan(), {.folder = options.folder,
-                                                         .identity = stored.identity(),
-                                                         .share = options.share,
-                                                         .workers = workers,
-                                                         .grace_period = grace_period,
-                                                         .quiet = options.quiet,
-                                                         .shares_wait = true})
-                                    .run();
+                        outcome.already, job.workers, options.folder.string());
+    const CampaignOutcome ran =
+        Campaign(needed.plan(),
+                 {.job = job, .identity = stored.identity(), .grace_period = grace_period, .shares_wait = true})
+            .run();
     outcome.trials = ran.ran;
     outcome.stopped = ran.stopped;
     outcome.crashed = needed.crashed();
@@ -398,7 +402,7 @@ std::string calibration_status(const io::Scene& scene, const CalibrationOptions&
     require_folder(options.folder, "calibrate");
     const CalibrationLayout layout = layout_for(scene, options);
     const StoredTrials stored(scene, layout, options.folder);
-    const NeededTrials needed(scene, stored, options, workers_of(scene));
+    const NeededTrials needed(scene, stored, options, with_workers(options, scene.calibration.workers).workers);
     const std::vector<UnitRecord> records = campaign_records(options.folder, stored.identity());
     std::vector<std::string> keys;
     for (const UnitRecord& record : records)

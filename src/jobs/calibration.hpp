@@ -9,19 +9,15 @@
 #include "io/scene.hpp"
 #include "jobs/accuracy_target.hpp"
 #include "jobs/calibration_layout.hpp"
-#include "jobs/share.hpp"
+#include "jobs/job_options.hpp"
 #include "run/result.hpp"
 
 namespace drover::jobs {
 
-struct CalibrationOptions {
-    std::filesystem::path folder;
-    Share share = {};      ///< any number of processes, on any machines, may work in one folder
-    bool collect = false;  ///< runs nothing; writes the table of the trials present
-    bool quiet = false;
+struct CalibrationOptions : JobOptions {
     /// Wanted numbers: trials are spread so that these reach their errors soonest; without any, every assay at every
     /// point reaches calibrate.relative_error.
-    std::vector<AccuracyTarget> targets;
+    std::vector<AccuracyTarget> targets = {};
     double budget = INFINITY;  ///< core seconds of all trials for wanted numbers
 };
 

@@ -69,8 +69,10 @@ std::string manifest_of(io::Scene scene) {
 /// The setup of one point.  Values are checked here, before anything runs.
 dem::Setup setup_at(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationUnit& unit) {
     const calibrate::Table& axes = layout.axes;
-    std::vector<std::string> overrides{"packing.kind=random", "packing.file=\"\"", "forces.hold_beads=false",
-                                       "beads.count=0", text("beads.area_fraction={}", axes.bead_fractions[unit.bead])};
+    io::Scene alone = scene;  // assays place bodies and act on them themselves
+    alone.particles.packing = {};
+    alone.particles.forces = {};
+    std::vector<std::string> overrides{"beads.count=0", text("beads.area_fraction={}", axes.bead_fractions[unit.bead])};
     const auto rods = [&](const std::string& count, const std::string& fraction) {
         overrides.push_back("rods.count=" + count);
         overrides.push_back("rods.area_fraction=" + fraction);
@@ -81,7 +83,7 @@ dem::Setup setup_at(const io::Scene& scene, const CalibrationLayout& layout, con
         case calibrate::Population::all: rods("0", text("{}", axes.rod_fractions[unit.rod])); break;
     }
     if (!axes.varied_key.empty()) overrides.push_back(text("{}={}", axes.varied_key, axes.varied[unit.varied]));
-    return io::changed(scene, overrides).particles;
+    return io::changed(alone, overrides).particles;
 }
 
 void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& layout) {

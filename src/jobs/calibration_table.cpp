@@ -117,15 +117,19 @@ calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<cal
 
 namespace {
 /// Columns of the text table: row and heading.
-constexpr std::array<std::pair<const char*, const char*>, 9> columns{{{"drag", "alpha/Gamma"},
-                                                                      {"relaxation_rate", "a"},
-                                                                      {"weathercock", "lambda"},
-                                                                      {"relaxation_over_weathercock", "a/lambda"},
-                                                                      {"alignment", "g"},
-                                                                      {"propulsion", "u"},
-                                                                      {"damping_rate", "Gamma/(m rho)"},
-                                                                      {"viscosity_kinematic", "eta/(m rho)"},
-                                                                      {"stiffness", "E"}}};
+constexpr std::array<std::pair<const char*, const char*>, 13> columns{{{"drag", "alpha/Gamma"},
+                                                                       {"relaxation_rate", "a"},
+                                                                       {"weathercock", "lambda"},
+                                                                       {"relaxation_over_weathercock", "a/lambda"},
+                                                                       {"alignment", "g"},
+                                                                       {"propulsion", "u"},
+                                                                       {"damping_rate", "Gamma/(m rho)"},
+                                                                       {"viscosity_kinematic", "eta/(m rho)"},
+                                                                       {"stiffness", "E"},
+                                                                       {"rotational_diffusion", "D_r"},
+                                                                       {"bead_diffusion", "D of beads"},
+                                                                       {"rod_diffusion", "D of rods"},
+                                                                       {"contact_scattering", "c of pairs"}}};
 
 /// Whether any entry is not merely set.
 bool has_results(const calibrate::TableRow& row) {

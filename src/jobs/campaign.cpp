@@ -34,11 +34,12 @@ public:
     State(UnitPlan plan, CampaignOptions options)
         : plan_(std::move(plan)),
           options_(std::move(options)),
-          claims_(options_.folder / "claims",
-                  files::this_process(options_.share.number, options_.share.count, options_.workers), options_.times),
-          store_(options_.folder, options_.identity, options_.share) {
+          claims_(options_.job.folder / "claims",
+                  files::this_process(options_.job.share.number, options_.job.share.count, options_.job.workers),
+                  options_.times),
+          store_(options_.job.folder, options_.identity, options_.job.share) {
         refresh();
-        if (options_.share.is_plain()) {  // what had failed may be tried again
+        if (options_.job.share.is_plain()) {  // what had failed may be tried again
             std::erase_if(ended_, [](const auto& unit) { return unit.second.state != UnitState::done; });
             for (auto& [key, unit] : ended_) unit.losses = 0;
         }
@@ -53,7 +54,7 @@ public:
                         .received = [this](std::size_t job, const std::string& bytes) { receive(job, bytes); },
                         .ended = [this](std::size_t job, int status) { end(job, status); },
                         .idle = [this] { tend(); }};
-        const PoolOptions pool{.workers = options_.workers,
+        const PoolOptions pool{.workers = options_.job.workers,
                                .grace_period =
                                    options_.grace_period > 0.0 ? options_.grace_period : PoolOptions{}.grace_period};
         for (;;) {
@@ -64,7 +65,7 @@ public:
                 throw;
             }
             flush();
-            const bool waits = options_.share.is_plain() || options_.shares_wait;
+            const bool waits = options_.job.share.is_plain() || options_.shares_wait;
             if (outcome_.stopped || held_.empty() || (!waits && are_alive())) break;
             report_waiting();
             std::this_thread::sleep_for(200ms);
@@ -88,7 +89,7 @@ private:
         const auto found = ended_.find(key);
         if (found == ended_.end()) return false;
         const Ended& unit = found->second;
-        const bool is_given_up = !options_.share.is_plain() && unit.losses >= max_losses;
+        const bool is_given_up = !options_.job.share.is_plain() && unit.losses >= max_losses;
         return unit.state != UnitState::lost || is_given_up || lost_here_.contains(key);
     }
 
@@ -244,9 +245,9 @@ private:
     }
 
     void report_waiting() {
-        if (options_.quiet || Clock::now() - reported_ < 30s) return;
+        if (options_.job.quiet || Clock::now() - reported_ < 30s) return;
         reported_ = Clock::now();
-        log_information("waiting for {} jobs of other processes in {}", held_.size(), options_.folder.string());
+        log_information("waiting for {} jobs of other processes in {}", held_.size(), options_.job.folder.string());
     }
 
     UnitPlan plan_;

@@ -33,12 +33,9 @@ struct UnitPlan {
 };
 
 struct CampaignOptions {
-    std::filesystem::path folder;
+    JobOptions job;  ///< with workers
     files::RecordIdentity identity;
-    Share share = {};
-    int workers = 1;            ///< simultaneous units
-    double grace_period = 0.0;  ///< for workers after a signal [s]; 0: for ever
-    bool quiet = false;
+    double grace_period = 0.0;     ///< for workers after a signal [s]; 0: for ever
     bool shares_wait = false;      ///< for units of other processes, as those that end may make more wanted
     std::size_t max_group = 1000;  ///< units that a worker gets at a time, at most a second of work
     files::ClaimTimes times = {};

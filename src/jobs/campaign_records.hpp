@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "files/record_folder.hpp"
-#include "jobs/share.hpp"
+#include "jobs/job_options.hpp"
 
 namespace drover::jobs {
 

@@ -32,9 +32,9 @@ struct SharedCompute::State {
         }
     };
 
-    State(CampaignOptions options, bool collects) {
-        if (collects)
-            for (const UnitRecord& record : campaign_records(options.folder, options.identity)) take(record);
+    explicit State(CampaignOptions options) {
+        if (options.job.collect)
+            for (const UnitRecord& record : campaign_records(options.job.folder, options.identity)) take(record);
         else campaign = std::make_unique<Campaign>(plan(), std::move(options));
     }
 
@@ -98,9 +98,9 @@ struct SharedCompute::State {
     std::unique_ptr<Campaign> campaign = {};  ///< none: it only collects
 };
 
-SharedCompute::SharedCompute(CampaignOptions options, bool collects) {
+SharedCompute::SharedCompute(CampaignOptions options) {
     options.shares_wait = true;  // the next loop needs all numbers of this one
-    state_ = std::make_unique<State>(std::move(options), collects);
+    state_ = std::make_unique<State>(std::move(options));
 }
 SharedCompute::~SharedCompute() = default;
 

@@ -16,8 +16,7 @@ struct Interrupted {};
 /// that starts later, or anew, goes through all that is known in a moment.
 class SharedCompute {
 public:
-    /// `collects`: computes nothing.
-    explicit SharedCompute(CampaignOptions options, bool collects = false);
+    explicit SharedCompute(CampaignOptions options);
     ~SharedCompute();
 
     /// Valid as long as this object.  Calls throw Interrupted, and a run Error for numbers that failed.

@@ -219,7 +219,7 @@ void remove_archives(const Sweep& sweep) {
 /// The part of this process in it.
 class SweepWork {
 public:
-    SweepWork(Sweep& sweep, const SweepOptions& options) : sweep_(sweep), options_(options) {}
+    SweepWork(Sweep& sweep, const JobOptions& options) : sweep_(sweep), options_(options) {}
 
     /// Whether a signal stopped it.
     bool run() {
@@ -227,12 +227,8 @@ public:
                             .run = [this](const std::string& key) { return run_one(sweep_, run_of(key)); },
                             .take = [this](const UnitRecord& record) { take(record); },
                             .holds = [this](const UnitRecord& record) { return holds(record); }};
-        const int workers = sweep_.scene.sweep.workers > 0 ? sweep_.scene.sweep.workers : usable_cores();
-        return Campaign(plan, {.folder = sweep_.folder,
+        return Campaign(plan, {.job = with_workers(options_, sweep_.scene.sweep.workers),
                                .identity = sweep_.identity,
-                               .share = options_.share,
-                               .workers = workers,
-                               .quiet = options_.quiet,
                                .shares_wait = sweep_.is_adaptive()})
             .run()
             .stopped;
@@ -283,15 +279,14 @@ private:
     }
 
     Sweep& sweep_;
-    const SweepOptions& options_;
+    const JobOptions& options_;
     std::unordered_set<std::string> done_;
     Marks marks_;
     std::size_t planned_marks_ = 0, planned_done_ = 0;  ///< in the layout
 };
 
 /// From the records of all processes.
-void conclude(Sweep& sweep, const SweepOptions& options, const std::vector<std::string>& remarks,
-              SweepOutcome& outcome) {
+void conclude(Sweep& sweep, const JobOptions& options, const std::vector<std::string>& remarks, SweepOutcome& outcome) {
     const Ended ended = ended_runs(sweep, campaign_records(sweep.folder, sweep.identity));
     outcome.runs = sweep.layout.runs.size();
     for (const auto& [name, reason] : ended.failures) outcome.failures.push_back(name + ": " + reason);
@@ -323,7 +318,7 @@ void check_values(const Sweep& sweep) {
 
 SweepLayout plan_sweep(const io::Scene& scene) { return plan_sweep(scene, {}, numbered_points(scene)); }
 
-SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options) {
+SweepOutcome run_sweep(const io::Scene& scene, const JobOptions& options) {
     const fs::path& folder = options.folder;
     Sweep sweep(scene, folder);
     if (options.collect) require_folder(folder, "sweep");

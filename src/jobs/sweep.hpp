@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/scene.hpp"
-#include "jobs/share.hpp"
+#include "jobs/job_options.hpp"
 #include "jobs/sweep_table.hpp"
 
 namespace drover::jobs {
@@ -14,13 +14,6 @@ namespace drover::jobs {
 /// Throws an input Error, at the place of sweep.vary, for a text that is not "key = a, b, c" or "key = a:b:n", a
 /// ramp of no key, or a value that the scene does not allow.
 SweepLayout plan_sweep(const io::Scene& scene);
-
-struct SweepOptions {
-    std::filesystem::path folder;
-    Share share = {};
-    bool collect = false;  ///< runs nothing
-    bool quiet = false;
-};
 
 struct SweepOutcome {
     std::optional<SweepTable> table;  ///< not for a share, unless it was the last
@@ -32,7 +25,7 @@ struct SweepOutcome {
 /// Runs what is not finished in `folder`, beside any number of other processes that do the same: call it again to
 /// resume.  Writes table.csv there, whose bytes depend on the scene alone.  Throws an input Error if the folder holds
 /// another sweep.
-SweepOutcome run_sweep(const io::Scene& scene, const SweepOptions& options);
+SweepOutcome run_sweep(const io::Scene& scene, const JobOptions& options);
 
 /// One line on what all processes of a sweep have done.
 std::string sweep_status(const io::Scene& scene, const std::filesystem::path& folder);

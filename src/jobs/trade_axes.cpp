@@ -204,8 +204,10 @@ void add_particle_models(const io::Scene& scene, std::vector<AxisLevel>& levels)
 void add_declared_models(const io::DeclaredModel& declared, std::vector<AxisLevel>& levels) {
     for (const auto& [name, value] : declared.coefficients)
         if (value != 0.0) levels.push_back({"without " + name, {set("coefficients." + name, 0.0)}});
-    for (std::size_t k = 0; k < declared.fields.size(); ++k)
-        if (declared.fields[k].noise != "0")
+    const model::Model model = io::model_of(declared);
+    for (std::size_t k = 0, n = 0; k < declared.fields.size();
+         ++k, n += model.fields[n].part == model::Part::real ? 2 : 1)
+        if (model.fields[n].noise != 0.0)
             levels.push_back({"without the noise of " + declared.fields[k].symbol, {text("field[{}].noise=0", k + 1)}});
 }
 
@@ -270,8 +272,10 @@ std::vector<AxisLevel> cell_levels(const io::Scene& scene) {
         uniform = uniform && !io::mentions(formula.text, {"x", "y"});
     if (!uniform) return {};
     return {{"twice the sides",
-             {set("grid.nx", 2 * scene.grid.nx), set("grid.ny", 2 * scene.grid.ny), set("grid.lx", 2.0 * scene.grid.lx),
-              set("grid.ly", 2.0 * scene.grid.ly)}}};
+             scene.grid.ny == 1
+                 ? std::vector{set("grid.nx", 2 * scene.grid.nx), set("grid.lx", 2.0 * scene.grid.lx)}
+                 : std::vector{set("grid.nx", 2 * scene.grid.nx), set("grid.ny", 2 * scene.grid.ny),
+                               set("grid.lx", 2.0 * scene.grid.lx), set("grid.ly", 2.0 * scene.grid.ly)}}};
 }
 
 }  // namespace drover::jobs

@@ -372,11 +372,9 @@ io::Scene with_accuracy(const io::Scene& scene, const std::vector<AccuracyTarget
                         duration_text(std::max(min_seconds, part * seconds)), folder.string());
     io::Scene given = scene;
     given.output.file.clear();
-    const Tradeoff found = study_tradeoff(given, {.targets = targets,
-                                                  .budget = std::max(min_seconds, part * seconds),
-                                                  .run_budget = INFINITY,
-                                                  .folder = folder,
-                                                  .quiet = quiet});
+    const Tradeoff found =
+        study_tradeoff(given,
+                       {{.folder = folder, .quiet = quiet}, targets, std::max(min_seconds, part * seconds), INFINITY});
     if (found.stopped)
         fail_environment("stopped by a signal during the trials, which are kept: run the same command to resume");
     if (!found.recommended) fail_run("{}", found.why_none);

@@ -34,22 +34,10 @@ struct TrialResult {
 };
 
 /// What a study of speed and accuracy is asked.
-struct TradeoffOptions {
-    std::vector<AccuracyTarget> targets;
-    double budget = 0.0;           ///< core seconds of all trials
-    double run_budget = 0.0;       ///< core seconds of the recommended run
-    std::filesystem::path folder;  ///< of the trials, which are kept
-    Share share = {};              ///< any number of processes, on any machines, may work in one folder
-    int workers = 0;               ///< simultaneous trials; 0: the cores that the process may use
-    bool collect = false;          ///< runs nothing: the result of the trials that have ended
-    bool quiet = false;
-};
-
-struct TrialOptions {
-    Share share = {};
-    int workers = 1;       ///< simultaneous trials
-    bool collect = false;  ///< runs nothing
-    bool quiet = false;
+struct TradeoffOptions : JobOptions {
+    std::vector<AccuracyTarget> targets = {};
+    double budget = 0.0;      ///< core seconds of all trials
+    double run_budget = 0.0;  ///< core seconds of the recommended run
 };
 
 /// The trials of one folder, in which any number of processes may work.
@@ -57,7 +45,7 @@ class Trials {
 public:
     /// Reads what the folder holds.  `scene`: the resolved text of the scene that the trials change.  Throws an input
     /// Error, with the first difference, when the records are those of another one.
-    Trials(const std::filesystem::path& folder, const std::string& scene, const TrialOptions& options);
+    Trials(const std::string& scene, const JobOptions& options);
     Trials(const Trials&) = delete;
     Trials& operator=(const Trials&) = delete;
 
@@ -90,8 +78,7 @@ private:
     void take(const UnitRecord& record);
     bool run_wanted();
 
-    std::filesystem::path folder_;
-    TrialOptions options_;
+    JobOptions options_;                                   ///< with workers
     std::map<std::string, TrialResult> results_, failed_;  ///< by name; a longer run may fail
     std::map<std::string, std::vector<double>> agreed_;    ///< by key
     std::vector<Wanted> wanted_;

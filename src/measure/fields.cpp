@@ -233,10 +233,11 @@ Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries
         }
         if (field.counted.empty()) continue;
         std::vector<double> total = values(total_name(field));
-        for (const double mean : values(statistic_name(field, "mean"))) total.push_back(mean * recorded.area);
+        if (total.empty())
+            for (const double mean : values(statistic_name(field, "mean"))) total.push_back(mean * recorded.area);
         if (total.empty()) continue;
         for (const BoxFamily& family : box_families()) {
-            BoxSizes boxes{field.counted, family.ending, family.shape, total.front(), {}};
+            BoxSizes boxes{field.counted, family.ending, family.shape, total, {}};
             for (const int side : setting.*family.sides) {
                 const numerics::BoxCells box = numerics::box_cells(setting.grid, side, family.along_x, family.along_y);
                 boxes.fractions.push_back(static_cast<double>(box.x) * box.y / points);

@@ -294,7 +294,7 @@ Recorded particle_recording(const ParticleSetting& setting, std::vector<Recorded
                       .boxes = {},
                       .orders = {shared_order}};
     for (const auto& [what, total] : {std::pair{"rod", setting.rods}, {"bead", setting.beads}})
-        recorded.boxes.push_back({what, "", "square box", static_cast<double>(total), setting.fractions});
+        recorded.boxes.push_back({what, "", "square box", {static_cast<double>(total)}, setting.fractions});
     for (const char* name : {shared_order, "energy_kinetic"})
         if (const RecordedSeries* indicator = find_row(recorded.series, name))
             recorded.indicators.push_back(indicator->values);

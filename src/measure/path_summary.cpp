@@ -166,9 +166,9 @@ std::vector<SummaryRow> path_rows(const Paths& paths) {
     const bool enough = paths.added >= 2;
     const Estimate none{.mean = nan,
                         .why_no_error =
-                            text("{} frames of {} s after the warm-up; expected two or more: run for longer, or "
-                                 "reduce output.frame_every",
-                                 paths.added, paths.spacing)};
+                            text("{} frame{} after the warm-up, one every {} s; expected two or more: run for longer, "
+                                 "or reduce output.frame_every",
+                                 paths.added, paths.added == 1 ? "" : "s", paths.spacing)};
     if (!paths.rods.empty() && enough) add_rod_rows(paths, rows);
     if (!paths.rods.empty() && !enough)
         for (const auto& [name, unit] : {std::pair{"rod_speed", "mm s-1"},

@@ -166,7 +166,8 @@ std::string undefined_samples(std::span<const double> values, std::size_t skippe
     return text(
         "no mean: the value is not finite in {} of {} samples after warm-up; the first is sample {}, {}: choose a "
         "longer warm-up, or see the formula for when it is undefined",
-        bad, values.size(), static_cast<std::size_t>(first - values.begin()) + skipped + 1, *first);
+        bad, values.size(), static_cast<std::size_t>(first - values.begin()) + skipped + 1,
+        std::isnan(*first) ? "NaN" : text("{}", *first));
 }
 
 /// Common to all estimates.  The series include the warm-up.

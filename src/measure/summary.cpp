@@ -141,8 +141,13 @@ void add_box_rows(const BoxSizes& boxes, const RecordedSeries& variance, double 
         "the finite cell alone reduces it",
         axes,
         {}};
+    const Estimate total = boxes.total.size() == 1
+                               ? Estimate{.mean = boxes.total.front(), .error = 0.0}
+                               : estimate_mean({.series = {boxes.total}, .spacing = spacing, .skip = skip}, 0);
     for (std::size_t b = 0; b < boxes.fractions.size(); ++b) {
-        number.estimates.push_back({.mean = boxes.total * boxes.fractions[b], .error = 0.0});
+        number.estimates.push_back(total);
+        number.estimates.back().mean *= boxes.fractions[b];
+        if (total.error) number.estimates.back().error = *total.error * boxes.fractions[b];
         deviation.estimates.push_back(estimate_deviation(samples, b));
         if (b + 1 < boxes.fractions.size())
             exponent.estimates.push_back(

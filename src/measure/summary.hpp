@@ -43,7 +43,7 @@ struct BoxSizes {
     std::string what;               ///< "rod"
     std::string ending;             ///< of the names of the rows
     std::string shape;              ///< for people: "square box"
-    double total = 0.0;             ///< mean number in the cell
+    std::vector<double> total;      ///< number in the cell, of each sample; one number if it is always that
     std::vector<double> fractions;  ///< area of each box as a fraction of the cell, ascending
 };
 

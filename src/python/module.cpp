@@ -320,11 +320,9 @@ py::dict outcome_dict(const run::RunOutcome& outcome) {
 
 std::string calibrate(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,
                       const std::vector<std::string>& want, const std::string& budget, bool quiet) {
-    jobs::CalibrationOptions options{.folder = folder,
-                                     .share = {.number = share, .count = shares},
-                                     .collect = collect,
-                                     .quiet = quiet,
-                                     .targets = jobs::parse_accuracy_targets(want)};
+    jobs::CalibrationOptions options{
+        {.folder = folder, .share = {.number = share, .count = shares}, .collect = collect, .quiet = quiet},
+        jobs::parse_accuracy_targets(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     const jobs::CalibrationOutcome outcome = jobs::run_calibration(scene, options);
     nlohmann::json result{{"file", outcome.file.string()},
@@ -346,12 +344,11 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
                      const std::filesystem::path& folder, int workers, bool collect, bool quiet) {
-    jobs::TradeoffOptions options{.targets = jobs::parse_accuracy_targets(want),
-                                  .folder = folder,
-                                  .workers = workers,
-                                  .collect = collect,
-                                  .quiet = quiet};
-    options.budget = options.run_budget = seconds_of(budget, "budget");
+    const double seconds = seconds_of(budget, "budget");
+    const jobs::TradeoffOptions options{{.folder = folder, .workers = workers, .collect = collect, .quiet = quiet},
+                                        jobs::parse_accuracy_targets(want),
+                                        seconds,
+                                        seconds};
     const jobs::Tradeoff found = jobs::study_tradeoff(scene, options);
     if (found.stopped) fail_run("stopped by a signal; every trial is kept: the same call resumes");
     const nlohmann::json result{{"found", run::result_json(found.result)},
@@ -384,7 +381,7 @@ std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, i
 
 std::string calibration_status(const io::Scene& scene, const std::filesystem::path& folder,
                                const std::vector<std::string>& want, const std::string& budget) {
-    jobs::CalibrationOptions options{.folder = folder, .targets = jobs::parse_accuracy_targets(want)};
+    jobs::CalibrationOptions options{{.folder = folder}, jobs::parse_accuracy_targets(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     return jobs::calibration_status(scene, options);
 }

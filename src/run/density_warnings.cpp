@@ -1,7 +1,10 @@
 // run/density_warnings.cpp: negative densities, and values beyond a table.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
+#include "drover/base/expression.hpp"
 #include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"
 #include "run/warnings.hpp"
@@ -75,11 +78,63 @@ void add_negative_densities(const files::ArchiveReader& archive, const io::Scene
 }
 }  // namespace
 
+namespace {
+/// A formula in one field that does not turn, and numbers of the model; nothing where it is of another kind.
+struct OfField {
+    const model::Field* field;
+    Expression value;
+};
+std::optional<OfField> of_one_field(const std::string& formula, const io::Scene& scene, const model::Model& model) {
+    for (const model::Field& field : model.fields) {
+        if (field.spin != 0) continue;
+        try {
+            return OfField{&field, parse_expression(formula, {.variables = {{field.symbol, 0}},
+                                                              .constants = scene.declared.coefficients})};
+        } catch (const Error&) {  // it has other names
+        }
+    }
+    return std::nullopt;
+}
+
+/// A table that holds its outermost values, of a formula: samples in which it left its nodes.
+void add_held_formula(const files::ArchiveReader& archive, const io::Scene& scene, const physics::HeldRange& held,
+                      const model::Model& model, std::vector<std::string>& warnings) {
+    const std::optional<OfField> of = of_one_field(held.symbol, scene, model);
+    if (!of) {
+        warnings.push_back(
+            text("whether {} left the table of coefficients is not known; beyond {:.4g} to {:.4g} its outermost values "
+                 "are held (outside = \"hold\"): with outside = \"refuse\" the run would stop there",
+                 held.symbol, held.min, held.max));
+        return;
+    }
+    const std::vector<double> low = series_of(archive, "min_" + of->field->name),
+                              high = series_of(archive, "max_" + of->field->name);
+    std::size_t samples = 0;
+    constexpr int parts = 32;
+    for (std::size_t i = 0; i < std::min(low.size(), high.size()); ++i) {
+        bool leaves = false;
+        for (int k = 0; k <= parts && !leaves; ++k) {
+            const double value = evaluate(of->value, std::array{low[i] + (high[i] - low[i]) * k / parts});
+            leaves = value < held.min || value > held.max;
+        }
+        samples += leaves ? 1 : 0;
+    }
+    if (samples > 0)
+        warnings.push_back(
+            text("{} left the table of coefficients in {} samples; its outermost values were held there (outside = "
+                 "\"hold\"): give a table beyond {:.4g} to {:.4g}",
+                 held.symbol, samples, held.min, held.max));
+}
+}  // namespace
+
 void add_density_warnings(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
                           std::vector<std::string>& warnings) {
     add_negative_densities(archive, scene, what, warnings);
-    for (const physics::HeldRange& held : held_ranges(scene))
-        for (const model::Field& field : what.equations.model().fields) {
+    const std::vector<model::Field>& fields = what.equations.model().fields;
+    for (const physics::HeldRange& held : held_ranges(scene)) {
+        if (std::ranges::find(fields, held.symbol, &model::Field::symbol) == fields.end())
+            add_held_formula(archive, scene, held, what.equations.model(), warnings);
+        for (const model::Field& field : fields) {
             if (field.symbol != held.symbol) continue;
             const std::string unit = field.unit == "1" ? "" : " " + field.unit;
             for (const Excess& excess : {samples_below(archive, "min_" + field.name, held.min),
@@ -90,6 +145,7 @@ void add_density_warnings(const files::ArchiveReader& archive, const io::Scene& 
                              "values were held there (outside = \"hold\"): give a table beyond {:.4g} to {:.4g}{}",
                              field.name, excess.samples, excess.worst, unit, excess.time, held.min, held.max, unit));
         }
+    }
 }
 
 }  // namespace drover::run

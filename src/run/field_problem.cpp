@@ -66,6 +66,30 @@ SharedObserver observer_of_state(const SharedObserver& whole, Threads& threads) 
     return std::make_shared<FieldObserver>(std::move(setting), threads);
 }
 
+void check_result_names(const io::Scene& scene) {
+    if (scene.kind != io::SceneKind::model) return;
+    const model::Equations equations = equations_of(scene);
+    numerics::Grid small = scene.grid;  // the names do not depend on it
+    small.nx = std::min(small.nx, 8);
+    small.ny = std::min(small.ny, 8);
+    const measure::FieldSetting setting = measure::make_field_setting(equations, small, 1);
+    std::vector<measure::RecordedSeries> series;
+    for (const auto& row : measure::field_observables(setting))
+        series.push_back(measure::recorded_series(row, std::vector<double>(measure::size_of(row.axes))));
+    std::vector<std::string> names;
+    for (const measure::SummaryRow& row : measure::summarise(measure::field_recording(setting, series)).rows)
+        for (const char* ending : result_endings) names.push_back(row.name + ending);
+    std::ranges::sort(names);
+    const auto twice = std::ranges::adjacent_find(names);
+    if (twice == names.end()) return;
+    std::vector<std::string> fields;
+    for (const model::Field& field : equations.model().fields)
+        if (twice->find(field.name) != std::string::npos) fields.push_back(field.name);
+    fail_input({scene.file},
+               "two results of the fields {} would be called {} in archives; expected other names of fields",
+               joined(fields), *twice);
+}
+
 FieldProblem field_problem(const io::Scene& scene) {
     FieldProblem problem{.integrated = integrated_of(with_counterterm(scene))};
     problem.components = quantities(model::components_of_state(problem.integrated.equations));

@@ -42,6 +42,9 @@ private:
     std::unique_ptr<model::EnergyMeter> energy_;
 };
 using SharedObserver = std::shared_ptr<FieldObserver>;
+/// Throws an input Error where two results of a model of one's own would have one name in archives.
+void check_result_names(const io::Scene& scene);
+
 SharedObserver field_observer(const io::Scene& scene, const model::Integrated& what, Threads& threads);
 /// The same without what a run alone can tell, its energy budget and its step error.
 SharedObserver observer_of_state(const SharedObserver& whole, Threads& threads);

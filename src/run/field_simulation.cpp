@@ -25,7 +25,8 @@ using numerics::Complex;
 
 class FieldSimulation final : public Simulation {
 public:
-    FieldSimulation(const io::Scene& the_scene, Threads& threads);
+    /// resumed: its state is that of a checkpoint, which restore() brings.
+    FieldSimulation(const io::Scene& the_scene, Threads& threads, bool resumed);
 
     void advance(std::int64_t step) override;
     void check_health(std::int64_t step) override;
@@ -39,7 +40,7 @@ public:
     const numerics::Spectra& state() const { return state_; }
 
 private:
-    numerics::Spectra first_state(Threads& threads) const;
+    numerics::Spectra first_state(Threads& threads, bool resumed) const;
     ScheduledRecording frames();
     ScheduledRecording samples();
     void to_grid();
@@ -69,7 +70,7 @@ numerics::StepWork work_of_run(const io::Scene& scene, const FieldProblem& probl
     return work;
 }
 
-FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads)
+FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads, bool resumed)
     : Simulation(the_scene.time.dt, io::whole_steps(the_scene, "time.end", the_scene.time.end), threads.count()),
       scene_(the_scene),
       problem_(field_problem(scene_)),
@@ -83,7 +84,7 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads)
                  static_cast<std::uint64_t>(scene_.run.seed), threads),
       transform_(scene_.grid, evolution_.linear().degree, threads),
       observer_(field_observer(scene_, problem_.integrated, threads)),
-      state_(first_state(threads)),
+      state_(first_state(threads, resumed)),
       fields_(scene_.grid, state_.count()),
       balanced_(scene_.grid, static_cast<int>(problem_.balanced.size())) {
     health_ = make_field_health(problem_, evolution_.linear(), state_);
@@ -101,11 +102,12 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads)
     recordings.push_back(samples());
 }
 
-numerics::Spectra FieldSimulation::first_state(Threads& threads) const {
+numerics::Spectra FieldSimulation::first_state(Threads& threads, bool resumed) const {
     if (scene_.initial.kind != "file")
         return model::start_spectra(scene_.initial, problem_.integrated.equations, evolution_.linear(),
                                     static_cast<std::uint64_t>(scene_.run.seed), threads);
     numerics::Spectra spectra(scene_.grid, static_cast<int>(problem_.components.size()));
+    if (resumed) return spectra;  // the file of the start may be gone
     std::vector<FrameField> wanted;
     for (const files::Quantity& one : problem_.components) wanted.push_back({one.name, one.unit});
     transform_.forward(frame_of_file(scene_, wanted, evolution_.linear().degree), spectra);
@@ -142,7 +144,7 @@ io::Scene start_alone(const io::Scene& scene) {
 }
 
 numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
-    return FieldSimulation(start_alone(scene), threads).state();
+    return FieldSimulation(start_alone(scene), threads, false).state();
 }
 
 int choose_threads(const io::Scene& scene) {
@@ -407,7 +409,7 @@ void FieldSimulation::restore(std::span<const double> all) {
 
 std::unique_ptr<Simulation> make_field_simulation(const io::Scene& scene, Threads& threads,
                                                   std::span<const double> saved) {
-    auto simulation = std::make_unique<FieldSimulation>(scene, threads);
+    auto simulation = std::make_unique<FieldSimulation>(scene, threads, !saved.empty());
     if (!saved.empty()) simulation->restore(saved);
     return simulation;
 }

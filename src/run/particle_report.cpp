@@ -29,7 +29,7 @@ FrameRange frames_on_schedule(const std::vector<double>& times, double spacing, 
 /// The paths after the warm-up, read frame by frame; none where only the first and the last frame are kept.
 std::optional<measure::Paths> paths_of(const files::ArchiveReader& archive, const io::Scene& scene,
                                        const dem::Bodies& bodies, double warm_up) {
-    const double spacing = scene.output.frame_every;
+    const double spacing = io::whole_interval(scene, "output.frame_every", scene.output.frame_every);
     const std::string rods = std::string(io::rods_group) + "/", beads = std::string(io::beads_group) + "/";
     const bool has_rods = !bodies.rods.empty(), has_beads = !bodies.beads.empty();
     if (!(spacing > 0.0) || (!has_rods && !has_beads)) return std::nullopt;

@@ -122,6 +122,8 @@ public:
     void restore(std::span<const double> saved) override;
     void accept(std::int64_t step) override;
     std::string describe() const override;
+    /// Throws an input Error where bodies of a file overlap in this scene, or are beyond its plates.
+    void check_start();
 
 private:
     ScheduledRecording samples();
@@ -146,6 +148,11 @@ ParticleSimulation::ParticleSimulation(const io::Scene& the_scene, dem::Bodies b
                                   return store_in_place(rows_[group], make_row(scene_.particles, world_.bodies()));
                               }});
     recordings.push_back(samples());
+}
+
+void ParticleSimulation::check_start() try { world_.set_bodies(world_.bodies(), 0); } catch (const Error& error) {
+    throw Error(error.fault(), io::locate(scene_, "packing.file"),
+                text("the start in packing.file: {}", error.message()));
 }
 
 std::vector<double> ParticleSimulation::save() const {
@@ -329,6 +336,7 @@ std::unique_ptr<Simulation> make_particle_simulation(const io::Scene& scene, Thr
                                                      std::span<const double> saved) {
     auto simulation = std::make_unique<ParticleSimulation>(scene, start_bodies(scene, saved), threads);
     if (!saved.empty()) simulation->restore(saved);
+    else if (scene.particles.packing.kind == "file") simulation->check_start();
     return simulation;
 }
 

@@ -22,12 +22,13 @@ std::size_t regular_samples(const std::vector<double>& times, double spacing) {
 
 Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group) {
     const std::vector<double> times = archive.read(group + "/time").values;
-    const bool two_alone = scene.output.sample_every == 0.0;
+    const double every = scene.output.sample_every;
     Sampling sampling{.end = times.empty() ? 0.0 : times.back(),
-                      .spacing = two_alone ? scene.time.end : scene.output.sample_every,
-                      .samples = 0,
+                      .spacing =
+                          every == 0.0 ? scene.time.end : io::whole_interval(scene, "output.sample_every", every),
+                      .samples = times.size(),
                       .warm_up = std::nullopt};
-    sampling.samples = regular_samples(times, sampling.spacing);
+    if (every > 0.0) sampling.samples = regular_samples(times, sampling.spacing);
     if (scene.analysis.warm_up >= 0.0 && scene.analysis.warm_up < scene.time.end)
         sampling.warm_up = static_cast<std::size_t>(std::ceil(scene.analysis.warm_up / sampling.spacing - 1e-9));
     return sampling;

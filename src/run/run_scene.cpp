@@ -14,6 +14,7 @@
 #include "files/new_file.hpp"
 #include "files/run_id.hpp"
 #include "io/scene_text.hpp"
+#include "run/field_problem.hpp"
 #include "run/field_simulation.hpp"
 #include "run/provenance.hpp"
 #include "run/report.hpp"
@@ -135,6 +136,7 @@ void check_memory(const io::Scene& scene) {
 
 void check_needs(const io::Scene& scene, const RunOptions& options) {
     check_memory(scene);
+    check_result_names(scene);
     const std::filesystem::path path = archive_path(scene);
     check_output({.path = path,
                   .where = io::locate(scene, "output.file"),
@@ -206,9 +208,10 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     scene.output.file = path.string();
     Threads threads(simulation_type_of(scene).threads(scene));
     const std::unique_ptr<Simulation> made = simulation_type_of(scene).make(scene, threads, checkpoint.state);
-    require(checkpoint.step <= made->steps, {.file = path.string()},
-            "the run has reached t = {} s, beyond time.end = {}; to continue, give a later end: --set time.end=...",
-            checkpoint.time, scene.time.end);
+    require(
+        checkpoint.step <= made->steps, {.file = path.string()},
+        "the run has reached t = {:.10g} s, beyond time.end = {}; to continue, give a later end: --set time.end=...",
+        checkpoint.time, scene.time.end);
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
     std::optional<StopSignals> signals(std::in_place);
     std::vector<files::Attribute> attributes = provenance(scene, threads.count());

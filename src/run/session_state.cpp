@@ -1,6 +1,7 @@
 // run/session_state.cpp: a run in memory and its samples.
 #include "run/session_state.hpp"
 
+#include "run/field_problem.hpp"
 #include "run/run_scene.hpp"
 #include "run/simulation_type.hpp"
 #include "run/step_choice.hpp"
@@ -10,6 +11,7 @@ namespace drover::run {
 namespace {
 io::Scene ready(const io::Scene& scene) {
     check_memory(scene);
+    check_result_names(scene);
     io::Scene chosen = with_chosen_step(scene, true);
     chosen.accuracy.biases = false;  // they are results of runs that end
     return chosen;
@@ -30,13 +32,16 @@ std::span<const ScheduledRecording> SessionState::frames() const {
 
 void SessionState::advance(std::int64_t steps, const std::function<void()>& poll) {
     require(!failed_, {}, "the run has failed at t = {} s; start another one", time());
+    const ScheduledRecording& observables = simulation_->recordings.back();
     for (const std::int64_t end = step_ + steps; step_ < end;) {
         poll();
+        // The sample of time.end may be off the schedule of a run that goes on.
+        if (step_ == simulation_->steps && step_ > 0 && observables.every > 0 && !is_due(observables, step_))
+            remove_last_row(observables, samples_);
         failed_ = true;  // unless the step succeeds
         simulation_->advance(step_);
         ++step_;
         if (is_checked(*simulation_, step_) || step_ == end) simulation_->check_health(step_);
-        const ScheduledRecording& observables = simulation_->recordings.back();
         if (step_ == simulation_->steps || is_due(observables, step_)) append_row(observables, time(), samples_);
         failed_ = false;
     }
@@ -47,6 +52,7 @@ Report SessionState::report() const {
     io::Scene until_now = scene_;
     until_now.time.end = time();
     until_now.output.frame_every = 0.0;
+    if (was_changed_) until_now.initial.kind = io::default_start(scene_.kind).kind;  // no longer stationary
     return make_report(files::ArchiveReader(samples_), until_now, Theory::included);
 }
 

@@ -40,6 +40,14 @@ void append_row(const ScheduledRecording& scheduled, double time, Arrays& arrays
     }
 }
 
+void remove_last_row(const ScheduledRecording& scheduled, Arrays& arrays) {
+    for (auto& [path, array] : arrays) {
+        if (!path.starts_with(scheduled.recording.group + "/")) continue;
+        array.values.resize(array.values.size() / array.shape[0] * (array.shape[0] - 1));
+        --array.shape[0];
+    }
+}
+
 bool is_checked(const Simulation& simulation, std::int64_t step) {
     constexpr std::int64_t every = 8;
     return step % every == 0 || step == simulation.steps ||

@@ -60,6 +60,8 @@ bool is_checked(const Simulation& simulation, std::int64_t step);
 using Arrays = std::map<std::string, files::Array>;
 /// Appends the row of a recording at a time.
 void append_row(const ScheduledRecording& scheduled, double time, Arrays& arrays);
+/// Takes back the last of them.
+void remove_last_row(const ScheduledRecording& scheduled, Arrays& arrays);
 
 /// Puts a row into arrays that observe() returns, which keep their places.
 std::vector<std::span<const double>> store_in_place(std::vector<std::vector<double>>& arrays,

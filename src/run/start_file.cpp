@@ -116,9 +116,10 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
         std::copy(row.values.begin(), row.values.end(), frame[static_cast<int>(c)].begin());
     }
     for (const FrameField& field : names) {
-        const std::string unit = archive.text_attribute("/" + field.name, "units");
-        require(unit == field.unit, here, "initial.file = \"{}\" has {} in {}; expected {}", scene.initial.file,
-                field.name, unit, field.unit);
+        const std::string unit = archive.text_attribute("/" + field.name, "units"),
+                          expected = io::renamed(field.unit, scene.units);
+        require(unit == expected, here, "initial.file = \"{}\" has {} in {}; expected {}", scene.initial.file,
+                field.name, unit, expected);
     }
     if (grid.nx == scene.grid.nx && grid.ny == scene.grid.ny) return frame;
     numerics::Fields result = resampled(frame, grid, scene.grid, degree);

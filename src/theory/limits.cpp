@@ -85,7 +85,7 @@ bool is_mirrored(const model::LinearisedAt& at, const OrderSearch& search) {
 Margin isotropic_margin(const PointTheory& theory, const model::UniformState& means, Limit limit) {
     const std::optional<PointState> rest = isotropic_state(theory, means);
     if (!rest) return {.value = no_margin};
-    const bool has_order = !model::turning_components(theory.equations().model()).empty();
+    const bool has_order = order_component(theory.equations()) >= 0;
     const double relaxation = has_order ? relaxation_of_order(theory, *rest) : no_margin;
     if (limit == Limit::onset) return {.value = relaxation};
     if (has_order && !(relaxation > 0.0)) return {.value = no_margin};

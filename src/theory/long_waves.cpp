@@ -91,8 +91,8 @@ SlowSpace slow_space(const Expansion& at) {
     for (Eigen::Index k = 0; k < n; ++k)  // such as a stream function
         if (mass_density(k) == 0.0 && m.row(k).isZero(0.0) && m.col(k).isZero(0.0))
             return {.why_none =
-                        "a balance leaves its field free at q = 0, where long waves are expanded; expected that "
-                        "field as a divergence-free one, such as the velocity of a stream function"};
+                        "a balance leaves its field free at q = 0, where long waves are expanded; expected a drag in "
+                        "that balance, such as -c v, or of a stream function its velocity as a divergence-free field"};
     if (slow > 0 && numerics::dense_svd(overlap).values.minCoeff() < 1e-9)
         return {.why_none = "at q = 0 a slow mode drives another one without limit, and s is no power series in q"};
     if (slow > 0) result.left = numerics::inverse(overlap) * result.left;

@@ -82,12 +82,25 @@ public:
         const double step = log_q[1] - log_q[0], step_angle = std::numbers::pi / angles;
         Margin lowest = uniform();
         Margin best{.value = std::numeric_limits<double>::infinity()};
+        Margin slowest = slow(0.0), limiting = limit(0.0);
         for (int a = 0; a < angles; ++a) {
-            for (const Margin& long_wave : {slow(a * step_angle), limit(a * step_angle)})
-                if (long_wave.value < lowest.value) lowest = long_wave;
+            if (const Margin here = slow(a * step_angle); here.value < slowest.value) slowest = here;
+            if (const Margin here = limit(a * step_angle); here.value < limiting.value) limiting = here;
             for (const double x : log_q)
                 if (const Margin here = wave(x, a * step_angle); here.value < best.value) best = here;
         }
+        if (angles > 1) {  // between the angles
+            const auto refined = [&](const Margin& from, auto at) {
+                if (!std::isfinite(from.value)) return from;
+                const Margin fine = at(numerics::golden_maximum(from.angle - step_angle, from.angle + step_angle,
+                                                                [&](double angle) { return -at(angle).value; }));
+                return fine.value < from.value ? fine : from;
+            };
+            slowest = refined(slowest, [&](double angle) { return slow(angle); });
+            limiting = refined(limiting, [&](double angle) { return limit(angle); });
+        }
+        for (const Margin& long_wave : {slowest, limiting})
+            if (long_wave.value < lowest.value) lowest = long_wave;
         if (!std::isfinite(best.value)) return best.value < 0.0 ? best : lowest;
         std::pair<double, double> place{std::log(best.q), best.angle};
         const auto rate = [&](double x, double angle) { return -wave(x, angle).value; };

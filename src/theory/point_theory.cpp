@@ -47,6 +47,13 @@ Eigen::MatrixXd PointTheory::slopes(const model::LinearisedAt& at) const {
     return Eigen::MatrixXd::Zero(count, count);
 }
 
+int order_component(const model::Equations& equations) {
+    const std::vector<int>& state = equations.state_components();
+    for (const int component : model::turning_components(equations.model()))
+        if (std::find(state.begin(), state.end(), component) != state.end()) return component;
+    return -1;
+}
+
 namespace {
 constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
@@ -96,6 +103,8 @@ public:
             if (order_ >= 0) point.state[place(order_ + part)] = order * axis_(part);
         if (order != 0.0) move_others(point.state, order * (response_ * axis_));
         for (int step = 0; step < 60; ++step) {
+            const auto is_finite = [](double value) { return std::isfinite(value); };
+            if (!std::ranges::all_of(point.state, is_finite)) return point;  // Newton's steps have left it
             const Eigen::VectorXd rates = theory_.rates(point.state);
             if (!rates.allFinite()) return point;
             if (are_balanced(rates, point.state)) return with_rates(std::move(point), rates);
@@ -258,17 +267,16 @@ private:
 };
 
 AlongAxis along_axis(const PointTheory& theory, const model::UniformState& means) {
-    const std::vector<int> turning = model::turning_components(theory.equations().model());
-    return {theory, means, turning.empty() ? -1 : turning.front()};
+    return {theory, means, order_component(theory.equations())};
 }
 
 /// By the whole search.
 std::optional<PointState> searched_state(const PointTheory& theory, const model::UniformState& means, bool ordered) {
     const model::Equations equations = theory.solver();
-    const std::vector<int> turning = model::turning_components(equations.model());
+    const int order = order_component(equations);
     const auto order_of = [&](const model::UniformState& state) {
-        if (turning.empty()) return 0.0;
-        const auto first = static_cast<std::size_t>(turning.front());
+        if (order < 0) return 0.0;
+        const auto first = static_cast<std::size_t>(order);
         return std::hypot(state[first], state[first + 1]);
     };
     const auto away = [&](const model::UniformState& state) {
@@ -290,7 +298,7 @@ std::optional<PointState> searched_state(const PointTheory& theory, const model:
 }  // namespace
 
 std::optional<StationaryStates> states_of_cubic_order(const PointTheory& theory, const model::UniformState& means) {
-    if (model::turning_components(theory.equations().model()).empty()) return {};
+    if (order_component(theory.equations()) < 0) return {};
     AlongAxis along = along_axis(theory, means);
     if (along.rest().outcome != Outcome::found || along.push().norm() > 0.0) return {};
     const LargestOrder order(along);
@@ -315,7 +323,7 @@ std::optional<StationaryStates> states_of_cubic_order(const PointTheory& theory,
 }
 
 OrderSearch order_search(const model::Equations& equations) {
-    if (model::turning_components(equations.model()).empty()) return {};
+    if (order_component(equations) < 0) return {};
     if (turns_freely(equations)) return {.turns_freely = true};
     const PointTheory theory(equations);
     const AlongAxis along = along_axis(theory, equations.reference());
@@ -332,7 +340,7 @@ std::optional<PointState> isotropic_state(const PointTheory& theory, const model
 
 std::optional<PointState> ordered_state(const PointTheory& theory, const model::UniformState& means,
                                         const OrderSearch& search) {
-    if (model::turning_components(theory.equations().model()).empty()) return {};
+    if (order_component(theory.equations()) < 0) return {};
     if (search.is_whole && theory.rates(means).allFinite()) return searched_state(theory, means, true);
     AlongAxis along = along_axis(theory, means);
     if (along.rest().outcome == Outcome::none) return {};
@@ -352,8 +360,9 @@ double relaxation_of_order(const PointTheory& theory, const PointState& isotropi
         return std::find(unknowns.begin(), unknowns.end(), component) - unknowns.begin();
     };
     const auto count = static_cast<Eigen::Index>(unknowns.size());
-    if (turning.empty() || place_of(turning.front()) == count) return not_known;
-    const std::vector<Eigen::Index> order{place_of(turning.front()), place_of(turning.front() + 1)};
+    const int first = order_component(theory.equations());
+    if (first < 0) return not_known;
+    const std::vector<Eigen::Index> order{place_of(first), place_of(first + 1)};
     std::vector<Eigen::Index> others;
     for (const int component : turning)
         if (const Eigen::Index place = place_of(component); place < count && place != order.front())

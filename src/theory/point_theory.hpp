@@ -44,6 +44,9 @@ private:
     std::function<model::Equations()> solver_;
 };
 
+/// The first component of the order: of the first field that turns and has a rate; -1: there is none.
+int order_component(const model::Equations& equations);
+
 /// A uniform state of one point, with its linearisation.
 struct PointState {
     model::UniformState values;

@@ -285,7 +285,7 @@ def test_scenes_that_cannot_be_calibrated_are_rejected_with_a_message(tmp_path):
     for share in ("0/2", "3/2", "2", "1/2x", "a/b"):
         rejected(tmp_path, ["calibrate", scene, "--share", share], ["expected I/N"])
     rejected(tmp_path, ["calibrate", scene, "--collect"], ["no such folder"])
-    rejected(tmp_path, ["calibrate", scene, "--share", "1/2", "--json"], ["prints no table"])
+    rejected(tmp_path, ["calibrate", scene, "--share", "1/2", "--json"], ["prints no result"])
     rejected(tmp_path, ["calibrate", scene, "-o", "."], ["not empty and holds no calibrate.toml"])
 
 

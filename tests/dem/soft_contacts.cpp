@@ -54,7 +54,7 @@ void expect_restitution(const char* model, double e) {
     const auto error = [&](double steps) {
         // The largest over the phases of the start of the contact within a step.
         double worst = 0.0;
-        for (double phase = 0.05; phase < 1.0; phase += 0.1)
+        for (double phase = 0.05; phase < 1.0; phase += 0.005)
             worst = std::max(worst, std::abs(collided(setup, {0.0, 0.0, -20.0}, steps,
                                                       1e-3 + phase * 20.0 * pi * std::sqrt(mass / 1e9) / steps)
                                                      .velocity.z /

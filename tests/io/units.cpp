@@ -36,15 +36,21 @@ TEST(Units, without_a_name_a_unit_leaves_no_trace) {
                                          {"(mm-2)^2 mm2 s", "1"},
                                          {"rad2 mm2 s-1", "rad2"},
                                          {"mm rad s", "rad"},
+                                         {"1/(mm s)", "1"},
+                                         {"mg/(mm s2)", "1"},
+                                         {"mm.s", "1"},
+                                         {"(mm/s)^2", "1"},
+                                         {"[p]^2/mm", "[p]2"},
                                          {"degree", "degree"},
                                          {"", ""}})
         EXPECT_EQ(renamed(unit, none), expected);
     const Units length{.length = "none"};
     EXPECT_EQ(renamed("(mm-2)^2 mm2 s", length), "s");
     EXPECT_EQ(renamed("mm4 s-2", length), "s-2");
-    EXPECT_EQ(renamed("mm/s", length), "1/s");
-    EXPECT_EQ(renamed("(mm/s)^2", length), "(1/s)^2");
-    EXPECT_EQ(renamed("(mg/mm)^2", length), "(mg)^2");
+    EXPECT_EQ(renamed("mm/s", length), "s-1");
+    EXPECT_EQ(renamed("(mm/s)^2", length), "s-2");
+    EXPECT_EQ(renamed("(mg/mm)^2", length), "mg2");
+    EXPECT_EQ(renamed("1/mm/s", length), "s-1");
 }
 
 }  // namespace

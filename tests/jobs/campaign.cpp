@@ -64,11 +64,8 @@ private:
 };
 
 CampaignOptions options(const Folder& folder, Share share = {}, int workers = 1) {
-    return {.folder = folder / "campaign",
+    return {.job = {.folder = folder / "campaign", .share = share, .workers = workers, .quiet = true},
             .identity = identity,
-            .share = share,
-            .workers = workers,
-            .quiet = true,
             .times = {.renewal = std::chrono::milliseconds(50), .death = std::chrono::milliseconds(2000)}};
 }
 

@@ -18,12 +18,9 @@ namespace drover::jobs::shared_compute_tests {
 namespace {
 using testing_support::Folder;
 
-CampaignOptions options(const Folder& folder, Share share = {}) {
-    return {.folder = folder / "shared",
+CampaignOptions options(const Folder& folder, Share share = {}, bool collect = false) {
+    return {.job = {.folder = folder / "shared", .share = share, .workers = 1, .collect = collect, .quiet = true},
             .identity = {9, "a circle\n"},
-            .share = share,
-            .workers = 1,
-            .quiet = true,
             .times = {.renewal = std::chrono::milliseconds(50), .death = std::chrono::milliseconds(2000)}};
 }
 
@@ -56,7 +53,7 @@ TEST(SharedCompute, one_process_goes_through_all_loops_and_another_finds_their_n
     SharedCompute second(options(folder));
     expect_circle(circle(second.compute()));
     EXPECT_EQ(second.computed(), 0u);
-    SharedCompute collecting(options(folder), true);
+    SharedCompute collecting(options(folder, {}, true));
     expect_circle(circle(collecting.compute()));
 }
 
@@ -65,7 +62,7 @@ TEST(SharedCompute, collecting_what_is_not_complete_says_so) {
     {
         Campaign({.wanted = [](const Offer&) {}, .run = {}, .take = {}}, options(folder));
     }
-    SharedCompute collecting(options(folder), true);
+    SharedCompute collecting(options(folder, {}, true));
     EXPECT_THROW(circle(collecting.compute()), Interrupted);
 }
 

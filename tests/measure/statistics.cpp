@@ -256,11 +256,11 @@ TEST(Estimate, short_and_nonfinite_series_have_no_error_and_report_why) {
     damaged[16] = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(
         why_no_error(damaged),
-        "no mean: the value is not finite in 1 of 100 samples after warm-up; the first is sample 17, nan: choose a "
+        "no mean: the value is not finite in 1 of 100 samples after warm-up; the first is sample 17, NaN: choose a "
         "longer warm-up, or see the formula for when it is undefined");
     EXPECT_EQ(
         why_no_error(damaged, 10),
-        "no mean: the value is not finite in 1 of 90 samples after warm-up; the first is sample 17, nan: choose a "
+        "no mean: the value is not finite in 1 of 90 samples after warm-up; the first is sample 17, NaN: choose a "
         "longer warm-up, or see the formula for when it is undefined");
     EXPECT_EQ(why_no_error(std::vector(3, std::nan(""))), "no mean: the value is undefined (NaN) in every sample");
     EXPECT_TRUE(std::isnan(estimate_mean({.series = {damaged}}, 0).mean));

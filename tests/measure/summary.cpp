@@ -33,7 +33,7 @@ struct Recording {
                 values[n] = mean(row.name, n % size) * (1.0 + 0.1 * values[n]);
             series.push_back(recorded_series(row, std::move(values)));
         }
-        if (count > 0) (*this)["rods_total"][0] = 1024.0;
+        if (count > 0) std::ranges::fill((*this)["rods_total"], 1024.0);
     }
 
     std::vector<double>& operator[](const std::string& name) {
@@ -63,7 +63,7 @@ TEST(Summary, every_value_of_every_observable_has_its_own_mean_and_error) {
     const Summary summary = recording.summary();
     EXPECT_EQ(summary.samples, 2000u);
     for (const RecordedSeries& series : recording.series) {
-        if (series.name == "rods_total") continue;  // its first sample is the number of rods
+        if (series.name == "rods_total") continue;  // conserved
         const SummaryRow& row = row_of(summary, series.name);
         EXPECT_EQ(row.unit, series.unit);
         EXPECT_EQ(names_of(row.axes), names_of(series.axes));

@@ -94,6 +94,8 @@ std::vector<double> estimates_of(const DampingPlan& plan, const FitRange& range,
 
 std::string conclude(const DampingPlan& plan, std::vector<measure::Estimate>& estimates) {
     const measure::Estimate& share = estimates[3];
+    constexpr double useful = 0.5;  // a share that is known worse tells nothing
+    if (share.error && *share.error > useful) return "linearity of the damping in the speed is not known";
     if (!share.error)
         return text(
             "the beads did not slow down to {} mm/s: the rate is a mean over the observed speeds, and its linearity is "

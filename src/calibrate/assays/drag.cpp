@@ -165,7 +165,9 @@ std::vector<double> estimates_of(const DragPlan& plan, std::span<const double> m
 
 std::string conclude(const DragPlan& plan, std::vector<measure::Estimate>& estimates) {
     const measure::Estimate &slope = estimates[0], &bend = estimates[1];
-    if (!slope.error || !bend.error) return "linearity of the flow in the order is not known";
+    constexpr double useful = 1.0;  // of the slope: a bend that is known worse tells nothing
+    if (!slope.error || !bend.error || *bend.error > useful * std::abs(slope.mean))
+        return "linearity of the flow in the order is not known";
     if (std::abs(bend.mean) <= 2.0 * *bend.error)
         return text("the flow is linear in the order, to {:.2g} of its slope at P = 1",
                     *bend.error / std::abs(slope.mean));

@@ -66,7 +66,8 @@ double change_of_slope(const Plan& plan, std::span<const double> squares) {
 inline std::string diffusive_words(const measure::Estimate& change, const char* motion, const char* of,
                                    const char* coefficient) {
     constexpr double rounding = 1e-12;  // of the fits: no change, however small its error
-    if (!change.error) return text("whether the {} is diffusive is not known", motion);
+    constexpr double useful = 0.5;      // a change that is known worse tells nothing
+    if (!change.error || *change.error > useful) return text("whether the {} is diffusive is not known", motion);
     if (std::abs(change.mean) <= 2.0 * *change.error + rounding)
         return text("the mean-square {} is linear in time", of);
     return text("not diffusive: {} changes by {:.2g} +- {:.2g} of itself over the lags; use longer lags", coefficient,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/constants.hpp"
 #include "calibrate/assays/plan_support.hpp"
 
 namespace drover::calibrate {
@@ -141,6 +142,7 @@ std::vector<double> estimates_of(const ScatteringPlan& plan, std::span<const dou
             count += met[0];
         }
     }
+    if (count == 0.0) return std::vector<double>(7 + angle_bins, nan);  // no two rods met
     std::array<double, moments> mean{};
     for (const auto& one : kernel)
         for (std::size_t m = 0; m < moments; ++m) mean[m] += 0.5 * one[m] / double(angle_bins);
@@ -163,6 +165,7 @@ std::vector<double> estimates_of(const ScatteringPlan& plan, std::span<const dou
 std::string conclude(std::vector<measure::Estimate>& estimates) {
     constexpr std::size_t share = 5;
     constexpr double many = 0.1;
+    if (std::isnan(estimates[share].mean)) return "no two rods met: a longer time, or a smaller cell";
     if (!(estimates[share].mean > many)) return "";
     return text("{:.2g} of all encounters last longer than max_duration: collisions of pairs are not short events here",
                 estimates[share].mean);

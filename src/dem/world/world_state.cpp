@@ -410,6 +410,7 @@ void World::set_bodies(const Bodies& bodies, std::int64_t step) {
             "{} overlap by {:.2g} mm, {:.2g} of a radius; expected at most contacts.max_overlap = {}", deepest.names,
             deepest.depth, deepest.of_radius, s.setup.contacts.max_overlap);
     const double energy = energy_kinetic(), potential = s.bead_potential();
+    spheres.rods.memory = std::move(s.spheres.rods.memory);  // the kicks go on
     s.spheres = std::move(spheres);
     s.neighbours = std::move(neighbours);
     s.left_skin = false;

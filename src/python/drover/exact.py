@@ -49,7 +49,7 @@ def shift_of(first, other, side):
 
 
 def spreading(run, field, row):
-    """Barenblatt's solution of d_t n = k div(n grad n), of a field whose start is a paraboloid."""
+    """Barenblatt's solution of d_t n = k div(n grad n), of a start that is a paraboloid, or a parabola along x alone."""
     start, x = row.values[0], row["x"].values
     peak, inside = float(start.max()), start > 0.1 * start.max()
     if not peak > 0.0 or inside.sum() < 4:
@@ -64,12 +64,30 @@ def spreading(run, field, row):
     middle = -0.5 * slope / curvature
     height = float(numpy.polyval((curvature, slope, height), middle))
     radius_squared = -height / curvature
-    age = radius_squared / (8.0 * rate * height)  # since all was at one point
+    dimensions = dimensions_of(run.frames[field.name][0], middle, height, radius_squared)
+    if dimensions is None:
+        return None
+    power = 1.0 / (dimensions + 2)
+    age = power * radius_squared / (2.0 * rate * height)  # since all was at one point
 
     def profile(points, time):
-        ratio = numpy.sqrt(1.0 + time / age)
-        return numpy.maximum(0.0, height / ratio * (1.0 - (points - middle)**2 / (radius_squared * ratio)))
+        radius = (1.0 + time / age)**power  # over that of the start
+        return numpy.maximum(0.0, height / radius**dimensions * (1.0 - (points - middle)**2
+                                                                 / (radius_squared * radius**2)))
     return profile, "exact (Barenblatt)"
+
+
+def dimensions_of(start, middle, height, radius_squared):
+    """1 of a start that is a parabola along x at every y, 2 of a paraboloid, else None."""
+    y, values = start["y"].values, start.values
+    row = values.argmax() // values.shape[1]
+    if numpy.ptp(values, axis=0).max() <= LARGEST_ERROR * height:
+        return 1
+    away = (start["x"].values - middle)**2 + ((y - y[row])**2)[:, None]
+    expected = numpy.maximum(0.0, height * (1.0 - away / radius_squared))
+    cell = y[1] - y[0]  # the peak may lie between points along y
+    slope = 2.0 * height * cell / numpy.sqrt(radius_squared)
+    return 2 if abs(values - expected).max() <= LARGEST_ERROR * height + slope else None
 
 
 def rate_of_spreading(run, name):

@@ -80,6 +80,7 @@ class LiveRun(Shown):
         super().__init__(scene.name)
         self.scene, self.run, self.before = scene, None, 0.0  # s that earlier coefficients took
         self.requests, self.is_closed, self.is_paused = [], False, False
+        self.changes = 0  # of coefficients since the start
         self.speed = 0.0  # steps a second
         self.thread = threading.Thread(target=self._work, daemon=True)
         self.thread.start()
@@ -179,7 +180,7 @@ class LiveRun(Shown):
             elif action == "resume":
                 self.is_paused = False
             elif action == "restart":
-                self.before, self.is_paused = 0.0, False
+                self.before, self.is_paused, self.changes = 0.0, False, 0
                 self._start(self.scene)
             elif action == "set":
                 self._set(values)
@@ -199,7 +200,9 @@ class LiveRun(Shown):
             self._start(scene)
             return
         lift = self._to_whole_period(scene) if scene.kind == "particles" else 0.0
-        run = scene.start()
+        self.changes += 1  # noise that would be that of the start again is that of another seed, which draws no sizes
+        seed = scene["run.seed"] + (self.changes if scene.kind != "particles" else 0)
+        run = scene.set({"run.seed": seed % 2**62}).start()
         with run.edit() as fields:
             for name, array in self.run.frame.arrays.items():
                 if fields[name].flags.writeable:  # masses and shapes are not

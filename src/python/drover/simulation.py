@@ -1,4 +1,5 @@
 """drover/simulation.py: a run in memory: advanced step by step, its fields and bodies as NumPy arrays."""
+import math
 from contextlib import contextmanager
 from numbers import Integral
 
@@ -12,6 +13,7 @@ from drover.progress import Progress
 BODIES = {"/bodies/beads": ("bead_", "bead"), "/bodies/rods": ("rod_", "rod")}
 SPHERES = "/particles/spheres"
 CHUNK = 0.2  # s between reports of the progress, roughly
+ENDINGS = ("_error", "_linear", "_autocorrelation_time", "_step_bias")  # of names in a summary
 
 
 class Frame:
@@ -86,6 +88,7 @@ class Simulation:
         self._scene = scene
         self._own = {}  # observables of the user: name -> (function, unit, times, values)
         self._sample_steps = 0
+        self._is_edited = False
 
     def observe(self, function, name=None, unit="1"):
         """Adds an observable of your own: `function(frame)`, a number, at each sample from now on.
@@ -102,8 +105,8 @@ class Simulation:
         (3, 1.0)
         """
         name = function.__name__ if name is None else name
-        is_reserved = name == "warm_up" or name.endswith(("_error", "_linear", "_autocorrelation_time"))  # of summary
-        if name in self.observables:
+        is_reserved = name == "warm_up" or name.endswith(ENDINGS)  # of summary
+        if name in self.observables or (self.step and name in self.summary):
             raise Error(f'the run measures "{name}" already; expected a new name: give name=')
         if not name.isidentifier() or is_reserved:
             raise Error(f'an observable cannot be called "{name}"; expected a new name: give name=')
@@ -204,6 +207,7 @@ class Simulation:
         return self.frame
 
     def _advance(self, last, progress):
+        self._require_whole()
         chunk = 1
         try:
             while self.step < last:
@@ -223,8 +227,11 @@ class Simulation:
 
     def whole_steps(self, duration):
         """A duration [s] in steps; raises Error unless it is a whole number of them."""
+        if not math.isfinite(duration):
+            raise Error(f"a time of {duration} s; expected a number")
         steps = round(duration / self.dt)
-        if steps < 0 or abs(steps * self.dt - duration) > 1e-9 * max(abs(duration), self.dt):
+        # As of the scene: decimals, of which a millionth of a step is rounding.
+        if steps < 0 or abs(steps * self.dt - duration) > 1e-6 * self.dt + 1e-12 * abs(duration):
             raise Error(f"a time of {duration} s is {duration / self.dt:.6g} steps of dt = {self.dt} s; expected a "
                         f"whole number of steps, such as {max(steps, 1) * self.dt:.6g} s")
         return steps
@@ -234,7 +241,12 @@ class Simulation:
         """The state now; see Frame."""
         return self._frame(False)
 
+    def _require_whole(self):
+        if self._is_edited:
+            raise Error("the run is being edited: its arrays are not yet its state; end the block of edit() first")
+
     def _frame(self, writable):
+        self._require_whole()
         arrays, spheres, variables, axes = {}, {}, {}, {}
         for group in self._session.frames(writable):
             start, axis = BODIES.get(group["group"], ("", "sphere"))
@@ -269,6 +281,7 @@ class Simulation:
         frame = self._frame(True)
         for array in frame.spheres.arrays.values() if frame.spheres else ():
             array.setflags(write=False)  # they follow from the bodies
+        self._is_edited = True
         try:
             yield frame
             self._session.accept()
@@ -276,6 +289,7 @@ class Simulation:
             self._session.frames()  # computes the arrays from the state again, which has not changed
             raise
         finally:
+            self._is_edited = False
             for array in frame.arrays.values():
                 array.setflags(write=False)
 
@@ -326,6 +340,8 @@ class Simulation:
         skip = sum(time < warm_up for time in times)
         if len(values) - skip < 1:
             return
+        if name in found:
+            raise Error(f'the run has a result "{name}" of its own; observe yours under another name')
         mean, error, memory = _drover.mean_of(values, self._sample_steps * self.dt, skip)
         nan = float("nan")
         for key, value, its_unit, words in (

@@ -21,7 +21,7 @@ class Tradeoff:
         self.front, self.by_model, self.levels, self.wishes = (found[name] for name in
                                                                ("front", "by_model", "levels", "wishes"))
         self.text, self.reasons, self.refusal = result["text"], result["reasons"], result["refusal"]
-        self.recommended = type(scene).parse(result["recommended"]) if result["recommended"] else None
+        self.recommended = type(scene).parse(result["recommended"], scene.name) if result["recommended"] else None
         self.seconds = result["seconds"]  # of a core, for the recommended run
 
     def __repr__(self):
@@ -69,4 +69,4 @@ def with_accuracy(scene, want, quiet=True):
     result = call("with_accuracy", scene, want=targets, quiet=quiet)
     if "scene" not in result:
         raise Error("the trials gave no scene", fault="run")
-    return type(scene).parse(result["scene"])
+    return type(scene).parse(result["scene"], scene.name)

@@ -105,7 +105,8 @@ def draw_length(axes, run):
         panels.write_instead(axes, "uniform fields")
         return
     q, total = powers[0]["wavenumber"].values, sum(power.values for power in powers)
-    weight = q * numpy.gradient(q) if len(q) > 1 else numpy.ones(1)  # modes of a shell
+    is_line = run.frames.sizes["y"] == 1 or run.frames.sizes["x"] == 1
+    weight = (numpy.gradient(q) if len(q) > 1 else numpy.ones(1)) * (1.0 if is_line else q)  # modes of a shell
     with numpy.errstate(divide="ignore", invalid="ignore"):
         length = 2.0 * numpy.pi * (total @ weight) / (total @ (weight * q))
     axes.plot(powers[0]["time"], length, color=BLUE, linewidth=1.2)

@@ -1,9 +1,10 @@
-// jobs/share.cpp: the text of a share.
-#include "jobs/share.hpp"
+// jobs/job_options.cpp: the text of a share, and how many units are computed at a time.
+#include "jobs/job_options.hpp"
 
 #include <cstdio>
 
 #include "drover/base/error.hpp"
+#include "drover/base/threads.hpp"
 
 namespace drover::jobs {
 
@@ -15,6 +16,11 @@ Share read_share(const std::string& written) {
     require(is_whole && share.number >= 1 && share.number <= share.count, {},
             "--share {}; expected I/N with I from 1 to N, such as 2/8", written);
     return share;
+}
+
+JobOptions with_workers(JobOptions options, int of_scene) {
+    if (options.workers == 0) options.workers = of_scene > 0 ? of_scene : usable_cores();
+    return options;
 }
 
 }  // namespace drover::jobs
