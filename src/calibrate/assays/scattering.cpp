@@ -1,12 +1,11 @@
 // calibrate/assays/scattering.cpp: alignment by contacts from collisions of two rods.
-#include "calibrate/assays/scattering.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "calibrate/assays/plan_support.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 
