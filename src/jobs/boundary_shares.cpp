@@ -21,9 +21,7 @@ std::string plane_manifest_of(io::Scene scene) {
     return text("# drover {}\n", run::this_program()) + io::resolved_text(scene);
 }
 
-files::RecordIdentity plane_identity(const std::string& manifest) {
-    return {.hash = files::fingerprint("boundary\n" + manifest), .content = manifest};
-}
+files::RecordIdentity plane_identity(const std::string& manifest) { return files::identity_of("boundary", manifest); }
 }  // namespace
 
 std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const BoundaryShares& shares,

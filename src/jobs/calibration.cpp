@@ -44,9 +44,7 @@ public:
 
     const CalibrationLayout& layout;
 
-    files::RecordIdentity identity() const {
-        return {.hash = files::fingerprint("calibrate\n" + layout.manifest), .content = layout.manifest};
-    }
+    files::RecordIdentity identity() const { return files::identity_of("calibrate", layout.manifest); }
     std::string key_of(const TrialPlace& trial) const {
         return text("{}{}{}", layout.units[trial.unit].name, before_number, trial.number);
     }

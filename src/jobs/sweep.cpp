@@ -73,10 +73,6 @@ Manifest manifest_of(const io::Scene& scene, const fs::path& folder) {
     }
 }
 
-files::RecordIdentity identity_of(const Manifest& manifest) {
-    return {.hash = files::fingerprint("sweep\n" + manifest.content), .content = manifest.content};
-}
-
 /// One sweep in its folder.
 struct Sweep {
     const io::Scene& scene;
@@ -87,7 +83,10 @@ struct Sweep {
     std::map<std::string, std::size_t> runs = {};  ///< by name
 
     Sweep(const io::Scene& given, const fs::path& in)
-        : scene(given), folder(in), manifest(manifest_of(given, in)), identity(identity_of(manifest)) {
+        : scene(given),
+          folder(in),
+          manifest(manifest_of(given, in)),
+          identity(files::identity_of("sweep", manifest.content)) {
         plan({});
     }
     /// With the points that results ask for.

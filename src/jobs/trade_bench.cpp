@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
-#include "drover/base/threads.hpp"
 #include "files/archive_reader.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/trade_axes.hpp"
@@ -86,11 +85,7 @@ TradeBench::TradeBench(const io::Scene& given, const std::string& of, const Trad
       budget(options.budget),
       is_collecting(options.collect),
       targets_(options.targets),
-      trials_(options.folder, of,
-              {.share = options.share,
-               .workers = options.workers > 0 ? options.workers : usable_cores(),
-               .collect = options.collect,
-               .quiet = options.quiet}) {}
+      trials_(of, options) {}
 
 TrialRun TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
     io::Scene timed = scene;

@@ -5,6 +5,7 @@
 
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
+#include "drover/base/threads.hpp"
 #include "files/bytes.hpp"
 #include "files/checkpoint.hpp"
 #include "files/run_id.hpp"
@@ -97,23 +98,23 @@ std::string name_of(const TrialRun& trial) {
 
 std::string key_of(const TrialRun& trial) { return text("{}-{:.17g}", name_of(trial), trial.scene.time.end); }
 
-files::RecordIdentity identity_of(const std::string& scene) {
-    return {.hash = files::fingerprint("trials\n" + scene), .content = scene};
-}
+files::RecordIdentity trials_identity(const std::string& scene) { return files::identity_of("trials", scene); }
 
-CampaignOptions campaign_options(const fs::path& folder, const std::string& scene, const TrialOptions& options) {
-    return {.folder = folder,
-            .identity = identity_of(scene),
+int workers_of(const TradeoffOptions& options) { return options.workers > 0 ? options.workers : usable_cores(); }
+
+CampaignOptions campaign_options(const std::string& scene, const TradeoffOptions& options) {
+    return {.folder = options.folder,
+            .identity = trials_identity(scene),
             .share = options.share,
-            .workers = options.workers,
+            .workers = workers_of(options),
             .quiet = options.quiet,
             .shares_wait = true,
             .max_group = 1};
 }
 }  // namespace
 
-Trials::Trials(const fs::path& folder, const std::string& scene, const TrialOptions& options)
-    : folder_(folder), options_(options), campaign_(plan(), campaign_options(folder, scene, options)) {}
+Trials::Trials(const std::string& scene, const TradeoffOptions& options)
+    : options_(options), campaign_(plan(), campaign_options(scene, options)) {}
 
 UnitPlan Trials::plan() {
     return {.wanted =
@@ -179,7 +180,7 @@ void Trials::take(const UnitRecord& record) {
     // The longest that ended, and the shortest that failed.
     const bool is_better = result.archive.empty() ||
                            (ran.result.failure.empty() ? ran.result.end >= result.end : ran.result.end < result.end);
-    result.archive = folder_ / (ran.name + ".h5");
+    result.archive = options_.folder / (ran.name + ".h5");
     // One that is continued starts more than once.
     result.start_seconds = std::max(result.start_seconds, ran.result.start_seconds);
     result.step_seconds += ran.result.step_seconds;
@@ -207,7 +208,7 @@ void Trials::require_archive(const TrialRun& trial, const TrialResult& result) c
     require(found == result.run_id, {.file = result.archive.string()},
             "the archive is of another run of this trial: run_id = {} there, {} in {}; expected the one that was "
             "written here: put it back, or choose another folder with --output",
-            found.empty() ? "none" : found, result.run_id, (folder_ / "records").string());
+            found.empty() ? "none" : found, result.run_id, (options_.folder / "records").string());
 }
 
 bool Trials::run(const std::vector<TrialRun>& trials) {
@@ -218,7 +219,7 @@ bool Trials::run(const std::vector<TrialRun>& trials) {
         const bool is_twice =
             std::any_of(wanted_.begin(), wanted_.end(), [&](const Wanted& one) { return one.name == wanted.name; });
         if (is_twice || find(trial) != nullptr) continue;
-        const fs::path archive = folder_ / (wanted.name + ".h5");
+        const fs::path archive = options_.folder / (wanted.name + ".h5");
         wanted.trial.scene.output.file = archive.string();
         wanted.trial.scene.run.threads = 1;
         if (fs::exists(archive)) {
@@ -233,7 +234,8 @@ bool Trials::run(const std::vector<TrialRun>& trials) {
 
 bool Trials::run_wanted() {
     if (!options_.quiet && !wanted_.empty() && !wanted_.front().compute)
-        log_information("{} trials, {} at a time, in {}", wanted_.size(), options_.workers, folder_.string());
+        log_information("{} trials, {} at a time, in {}", wanted_.size(), workers_of(options_),
+                        options_.folder.string());
     if (campaign_.run().stopped) return false;
     for (const Wanted& one : wanted_)
         if (const auto why = lost_.find(one.key); why != lost_.end())
@@ -253,7 +255,7 @@ std::optional<std::vector<double>> Trials::agreed(const std::string& name,
 std::string trials_status(const fs::path& folder, const std::string& scene) {
     std::size_t ended = 0, failed = 0;
     double seconds = 0.0;
-    for (const UnitRecord& record : campaign_records(folder, identity_of(scene))) {
+    for (const UnitRecord& record : campaign_records(folder, trials_identity(scene))) {
         if (record.state != UnitState::done || record.key.starts_with(agreed_prefix)) continue;
         const Ran ran = ran_of(record);
         ++(ran.result.failure.empty() ? ended : failed);

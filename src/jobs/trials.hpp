@@ -45,19 +45,12 @@ struct TradeoffOptions {
     bool quiet = false;
 };
 
-struct TrialOptions {
-    Share share = {};
-    int workers = 1;       ///< simultaneous trials
-    bool collect = false;  ///< runs nothing
-    bool quiet = false;
-};
-
 /// The trials of one folder, in which any number of processes may work.
 class Trials {
 public:
     /// Reads what the folder holds.  `scene`: the resolved text of the scene that the trials change.  Throws an input
     /// Error, with the first difference, when the records are those of another one.
-    Trials(const std::filesystem::path& folder, const std::string& scene, const TrialOptions& options);
+    Trials(const std::string& scene, const TradeoffOptions& options);
     Trials(const Trials&) = delete;
     Trials& operator=(const Trials&) = delete;
 
@@ -90,8 +83,7 @@ private:
     void take(const UnitRecord& record);
     bool run_wanted();
 
-    std::filesystem::path folder_;
-    TrialOptions options_;
+    TradeoffOptions options_;
     std::map<std::string, TrialResult> results_, failed_;  ///< by name; a longer run may fail
     std::map<std::string, std::vector<double>> agreed_;    ///< by key
     std::vector<Wanted> wanted_;

@@ -24,6 +24,10 @@ TrialRun trial(double dt = 0.1) {
     return {.scene = io::parse_scene(scene, "trial.toml", {}, {})};
 }
 
+TradeoffOptions in(const Folder& folder, bool collects = false) {
+    return {.folder = folder / ".", .workers = 1, .collect = collects};
+}
+
 /// While it lives, no file grows beyond this size.
 class FileSizeLimit {
 public:
@@ -44,7 +48,7 @@ private:
 TEST(Trials, a_full_disk_stops_them_is_not_recorded_and_the_next_command_runs_the_trial) {
     const Folder folder;
     {
-        Trials trials(folder / ".", "", {});
+        Trials trials("", in(folder));
         const FileSizeLimit limit(10000);
         try {
             trials.run({trial()});
@@ -55,7 +59,7 @@ TEST(Trials, a_full_disk_stops_them_is_not_recorded_and_the_next_command_runs_th
         }
         EXPECT_EQ(trials.find(trial()), nullptr);
     }
-    Trials trials(folder / ".", "", {});
+    Trials trials("", in(folder));
     EXPECT_EQ(trials.find(trial()), nullptr);
     EXPECT_TRUE(trials.run({trial()}));
     ASSERT_NE(trials.find(trial()), nullptr);
@@ -66,20 +70,20 @@ TEST(Trials, a_failure_of_the_scene_is_recorded) {
     const Folder folder;
     std::string failure;
     {
-        Trials trials(folder / ".", "", {});
+        Trials trials("", in(folder));
         EXPECT_TRUE(trials.run({trial(2.0)}));
         ASSERT_NE(trials.find(trial(2.0)), nullptr);
         failure = trials.find(trial(2.0))->failure;
     }
     EXPECT_THAT(failure, ::testing::HasSubstr("NaN or infinite"));
-    const Trials trials(folder / ".", "", {});
+    const Trials trials("", in(folder));
     ASSERT_NE(trials.find(trial(2.0)), nullptr);
     EXPECT_EQ(trials.find(trial(2.0))->failure, failure);
 }
 
 TEST(Trials, the_archive_of_another_run_of_a_trial_is_not_continued) {
     const Folder one, two;
-    Trials trials(one / ".", "", {}), others(two / ".", "", {});
+    Trials trials("", in(one)), others("", in(two));
     trials.run({trial()});
     others.run({trial()});
     const std::filesystem::path archive = trials.find(trial())->archive;
@@ -102,7 +106,7 @@ TEST(Trials, tell_which_part_of_a_run_their_times_are_of) {
     TrialRun longer = trial();
     longer.scene.time.end *= 2.0;
     {
-        Trials trials(folder / ".", "", {});
+        Trials trials("", in(folder));
         trials.run({trial()});
         EXPECT_NEAR(trials.find(trial())->timed, trial().scene.time.end, 1e-9);  // rounding
         trials.run({longer});
@@ -110,7 +114,7 @@ TEST(Trials, tell_which_part_of_a_run_their_times_are_of) {
         EXPECT_EQ(trials.find(trial()), trials.find(longer));
     }
     std::filesystem::remove_all(folder / "records");  // as a kill leaves it just before the record
-    Trials trials(folder / ".", "", {});
+    Trials trials("", in(folder));
     EXPECT_EQ(trials.find(longer), nullptr);
     EXPECT_TRUE(trials.run({longer}));
     ASSERT_NE(trials.find(longer), nullptr);
@@ -120,8 +124,8 @@ TEST(Trials, tell_which_part_of_a_run_their_times_are_of) {
 
 TEST(Trials, that_are_only_collected_run_nothing) {
     const Folder folder;
-    Trials(folder / ".", "", {}).run({trial()});
-    Trials trials(folder / ".", "", {.collect = true});
+    Trials("", in(folder)).run({trial()});
+    Trials trials("", in(folder, true));
     EXPECT_TRUE(trials.run({trial(), trial(0.05)}));
     EXPECT_NE(trials.find(trial()), nullptr);
     EXPECT_EQ(trials.find(trial(0.05)), nullptr);
