@@ -29,15 +29,14 @@ std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const
     analysis::check_boundary(scene);
     const std::string manifest = plane_manifest_of(scene);
     files::join_folder(shares.folder, plane_manifest, "", manifest);
-    SharedCompute shared({.folder = shares.folder,
-                          .identity = plane_identity(manifest),
-                          .share = shares.share,
-                          .workers = shares.workers > 0 ? shares.workers : threads.count(),
-                          .quiet = shares.quiet});
+    const ComputeAll compute = shared_compute({.folder = shares.folder,
+                                               .identity = plane_identity(manifest),
+                                               .share = shares.share,
+                                               .workers = shares.workers > 0 ? shares.workers : threads.count(),
+                                               .quiet = shares.quiet});
     const bool is_share = !shares.share.is_plain();
     try {
-        run::Result result =
-            analysis::make_boundary(scene, threads, {.compute = shared.compute(), .lines_alone = is_share});
+        run::Result result = analysis::make_boundary(scene, threads, {.compute = compute, .lines_alone = is_share});
         if (is_share) return std::nullopt;
         return result;
     } catch (const Interrupted&) {
@@ -57,8 +56,8 @@ run::Result collect_boundary(const io::Scene& scene, const std::filesystem::path
     require_folder(folder, "boundary");
     const std::string manifest = plane_manifest_of(scene);
     files::join_folder(folder, plane_manifest, "", manifest);
-    SharedCompute known({.folder = folder, .identity = plane_identity(manifest)}, true);
-    return analysis::make_boundary(scene, threads, {.compute = known.compute()});
+    const ComputeAll known = shared_compute({.folder = folder, .identity = plane_identity(manifest)}, true);
+    return analysis::make_boundary(scene, threads, {.compute = known});
 } catch (const Interrupted&) {
     throw Error(Fault::run, {folder.string()},
                 "points of the plane are missing: run the same command without --collect, or more shares");
