@@ -13,7 +13,6 @@
 #include "jobs/run_record.hpp"
 #include "jobs/sweep_dataset.hpp"
 #include "jobs/sweep_plan.hpp"
-#include "run/memory_run.hpp"
 #include "run/provenance.hpp"
 #include "run/run_scene.hpp"
 #include "run/same_run.hpp"
