@@ -349,9 +349,8 @@ void for_plans(AnyPlans& plans, Visit visit) {
 }
 
 /// One assay of each kind, in the order of the catalogue.  Throws an input Error for an invalid plan.
-std::vector<Assay> make_assays(const Plans& plans = {});
-
-/// The assay of this name.  Throws an input Error that lists the valid names.
-const Assay& find_assay(std::span<const Assay> assays, const std::string& name);
+inline std::vector<Assay> make_assays(const Plans& plans = {}) {
+    return std::apply([&](const auto&... row) { return std::vector<Assay>{row.make(plans.*row.plan)...}; }, catalogue);
+}
 
 }  // namespace drover::calibrate
