@@ -56,8 +56,10 @@ int print_scene_boundary(const BoundaryOptions& options) {
              .options = options.overwrite ? std::vector<std::string>{"--overwrite"} : std::vector<std::string>{}}));
         return run::exit_done;
     }
-    jobs::BoundaryShares shares{.folder = folder, .workers = options.workers, .quiet = options.quiet};
-    if (!options.share.empty()) shares.share = jobs::read_share(options.share);
+    const jobs::BoundaryShares shares{.folder = folder,
+                                      .share = share_of(options),
+                                      .workers = options.workers,
+                                      .quiet = options.quiet};
     if (shares.share.is_plain()) check_output(output, options.scene, scene);
     if (options.collect)
         return print_result(jobs::collect_boundary(scene, folder, threads), output, scene, threads.count());

@@ -7,7 +7,6 @@
 #include "base/duration.hpp"
 #include "base/log.hpp"
 #include "jobs/calibration.hpp"
-#include "jobs/share.hpp"
 #include "jobs/slurm_script.hpp"
 #include "jobs/tradeoff.hpp"
 #include "report/json.hpp"
@@ -60,10 +59,10 @@ int calibrate_scene(const CalibrateOptions& options) {
     if (options.workers > 0) overrides.push_back(text("calibrate.workers={}", options.workers));
     const io::Scene scene = io::read_scene(options.scene, overrides);
     jobs::CalibrationOptions how{.folder = jobs_output(options, ".calibration"),
+                                 .share = share_of(options),
                                  .collect = options.collect,
-                                 .quiet = options.quiet};
-    if (!options.share.empty()) how.share = jobs::read_share(options.share);
-    how.targets = jobs::parse_accuracy_targets(options.targets);
+                                 .quiet = options.quiet,
+                                 .targets = jobs::parse_accuracy_targets(options.targets)};
     if (!options.budget.empty()) how.budget = seconds_of(options.budget, "--budget");
     require(!options.json || options.share.empty(), {},
             "--json with --share, which prints no table; give --json to --collect");

@@ -56,6 +56,17 @@ void add_share_options(CLI::App& command, ShareOptions& options, const ShareHelp
         ->excludes(status);
 }
 
+jobs::Share share_of(const ShareOptions& options) {
+    jobs::Share share;
+    if (options.share.empty()) return share;
+    int used = 0;
+    const bool is_whole = std::sscanf(options.share.c_str(), "%d/%d%n", &share.number, &share.count, &used) == 2 &&
+                          used == static_cast<int>(options.share.size());
+    require(is_whole && share.number >= 1 && share.number <= share.count, {},
+            "--share {}; expected I/N with I from 1 to N, such as 2/8", options.share);
+    return share;
+}
+
 void add_max_time(CLI::App& command) {
     command
         .add_option_function<std::string>(

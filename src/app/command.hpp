@@ -11,6 +11,7 @@
 
 #include "files/archive.hpp"
 #include "io/scene_text.hpp"
+#include "jobs/share.hpp"
 #include "run/report.hpp"
 #include "run/result.hpp"
 #include "run/run_scene.hpp"
@@ -57,6 +58,8 @@ struct ShareHelp {
 };
 /// --share, --collect, --status and --slurm, of which one may be given.
 void add_share_options(CLI::App& command, ShareOptions& options, const ShareHelp& help);
+/// Throws an input Error for a text that is no share.
+jobs::Share share_of(const ShareOptions& options);
 /// --max-time, of a command that can be resumed.
 void add_max_time(CLI::App& command);
 /// The same and --stop-when, of a command with many jobs.

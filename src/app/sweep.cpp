@@ -90,9 +90,11 @@ int sweep_scene(const SweepOptions& options) {
                                   .shares = options.slurm}));
         return run::exit_done;
     }
-    jobs::SweepOptions how{.folder = folder, .collect = options.collect, .quiet = options.quiet};
-    if (!options.share.empty()) how.share = jobs::read_share(options.share);
-    return print_outcome(options, folder, jobs::run_sweep(scene, how));
+    return print_outcome(options, folder,
+                         jobs::run_sweep(scene, {.folder = folder,
+                                                 .share = share_of(options),
+                                                 .collect = options.collect,
+                                                 .quiet = options.quiet}));
 }
 }  // namespace
 

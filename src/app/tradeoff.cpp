@@ -54,7 +54,7 @@ void add_tradeoff(CLI::App& program, Action& action) {
             study.workers = options->workers;
             study.quiet = options->quiet;
             study.collect = options->collect;
-            if (!options->share.empty()) study.share = jobs::read_share(options->share);
+            study.share = share_of(*options);
             require(!options->json || options->share.empty(), {},
                     "--json with --share, which prints no result; give --json to --collect");
             if (options->status) {

@@ -1,7 +1,5 @@
 // jobs/share.hpp: a process's part of work that many processes share.
 #pragma once
-#include <string>
-
 namespace drover::jobs {
 
 /// One of so many processes that share the work in a folder.  They take it in small batches, each beginning elsewhere:
@@ -10,8 +8,5 @@ struct Share {
     int number = 1, count = 1;
     bool is_plain() const { return count == 1; }
 };
-
-/// "2/8": the second of eight.  Throws an input Error for another text.
-Share read_share(const std::string& written);
 
 }  // namespace drover::jobs
