@@ -294,8 +294,7 @@ void join(const io::Scene& scene, const CalibrationOptions& options) {
     const CalibrationLayout layout = plan_calibration(scene);
     needed_assays(layout, options.targets);  // targets that it cannot answer are rejected before there is a folder
     const Version built = version();
-    const std::string factory =
-        text("# made by drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", changed" : "");
+    const std::string factory = "# made by drover " + run::this_program();
     const std::string first = files::join_folder(options.folder, calibration_manifest, factory, layout.manifest);
     if (first != factory)
         log_warning(
