@@ -11,7 +11,6 @@
 #include "io/scene_text.hpp"
 #include "jobs/campaign.hpp"
 #include "jobs/run_record.hpp"
-#include "jobs/sweep_dataset.hpp"
 #include "jobs/sweep_plan.hpp"
 #include "run/provenance.hpp"
 #include "run/run_scene.hpp"
