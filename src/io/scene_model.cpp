@@ -1,9 +1,8 @@
 // io/scene_model.cpp: model sections and text terms between TOML tables and a Model.
-#include "io/scene_model.hpp"
-
 #include <algorithm>
 #include <charconv>
 
+#include "io/scene_parts.hpp"
 #include "physics/model_keys.hpp"
 
 namespace drover::io {

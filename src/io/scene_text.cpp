@@ -10,7 +10,7 @@
 #include "files/input_file.hpp"
 #include "files/installed_models.hpp"
 #include "io/scene_calibrated.hpp"
-#include "io/scene_declared.hpp"
+#include "io/scene_parts.hpp"
 #include "physics/program_functions.hpp"
 
 namespace drover::io {
