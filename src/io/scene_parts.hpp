@@ -16,6 +16,8 @@ namespace drover::io {
 
 /// The table of the parameters of text terms.
 inline constexpr const char* parameter_table = "terms";
+/// What the reader adds to the table of a text term that has parameters: a key without a place.
+inline constexpr const char* parameter_names = "parameter_names";
 
 /// Fills the model from the tables of a scene and notes where each key is.  `[[terms]]` number n is the table terms[n],
 /// their parameters the table terms.
