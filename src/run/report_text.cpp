@@ -126,8 +126,8 @@ std::string deviation_cell(const measure::Estimate& estimate, double predicted, 
 
 void add_scalars(const Report& report, std::string& out) {
     const bool has_step = report.scene.kind != io::SceneKind::particles;
-    out += text("{:<28} {:>8} {:>11} {:>9} {:>9}{}\n", "observable", "unit", "mean", "error", "tau [s]",
-                has_step ? "   step" : "");
+    out += text("{:<28} {:>8} {:>11} {:>9} {:>9}{}\n", "observable", "unit", "mean", "error",
+                text("tau [{}]", io::renamed("s", report.scene.units)), has_step ? "   step" : "");
     for (const measure::SummaryRow& row : report.summary.rows) {
         if (!row.axes.empty()) continue;
         const measure::Estimate& estimate = row.estimates.front();
@@ -228,8 +228,9 @@ void add_arrays(const Report& report, std::string& out) {
 
 std::string report_text(const Report& report) {
     const measure::Summary& summary = report.summary;
-    std::string out = text("t = 0 to {:.6g} s, {} samples, the first {} left out as warm-up\n", report.time,
-                           summary.samples, summary.warm_up);
+    std::string out =
+        text("t = 0 to {}, {} samples, the first {} left out as warm-up\n",
+             io::in_unit("{:.6g}", report.time, "s", report.scene.units), summary.samples, summary.warm_up);
     for (const std::string& warning : report.warnings) out += "warning: " + warning + "\n";
     add_scalars(report, out);
     add_arrays(report, out);
