@@ -10,15 +10,12 @@
 
 namespace drover::run {
 
-namespace {
-/// Number of samples on the schedule: the last one may be off it.
-std::size_t regular_samples(const std::vector<double>& times, double spacing) {
+std::size_t rows_on_schedule(const std::vector<double>& times, double spacing) {
     std::size_t count = 0;
     while (count < times.size() && std::abs(times[count] - spacing * static_cast<double>(count)) < 1e-6 * spacing)
         ++count;
     return count;
 }
-}  // namespace
 
 Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group) {
     const std::vector<double> times = archive.read(group + "/time").values;
@@ -27,7 +24,7 @@ Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene
                       .spacing = two_alone ? scene.time.end : scene.output.sample_every,
                       .samples = 0,
                       .warm_up = std::nullopt};
-    sampling.samples = regular_samples(times, sampling.spacing);
+    sampling.samples = rows_on_schedule(times, sampling.spacing);
     if (scene.analysis.warm_up >= 0.0 && scene.analysis.warm_up < scene.time.end)
         sampling.warm_up = static_cast<std::size_t>(std::ceil(scene.analysis.warm_up / sampling.spacing - 1e-9));
     return sampling;
