@@ -6,6 +6,7 @@
 
 #include "base/log.hpp"
 #include "drover/base/threads.hpp"
+#include "files/checkpoint.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
 #include "io/scene_text.hpp"
@@ -174,8 +175,8 @@ std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {
     if (is_finished(path))
         return encode(results_of(run::make_report(files::ArchiveReader(path), run::Theory::omitted)));
     const run::RunOptions options{.overwrite = true, .quiet = true};
-    run::RunOutcome outcome = fs::exists(path) && run::has_checkpoint(path) ? run::restart_run(path, {}, options)
-                                                                            : run::run_scene(scene, options);
+    run::RunOutcome outcome = fs::exists(path) && files::has_checkpoint(path) ? run::restart_run(path, {}, options)
+                                                                              : run::run_scene(scene, options);
     if (outcome.loop.signal != 0) return std::nullopt;
     return encode(results_of(std::move(*outcome.report)));
 }

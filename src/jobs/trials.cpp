@@ -65,7 +65,7 @@ std::optional<TrialResult> run_or_continue(const TrialRun& trial) {
     wait_for_writer(path);
     if (run::stop_signal() != 0) return std::nullopt;
     try {
-        if (!fs::exists(path) || !run::has_checkpoint(path)) {
+        if (!fs::exists(path) || !files::has_checkpoint(path)) {
             outcome = run::run_scene(trial.scene, options);
         } else if (const auto longer = longer_run(trial, path)) {
             result.end = longer->time;

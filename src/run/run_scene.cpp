@@ -102,11 +102,6 @@ void reject_other_changes(std::span<const std::string> overrides, const io::Scen
 }
 }  // namespace
 
-bool has_checkpoint(const std::filesystem::path& archive) {
-    const std::vector<std::filesystem::path> files = files::checkpoint_files(archive);
-    return std::any_of(files.begin(), files.end(), [](const auto& file) { return std::filesystem::exists(file); });
-}
-
 std::filesystem::path archive_path(const io::Scene& scene) {
     if (!scene.output.file.empty()) return scene.output.file;
     return std::filesystem::path(scene.file).stem().concat(".h5");
@@ -175,7 +170,7 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
     try {
         return run_and_finish(scene, *made, 0, archive, run_id, signals, options);
     } catch (...) {
-        if (!has_checkpoint(path)) archive.remove();  // not started: leave no files
+        if (!files::has_checkpoint(path)) archive.remove();  // not started: leave no files
         throw;
     }
 }

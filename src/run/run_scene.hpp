@@ -29,9 +29,6 @@ struct RunOutcome {
 /// output.file, or the name of the scene with .h5.
 std::filesystem::path archive_path(const io::Scene& scene);
 
-/// Whether a checkpoint exists beside it.
-bool has_checkpoint(const std::filesystem::path& archive);
-
 /// Memory and disk that a scene needs, and what is free [bytes].
 struct Needs {
     double memory_bytes = 0.0;
