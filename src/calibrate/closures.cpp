@@ -268,7 +268,8 @@ void put(ClosureNumbers& at, Input input, double value, double error) {
     at.errors[input] = input == contact && at.contact_error >= 0.0 ? at.contact_error : error;
 }
 
-Uncertain evaluated(const ClosureNumbers& at, const std::vector<Input>& of, const Formula& value, double part) {
+Uncertain evaluated(const ClosureNumbers& at, const std::vector<Input>& of, const Formula& value) {
+    constexpr double part = 1e-3;  // of each error
     const auto stepped = [&](Input input, double step) {
         ClosureNumbers moved = at;
         moved.numbers[input] += step;
