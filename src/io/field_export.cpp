@@ -14,11 +14,14 @@ namespace drover::io {
 namespace {
 namespace fs = std::filesystem;
 
-/// One field of an archive and the points of its grid.
+/// A component of a field.
 struct Column {
     std::string name, unit;
+    std::string vector = {};  ///< of which it is the x component; "": of none
+    bool is_second = false;   ///< the y component of the vector before it
 };
 
+/// The fields of an archive and the points of their grid.
 struct Source {
     const files::ArchiveReader& archive;
     const std::string& name;
@@ -42,17 +45,18 @@ Source source_of(const files::ArchiveReader& archive, const std::string& name) {
                   .x = archive.read("/x").values,
                   .y = archive.read("/y").values,
                   .times = archive.read("/time").values};
-    const auto add = [&](const std::string& column) {
-        source.columns.push_back({column, archive.text_attribute("/" + column, "units")});
-    };
     const model::Equations equations = scene.kind == SceneKind::model ? model::Equations(model_of(scene.declared))
                                                                       : physics::Equations(scene.model).solver();
-    for (const model::StateComponent& one : model::components_of_state(equations)) add(one.name);
-    if (scene.kind == SceneKind::model) return source;
-    for (const char* slaved : {"bead_velocity_x", "bead_velocity_y"})
-        if (archive.has(std::string("/") + slaved) && std::none_of(source.columns.begin(), source.columns.end(),
-                                                                   [&](const Column& c) { return c.name == slaved; }))
-            add(slaved);
+    const auto add = [&](const model::StateComponent& one) {
+        const model::Field& field = equations.model().fields[one.field];
+        Column column{.name = one.name, .unit = archive.text_attribute("/" + one.name, "units")};
+        if (field.spin == 1 && one.part == 0) column.vector = field.name;
+        column.is_second = field.spin == 1 && one.part == 1;
+        source.columns.push_back(std::move(column));
+    };
+    for (const model::StateComponent& one : model::components_of_state(equations)) add(one);
+    for (const model::StateComponent& one : model::components_in_balance(equations))
+        if (archive.has("/" + one.name)) add(one);
     return source;
 }
 
@@ -76,18 +80,17 @@ std::string vtk_text(const Source& source, std::size_t frame) {
                 source.x.size() * source.y.size());
     const std::size_t points = source.x.size() * source.y.size();
     const auto arrays = std::count_if(source.columns.begin(), source.columns.end(),
-                                      [](const Column& column) { return !column.name.ends_with("_y"); });
+                                      [](const Column& column) { return !column.is_second; });
     out += text("FIELD fields {}\n", arrays);  // readers skip all SCALARS but the first unless told otherwise
-    for (const Column& column : source.columns) {
-        const std::string& name = column.name;
-        if (name.ends_with("_y")) continue;  // with its x component
+    for (std::size_t c = 0; c < source.columns.size(); ++c) {
+        const auto& [name, unit, vector, is_second] = source.columns[c];
+        if (is_second) continue;  // with its x component
         const std::vector<double> first = source.row(name, frame);
-        if (!name.ends_with("_x")) {
+        if (vector.empty()) {
             out += text("{} 1 {} double\n", name, points);
             for (const double value : first) add_number(value, out);
         } else {
-            const std::string vector = name.substr(0, name.size() - 2);
-            const std::vector<double> second = source.row(vector + "_y", frame);
+            const std::vector<double> second = source.row(source.columns[c + 1].name, frame);
             out += text("{} 3 {} double\n", vector, points);
             for (std::size_t i = 0; i < points; ++i)
                 for (const double value : {first[i], second[i], 0.0}) add_number(value, out);
