@@ -1,12 +1,11 @@
 // io/field_export.cpp: frames of fields as legacy VTK and as comma-separated values.
-#include "io/field_export.hpp"
-
 #include <algorithm>
 #include <array>
 #include <bit>
 
 #include "drover/base/error.hpp"
 #include "files/new_file.hpp"
+#include "io/export.hpp"
 #include "io/scene_text.hpp"
 
 namespace drover::io {
