@@ -7,8 +7,7 @@
 #include "measure/particles.hpp"
 #include "measure/path_summary.hpp"
 #include "run/particle_simulation.hpp"
-#include "run/particle_warnings.hpp"
-#include "run/sample_recording.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 

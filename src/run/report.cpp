@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "base/constants.hpp"
-#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
@@ -38,16 +36,6 @@ Report summary_report(const io::Scene& scene, const Sampling& sampling, measure:
     report.time = sampling.end;
     report.summary = measure::summarise(recorded);
     return report;
-}
-
-ScheduledRecording sample_recording(const io::Scene& scene, const char* group, const std::vector<measure::Axis>& axes,
-                                    std::vector<files::Quantity> quantities,
-                                    std::function<std::vector<std::vector<double>>()> measure) {
-    const auto values = std::make_shared<std::vector<std::vector<double>>>();
-    return {
-        {.group = group, .axes = axes, .quantities = std::move(quantities), .rows_per_chunk = samples_per_chunk(scene)},
-        io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
-        [measure = std::move(measure), values] { return store_in_place(*values, measure()); }};
 }
 
 const Prediction* find_prediction(const Report& report, const std::string& name) {
