@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "analysis/analysed_state.hpp"
-#include "analysis/boundary_records.hpp"
+#include "analysis/boundary_plan.hpp"
 #include "base/constants.hpp"
 #include "base/log.hpp"
 #include "run/progress.hpp"

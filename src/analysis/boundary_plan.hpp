@@ -1,4 +1,5 @@
-// analysis/boundary_plan.hpp: the plane, the uncertain numbers and the lines of drover boundary, read from a scene.
+// analysis/boundary_plan.hpp: the plane, the uncertain numbers and the lines of drover boundary, from a scene and as
+// records.
 #pragma once
 #include <string>
 #include <utility>
@@ -6,6 +7,8 @@
 
 #include "analysis/plane_models.hpp"
 #include "io/scene.hpp"
+#include "run/result.hpp"
+#include "theory/boundary.hpp"
 
 namespace drover::analysis {
 
@@ -35,5 +38,39 @@ int density_component(const model::Equations& equations, const PlaneNumber& numb
 
 /// Throws an input Error at the key that is wrong.
 PlannedBoundary plan_boundary(const io::Scene& scene);
+
+/// What is traced, and what its points show.
+struct DescribedLines {
+    std::string heading;
+    std::vector<run::Entry> names = {};  ///< of the kind of line, in archives an entry of each vertex
+    bool shows_angles = false, shows_waves = false;
+};
+
+run::Record traced_record(const PlannedBoundary& plane, const DescribedLines& described,
+                          const theory::Boundary& boundary);
+
+/// The plane with the lists of its lines.
+run::Record plane_record(const PlannedBoundary& plane, bool complete, run::List traced);
+
+/// Fields of draws over the plane, one for each kind of line.
+class BandMaps {
+public:
+    explicit BandMaps(const PlannedBoundary& plane) : plane_(plane) {}
+    void add(const DescribedLines& described, const theory::Boundary& boundary);
+    /// Adds the group /band to a record, if there is any field.
+    void add_to(run::Record& root) const;
+
+private:
+    PlannedBoundary plane_;
+    std::vector<std::vector<run::Entry>> names_;
+    std::vector<theory::DrawField> fields_;
+};
+
+/// The middles of side by side cells of a plane, rows of y first, and the axes of a map on them.
+struct MapPoints {
+    std::vector<numerics::PlanePoint> points;
+    std::vector<files::Axis> axes;
+};
+MapPoints map_points(const PlannedBoundary& plane, int side);
 
 }  // namespace drover::analysis

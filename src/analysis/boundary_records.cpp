@@ -1,5 +1,5 @@
 // analysis/boundary_records.cpp: vertices, lines and planes as records.
-#include "analysis/boundary_records.hpp"
+#include "analysis/boundary_plan.hpp"
 
 #include <algorithm>
 

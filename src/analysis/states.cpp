@@ -161,11 +161,24 @@ Point point_of(const TravellingState& at, const StatesProblem& problem, numerics
     return point;
 }
 
+/// Sum of the squares of all waves of a component but that of q = 0, and of q = 0.
+std::pair<double, double> squares_of(std::span<const numerics::Complex> modes) {
+    double waves = 0.0;
+    for (std::size_t m = 1; m < modes.size(); ++m) waves += 2.0 * std::norm(modes[m]);
+    return {waves, std::norm(modes[0])};
+}
+
 /// The largest part of the variance of a component that is in the shortest waves of the grid.
 double tail_of(const TravellingState& at, const StatesProblem& problem) {
-    double largest = 0.0;
+    constexpr double rounding = 1e-20;  // of squares: what is left of a component that is uniform
+    double size = 0.0, largest = 0.0;
+    for (int c = 0; c < at.state.count(); ++c) {
+        const auto [waves, mean] = squares_of(at.state[c]);
+        size = std::max(size, waves + mean);
+    }
     for (int c = 0; c < at.state.count(); ++c)
-        largest = std::max(largest, measure::tail_of(problem.grid(), problem.degree, at.state, c, 1));
+        if (squares_of(at.state[c]).first > rounding * size)
+            largest = std::max(largest, measure::tail_of(problem.grid(), problem.degree, at.state, c, 1));
     return largest;
 }
 

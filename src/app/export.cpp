@@ -2,8 +2,7 @@
 #include <memory>
 
 #include "app/command.hpp"
-#include "io/field_export.hpp"
-#include "io/xyz.hpp"
+#include "io/export.hpp"
 #include "run/scene_support.hpp"
 
 namespace drover::app {

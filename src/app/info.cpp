@@ -7,8 +7,8 @@
 
 #include "app/command.hpp"
 #include "io/calibration.hpp"
+#include "io/export.hpp"
 #include "io/trajectory.hpp"
-#include "io/xyz.hpp"
 #include "jobs/calibration.hpp"
 #include "report/json.hpp"
 #include "report/write_result.hpp"

@@ -19,6 +19,8 @@ double concentration_of_order(double order);
 
 /// 1/a at which the drag assay also reports the alignment, since its error contains the covariance of its parts [s].
 inline constexpr double reference_time = 10.0;
+/// a at which the alignment assay also reports c sigma, for the same reason [1/s].
+inline constexpr double reference_rate = 0.1;
 
 /// Order of finitely many rods.
 struct RodsOrder {

@@ -33,6 +33,11 @@ const char* row_name(Input input) {
 namespace {
 using M = const ClosureNumbers&;
 
+/// A number of a model that is an input itself.
+Closure input_as(const char* key, Input input, Origin origin) {
+    return {.key = key, .origin = origin, .of = {input}, .value = [input](M m) { return m[input]; }};
+}
+
 // D_r is the relaxation rate, P the mean orientation.
 std::vector<Closure> of_densities() {
     return {{.key = "uniform.rod_density",
@@ -43,13 +48,13 @@ std::vector<Closure> of_densities() {
              .of = {bead_area},
              .under = {bead_area},
              .value = [](M m) { return m.bead_density(); }},
-            {.key = "uniform.rod_area", .of = {rod_area}, .value = [](M m) { return m[rod_area]; }},
-            {.key = "uniform.bead_area", .of = {bead_area}, .value = [](M m) { return m[bead_area]; }},
-            {.key = "current.speed", .origin = Origin::measured, .of = {speed}, .value = [](M m) { return m[speed]; }}};
+            input_as("uniform.rod_area", rod_area, Origin::set),
+            input_as("uniform.bead_area", bead_area, Origin::set),
+            input_as("current.speed", speed, Origin::measured)};
 }
 
 std::vector<Closure> of_beads() {
-    return {{.key = "inertia.bead_mass", .of = {bead_mass}, .value = [](M m) { return m[bead_mass]; }},
+    return {input_as("inertia.bead_mass", bead_mass, Origin::set),
             {.row = "friction",
              .key = "drag.coefficient",
              .formula = "Gamma = m rho/tau: friction of plates and rods",
@@ -88,18 +93,12 @@ std::vector<Closure> of_beads() {
              .of = {bead_area, bead_mass, response, cubic},
              .under = {bead_area},
              .value = [](M m) { return m[cubic] * m.friction(); }},
-            {.key = "stiffness.beads",
-             .origin = Origin::measured,
-             .of = {stiffness},
-             .value = [](M m) { return m[stiffness]; }},
+            input_as("stiffness.beads", stiffness, Origin::measured),
             {.row = "stiffness_rods", .key = "stiffness.rods", .formula = "F = 0: no assay and no closure"}};
 }
 
 std::vector<Closure> of_relaxation() {
-    return {{.key = "relaxation.rate",
-             .origin = Origin::measured,
-             .of = {relaxation},
-             .value = [](M m) { return m[relaxation]; }},
+    return {input_as("relaxation.rate", relaxation, Origin::measured),
             {.row = "relaxation_saturation",
              .key = "relaxation.saturation",
              .unit = "mm^2 s",
@@ -109,10 +108,7 @@ std::vector<Closure> of_relaxation() {
              .of = {relaxation, weathercock, drag, cubic, contact, rod_area},
              .under = {relaxation, rod_area},
              .value = [](M m) { return m[relaxation] * saturation_of_alignment(m.alignment(), m.alignment_cubic()); }},
-            {.key = "relaxation.contact",
-             .origin = Origin::measured,
-             .of = {contact},
-             .value = [](M m) { return m[contact]; }},
+            input_as("relaxation.contact", contact, Origin::measured),
             {.row = "elasticity_stiffness",
              .key = "elasticity.stiffness",
              .formula = "K3 = u^2/(16 D_r)",
@@ -268,7 +264,8 @@ void put(ClosureNumbers& at, Input input, double value, double error) {
     at.errors[input] = input == contact && at.contact_error >= 0.0 ? at.contact_error : error;
 }
 
-Uncertain evaluated(const ClosureNumbers& at, const std::vector<Input>& of, const Formula& value, double part) {
+Uncertain evaluated(const ClosureNumbers& at, const std::vector<Input>& of, const Formula& value) {
+    constexpr double part = 1e-3;  // of each error
     const auto stepped = [&](Input input, double step) {
         ClosureNumbers moved = at;
         moved.numbers[input] += step;

@@ -128,8 +128,8 @@ std::optional<ContactSlopes> contact_slopes(const Table& table, std::size_t vari
 /// All closures; those with a key are in the order of a scene.
 const std::vector<Closure>& closures();
 
-/// The formula and its error to first order in the errors of `of`, from central differences over `part` of each error.
-/// They are taken as independent, and c changes with the inputs that it follows from.
-Uncertain evaluated(const ClosureNumbers& at, const std::vector<Input>& of, const Formula& value, double part = 1e-3);
+/// The formula and its error to first order in the errors of `of`, from central differences over a small part of each
+/// error.  They are taken as independent, and c changes with the inputs that it follows from.
+Uncertain evaluated(const ClosureNumbers& at, const std::vector<Input>& of, const Formula& value);
 
 }  // namespace drover::calibrate

@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "calibrate/alignment.hpp"
-#include "calibrate/assays/alignment_assay.hpp"
 #include "calibrate/closures.hpp"
 
 namespace drover::calibrate {

@@ -108,6 +108,13 @@ std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path&
     return {file + ".checkpoint-a", file + ".checkpoint-b"};
 }
 
+bool has_checkpoint(const std::filesystem::path& archive) {
+    const auto files = checkpoint_files(archive);
+    std::error_code unknown;
+    return std::any_of(files.begin(), files.end(),
+                       [&](const auto& file) { return std::filesystem::exists(file, unknown); });
+}
+
 void write_checkpoint(const std::filesystem::path& archive, const Checkpoint& checkpoint) {
     const Slot slot = next_slot(archive);
     const std::vector<std::byte> bytes = encoded(slot.counter, checkpoint);

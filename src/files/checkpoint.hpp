@@ -21,6 +21,8 @@ struct Checkpoint {
 /// The two files of a run: "flock.h5" has flock.h5.checkpoint-a and flock.h5.checkpoint-b; beside the file itself when
 /// the name is a symbolic link.
 std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path& archive);
+/// Whether one of them exists.
+bool has_checkpoint(const std::filesystem::path& archive);
 
 /// Writes a temporary file, syncs it, renames it over the older of the two and syncs the folder; never touches the
 /// newer one.  Throws a run Error with the bytes needed and free when the disk is full.

@@ -20,13 +20,6 @@ bool has_no_name(const Overlay& overlay) {
     return link_count(overlay.file) == 0 || name_of(overlay.file).filename().string().starts_with(".nfs");
 }
 
-bool has_checkpoint(const std::filesystem::path& archive) {
-    const auto files = checkpoint_files(archive);
-    std::error_code unknown;
-    return std::any_of(files.begin(), files.end(),
-                       [&](const auto& file) { return std::filesystem::exists(file, unknown); });
-}
-
 /// Writes the last commit to a name that nothing has.
 void copy_to(const Overlay& overlay, const std::filesystem::path& name) {
     if (std::filesystem::exists(name)) throw std::system_error(EEXIST, std::generic_category(), name.string());

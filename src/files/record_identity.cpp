@@ -11,6 +11,10 @@ namespace drover::files {
 
 std::uint64_t fingerprint(const std::string& content) { return checksum(std::as_bytes(std::span(content))); }
 
+RecordIdentity identity_of(const std::string& job, const std::string& content) {
+    return {.hash = fingerprint(job + "\n" + content), .content = content};
+}
+
 namespace {
 /// Keys with their sections and values.  Those of lists are numbered: "field[2].symbol".
 std::vector<std::pair<std::string, std::string>> keys_of(const std::string& words) {

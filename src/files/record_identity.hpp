@@ -28,4 +28,7 @@ std::optional<TextDifference> first_difference(const std::string& one, const std
 /// 64-bit hash of a text.
 std::uint64_t fingerprint(const std::string& content);
 
+/// Of the records of a job, such as "sweep", which depend on this text alone.
+RecordIdentity identity_of(const std::string& job, const std::string& content);
+
 }  // namespace drover::files

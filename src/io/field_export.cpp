@@ -1,12 +1,11 @@
 // io/field_export.cpp: frames of fields as legacy VTK and as comma-separated values.
-#include "io/field_export.hpp"
-
 #include <algorithm>
 #include <array>
 #include <bit>
 
 #include "drover/base/error.hpp"
 #include "files/new_file.hpp"
+#include "io/export.hpp"
 #include "io/scene_text.hpp"
 
 namespace drover::io {
@@ -14,11 +13,14 @@ namespace drover::io {
 namespace {
 namespace fs = std::filesystem;
 
-/// One field of an archive and the points of its grid.
+/// A component of a field.
 struct Column {
-    std::string name, unit, vector;  ///< vector: of the x component of one, its name
+    std::string name, unit;
+    std::string vector = {};  ///< of which it is the x component; "": of none
+    bool is_second = false;   ///< the y component of the vector before it
 };
 
+/// The fields of an archive and the points of their grid.
 struct Source {
     const files::ArchiveReader& archive;
     const std::string& name;
@@ -44,13 +46,16 @@ Source source_of(const files::ArchiveReader& archive, const std::string& name) {
                   .times = archive.read("/time").values};
     const model::Equations equations = scene.kind == SceneKind::model ? model::Equations(model_of(scene.declared))
                                                                       : physics::Equations(scene.model).solver();
-    for (const auto& components : {model::components_of_state(equations), model::components_in_balance(equations)})
-        for (const model::StateComponent& one : components) {
-            const model::Field& field = equations.model().fields[one.field];
-            const bool begins = field.spin == 1 && one.part == 0;
-            source.columns.push_back(
-                {one.name, archive.text_attribute("/" + one.name, "units"), begins ? field.name : ""});
-        }
+    const auto add = [&](const model::StateComponent& one) {
+        const model::Field& field = equations.model().fields[one.field];
+        Column column{.name = one.name, .unit = archive.text_attribute("/" + one.name, "units")};
+        if (field.spin == 1 && one.part == 0) column.vector = field.name;
+        column.is_second = field.spin == 1 && one.part == 1;
+        source.columns.push_back(std::move(column));
+    };
+    for (const model::StateComponent& one : model::components_of_state(equations)) add(one);
+    for (const model::StateComponent& one : model::components_in_balance(equations))
+        if (archive.has("/" + one.name)) add(one);
     return source;
 }
 
@@ -73,19 +78,19 @@ std::string vtk_text(const Source& source, std::size_t frame) {
                 source.y.size(), source.x.front(), source.y.front(), spacing(source.x), spacing(source.y),
                 source.x.size() * source.y.size());
     const std::size_t points = source.x.size() * source.y.size();
-    const auto vectors = static_cast<std::size_t>(
-        std::ranges::count_if(source.columns, [](const Column& column) { return !column.vector.empty(); }));
-    // Readers skip all SCALARS but the first unless told otherwise.
-    out += text("FIELD fields {}\n", source.columns.size() - vectors);
+    const auto arrays = std::count_if(source.columns.begin(), source.columns.end(),
+                                      [](const Column& column) { return !column.is_second; });
+    out += text("FIELD fields {}\n", arrays);  // readers skip all SCALARS but the first unless told otherwise
     for (std::size_t c = 0; c < source.columns.size(); ++c) {
-        const Column& column = source.columns[c];
-        const std::vector<double> first = source.row(column.name, frame);
-        if (column.vector.empty()) {
-            out += text("{} 1 {} double\n", column.name, points);
+        const auto& [name, unit, vector, is_second] = source.columns[c];
+        if (is_second) continue;  // with its x component
+        const std::vector<double> first = source.row(name, frame);
+        if (vector.empty()) {
+            out += text("{} 1 {} double\n", name, points);
             for (const double value : first) add_number(value, out);
         } else {
-            const std::vector<double> second = source.row(source.columns[++c].name, frame);
-            out += text("{} 3 {} double\n", column.vector, points);
+            const std::vector<double> second = source.row(source.columns[c + 1].name, frame);
+            out += text("{} 3 {} double\n", vector, points);
             for (std::size_t i = 0; i < points; ++i)
                 for (const double value : {first[i], second[i], 0.0}) add_number(value, out);
         }

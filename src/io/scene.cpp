@@ -5,9 +5,7 @@
 #include <array>
 #include <tuple>
 
-#include "io/scene_declared.hpp"
-#include "io/scene_initial.hpp"
-#include "io/scene_model.hpp"
+#include "io/scene_parts.hpp"
 #include "numerics/steppers/kept_modes.hpp"
 #include "physics/integrated.hpp"
 #include "physics/model_keys.hpp"

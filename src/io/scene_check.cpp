@@ -8,7 +8,7 @@
 #include "dem/contact/contact_law.hpp"
 #include "drover/dem/bodies.hpp"
 #include "io/scene.hpp"
-#include "io/scene_initial.hpp"
+#include "io/scene_parts.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "physics/compiled_terms.hpp"
 

@@ -1,12 +1,10 @@
 // io/scene_declared.cpp: a declared model between TOML tables and a scene.
-#include "io/scene_declared.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "drover/base/expression.hpp"
-#include "io/scene_initial.hpp"
+#include "io/scene_parts.hpp"
 #include "numerics/algebra/spline_table.hpp"
 
 namespace drover::io {

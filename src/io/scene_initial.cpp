@@ -1,9 +1,8 @@
 // io/scene_initial.cpp: the initial state of a scene of fields between a TOML table and a start.
-#include "io/scene_initial.hpp"
-
 #include <algorithm>
 
 #include "base/unread_keys.hpp"
+#include "io/scene_parts.hpp"
 #include "physics/model_file.hpp"
 
 namespace drover::io {

@@ -1,9 +1,8 @@
 // io/scene_model.cpp: model sections and text terms between TOML tables and a Model.
-#include "io/scene_model.hpp"
-
 #include <algorithm>
 #include <charconv>
 
+#include "io/scene_parts.hpp"
 #include "physics/model_keys.hpp"
 
 namespace drover::io {
@@ -47,7 +46,8 @@ TextTerm read_term(const LocatedTable& table, const std::string& name) {
         } else if (key == "value") term.value = texts_of(found, whole);
         else if (key == "flux") term.flux = texts_of(found, whole);
         else if (key == "explicit") term.is_explicit = given<bool>(found, whole, "true or false");
-        else if (key == "parameter_names") term.parameters = std::get<std::vector<std::string>>(found.value);
+        else if (key == parameter_names && found.where.file.empty() && found.where.line == 0)  // not of a user
+            term.parameters = std::get<std::vector<std::string>>(found.value);
         else if (key == "function") term.function = given<std::string>(found, whole, "its name in quotes");
         else if (key == "source") term.source = given<std::string>(found, whole, "its text in quotes");
         else if (key == "arguments")

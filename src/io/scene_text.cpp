@@ -10,7 +10,7 @@
 #include "files/input_file.hpp"
 #include "files/installed_models.hpp"
 #include "io/scene_calibrated.hpp"
-#include "io/scene_declared.hpp"
+#include "io/scene_parts.hpp"
 #include "physics/program_functions.hpp"
 
 namespace drover::io {
@@ -123,7 +123,7 @@ void add_terms(const toml::array& terms, const std::string& file, LocatedTables&
             if (key.str() != "parameters") continue;
             const toml::table* numbers = value.as_table();
             require(numbers != nullptr, where_of(key.source(), file),
-                    "terms.parameters is not a table; expected numbers by name, such as { W = 0.7 }");
+                    "terms.parameters is not a table; expected numbers by name, such as {{ W = 0.7 }}");
             for (const auto& [name, held] : *numbers) {
                 const SourceLocation where = where_of(name.source(), file);
                 names.emplace_back(name.str());
@@ -135,7 +135,7 @@ void add_terms(const toml::array& terms, const std::string& file, LocatedTables&
         }
         const std::string section = text("terms[{}]", ++number);
         add_table(section, *term, where_of(node.source(), file), file, tables);
-        if (!names.empty()) tables.at(section).values.emplace("parameter_names", LocatedValue{names, {}});
+        if (!names.empty()) tables.at(section).values.emplace(parameter_names, LocatedValue{names, {}});
     }
     if (!parameters.values.empty()) tables.emplace("terms", std::move(parameters));
 }

@@ -1,12 +1,11 @@
 // io/xyz.cpp: extended XYZ, written frame by frame and read line by line.
-#include "io/xyz.hpp"
-
 #include <algorithm>
 #include <charconv>
 
 #include "drover/base/error.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
+#include "io/export.hpp"
 #include "io/scene_text.hpp"
 #include "io/trajectory.hpp"
 

@@ -21,20 +21,18 @@ std::string plane_manifest_of(io::Scene scene) {
     return text("# drover {}\n", run::this_program()) + io::resolved_text(scene);
 }
 
-files::RecordIdentity plane_identity(const std::string& manifest) {
-    return {.hash = files::fingerprint("boundary\n" + manifest), .content = manifest};
-}
+files::RecordIdentity plane_identity(const std::string& manifest) { return files::identity_of("boundary", manifest); }
 }  // namespace
 
 std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const JobOptions& job, Threads& threads) {
     analysis::check_boundary(scene);
     const std::string manifest = plane_manifest_of(scene);
     files::join_folder(job.folder, plane_manifest, "", manifest);
-    SharedCompute shared({.job = with_workers(job, threads.count()), .identity = plane_identity(manifest)});
+    const ComputeAll compute =
+        shared_compute({.job = with_workers(job, threads.count()), .identity = plane_identity(manifest)});
     const bool is_share = !job.share.is_plain();
     try {
-        run::Result result =
-            analysis::make_boundary(scene, threads, {.compute = shared.compute(), .lines_alone = is_share});
+        run::Result result = analysis::make_boundary(scene, threads, {.compute = compute, .lines_alone = is_share});
         if (is_share) return std::nullopt;
         return result;
     } catch (const Interrupted&) {
@@ -54,8 +52,9 @@ run::Result collect_boundary(const io::Scene& scene, const std::filesystem::path
     require_folder(folder, "boundary");
     const std::string manifest = plane_manifest_of(scene);
     files::join_folder(folder, plane_manifest, "", manifest);
-    SharedCompute known({.job = {.folder = folder, .collect = true}, .identity = plane_identity(manifest)});
-    return analysis::make_boundary(scene, threads, {.compute = known.compute()});
+    const ComputeAll known =
+        shared_compute({.job = {.folder = folder, .collect = true}, .identity = plane_identity(manifest)});
+    return analysis::make_boundary(scene, threads, {.compute = known});
 } catch (const Interrupted&) {
     throw Error(Fault::run, {folder.string()},
                 "points of the plane are missing: run the same command without --collect, or more shares");

@@ -44,9 +44,7 @@ public:
 
     const CalibrationLayout& layout;
 
-    files::RecordIdentity identity() const {
-        return {.hash = files::fingerprint("calibrate\n" + layout.manifest), .content = layout.manifest};
-    }
+    files::RecordIdentity identity() const { return files::identity_of("calibrate", layout.manifest); }
     std::string key_of(const TrialPlace& trial) const {
         return text("{}{}{}", layout.units[trial.unit].name, before_number, trial.number);
     }
@@ -308,8 +306,7 @@ void join(const io::Scene& scene, const CalibrationOptions& options) {
     warn_of_idle_keys(scene);
     needed_assays(layout, options.targets);  // targets that it cannot answer are rejected before there is a folder
     const Version built = version();
-    const std::string factory =
-        text("# made by drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", changed" : "");
+    const std::string factory = "# made by drover " + run::this_program();
     const std::string first = files::join_folder(options.folder, calibration_manifest, factory, layout.manifest);
     if (first != factory)
         log_warning(

@@ -14,9 +14,44 @@ constexpr std::size_t few_items = 8;         ///< which every process computes f
 constexpr std::size_t numbers_of_unit = 16;  ///< at least, of items of one number
 
 std::string key_of(std::size_t loop, std::size_t unit) { return text("loop-{}-unit-{}", loop, unit); }
-}  // namespace
 
-struct SharedCompute::State {
+class SharedLoops {
+public:
+    explicit SharedLoops(CampaignOptions options) {
+        options.shares_wait = true;  // the next loop needs all numbers of this one
+        if (options.job.collect)
+            for (const UnitRecord& record : campaign_records(options.job.folder, options.identity)) take(record);
+        else campaign_ = std::make_unique<Campaign>(plan(), std::move(options));
+    }
+
+    /// As ComputeAll.
+    std::vector<double> compute(std::size_t items, std::size_t width, const NumbersOf& numbers) {
+        loop_ = {.number = loop_.number + 1,
+                 .items = items,
+                 .width = width,
+                 .of_unit = std::max<std::size_t>(numbers_of_unit / std::max<std::size_t>(width, 1), 1),
+                 .numbers = &numbers};
+        if (items * width <= few_items) {
+            loop_.of_unit = items;
+            return loop_.compute_unit(0);
+        }
+        if (campaign_ && campaign_->run().stopped) throw Interrupted{};
+        std::vector<double> found;
+        for (std::size_t unit = 0; unit < loop_.units(); ++unit) {
+            const std::string key = key_of(loop_.number, unit);
+            const auto there = known_.find(key);
+            if (const auto why = failed_.find(key); why != failed_.end()) throw Error(Fault::run, {}, why->second);
+            if (there == known_.end()) throw Interrupted{};
+            found.insert(found.end(), there->second.begin(), there->second.end());
+            known_.erase(there);
+        }
+        if (found.size() != items * width)
+            fail_environment("records of a loop hold {} numbers in place of {}; remove the folder of the shares",
+                             found.size(), items * width);
+        return found;
+    }
+
+private:
     /// The present loop.
     struct Loop {
         std::size_t number = 0, items = 0, width = 0, of_unit = 1;
@@ -32,17 +67,12 @@ struct SharedCompute::State {
         }
     };
 
-    explicit State(CampaignOptions options) {
-        if (options.job.collect)
-            for (const UnitRecord& record : campaign_records(options.job.folder, options.identity)) take(record);
-        else campaign = std::make_unique<Campaign>(plan(), std::move(options));
-    }
-
     UnitPlan plan() {
         return {.wanted =
                     [this](const Offer& offer) {
-                        for (std::size_t unit = 0; unit < loop.units(); ++unit)
-                            if (!known.contains(key_of(loop.number, unit)) && !offer(key_of(loop.number, unit))) return;
+                        for (std::size_t unit = 0; unit < loop_.units(); ++unit)
+                            if (!known_.contains(key_of(loop_.number, unit)) && !offer(key_of(loop_.number, unit)))
+                                return;
                     },
                 .run = [this](const std::string& key) { return run(key); },
                 .take = [this](const UnitRecord& record) { take(record); }};
@@ -50,66 +80,32 @@ struct SharedCompute::State {
 
     UnitResult run(const std::string& key) const {
         files::ByteWriter to;
-        to(loop.compute_unit(std::stoul(key.substr(key.rfind('-') + 1))));
+        to(loop_.compute_unit(std::stoul(key.substr(key.rfind('-') + 1))));
         return {.content = files::text_of(to.bytes)};
     }
 
     void take(const UnitRecord& record) {
         if (record.state == UnitState::done) {
             files::ByteReader reader{std::as_bytes(std::span(record.result.content))};
-            reader(known[record.key]);
-            failed.erase(record.key);
-            if (record.is_new) ++computed;
-        } else if (!known.contains(record.key)) {
-            failed[record.key] = record.reason;
+            reader(known_[record.key]);
+            failed_.erase(record.key);
+        } else if (!known_.contains(record.key)) {
+            failed_[record.key] = record.reason;
         }
     }
 
-    std::vector<double> compute(std::size_t items, std::size_t width, const NumbersOf& numbers) {
-        loop = {.number = loop.number + 1,
-                .items = items,
-                .width = width,
-                .of_unit = std::max<std::size_t>(numbers_of_unit / std::max<std::size_t>(width, 1), 1),
-                .numbers = &numbers};
-        if (items * width <= few_items) {
-            loop.of_unit = items;
-            return loop.compute_unit(0);
-        }
-        if (campaign && campaign->run().stopped) throw Interrupted{};
-        std::vector<double> found;
-        for (std::size_t unit = 0; unit < loop.units(); ++unit) {
-            const std::string key = key_of(loop.number, unit);
-            const auto there = known.find(key);
-            if (const auto why = failed.find(key); why != failed.end()) throw Error(Fault::run, {}, why->second);
-            if (there == known.end()) throw Interrupted{};
-            found.insert(found.end(), there->second.begin(), there->second.end());
-            known.erase(there);
-        }
-        if (found.size() != items * width)
-            fail_environment("records of a loop hold {} numbers in place of {}; remove the folder of the shares",
-                             found.size(), items * width);
-        return found;
-    }
-
-    Loop loop = {};
-    std::map<std::string, std::vector<double>> known;  ///< of this and of later loops
-    std::map<std::string, std::string> failed;         ///< why, by key
-    std::size_t computed = 0;
-    std::unique_ptr<Campaign> campaign = {};  ///< none: it only collects
+    Loop loop_ = {};
+    std::map<std::string, std::vector<double>> known_;  ///< of this and of later loops
+    std::map<std::string, std::string> failed_;         ///< why, by key
+    std::unique_ptr<Campaign> campaign_ = {};           ///< none: it only collects
 };
+}  // namespace
 
-SharedCompute::SharedCompute(CampaignOptions options) {
-    options.shares_wait = true;  // the next loop needs all numbers of this one
-    state_ = std::make_unique<State>(std::move(options));
-}
-SharedCompute::~SharedCompute() = default;
-
-ComputeAll SharedCompute::compute() {
-    return [this](std::size_t items, std::size_t width, const NumbersOf& numbers) {
-        return state_->compute(items, width, numbers);
+ComputeAll shared_compute(CampaignOptions options) {
+    return [loops = std::make_shared<SharedLoops>(std::move(options))](std::size_t items, std::size_t width,
+                                                                       const NumbersOf& numbers) {
+        return loops->compute(items, width, numbers);
     };
 }
-
-std::size_t SharedCompute::computed() const { return state_->computed; }
 
 }  // namespace drover::jobs

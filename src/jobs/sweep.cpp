@@ -6,14 +6,13 @@
 
 #include "base/log.hpp"
 #include "drover/base/threads.hpp"
+#include "files/checkpoint.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/campaign.hpp"
 #include "jobs/run_record.hpp"
-#include "jobs/sweep_dataset.hpp"
 #include "jobs/sweep_plan.hpp"
-#include "run/memory_run.hpp"
 #include "run/provenance.hpp"
 #include "run/run_scene.hpp"
 #include "run/same_run.hpp"
@@ -73,10 +72,6 @@ Manifest manifest_of(const io::Scene& scene, const fs::path& folder) {
     }
 }
 
-files::RecordIdentity identity_of(const Manifest& manifest) {
-    return {.hash = files::fingerprint("sweep\n" + manifest.content), .content = manifest.content};
-}
-
 /// One sweep in its folder.
 struct Sweep {
     const io::Scene& scene;
@@ -87,7 +82,10 @@ struct Sweep {
     std::map<std::string, std::size_t> runs = {};  ///< by name
 
     Sweep(const io::Scene& given, const fs::path& in)
-        : scene(given), folder(in), manifest(manifest_of(given, in)), identity(identity_of(manifest)) {
+        : scene(given),
+          folder(in),
+          manifest(manifest_of(given, in)),
+          identity(files::identity_of("sweep", manifest.content)) {
         plan({});
     }
     /// With the points that results ask for.
@@ -177,8 +175,8 @@ std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {
     if (is_finished(path))
         return encode(results_of(run::make_report(files::ArchiveReader(path), run::Theory::omitted)));
     const run::RunOptions options{.overwrite = true, .quiet = true};
-    run::RunOutcome outcome = fs::exists(path) && run::has_checkpoint(path) ? run::restart_run(path, {}, options)
-                                                                            : run::run_scene(scene, options);
+    run::RunOutcome outcome = fs::exists(path) && files::has_checkpoint(path) ? run::restart_run(path, {}, options)
+                                                                              : run::run_scene(scene, options);
     if (outcome.loop.signal != 0) return std::nullopt;
     return encode(results_of(std::move(*outcome.report)));
 }

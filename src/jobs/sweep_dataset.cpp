@@ -1,12 +1,11 @@
 // jobs/sweep_dataset.cpp: arrays of a sweep from the results of its runs.
-#include "jobs/sweep_dataset.hpp"
-
 #include <algorithm>
 #include <numeric>
 #include <set>
 
 #include "base/constants.hpp"
 #include "files/archive.hpp"
+#include "jobs/sweep_table.hpp"
 #include "measure/replicates.hpp"
 #include "run/provenance.hpp"
 

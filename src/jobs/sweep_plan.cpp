@@ -9,7 +9,6 @@
 
 #include "files/record_identity.hpp"
 #include "jobs/accuracy_target.hpp"
-#include "jobs/sweep_refinement.hpp"
 #include "measure/replicates.hpp"
 #include "run/number_lists.hpp"
 #include "run/scene_equations.hpp"

@@ -1,5 +1,6 @@
 // jobs/sweep_plan.hpp: the runs of a sweep, those included that results so far ask for.
 #pragma once
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -35,5 +36,16 @@ std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout
 
 /// A value between two for each key, as fine as a refined sweep may have it; empty without refinement.
 std::vector<std::string> finest_overrides(const io::Scene& scene);
+
+/// Ascending values along each axis.
+using Axes = std::vector<std::vector<double>>;
+
+/// Whether something differs between two points; the same either way.
+using Differs = std::function<bool(const std::vector<double>& a, const std::vector<double>& b)>;
+
+/// The points of a grid, and of finer ones: a cell with two points that differ, within it or on its border, is halved
+/// along each axis, `levels` times at most.  Sorted.  Points that are not known yet differ from none: as more become
+/// known more points are wanted, and in the end always the same ones, whatever the order.
+std::vector<std::vector<double>> refined_points(const Axes& axes, int levels, const Differs& differs);
 
 }  // namespace drover::jobs

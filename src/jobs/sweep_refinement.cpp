@@ -1,11 +1,10 @@
 // jobs/sweep_refinement.cpp: cells that are halved until no more points are wanted.
-#include "jobs/sweep_refinement.hpp"
-
 #include <algorithm>
 #include <cstdint>
 #include <map>
 #include <set>
 
+#include "jobs/sweep_plan.hpp"
 #include "run/number_lists.hpp"
 
 namespace drover::jobs {

@@ -262,9 +262,12 @@ std::vector<AxisLevel> model_levels(const io::Scene& scene) {
 
 std::vector<AxisLevel> cell_levels(const io::Scene& scene) {
     if (!io::has_grid(scene.kind)) {
-        if (scene.particles.cell.shape != "periodic") return {};
-        return {{"twice the sides",
-                 {set("cell.lx", 2.0 * scene.particles.cell.lx), set("cell.ly", 2.0 * scene.particles.cell.ly)}}};
+        const dem::Setup& setup = scene.particles;
+        if (setup.cell.shape != "periodic") return {};
+        AxisLevel level{"twice the sides", {set("cell.lx", 2.0 * setup.cell.lx), set("cell.ly", 2.0 * setup.cell.ly)}};
+        if (setup.beads.count > 0) level.overrides.push_back(set("beads.count", 4 * setup.beads.count));
+        if (setup.rods.count > 0) level.overrides.push_back(set("rods.count", 4 * setup.rods.count));
+        return {level};
     }
     if (scene.initial.kind == "file" || scene.initial.kind == "mode") return {};
     bool uniform = true;

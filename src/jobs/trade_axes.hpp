@@ -52,7 +52,8 @@ std::vector<AxisLevel> grid_levels(const io::Scene& scene, bool same_start = tru
 /// does not allow with the reason.
 std::vector<AxisLevel> model_levels(const io::Scene& scene);
 
-/// A cell of twice the sides, with the same distance of points; none where the start is not uniform.
+/// A cell of twice the sides, with the same distance of points and the same density of bodies; none where the start is
+/// not uniform.
 std::vector<AxisLevel> cell_levels(const io::Scene& scene);
 
 }  // namespace drover::jobs

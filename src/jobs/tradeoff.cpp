@@ -12,7 +12,6 @@
 #include "jobs/trade_front.hpp"
 #include "run/cost.hpp"
 #include "run/field_simulation.hpp"
-#include "run/memory_run.hpp"
 #include "run/run_scene.hpp"
 #include "run/scene_equations.hpp"
 #include "run/step_choice.hpp"

@@ -64,7 +64,7 @@ std::optional<TrialResult> run_or_continue(const TrialRun& trial) {
     wait_for_writer(path);
     if (run::stop_signal() != 0) return std::nullopt;
     try {
-        if (!fs::exists(path) || !run::has_checkpoint(path)) {
+        if (!fs::exists(path) || !files::has_checkpoint(path)) {
             outcome = run::run_scene(trial.scene, options);
         } else if (const auto longer = longer_run(trial, path)) {
             result.end = longer->time;
@@ -97,15 +97,13 @@ std::string name_of(const TrialRun& trial) {
 
 std::string key_of(const TrialRun& trial) { return text("{}-{:.17g}", name_of(trial), trial.scene.time.end); }
 
-files::RecordIdentity identity_of(const std::string& scene) {
-    return {.hash = files::fingerprint("trials\n" + scene), .content = scene};
-}
+files::RecordIdentity trials_identity(const std::string& scene) { return files::identity_of("trials", scene); }
 
 }  // namespace
 
 Trials::Trials(const std::string& scene, const JobOptions& options)
     : options_(with_workers(options)),
-      campaign_(plan(), {.job = options_, .identity = identity_of(scene), .shares_wait = true, .max_group = 1}) {}
+      campaign_(plan(), {.job = options_, .identity = trials_identity(scene), .shares_wait = true, .max_group = 1}) {}
 
 UnitPlan Trials::plan() {
     return {.wanted =
@@ -245,7 +243,7 @@ std::optional<std::vector<double>> Trials::agreed(const std::string& name,
 std::string trials_status(const fs::path& folder, const std::string& scene) {
     std::size_t ended = 0, failed = 0;
     double seconds = 0.0;
-    for (const UnitRecord& record : campaign_records(folder, identity_of(scene))) {
+    for (const UnitRecord& record : campaign_records(folder, trials_identity(scene))) {
         if (record.state != UnitState::done || record.key.starts_with(agreed_prefix)) continue;
         const Ran ran = ran_of(record);
         ++(ran.result.failure.empty() ? ended : failed);

@@ -7,7 +7,6 @@
 
 #include "drover/base/text.hpp"
 #include "drover/numerics/transform.hpp"
-#include "measure/field_axes.hpp"
 #include "measure/fields.hpp"
 #include "measure/shared_rows.hpp"
 #include "measure/unit_product.hpp"

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "drover/measure/statistics.hpp"
 #include "drover/model/equations.hpp"
 #include "drover/numerics/grid.hpp"
 #include "numerics/fields/shells.hpp"
@@ -76,5 +77,18 @@ struct BoxFamily {
 };
 /// Squares, and boxes with the aspect ratio 4 along x and along y, which resolve the directions of a flock.
 std::span<const BoxFamily> box_families();
+
+/// The axes of the observables.
+Axis shell_axis(const FieldSetting& setting);
+Axis sector_axis(const FieldSetting& setting);
+Axis separation_axis(const FieldSetting& setting);
+Axis term_axis(const FieldSetting& setting);
+Axis family_axis(const BoxFamily& family, const FieldSetting& setting);
+
+/// "mean_phi", of a part "mean_p_x", or with the name of the field first.
+std::string statistic_name(const MeasuredField& field, const std::string& statistic, std::size_t part);
+std::string statistic_name(const MeasuredField& field, const std::string& statistic);
+/// Of the number of bodies in the cell.
+std::string total_name(const MeasuredField& field);
 
 }  // namespace drover::measure

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "drover/base/text.hpp"
-#include "measure/field_axes.hpp"
 #include "measure/shared_rows.hpp"
 #include "measure/unit_product.hpp"
 #include "model/start.hpp"

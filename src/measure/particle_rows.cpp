@@ -3,8 +3,6 @@
 #include <utility>
 
 #include "drover/base/text.hpp"
-#include "measure/number_boxes.hpp"
-#include "measure/particle_axes.hpp"
 #include "measure/particles.hpp"
 #include "measure/shared_rows.hpp"
 
@@ -172,7 +170,11 @@ void add_rod_flow(const ParticleSetting& setting, ParticleRows& rows) {
 void add_numbers(const ParticleSetting& setting, ParticleRows& rows) {
     if (setting.boxes.empty()) return;
     const auto of = [](auto dem::Bodies::*bodies) {
-        return [bodies](const ParticleMoment& moment) { return box_variances(moment.setting, moment.bodies.*bodies); };
+        return [bodies](const ParticleMoment& moment) {
+            std::vector<dem::Vector> positions;
+            for (const auto& body : moment.bodies.*bodies) positions.push_back(body.position);
+            return box_variances(moment.setting, positions);
+        };
     };
     if (setting.rods > 0) add_number_variance(rows, "rod", "", "square box", box_axis(setting), of(&dem::Bodies::rods));
     if (setting.beads > 0)

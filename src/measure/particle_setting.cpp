@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "measure/particle_axes.hpp"
 #include "measure/particles.hpp"
 #include "measure/shared_rows.hpp"
 

@@ -1,5 +1,6 @@
 // measure/particles.hpp: the observables of rods and beads.
 #pragma once
+#include <span>
 #include <vector>
 
 #include "drover/dem/bodies.hpp"
@@ -34,6 +35,13 @@ struct ParticleSetting {
 /// Uses the shapes and numbers of `at_start`, not the positions.
 ParticleSetting make_particle_setting(const dem::Setup& setup, const dem::Bodies& at_start);
 
+/// The axes of the observables.
+Axis bead_separation_axis(const ParticleSetting& setting);
+Axis rod_separation_axis(const ParticleSetting& setting);
+Axis box_axis(const ParticleSetting& setting);
+Axis along_axis(const ParticleSetting& setting);
+Axis across_axis(const ParticleSetting& setting);
+
 /// Means over the beads at one moment, in the plane except where noted.  Radial and azimuthal (counter-clockwise) about
 /// the origin.
 struct BeadMeans {
@@ -64,6 +72,9 @@ struct PairSums {
 BeadMeans bead_means(const ParticleSetting& setting, const dem::Bodies& bodies);
 RodMeans rod_means(const ParticleSetting& setting, const dem::Bodies& bodies);
 PairSums pair_sums(const ParticleSetting& setting, const dem::Bodies& bodies);
+
+/// Variance over all positions on the counting mesh of the number of bodies in each box.
+std::vector<double> box_variances(const ParticleSetting& setting, std::span<const dem::Vector> positions);
 
 /// One moment of a run.  Means and sums are computed on construction, once for all observables.
 struct ParticleMoment {

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/calibration.hpp"
-#include "io/xyz.hpp"
+#include "io/export.hpp"
 #include "report/write_result.hpp"
 #include "run/simulation_type.hpp"
 

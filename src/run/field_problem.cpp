@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "model/start.hpp"
-#include "run/sample_recording.hpp"
 #include "run/scene_equations.hpp"
+#include "run/scene_support.hpp"
 
 namespace drover::run {
 

@@ -9,8 +9,8 @@
 #include "run/field_prediction.hpp"
 #include "run/field_simulation.hpp"
 #include "run/report.hpp"
-#include "run/sample_recording.hpp"
 #include "run/scene_equations.hpp"
+#include "run/scene_support.hpp"
 #include "run/warnings.hpp"
 
 namespace drover::run {

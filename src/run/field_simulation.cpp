@@ -14,7 +14,6 @@
 #include "numerics/steppers/time_method.hpp"
 #include "run/field_health.hpp"
 #include "run/field_problem.hpp"
-#include "run/sample_recording.hpp"
 #include "run/start_file.hpp"
 #include "run/step_bias.hpp"
 

@@ -7,25 +7,11 @@
 #include "measure/particles.hpp"
 #include "measure/path_summary.hpp"
 #include "run/particle_simulation.hpp"
-#include "run/particle_warnings.hpp"
-#include "run/sample_recording.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 
 namespace {
-/// Frames on the schedule (the last one may be off it), from the first after the warm-up.
-struct FrameRange {
-    std::size_t first = 0, end = 0;
-};
-FrameRange frames_on_schedule(const std::vector<double>& times, double spacing, double warm_up) {
-    FrameRange range;
-    while (range.end < times.size() &&
-           std::abs(times[range.end] - spacing * static_cast<double>(range.end)) < 1e-6 * spacing)
-        ++range.end;
-    range.first = std::min(range.end, static_cast<std::size_t>(std::ceil(warm_up / spacing - 1e-9)));
-    return range;
-}
-
 /// The paths after the warm-up, read frame by frame; none where only the first and the last frame are kept.
 std::optional<measure::Paths> paths_of(const files::ArchiveReader& archive, const io::Scene& scene,
                                        const dem::Bodies& bodies, double warm_up) {
@@ -33,14 +19,13 @@ std::optional<measure::Paths> paths_of(const files::ArchiveReader& archive, cons
     const std::string rods = std::string(io::rods_group) + "/", beads = std::string(io::beads_group) + "/";
     const bool has_rods = !bodies.rods.empty(), has_beads = !bodies.beads.empty();
     if (!(spacing > 0.0) || (!has_rods && !has_beads)) return std::nullopt;
-    const std::vector<double> times = archive.read((has_rods ? rods : beads) + "position/time").values;
-    const FrameRange range = frames_on_schedule(times, spacing, warm_up);
-    measure::Paths paths =
-        measure::make_paths(spacing, range.end - range.first, bodies.rods.size(), bodies.beads.size());
+    const std::size_t end = rows_on_schedule(archive.read((has_rods ? rods : beads) + "position/time").values, spacing);
+    const std::size_t first = std::min(end, static_cast<std::size_t>(std::ceil(warm_up / spacing - 1e-9)));
+    measure::Paths paths = measure::make_paths(spacing, end - first, bodies.rods.size(), bodies.beads.size());
     const auto row = [&](bool wanted, const std::string& element, std::size_t frame) {
         return wanted ? archive.read_row(element + "/value", frame).values : std::vector<double>();
     };
-    for (std::size_t frame = range.first; frame < range.end; ++frame)
+    for (std::size_t frame = first; frame < end; ++frame)
         measure::add_frame(paths, row(has_rods, rods + "position", frame), row(has_rods, rods + "axis", frame),
                            row(has_beads, beads + "position", frame));
     return paths;

@@ -14,8 +14,7 @@
 #include "io/scene_text.hpp"
 #include "io/trajectory.hpp"
 #include "measure/particles.hpp"
-#include "run/particle_warnings.hpp"
-#include "run/sample_recording.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 

@@ -1,11 +1,10 @@
 // run/particle_warnings.cpp: what the results of a run of particles cannot be trusted in.
-#include "run/particle_warnings.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "drover/base/text.hpp"
+#include "run/warnings.hpp"
 
 namespace drover::run {
 

@@ -3,22 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "base/constants.hpp"
-#include "run/sample_recording.hpp"
 
 namespace drover::run {
 
-namespace {
-/// Number of samples on the schedule: the last one may be off it.
-std::size_t regular_samples(const std::vector<double>& times, double spacing) {
+std::size_t rows_on_schedule(const std::vector<double>& times, double spacing) {
     std::size_t count = 0;
     while (count < times.size() && std::abs(times[count] - spacing * static_cast<double>(count)) < 1e-6 * spacing)
         ++count;
     return count;
 }
-}  // namespace
 
 Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group) {
     const std::vector<double> times = archive.read(group + "/time").values;
@@ -28,7 +23,7 @@ Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene
                           every == 0.0 ? scene.time.end : io::whole_interval(scene, "output.sample_every", every),
                       .samples = times.size(),
                       .warm_up = std::nullopt};
-    if (every > 0.0) sampling.samples = regular_samples(times, sampling.spacing);
+    if (every > 0.0) sampling.samples = rows_on_schedule(times, sampling.spacing);
     if (scene.analysis.warm_up >= 0.0 && scene.analysis.warm_up < scene.time.end)
         sampling.warm_up = static_cast<std::size_t>(std::ceil(scene.analysis.warm_up / sampling.spacing - 1e-9));
     return sampling;
@@ -42,16 +37,6 @@ Report summary_report(const io::Scene& scene, const Sampling& sampling, measure:
     report.time = sampling.end;
     report.summary = measure::summarise(recorded);
     return report;
-}
-
-ScheduledRecording sample_recording(const io::Scene& scene, const char* group, const std::vector<measure::Axis>& axes,
-                                    std::vector<files::Quantity> quantities,
-                                    std::function<std::vector<std::vector<double>>()> measure) {
-    const auto values = std::make_shared<std::vector<std::vector<double>>>();
-    return {
-        {.group = group, .axes = axes, .quantities = std::move(quantities), .rows_per_chunk = samples_per_chunk(scene)},
-        io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
-        [measure = std::move(measure), values] { return store_in_place(*values, measure()); }};
 }
 
 const Prediction* find_prediction(const Report& report, const std::string& name) {

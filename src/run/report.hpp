@@ -36,6 +36,9 @@ enum class Theory { included, omitted };
 /// The report of an archive of fields; see make_report() of run/simulation_type.hpp.
 Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 
+/// Number of samples or frames on the schedule: the last one may be off it.
+std::size_t rows_on_schedule(const std::vector<double>& times, double spacing);
+
 /// The samples of an archive that are on the schedule of its scene.
 struct Sampling {
     double end = 0.0;      ///< time of the last sample of all [s]

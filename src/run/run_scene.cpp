@@ -1,4 +1,4 @@
-// run/run_scene.cpp: start and restart of one run.
+// run/run_scene.cpp: start and restart of one run, and a run in memory.
 #include "run/run_scene.hpp"
 
 #include <algorithm>
@@ -103,11 +103,6 @@ void reject_other_changes(std::span<const std::string> overrides, const io::Scen
 }
 }  // namespace
 
-bool has_checkpoint(const std::filesystem::path& archive) {
-    const std::vector<std::filesystem::path> files = files::checkpoint_files(archive);
-    return std::any_of(files.begin(), files.end(), [](const auto& file) { return std::filesystem::exists(file); });
-}
-
 std::filesystem::path archive_path(const io::Scene& scene) {
     if (!scene.output.file.empty()) return scene.output.file;
     return std::filesystem::path(scene.file).stem().concat(".h5");
@@ -177,7 +172,7 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
     try {
         return run_and_finish(scene, *made, 0, archive, run_id, signals, options);
     } catch (...) {
-        if (!has_checkpoint(path)) archive.remove();  // not started: leave no files
+        if (!files::has_checkpoint(path)) archive.remove();  // not started: leave no files
         throw;
     }
 }
@@ -227,6 +222,45 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
         "the archive as the run left it: put it back, or run the scene again",
         checkpoint.time);
     return run_and_finish(scene, *made, checkpoint.step, archive, checkpoint.run_id, signals, options);
+}
+
+namespace {
+/// Frames of fields, of which reports use none.
+bool is_unused(const files::Recording& recording) { return recording.group == "/" && !recording.trajectory; }
+
+void append_used(const Simulation& simulation, const ScheduledRecording& scheduled, std::int64_t step, Arrays& arrays) {
+    if (!is_unused(scheduled.recording)) append_row(scheduled, static_cast<double>(step) * simulation.dt, arrays);
+}
+
+/// As run_loop().  False when a signal stopped it.
+bool run_to_end(Simulation& simulation, Arrays& arrays) {
+    const auto append_due = [&](std::int64_t step) {
+        for (const ScheduledRecording& scheduled : simulation.recordings)
+            if (is_due(scheduled, step)) append_used(simulation, scheduled, step, arrays);
+    };
+    simulation.check_health(0);
+    append_due(0);
+    for (std::int64_t step = 0; step < simulation.steps;) {
+        if (stop_signal() != 0) return false;
+        simulation.advance(step++);
+        if (is_checked(simulation, step)) simulation.check_health(step);
+        append_due(step);
+    }
+    for (const ScheduledRecording& scheduled : simulation.recordings)
+        if (!is_due(scheduled, simulation.steps)) append_used(simulation, scheduled, simulation.steps, arrays);
+    return true;
+}
+}  // namespace
+
+std::optional<Report> run_in_memory(const io::Scene& given) {
+    check_memory(given);
+    return with_halved_steps(with_chosen_step(given, true), true, [](const io::Scene& scene) -> std::optional<Report> {
+        Threads threads(simulation_type_of(scene).threads(scene));
+        const std::unique_ptr<Simulation> simulation = simulation_type_of(scene).make(scene, threads, {});
+        Arrays arrays;
+        if (!run_to_end(*simulation, arrays)) return std::nullopt;
+        return simulation_type_of(scene).report(files::ArchiveReader(std::move(arrays)), scene, Theory::omitted);
+    });
 }
 
 }  // namespace drover::run

@@ -1,4 +1,4 @@
-// run/run_scene.hpp: running a scene from its start or from a checkpoint.
+// run/run_scene.hpp: running a scene from its start or from a checkpoint, into an archive or in memory.
 #pragma once
 #include <filesystem>
 #include <optional>
@@ -29,9 +29,6 @@ struct RunOutcome {
 /// output.file, or the name of the scene with .h5.
 std::filesystem::path archive_path(const io::Scene& scene);
 
-/// Whether a checkpoint exists beside it.
-bool has_checkpoint(const std::filesystem::path& archive);
-
 /// Memory and disk that a scene needs, and what is free [bytes].
 struct Needs {
     double memory_bytes = 0.0;
@@ -53,5 +50,9 @@ RunOutcome run_scene(const io::Scene& scene, const RunOptions& options);
 /// and run.threads only: other keys would make it a different run.
 RunOutcome restart_run(const std::filesystem::path& archive, std::span<const std::string> overrides,
                        const RunOptions& options);
+
+/// The report, without linear theory, that the archive of a run from t = 0 would give, to the last bit; no file is
+/// written.  Nothing when a signal stopped it.  Throws as run_scene.
+std::optional<Report> run_in_memory(const io::Scene& scene);
 
 }  // namespace drover::run

@@ -1,8 +1,10 @@
-// run/scene_support.cpp: sizes of recordings, and files named in a scene.
+// run/scene_support.cpp: recordings of observables, sizes of recordings, and files named in a scene.
 #include "run/scene_support.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "files/archive_reader.hpp"
 
@@ -21,6 +23,16 @@ int samples_per_chunk(const io::Scene& scene) {
     constexpr double min = 8.0, max = 64.0;
     if (scene.output.frame_every == 0.0 || scene.output.sample_every == 0.0) return static_cast<int>(max);
     return static_cast<int>(std::clamp(std::round(scene.output.frame_every / scene.output.sample_every), min, max));
+}
+
+ScheduledRecording sample_recording(const io::Scene& scene, const char* group, const std::vector<measure::Axis>& axes,
+                                    std::vector<files::Quantity> quantities,
+                                    std::function<std::vector<std::vector<double>>()> measure) {
+    const auto values = std::make_shared<std::vector<std::vector<double>>>();
+    return {
+        {.group = group, .axes = axes, .quantities = std::move(quantities), .rows_per_chunk = samples_per_chunk(scene)},
+        io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
+        [measure = std::move(measure), values] { return store_in_place(*values, measure()); }};
 }
 
 std::filesystem::path file_beside(const io::Scene& scene, const std::string& given) {

@@ -3,8 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "drover/dem/bodies.hpp"
 #include "files/archive_reader.hpp"
 #include "io/scene.hpp"
+#include "measure/path_summary.hpp"
 #include "model/field_evolution.hpp"
 
 namespace drover::run {
@@ -40,5 +42,21 @@ void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene,
 
 /// The recorded values of an observable of a run of fields; empty in archives without it.
 std::vector<double> series_of(const files::ArchiveReader& archive, const std::string& name);
+
+// ---- Of runs of particles
+
+/// Plates whose motion is far from what the sizes of the bodies and gravity allow, as numbers in other units have it.
+std::vector<std::string> unit_warnings(const dem::Setup& setup);
+
+/// Absorbing states (bodies at rest, or all in step with each other) and energy gained in impacts.  `spacing`: of the
+/// samples [s].
+std::vector<std::string> particle_state_warnings(const io::Scene& scene, const dem::Bodies& bodies,
+                                                 const std::vector<measure::RecordedSeries>& series, double spacing);
+
+/// Rods whose means differ by more than each changes in time.
+std::vector<std::string> scatter_warnings(const measure::Paths& paths);
+
+/// Rods that turn so much between frames that rod_speed is no longer their speed along n.
+std::vector<std::string> frame_warnings(const measure::Paths& paths);
 
 }  // namespace drover::run

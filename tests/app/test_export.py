@@ -68,6 +68,28 @@ def test_a_csv_table_holds_every_point_of_the_chosen_frames(ran, tmp_path):
         assert np.array_equal(table[0, 0, :, 1], file["x"]) and np.array_equal(table[:, 0, 0, 0], file["time"][::2])
 
 
+def test_a_model_of_ones_own_is_exported_with_fields_in_balance_and_names_that_end_as_components(tmp_path):
+    (tmp_path / "own.toml").write_text("""
+field = [{symbol = "a", name = "drift_x"}, {symbol = "b", name = "drift_y"},
+         {symbol = "w", rank = "vector", balance = true}, {symbol = "Q", rank = "nematic"}]
+equations = {a = "-a", b = "-b + div w", w = "-w + grad a", Q = "-Q"}
+grid = {nx = 8, ny = 8, lx = 8.0, ly = 8.0}
+time = {dt = 0.1, end = 1.0}
+initial = {kind = "random", amplitude = 0.1}
+output = {frame_every = 1.0}
+""")
+    drover(tmp_path, "run", "own.toml", "--quiet")
+    drover(tmp_path, "export", "own.h5", "-o", "own.vtk", "--frame", "1")
+    drover(tmp_path, "export", "own.h5", "-o", "own.csv")
+    arrays = read_vtk(tmp_path / "own.vtk")[2]
+    assert sorted(arrays) == ["Q_xx", "Q_xy", "drift_x", "drift_y", "w"]
+    with h5py.File(tmp_path / "own.h5") as file:
+        assert np.array_equal(arrays["drift_y"], file["drift_y"][1])
+        assert np.array_equal(arrays["w"][..., 1], file["w_y"][1]) and arrays["w"][..., 1].any()
+    head = (tmp_path / "own.csv").read_text().split("\n")[0]
+    assert head == "time [s],x [mm],y [mm],drift_x [1],drift_y [1],Q_xx [1],Q_xy [1],w_x [1],w_y [1]"
+
+
 def test_a_csv_table_has_the_names_of_the_units_of_its_scene(tmp_path):
     (tmp_path / "own.toml").write_text("""
 field = [{symbol = "u"}]

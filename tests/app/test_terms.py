@@ -81,7 +81,12 @@ def test_bad_terms_are_rejected_at_their_column_with_a_remedy(tmp_path):
         scene = write(tmp_path, ANCHORING.replace('value = ["0", "-W order_y"]', text))
         rejected(tmp_path, ["run", scene], says)
     rejected(tmp_path, ["run", write(tmp_path, ANCHORING), *settings(["terms.V=1"])], ["terms.V", "expected"])
-    rejected(tmp_path, ["run", write(tmp_path, ANCHORING.replace("W = 0.7", 'W = "x"'))], ["terms.W", "a number"])
+    for text, says in [('{ W = "x" }', ["terms.W", "a number"]),
+                       ("3", ["anchoring.toml:11", "terms.parameters is not a table", "such as { W = 0.7 }"]),
+                       ("{ W = 0.7 }\nparameter_names = 3", ["anchoring.toml:12", "unknown key terms[1]"])]:
+        rejected(tmp_path, ["run", write(tmp_path, ANCHORING.replace("{ W = 0.7 }", text))], says)
+    rejected(tmp_path, ["run", write(tmp_path, ANCHORING), *settings(["terms[1].parameter_names=3"])],
+             ["unknown key terms[1].parameter_names"])
 
 
 def test_hostile_expressions_end_with_status_2_within_a_second_each(tmp_path):

@@ -55,6 +55,7 @@ def test_units_are_called_as_the_scene_says(tmp_path):
     scene = write_scene(tmp_path, {"units.length": "cm", "units.time": "h", "time.end": 4.0})
     table = program(tmp_path, "run", scene, "-o", "cm.h5").stdout
     assert not re.search(r"\[[^]]*mm", table) and "|q| [1/cm]" in table and "side [cm]" in table
+    assert table.startswith("t = 0 to 4 h, ") and "tau [h]" in table and "[s]" not in table
     found = units_of(tmp_path / "cm.h5")
     assert (found["x"], found["time"], found["rod_density"], found["observables/wavenumber"]) == \
         ("cm", "h", "cm-2", "cm-1")

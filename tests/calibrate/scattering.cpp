@@ -1,6 +1,4 @@
 // tests/calibrate/scattering.cpp: the kernel of collisions of two rods against that of a rule known in closed form.
-#include "calibrate/assays/scattering.hpp"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -10,6 +8,7 @@
 #include <memory>
 #include <numbers>
 
+#include "calibrate/catalogue.hpp"
 #include "calibrate/collision_rule.hpp"
 #include "drover/base/random.hpp"
 

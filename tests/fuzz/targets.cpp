@@ -14,9 +14,9 @@
 #include "files/checkpoint.hpp"
 #include "files/record_bytes.hpp"
 #include "io/calibration.hpp"
+#include "io/export.hpp"
 #include "io/scene_text.hpp"
 #include "io/trial_record.hpp"
-#include "io/xyz.hpp"
 #include "run/simulation_type.hpp"
 
 namespace drover::fuzz {

@@ -3,8 +3,8 @@
 
 #include "dem/bodies/rotation.hpp"
 #include "files/support.hpp"
+#include "io/export.hpp"
 #include "io/scene.hpp"
-#include "io/xyz.hpp"
 
 namespace drover::io::trajectory_tests {
 namespace {

@@ -5,9 +5,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <numbers>
+#include <set>
 #include <thread>
 
 #include "drover/base/error.hpp"
@@ -22,6 +25,14 @@ CampaignOptions options(const Folder& folder, Share share = {}, bool collect = f
     return {.job = {.folder = folder / "shared", .share = share, .workers = 1, .collect = collect, .quiet = true},
             .identity = {9, "a circle\n"},
             .times = {.renewal = std::chrono::milliseconds(50), .death = std::chrono::milliseconds(2000)}};
+}
+
+/// The processes that computed anything: each has a file of its own, "share-00002-...".
+std::set<std::string> record_files(const Folder& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "shared/records"))
+        names.insert(entry.path().filename().string());
+    return names;
 }
 
 /// A calculation whose later loops depend on the numbers of earlier ones: the circle of radius .3 as a contour.
@@ -47,14 +58,13 @@ void expect_circle(const numerics::Contour& found) {
 
 TEST(SharedCompute, one_process_goes_through_all_loops_and_another_finds_their_numbers) {
     const Folder folder;
-    SharedCompute first(options(folder));
-    expect_circle(circle(first.compute()));
-    EXPECT_GT(first.computed(), 10u);
-    SharedCompute second(options(folder));
-    expect_circle(circle(second.compute()));
-    EXPECT_EQ(second.computed(), 0u);
-    SharedCompute collecting(options(folder, {}, true));
-    expect_circle(circle(collecting.compute()));
+    expect_circle(circle(shared_compute(options(folder))));
+    EXPECT_GT(campaign_records(options(folder).job.folder, options(folder).identity).size(), 10u);
+    const std::set<std::string> first = record_files(folder);
+    EXPECT_EQ(first.size(), 1u);
+    expect_circle(circle(shared_compute(options(folder))));
+    EXPECT_EQ(record_files(folder), first);
+    expect_circle(circle(shared_compute(options(folder, {}, true))));
 }
 
 TEST(SharedCompute, collecting_what_is_not_complete_says_so) {
@@ -62,8 +72,7 @@ TEST(SharedCompute, collecting_what_is_not_complete_says_so) {
     {
         Campaign({.wanted = [](const Offer&) {}, .run = {}, .take = {}}, options(folder));
     }
-    SharedCompute collecting(options(folder, {}, true));
-    EXPECT_THROW(circle(collecting.compute()), Interrupted);
+    EXPECT_THROW(circle(shared_compute(options(folder, {}, true))), Interrupted);
 }
 
 TEST(SharedCompute, three_processes_one_of_which_is_killed_divide_the_loops) {
@@ -72,9 +81,8 @@ TEST(SharedCompute, three_processes_one_of_which_is_killed_divide_the_loops) {
     for (int share = 1; share <= 3; ++share) {
         const pid_t child = ::fork();
         if (child == 0) {
-            SharedCompute shared(options(folder, {.number = share, .count = 3}));
-            const numerics::Contour found = circle(shared.compute(), std::chrono::microseconds(300));
-            ::_exit(found.lines.size() == 1 && shared.computed() > 0 ? 0 : 1);
+            const ComputeAll compute = shared_compute(options(folder, {.number = share, .count = 3}));
+            ::_exit(circle(compute, std::chrono::microseconds(300)).lines.size() == 1 ? 0 : 1);
         }
         children.push_back(child);
     }
@@ -85,15 +93,16 @@ TEST(SharedCompute, three_processes_one_of_which_is_killed_divide_the_loops) {
         ::waitpid(child, &status, 0);
         EXPECT_TRUE(child == children.front() || status == 0) << status;
     }
-    SharedCompute after(options(folder));
-    expect_circle(circle(after.compute()));
-    EXPECT_EQ(after.computed(), 0u);
+    const std::set<std::string> shares = record_files(folder);
+    for (const char* share : {"share-00002", "share-00003"})
+        EXPECT_TRUE(std::ranges::any_of(shares, [&](const auto& name) { return name.starts_with(share); })) << share;
+    expect_circle(circle(shared_compute(options(folder))));
+    EXPECT_EQ(record_files(folder), shares);
 }
 
 TEST(SharedCompute, numbers_that_fail_end_the_calculation_with_their_reason) {
     const Folder folder;
-    SharedCompute shared(options(folder));
-    const auto compute = shared.compute();
+    const ComputeAll compute = shared_compute(options(folder));
     try {
         compute(20, 1, [](std::size_t item, std::span<double> number) {
             if (item == 17) fail_input({}, "no state at 17");

@@ -1,12 +1,12 @@
 // tests/jobs/sweep_refinement.cpp: points about a line where something jumps, in any order of results.
-#include "jobs/sweep_refinement.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <set>
+
+#include "jobs/sweep_plan.hpp"
 
 namespace drover::jobs::sweep_refinement_tests {
 namespace {

@@ -226,6 +226,19 @@ grid = {nx = 32, ny = 32, lx = 16.0, ly = 16.0}
     EXPECT_EQ(compared, 2);
 }
 
+TEST(CellLevels, have_the_density_of_bodies_of_the_scene) {
+    for (const char* beads : {"area_fraction = 0.5", "count = 40"}) {
+        const io::Scene scene =
+            io::parse_scene(text("cell = {{lx = 10.0, ly = 8.0}}\nbeads = {{{}}}\n", beads), "", {});
+        const std::vector<AxisLevel> levels = cell_levels(scene);
+        ASSERT_EQ(levels.size(), 1u);
+        const dem::Setup larger = io::changed(scene, levels.front().overrides).particles;
+        EXPECT_EQ(larger.cell.lx * larger.cell.ly, 4.0 * 80.0);
+        EXPECT_EQ(larger.beads.count, 4 * scene.particles.beads.count);
+        EXPECT_EQ(larger.beads.area_fraction, scene.particles.beads.area_fraction);
+    }
+}
+
 TEST(LongerDuration, is_a_whole_multiple_of_that_of_the_trials_whatever_may_be_spent) {
     // The trials last 16 steps of 0.8 s; 145.4 s would be no whole number of these.
     for (const double affordable : {25.7, 100.0, 145.4, 1e6 / 3.0}) {

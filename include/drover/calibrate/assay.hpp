@@ -33,7 +33,7 @@ enum class Population {
     all           ///< rods and beads: results depend on both area fractions
 };
 
-/// A measurement of coefficients on particles.  Each assay's header has a function that creates it from its plan.
+/// A measurement of coefficients on particles.  A function of each creates it from its plan.
 struct Assay {
     std::string name;
     Population population = Population::all;

@@ -1,9 +1,9 @@
 // calibrate/assays/alignment_assay.cpp: alignment of rods by contacts, without the flow that they drive.
-#include "calibrate/assays/alignment_assay.hpp"
-
 #include <cmath>
 
+#include "calibrate/alignment.hpp"
 #include "calibrate/assays/plan_support.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 

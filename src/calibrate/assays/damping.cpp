@@ -1,12 +1,11 @@
 // calibrate/assays/damping.cpp: damping of bead flow by the plates.
-#include "calibrate/assays/damping.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "calibrate/assays/plan_support.hpp"
+#include "calibrate/catalogue.hpp"
 #include "drover/dem/bodies.hpp"
 
 namespace drover::calibrate {

@@ -1,10 +1,9 @@
 // calibrate/assays/diffusion.cpp: self-diffusion of beads and of single rods from mean-square displacements.
-#include "calibrate/assays/diffusion.hpp"
-
 #include <cmath>
 #include <numbers>
 
 #include "calibrate/assays/mean_squares.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 

@@ -1,12 +1,11 @@
 // calibrate/assays/drag.cpp: speed at which aligned rods drag the beads.
-#include "calibrate/assays/drag.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "calibrate/alignment.hpp"
 #include "calibrate/assays/plan_support.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 

@@ -1,10 +1,9 @@
 // calibrate/assays/propulsion.cpp: speed of single rods in the bed.
-#include "calibrate/assays/propulsion.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "calibrate/assays/plan_support.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 

@@ -1,11 +1,10 @@
 // calibrate/assays/relaxation.cpp: rotational diffusion of single rods in the bed.
-#include "calibrate/assays/relaxation.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "calibrate/assays/plan_support.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 

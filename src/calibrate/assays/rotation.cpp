@@ -1,10 +1,9 @@
 // calibrate/assays/rotation.cpp: rotational diffusion of single rods from mean-square angles.
-#include "calibrate/assays/rotation.hpp"
-
 #include <cmath>
 #include <numbers>
 
 #include "calibrate/assays/mean_squares.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 

@@ -1,6 +1,4 @@
 // calibrate/assays/scattering.cpp: alignment by contacts from collisions of two rods.
-#include "calibrate/assays/scattering.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,7 @@
 
 #include "base/constants.hpp"
 #include "calibrate/assays/plan_support.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 

@@ -1,11 +1,10 @@
 // calibrate/assays/shear.cpp: shear viscosity of the beads.
-#include "calibrate/assays/shear.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "calibrate/assays/plan_support.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 

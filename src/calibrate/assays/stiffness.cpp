@@ -1,11 +1,10 @@
 // calibrate/assays/stiffness.cpp: response of the bead density to a force.
-#include "calibrate/assays/stiffness.hpp"
-
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "calibrate/assays/plan_support.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 

@@ -1,11 +1,10 @@
 // calibrate/assays/weathercock.cpp: rotation of rods by bead flow.
-#include "calibrate/assays/weathercock.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "calibrate/assays/plan_support.hpp"
+#include "calibrate/catalogue.hpp"
 
 namespace drover::calibrate {
 

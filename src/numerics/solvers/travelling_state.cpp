@@ -14,6 +14,9 @@ constexpr double vanished = 1e-3;  // of the variation of a state: it is uniform
 
 /// The distance of two states, in parts of the deviation of the second from its mean; fields count by their sizes.
 double change_of(const Spectra& state, const Spectra& guess) {
+    constexpr double rounding = 1e-20;  // of squares: what is left of a component that is 0
+    double largest = 0.0;
+    for (const Complex& value : guess.values) largest = std::max(largest, std::norm(value));
     double moved = 0.0, deviation = 0.0;
     for (int c = 0; c < guess.count(); ++c) {
         double difference = 0.0, variance = 0.0, mean = 0.0;
@@ -21,7 +24,7 @@ double change_of(const Spectra& state, const Spectra& guess) {
             difference += (m > 0 ? 2.0 : 1.0) * std::norm(state[c][m] - guess[c][m]);
             (m > 0 ? variance : mean) += (m > 0 ? 2.0 : 1.0) * std::norm(guess[c][m]);
         }
-        if (variance + mean == 0.0) continue;
+        if (variance + mean <= rounding * largest) continue;
         moved += difference / (variance + mean);
         deviation += variance / (variance + mean);
     }

@@ -49,7 +49,7 @@ def shift_of(first, other, side):
 
 
 def spreading(run, field, row):
-    """Barenblatt's solution of d_t n = k div(n grad n), of a start that is a paraboloid, or a parabola along x alone."""
+    """Barenblatt's solution of d_t n = k div(n grad n): of a paraboloid at the start, or a parabola along x alone."""
     start, x = row.values[0], row["x"].values
     peak, inside = float(start.max()), start > 0.1 * start.max()
     if not peak > 0.0 or inside.sum() < 4:

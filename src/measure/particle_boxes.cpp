@@ -1,8 +1,8 @@
-// measure/number_boxes.cpp: fluctuations of the number of bodies in boxes of a periodic cell.
-#include "measure/number_boxes.hpp"
-
+// measure/particle_boxes.cpp: fluctuations of the number of bodies in boxes of a periodic cell.
 #include <algorithm>
 #include <cmath>
+
+#include "measure/particles.hpp"
 
 namespace drover::measure {
 
