@@ -60,8 +60,8 @@ const char* why_explicit(const model::Equations& equations, std::size_t term) {
     const model::TermSummary& summary = equations.terms()[term];
     if (summary.is_explicit) return "as written";
     if (summary.is_placed) return "depends on position or time";
-    if (!equations.is_isotropic(term)) return "names a direction";
-    return equations.has_derivative(term, equations.reference()) ? "" : "no derivative at the references";
+    if (!equations.has_derivative(term, equations.reference())) return "no derivative at the references";
+    return equations.is_isotropic(term) ? "" : "names a direction";
 }
 
 run::List terms_of(const model::Model& model, const ListedTerms& of) {

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
@@ -107,7 +109,38 @@ SlowSpace slow_space(const Expansion& at) {
     return result;
 }
 
+/// All but what is in balance, free at q = 0 and coupled to nothing up to the second order: the flow of a fluid without
+/// drag about a uniform state, which has no part in long waves.
+std::vector<Eigen::Index> coupled_parts(const Expansion& at) {
+    const Eigen::Index n = at.mass_density.size();
+    MatrixXd size = MatrixXd::Zero(n, n);
+    for (const auto& [x, y] : {std::pair{1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}) size += at.factors(x, y).cwiseAbs();
+    size.diagonal().setZero();
+    size += at.factors(0, 0).cwiseAbs();
+    std::vector<Eigen::Index> coupled;
+    for (Eigen::Index k = 0; k < n; ++k)
+        if (at.mass_density(k) != 0.0 || !size.row(k).isZero(0.0) || !size.col(k).isZero(0.0)) coupled.push_back(k);
+    return coupled;
+}
+
+LongWaves waves_of(const Expansion& at);
+
+/// The same of some of its parts; the others have no part in any mode.
+LongWaves waves_of_parts(const Expansion& at, const std::vector<Eigen::Index>& parts) {
+    LongWaves result = waves_of({.factors = [&](int x, int y) -> MatrixXd { return at.factors(x, y)(parts, parts); },
+                                 .mass_density = at.mass_density(parts)});
+    const Eigen::Index n = at.mass_density.size(), slow = result.right.cols();
+    const MatrixXd right = std::exchange(result.right, MatrixXd::Zero(n, slow)),
+                   left = std::exchange(result.left, MatrixXd::Zero(slow, n));
+    result.right(parts, Eigen::all) = right;
+    result.left(Eigen::all, parts) = left;
+    return result;
+}
+
 LongWaves waves_of(const Expansion& at) {
+    if (const std::vector<Eigen::Index> parts = coupled_parts(at);
+        static_cast<Eigen::Index>(parts.size()) < at.mass_density.size())
+        return waves_of_parts(at, parts);
     const SlowSpace space = slow_space(at);
     LongWaves result{.left = space.left, .right = space.right, .why_none = space.why_none};
     if (!space.why_none.empty() || space.right.cols() == 0) return result;

@@ -97,17 +97,30 @@ OWN = drover.Model([drover.Field("n", "k div(n grad n)", conserved=True, referen
                     drover.Field("d", "k div(d grad d) + lap n", reference=1.0)], k=2.0).scene(16, 64.0, 0.1, 1.0)
 
 
+def hill(times, name, along_y):
+    """A paraboloid, or with along_y = 0 a ridge, as the frames of a run have it."""
+    x = row_of(times, lambda x, t: x)["x"].values
+    away = (x - 16.0)**2 + along_y * (x[:, None] - x[16])**2
+    return xarray.DataArray([np.maximum(0.0, 1.0 - away / 16.0)], {"time": times, "y": x, "x": x}, ("time", "y", "x"),
+                            name)
+
+
 @pytest.mark.parametrize("scene, name, rate", [
     (drover.Scene.load(MODELS / "barenblatt.toml"), "bead_density", 2.0), (OWN, "n", 2.0),
     (drover.Scene.load(MODELS / "barenblatt.toml"), "polar_order_x", None), (OWN, "m", None), (OWN, "c", None),
     (OWN, "d", None)])
-def test_the_solution_of_barenblatt_follows_from_the_start_and_the_equations(scene, name, rate):
-    start = row_of([0.0], lambda x, t: np.maximum(0.0, 1.0 - (x - 16.0)**2 / 16.0)).rename(name)
-    found = exact.spreading(SimpleNamespace(attributes={"scene": scene.to_toml()}), start, start)
-    assert (found is None) == (rate is None)
-    x = start["x"].values
-    for t in (0.0, 15.0) if found else ():  # radius^2 = 16 = 8 k age: an age of 1 s at the start
-        expected = np.maximum(0.0, 1.0 - (x - 16.0)**2 / (16.0 * np.sqrt(1.0 + t))) / np.sqrt(1.0 + t)
+@pytest.mark.parametrize("along_y", [1.0, 0.0, 0.3])
+def test_the_solution_of_barenblatt_follows_from_the_start_and_the_equations(scene, name, rate, along_y):
+    plane = hill([0.0], name, along_y)
+    row = plane.isel(y=16)
+    found = exact.spreading(SimpleNamespace(attributes={"scene": scene.to_toml()}, frames={name: plane}), row, row)
+    assert (found is None) == (rate is None or along_y == 0.3)
+    x, dimensions = row["x"].values, 2 if along_y else 1
+    for t in (0.0, 15.0) if found else ():
+        # In d dimensions radius^2 = 16 (1 + t/age)^(2/(d + 2)), with an age of 16/(2 k (d + 2)).
+        age = 16.0 / (2.0 * 2.0 * (dimensions + 2))
+        radius = (1.0 + t / age)**(1.0 / (dimensions + 2))
+        expected = np.maximum(0.0, 1.0 - (x - 16.0)**2 / (16.0 * radius**2)) / radius**dimensions
         assert found[0](x, t) == pytest.approx(expected, abs=1e-9)
 
 

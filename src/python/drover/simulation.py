@@ -106,10 +106,10 @@ class Simulation:
         """
         name = function.__name__ if name is None else name
         is_reserved = name == "warm_up" or name.endswith(ENDINGS)  # of summary
-        if name in self.observables or (self.step and name in self.summary):
-            raise Error(f'the run measures "{name}" already; expected a new name: give name=')
         if not name.isidentifier() or is_reserved:
             raise Error(f'an observable cannot be called "{name}"; expected a new name: give name=')
+        if name in self.observables or (self.step and name in self.summary):
+            raise Error(f'the run measures "{name}" already; expected a new name: give name=')
         self._sample_steps = self._sample_steps or self.whole_steps(self._scene["output.sample_every"])
         if self._sample_steps < 1:
             raise Error("the scene takes no samples; expected output.sample_every > 0")

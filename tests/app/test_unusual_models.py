@@ -1,0 +1,97 @@
+"""tests/app/test_unusual_models.py: models whose formulas and orders of fields are not as most are: numbers that touch
+names, fields in balance before the order, flows without drag, instabilities between the angles of a search."""
+import numpy as np
+import pytest
+from rejection import rejected
+from support import drover as program, drover_json
+
+import drover
+
+HEAD = """
+field = [{fields}]
+grid = {{nx = 16, ny = 16, lx = 16.0, ly = 16.0}}
+time = {{dt = 0.1, end = 2.0}}
+output = {{frame_every = 1.0, sample_every = 0.5}}
+[equations]
+{equations}
+[coefficients]
+{coefficients}
+"""
+P, V, Q = '{symbol = "p", rank = "vector"}', '{symbol = "v", rank = "vector", balance = true}', \
+    '{symbol = "Q", rank = "nematic"}'
+
+
+def write(folder, fields, equations, coefficients="", name="own.toml"):
+    (folder / name).write_text(HEAD.format(fields=", ".join(fields), equations="\n".join(equations),
+                                           coefficients=coefficients))
+    return name
+
+
+def line_of(folder, scene, name, x, y, *more):
+    """The points (x, y) of the one line of a plane."""
+    found = drover_json(folder, "boundary", scene, "--x", x, "--y", y, "--set", f'boundary.lines=["{name}"]', "--set",
+                        "boundary.cells=8", "--set", "boundary.map=8", *more)
+    (lines,) = (one["lines"] for one in found["traced"])
+    assert len(lines) == 1
+    return np.array([[point["x"], point["y"]] for point in lines[0]["points"]])
+
+
+def test_a_name_after_a_number_is_that_name(tmp_path):
+    scene = write(tmp_path, ['{symbol = "n", reference = 1.0, conserved = true}'], ['n = "2D lap n - 3E lap lap n"'],
+                  "D = 1.0\nE = 0.1")
+    assert "no effect" not in program(tmp_path, "check", scene).stderr
+    for factor in ("43 t", "43t"):
+        write(tmp_path, ['{symbol = "u"}'], [f'u = "-0.01 u + cos({factor})"'])
+        assert "does not resolve a term written as text of t" in program(tmp_path, "check", scene).stderr
+
+
+@pytest.mark.parametrize("fields", [[P, V], [V, P]])
+def test_the_onset_does_not_depend_on_the_order_of_fields(tmp_path, fields):
+    scene = write(tmp_path, fields, ['p = "(a - p.p) p + K lap p + 0.3 v"', 'v = "-2 v + lap v + 0.2 p"'],
+                  "a = 1.0\nK = 0.7")
+    points = line_of(tmp_path, scene, "onset", "a=-1:1", "K=0.5:1")
+    assert abs(points[:, 0] + 0.03).max() < 1e-9  # v = 0.1 p adds .03 to a
+
+
+def test_a_flow_without_drag_has_no_part_in_long_waves(tmp_path):
+    scene = write(tmp_path, ['{symbol = "phi", conserved = true}', V.replace("}", ", solenoidal = true}")],
+                  ['phi = "M lap (phi^3 - r phi - lap phi) - v.grad phi"', 'v = "lap v + phi grad lap phi"'],
+                  "r = 0.5\nM = 1.0")
+    points = line_of(tmp_path, scene, "phase-separation", "r=-1:1", "M=0.5:2")
+    assert abs(points[:, 0]).max() < 1e-9
+    state = drover_json(tmp_path, "stability", scene)["states"][0]
+    assert abs(state["slow_modes"][0]["damping"] + 0.5) < 1e-12  # M (-r) q^2
+
+
+def test_a_search_that_leaves_the_numbers_goes_on_another_way(tmp_path):
+    scene = write(tmp_path, [P, Q], ['p = "(a - p.p) p - 0.4 p.grad p + lap p + 0.3 Q.p"',
+                                     'Q = "(b - Q:Q) Q + lap Q + 0.2 sym(outer(p, p))"'], "a = 0.2\nb = -0.5")
+    words = program(tmp_path, "boundary", scene, "--x", "a=-1:1", "--y", "b=-1:0.5", "--set",
+                    'boundary.lines=["banding"]', "--set", "boundary.cells=8", "--set", "boundary.map=8", "-q").stdout
+    assert "banding: " in words
+
+
+def test_the_line_of_oblique_long_waves_is_where_they_begin_to_grow(tmp_path):
+    equations = ['Q = "-v.grad Q + curl(v) perp Q + 0.7 sym(grad v) + (a - Q:Q/2) Q + lap Q"',
+                 'v = "-0.2 v + lap v - div(z Q)"']
+    scene = write(tmp_path, [Q, V.replace("}", ", solenoidal = true}")], equations, "a = 1.0\nz = 2.0")
+    points = line_of(tmp_path, scene, "ordered", "z=-1.5:-1", "a=0.15:0.3", "--set", "boundary.cells=4")
+    model = drover.Scene.load(tmp_path / scene).model
+    for z, a in points[:: len(points) // 3 or 1]:
+        at = drover.Scene.load(tmp_path / scene).set({"coefficients.z": z, "coefficients.a": a}).model
+        state, q = model.state(Q=(a**0.5, 0.0)), 1e-3
+        growth = max(at.growth_rates([q], angle=angle, state=state).growth_rate.values.max() / q**2
+                     for angle in np.radians(np.arange(40.0, 140.0, 0.5)))
+        assert abs(growth) < 2e-4  # of 1, to the half degree and q^2; a 5 % larger a gives 0.03
+
+
+def test_a_number_given_twice_by_its_two_names_is_rejected(tmp_path):
+    scene = write(tmp_path, ['{symbol = "u", noise = 0.1}'], ['u = "-a u + lap u"'], "a = 1.0")
+    program(tmp_path, "run", scene, "--set", "time.end=70", "-o", "run.h5")
+    rejected(tmp_path, ["fit", "run.h5", "coefficients.a", "a"], ["a is given twice"])
+    rejected(tmp_path, ["boundary", scene, "--x", "a=-1:1", "--y", "coefficients.b=0:1"], ["coefficients.b"])
+
+
+def test_a_term_that_names_a_direction_is_explicit_and_called_so(tmp_path):
+    scene = write(tmp_path, ['{symbol = "u"}'], ['u = "lap u - 3 d_y u"'])
+    assert "names a direction" in program(tmp_path, "explain", scene).stdout
