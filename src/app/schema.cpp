@@ -46,18 +46,28 @@ void print_terms() {
                stdout);
 }
 
+/// "field" of "[[field]]", a list of tables.
+std::string without_brackets(std::string name) {
+    std::erase_if(name, [](char c) { return c == '[' || c == ']'; });
+    return name;
+}
+
 /// The section, or the one key, that "grid" or "grid.nx" names.
-std::vector<io::SectionDescription> part_of(std::vector<io::SectionDescription> sections, const std::string& name) {
+std::vector<io::SectionDescription> part_of(std::vector<io::SectionDescription> sections, const std::string& given) {
+    const std::string name = without_brackets(given);
     std::vector<std::string> names;
+    const auto key_of = [](const io::SectionDescription& section, const Description& row) {
+        return without_brackets(section.name) + "." + row.name;
+    };
     for (const io::SectionDescription& section : sections) {
-        names.push_back(section.name);
-        for (const Description& row : section.rows) names.push_back(section.name + "." + row.name);
+        names.push_back(without_brackets(section.name));
+        for (const Description& row : section.rows) names.push_back(key_of(section, row));
     }
-    require(std::find(names.begin(), names.end(), name) != names.end(), {}, "there is no section or key {}; {}", name,
+    require(std::find(names.begin(), names.end(), name) != names.end(), {}, "there is no section or key {}; {}", given,
             suggestion(name, names, "drover schema lists all"));
     std::erase_if(sections, [&](io::SectionDescription& section) {
-        if (section.name == name) return false;
-        std::erase_if(section.rows, [&](const Description& row) { return section.name + "." + row.name != name; });
+        if (without_brackets(section.name) == name) return false;
+        std::erase_if(section.rows, [&](const Description& row) { return key_of(section, row) != name; });
         return section.rows.empty();
     });
     return sections;

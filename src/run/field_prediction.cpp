@@ -29,6 +29,7 @@ std::vector<Direction> directions_of(const model::Model& model, const UniformSta
     for (const UniformState& sample : samples) {
         double angle = turn_of(model, directing, state, sample);
         angle -= pi * std::floor(angle / pi);
+        if (!(angle < pi)) angle = 0.0;  // of a rounding error below 0
         const auto bin = static_cast<std::size_t>(angle / pi * bins) % bins;
         cosines[bin] += std::cos(angle);
         sines[bin] += std::sin(angle);

@@ -310,6 +310,14 @@ std::vector<std::string> step_warnings(const io::Scene& scene) {
 std::vector<std::string> particle_warnings(const io::Scene& scene) {
     std::vector<std::string> warnings = unit_warnings(scene.particles);
     for (std::string& warning : step_warnings(scene)) warnings.push_back(std::move(warning));
+    const dem::Setup& setup = scene.particles;
+    const dem::BodyForces& forces = setup.forces;
+    const bool has_beads = setup.beads.count > 0 || setup.beads.area_fraction > 0.0,
+               has_rods = setup.rods.count > 0 || setup.rods.area_fraction > 0.0;
+    if (!has_rods && (forces.torque != 0.0 || forces.rod_x != 0.0 || forces.rod_y != 0.0))
+        warnings.emplace_back("forces.torque, rod_x and rod_y have no effect without rods");
+    if (!has_beads && (forces.push != 0.0 || forces.bead_x != 0.0 || forces.bead_y != 0.0))
+        warnings.emplace_back("forces.push, bead_x and bead_y have no effect without beads");
     if (spheres_of(scene) == 0.0)
         warnings.emplace_back(
             "the cell has neither beads nor rods: nothing will move; give beads.area_fraction, rods.area_fraction or "

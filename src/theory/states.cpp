@@ -9,6 +9,7 @@
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/algebra/extremum.hpp"
+#include "theory/point_theory.hpp"
 #include "theory/state_names.hpp"
 #include "theory/uniform_equations.hpp"
 
@@ -416,9 +417,7 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
                  std::isfinite(roots.nearest().residual)
                      ? text("the smallest rate that remained is {:.3g} of its terms", roots.nearest().residual)
                      : "no rates are finite where it ends, or they have no derivative there");
-    const bool has_spins =
-        std::any_of(model.fields.begin(), model.fields.end(), [](const model::Field& field) { return field.spin > 0; });
-    if (has_spins && !is_ordered)
+    if (order_component(equations) >= 0 && !is_ordered)  // what is in balance has no order of its own
         result.why_no_order =
             text("Newton's method found no ordered uniform state from {} starting points", roots.starts());
     return result;

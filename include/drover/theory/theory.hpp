@@ -28,8 +28,9 @@ struct StationaryState {
 struct StationaryStates {
     std::vector<StationaryState> states;  ///< isotropic ones first, then by the size of the order and by values
     std::string why_none;                 ///< why there is no state; empty if there is one
-    std::string why_no_order;  ///< why there is no ordered state; empty if there is one or no field has a spin
-    std::string kink = {};     ///< one that is stationary, but no linear theory is about it; empty if none was met
+    /// Why there is no ordered state; empty if there is one, or no field with a spin has a rate.
+    std::string why_no_order;
+    std::string kink = {};  ///< one that is stationary, but no linear theory is about it; empty if none was met
     std::string why_incomplete = {};  ///< why the search ended before it had tried all it tries; empty: it did not
 };
 

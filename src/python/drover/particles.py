@@ -50,6 +50,9 @@ def is_of_particles(scene):
 
 def read_particles(store, path, attributes, scene):
     """Reads a particle run from an open archive."""
+    if SERIES in store.groups and not {SPHERES, *BODIES} & set(store.groups):
+        raise DroverError(f"{path} holds a run without beads and rods, and nothing to read; give the scene "
+                          "beads.area_fraction or rods.area_fraction")
     spheres = trajectory(store, path, SPHERES, "", "sphere")
     frames = xarray.Dataset(coords={"time": spheres["time"], "step": spheres["step"]})
     for group, (start, axis) in BODIES.items():
