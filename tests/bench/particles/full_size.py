@@ -39,9 +39,11 @@ def main():
     columns, _ = measure(free, "paper-flock")
     header = f"# paper-flock.toml {said(FREE)}, after {said(HELD)}; {version_of(arguments.drover)}\n"
     write(arguments.output / "full-size.csv", header, [columns, *zip(*columns.values())])
-    after = (columns["time"] > CRITERION["from"]) & (columns["time"] < CRITERION["to"])
-    found = columns["polar_order"][after].mean() if columns["time"][-1] > CRITERION["to"] else None
-    print(f"P from {CRITERION['from']:g} to {CRITERION['to']:g} s: {found}; above {CRITERION['above']} is expected")
+    until = min(CRITERION["to"], columns["time"][-1])
+    after = (columns["time"] > CRITERION["from"]) & (columns["time"] <= until)
+    found = columns["polar_order"][after].mean() if after.any() else None
+    print(f"P from {CRITERION['from']:g} to {until:.3g} s of {CRITERION['to']:g}: {found}; above {CRITERION['above']} "
+          "is expected")
     return 0
 
 
