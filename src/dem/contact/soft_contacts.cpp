@@ -196,9 +196,9 @@ void SoftContacts::set_contact(std::size_t c, const Spheres& spheres, const std:
     const double opening = dot(velocity, n), opening_at_end = dot(at_end, n);
     const SoftRecord* previous = previous_of(record);
     const double since = previous ? 1.0 : share_of_step(record.overlap, -opening, rules.dt);
-    const double left = record.left = share_of_step(record.overlap, opening_at_end, rules.dt);
-    // A contact that was expected to end, and lasts, has had the force of that share of this step.
-    const double weighed = previous && previous->left < 1.0 ? previous->left : 0.5;
+    // Half of the next step, or all that is left of a contact that is expected to end in it.
+    const double left = share_of_step(record.overlap, opening_at_end, rules.dt);
+    record.ahead = left < 1.0 ? left : 0.5;
     const Coefficients e = coefficients_of(overlap, spheres, rules.restitution, rules.friction);
     contacts_[c] = {.overlap = record.overlap,
                     .opening_speed = opening_at_end,
@@ -207,7 +207,7 @@ void SoftContacts::set_contact(std::size_t c, const Spheres& spheres, const std:
                     .friction = e.friction,
                     .stretch = previous ? turned_into_plane(previous->stretch, n) : Vector{},
                     .slip = since * rules.dt * (velocity - opening * n),
-                    .edge_weight = (previous ? 1.0 - weighed : since) + (left < 1.0 ? left : 0.5)};
+                    .edge_weight = (previous ? 1.0 - previous->ahead : since) + record.ahead};
     record_depth(overlap, spheres, report);
     if (previous || opening >= 0.0) return;
     const bool plate = overlap.is_with_surface() && overlap.second != Overlap::side_wall;

@@ -23,7 +23,7 @@ struct SoftRecord {
     double damping = 0.0;                 ///< its dissipative normal part
     Vector stretch;                       ///< of the tangential spring [mm]
     double stored = 0.0;                  ///< elastic energy [mg mm^2/s^2]
-    double left = 1.0;                    ///< share of the next step after which it was expected to end
+    double ahead = 0.5;                   ///< share of the next step for which its force has acted already
 };
 
 /// All contacts of a world.

@@ -80,7 +80,7 @@ static void for_numbers(SoftRecord& record, Visit visit) {
     for (Vector* v : {&record.normal, &record.arm_first, &record.arm_second, &record.surface_velocity, &record.force,
                       &record.stretch})
         for_numbers(*v, visit);
-    for (double* number : {&record.overlap, &record.damping, &record.stored, &record.left}) visit(*number);
+    for (double* number : {&record.overlap, &record.damping, &record.stored, &record.ahead}) visit(*number);
 }
 
 /// The state without soft contacts.
