@@ -252,6 +252,15 @@ Value Lowering::multiplied(const FormulaText& text, const Formula& f) {
     return result;
 }
 
+/// Whether a node is written as a sum of squares, such as p.p.
+static bool is_sum_of_squares(const GraphBuilder& graph, int node) {
+    const Node& n = graph[node];
+    if (n.operation == Operation::add) return is_sum_of_squares(graph, n.left) && is_sum_of_squares(graph, n.right);
+    if (n.operation != Operation::multiply) return false;
+    return n.left == n.right ||
+           (graph.is_number(n.left) && graph[n.left].value >= 0.0 && is_sum_of_squares(graph, n.right));
+}
+
 Value Lowering::power(const FormulaText& text, const Formula& f) {
     const Value base = value_of(text, f.arguments[0]), exponent = value_of(text, f.arguments[1]);
     if (!is_scalar(base))
@@ -262,8 +271,9 @@ Value Lowering::power(const FormulaText& text, const Formula& f) {
     if (is_number && n == 1.0) return base;
     if (base.is_complex()) return complex_power(text, f, base, is_number ? n : std::nan(""));
     int argument = algebra_.at_points(base.components[0]), power = algebra_.at_points(exponent.components[0]);
-    if (const Node root = algebra_.graph[argument];
-        root.operation == Operation::sqrt && is_number && std::fmod(n, 2.0) == 0.0) {  // |p|^2 is p.p
+    const Node root = algebra_.graph[argument];
+    const bool is_norm = root.operation == Operation::sqrt && is_sum_of_squares(algebra_.graph, root.left);
+    if (is_norm && is_number && std::fmod(n, 2.0) == 0.0) {  // |p|^2 is p.p
         argument = root.left;
         power = algebra_.graph.number(n / 2.0);
     }

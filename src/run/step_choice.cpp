@@ -118,19 +118,24 @@ struct RelativeBias {
 };
 
 /// Whether the mean of an observable is compared: not those of components, since the direction of a flock wanders.
-bool is_compared(const std::string& name) {
+bool is_compared(const std::string& name, const model::Model& model) {
     if (name.starts_with("spectral_tail_")) return false;
-    if (name.ends_with("_x") || name.ends_with("_y")) return false;
-    return !name.starts_with("mean_") || !(name.ends_with("_xx") || name.ends_with("_xy"));
+    bool is_component = false;
+    for (const model::Field& field : model.fields) {
+        if (field.spin == 0 && name.ends_with("_" + field.name)) return true;
+        for (const std::string& part : model::dataset_names(field))
+            is_component |= field.spin > 0 && name.ends_with(part.substr(field.name.size()));
+    }
+    return !is_component;
 }
 
 /// The largest over the observables, of the run with the longer step, which is `of_difference` times what half of it
 /// changes.
-RelativeBias largest_bias(const Pilot& longer, const Pilot& shorter, double of_difference) {
+RelativeBias largest_bias(const Pilot& longer, const Pilot& shorter, const model::Model& model, double of_difference) {
     RelativeBias largest;
     for (std::size_t k = 0; k < shorter.names.size(); ++k) {
         const std::vector<double>&a = longer.series[k], &b = shorter.series[k];
-        if (!is_compared(shorter.names[k]) || a.size() != b.size() || b.size() < 8) continue;
+        if (!is_compared(shorter.names[k], model) || a.size() != b.size() || b.size() < 8) continue;
         const std::size_t skip = b.size() / 4;
         double mean = 0.0, square = 0.0;
         for (std::size_t i = skip; i < b.size(); ++i) {
@@ -247,7 +252,7 @@ private:
                 continue;
             }
             if (longer) {
-                const RelativeBias bias = largest_bias(*longer, run, bias_of_difference_);
+                const RelativeBias bias = largest_bias(*longer, run, equations_of(pilot_).model(), bias_of_difference_);
                 failure_ = text("its bias of {} is {:.2g} +- {:.2g}", bias.name, bias.relative, bias.error);
                 if (bias.bound() <= target_) {
                     pilot_.time.dt *= 2.0;

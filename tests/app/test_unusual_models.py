@@ -95,3 +95,14 @@ def test_a_number_given_twice_by_its_two_names_is_rejected(tmp_path):
 def test_a_term_that_names_a_direction_is_explicit_and_called_so(tmp_path):
     scene = write(tmp_path, ['{symbol = "u"}'], ['u = "lap u - 3 d_y u"'])
     assert "names a direction" in program(tmp_path, "explain", scene).stdout
+
+
+def test_the_square_of_a_root_is_what_it_is_where_the_root_exists_and_nothing_else():
+    def after_a_unit_of_time(equation, start):
+        run = drover.Model([drover.Field("u", equation)]).start(8, 8.0, dt=0.01, seed=1)
+        return run.set(u=start).advance(1.0).fields.u.values[0, 0]
+
+    assert abs(after_a_unit_of_time("-sqrt(u)^2", 1.0) - np.exp(-1.0)) < 1e-6  # of second order in dt
+    with pytest.raises(drover.DroverError, match="NaN"):
+        after_a_unit_of_time("-sqrt(u)^2", -1.0)
+    assert abs(after_a_unit_of_time("-sqrt(u^2)^2", -0.5) + 1.0) < 1e-3  # -1/(2 - t)
