@@ -51,23 +51,33 @@ bool is_steady(double mean_square, double square, const std::string& archive, co
     return steadiness > 0.5;
 }
 
-/// The mean over frames of each component with a rate; of a field with a spin 0 where it is not steady.
+/// Of each component with a rate over the frames.
 struct FrameMeans {
-    std::vector<double> values;
+    std::vector<double> values;   ///< of a field with a spin 0 where it is not steady
+    std::vector<double> squares;  ///< of the mean over the cell
     bool is_ordered = false;
 };
+
+/// Whether the mean of a vector is 0 but for rounding, beside the waves.
+bool is_rounding(const WaveRecord& record, std::size_t part, std::size_t parts, double square) {
+    double largest = 0.0;
+    for (std::size_t wave = 1; wave < record.q.size(); ++wave)
+        for (const std::size_t i : {part, part + 1})
+            largest = std::max(largest, std::norm(record.amplitudes[wave][(record.frames - 1) * parts + i]));
+    return square < 1e-20 * largest;
+}
 
 /// order: the name of the field that alone decides whether there is order; "": each field for itself.
 FrameMeans means_of(const WaveRecord& record, const model::Equations& equations, const std::string& archive,
                     const std::string& order) {
     const std::vector<model::StateComponent> parts = model::components_of_state(equations);
-    FrameMeans means{.values = std::vector<double>(parts.size(), 0.0)};
-    std::vector<double> squares(parts.size(), 0.0);
+    FrameMeans means{.values = std::vector<double>(parts.size(), 0.0),
+                     .squares = std::vector<double>(parts.size(), 0.0)};
     for (std::size_t frame = 0; frame < record.frames; ++frame)
         for (std::size_t i = 0; i < parts.size(); ++i) {
             const double value = record.amplitudes.front()[frame * parts.size() + i].real();
             means.values[i] += value / static_cast<double>(record.frames);
-            squares[i] += value * value / static_cast<double>(record.frames);
+            means.squares[i] += value * value / static_cast<double>(record.frames);
         }
     const auto clear = [&](std::size_t i) { means.values[i] = means.values[i + 1] = 0.0; };
     std::vector<std::size_t> others;
@@ -78,8 +88,11 @@ FrameMeans means_of(const WaveRecord& record, const model::Equations& equations,
             others.push_back(i);
             continue;
         }
-        const double mean = std::hypot(means.values[i], means.values[i + 1]);
-        if (is_steady(mean * mean, squares[i] + squares[i + 1], archive, field.name)) means.is_ordered = true;
+        const double mean = std::hypot(means.values[i], means.values[i + 1]),
+                     square = means.squares[i] + means.squares[i + 1];
+        const bool is_order =
+            !is_rounding(record, i, parts.size(), square) && is_steady(mean * mean, square, archive, field.name);
+        if (is_order) means.is_ordered = true;
         else clear(i);
     }
     if (!means.is_ordered) std::for_each(others.begin(), others.end(), clear);
@@ -100,6 +113,17 @@ bool mark_conserved(const model::Equations& equations, const std::vector<double>
         else are_single = false;
     }
     return are_single;
+}
+
+/// Whether a scalar that is not conserved fluctuates about another value than 0.
+bool has_mean(const FrameMeans& means, const model::Equations& equations, const std::vector<WaveModel::Field>& fields) {
+    constexpr double share = 0.1;  // of the mean square; of fluctuations about 0 it is two correlation times of the run
+    const std::vector<model::StateComponent> parts = model::components_of_state(equations);
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        if (equations.model().fields[parts[i].field].spin == 0 && !fields[i].is_conserved &&
+            means.values[i] * means.values[i] > share * means.squares[i])
+            return true;
+    return false;
 }
 
 /// What fluctuates of the components at q, as the rows of LinearisedAt::symbol: of a divergence-free field the part
@@ -168,12 +192,10 @@ void leave_out_mean(WaveRecord& record, const std::string& archive, const char* 
     record.amplitudes.erase(record.amplitudes.begin());
 }
 
-/// Adds the numbers that are fitted; returns whether the noise depends on one of them.
-bool add_numbers(const io::Scene& scene, const std::vector<std::string>& keys, WaveProblem& problem) {
-    const auto noise_of = [](const io::Scene& changed) {
-        const model::Equations equations = run::equations_of(changed);
-        return equations.noise(equations.reference(), {1.0, 0.0});
-    };
+/// Adds the numbers that are fitted; returns whether the noise about the state depends on one of them.
+bool add_numbers(const io::Scene& scene, const std::vector<std::string>& keys, const model::UniformState& about,
+                 WaveProblem& problem) {
+    const auto noise_of = [&](const io::Scene& changed) { return run::equations_of(changed).noise(about, {1.0, 0.0}); };
     const model::Symbol noise = noise_of(scene);
     bool is_in_noise = false;
     for (const std::string& key : keys) {
@@ -216,7 +238,6 @@ WaveProblem wave_problem(const io::Scene& scene, const std::vector<std::string>&
     require(placed.empty(), {scene.file}, "{} depends on position or time; expected equations with uniform states",
             placed);
     WaveProblem problem;
-    problem.noise = add_numbers(scene, keys, problem) ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
     problem.record = record_of(scene, equations, choice, source);
     const measure::FieldSetting observed =
         measure::make_field_setting(equations, scene.grid, io::kept_degree(scene, equations));
@@ -225,12 +246,14 @@ WaveProblem wave_problem(const io::Scene& scene, const std::vector<std::string>&
     model::UniformState about = equations.reference();
     for (std::size_t i = 0; i < means.values.size(); ++i)
         about[static_cast<std::size_t>(equations.state_components()[i])] = means.values[i];
+    problem.noise = add_numbers(scene, keys, about, problem) ? calibrate::NoiseOf::model : calibrate::NoiseOf::frames;
     const FreeParts free(equations);
     const bool are_single = mark_conserved(equations, means.values, problem.waves.fields);
-    const char* without_mean = means.is_ordered  ? "a flock"
-                               : !free.are_all() ? "a divergence-free field"
-                               : !are_single     ? "fields whose sum is conserved"
-                                                 : nullptr;
+    const char* without_mean = means.is_ordered                                   ? "a flock"
+                               : !free.are_all()                                  ? "a divergence-free field"
+                               : !are_single                                      ? "fields whose sum is conserved"
+                               : has_mean(means, equations, problem.waves.fields) ? "a field with a mean"
+                                                                                  : nullptr;
     if (without_mean != nullptr) leave_out_mean(problem.record, source.name, without_mean, choice.max_wavenumber);
     if (!free.are_all()) {
         free.keep(problem.record);
@@ -263,7 +286,9 @@ run::Record row_of(const std::string& key, const std::string& unit, double start
     run::Record row;
     row.entries = {run::words("key", "number of the model", key),
                    entry("value", "estimate", found.value),
-                   entry("error", "standard error, from the scatter of 32 segments of time", found.error),
+                   entry("error",
+                         "standard error, from the scatter of 32 segments of time, or that of the model where larger",
+                         found.error),
                    entry("error_of_model", "the standard error that the model predicts", found.error_of_model),
                    entry("scene", "value in the scene", start),
                    entry("at_twice_the_spacing", "estimate from every second frame", sparse ? sparse->value : nothing),

@@ -305,8 +305,18 @@ VectorXd scored(const VectorXd& values, const Slopes& slopes, double damping, co
     return next;
 }
 
+/// Of a trial step, which may leave the numbers that the equations allow, such as those of a noise.
+double value_of(const VectorXd& values, const Likelihood& likelihood) {
+    try {
+        return likelihood.value(values);
+    } catch (const Error& error) {
+        if (error.fault() != Fault::input) throw;
+        return std::numeric_limits<double>::infinity();
+    }
+}
+
 /// The fit at the maximum.  Its errors: information^-1 (sum of g g^T over segments) information^-1, g being the slopes
-/// of one segment.
+/// of one segment; or those of the model, which are larger where few segments hold most of the information.
 WaveFit fit_at(const VectorXd& values, const Likelihood& likelihood, const VectorXd& steps, int iterations) {
     const Slopes slopes = likelihood.slopes(values, steps);
     const MatrixXd covariance = covariance_of(slopes.information, likelihood);
@@ -317,7 +327,7 @@ WaveFit fit_at(const VectorXd& values, const Likelihood& likelihood, const Vecto
     WaveFit fit{.values = {}, .iterations = iterations};
     for (Eigen::Index i = 0; i < values.size(); ++i)
         fit.values.push_back({.value = values(i),
-                              .error = std::sqrt(errors(i, i)),
+                              .error = std::sqrt(std::max(errors(i, i), covariance(i, i))),
                               .error_of_model = std::sqrt(covariance(i, i)),
                               .at_bound = values(i) <= likelihood.number(i).min});
     for (Eigen::Index i = 0; i < values.size(); ++i)
@@ -368,7 +378,7 @@ WaveFit fit_waves(const WaveModel& model, const WaveRecord& record, NoiseOf nois
         double found = value;
         for (; damping < 1e12 && !is_better; damping *= is_better ? 0.1 : 10.0) {
             next = scored(values, slopes, damping, likelihood);
-            found = likelihood.value(next);
+            found = value_of(next, likelihood);
             is_better = found <= value;
         }
         const auto errors_to = [&](const VectorXd& other) {

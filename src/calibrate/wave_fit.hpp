@@ -52,7 +52,8 @@ struct WaveModel {
 
 struct FittedValue {
     double value = 0.0;
-    /// Standard error, from the scatter of segments of time: it also holds where waves do not follow the model exactly.
+    /// Standard error, from the scatter of segments of time, which also holds where waves do not follow the model
+    /// exactly, or error_of_model where that is larger.
     double error = 0.0;
     double error_of_model = 0.0;  ///< the one that the model predicts, by its Fisher information
     bool at_bound = false;        ///< the value is the least allowed, and the waves would prefer a smaller one

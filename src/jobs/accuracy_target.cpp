@@ -180,12 +180,12 @@ TargetNumber target_number(const AccuracyTarget& target, const run::Report& repo
     const std::vector<std::size_t> components = selected(target, *row);
     const auto count = static_cast<double>(components.size());
     TargetNumber number{.unit = row->unit, .spacing = report.scene.output.sample_every};
-    double squares = 0.0;
+    double error = 0.0;  // of components that may rise and fall together, as boxes within boxes
     for (const std::size_t i : components) {
         number.mean += row->estimates[i].mean / count;
-        squares += std::pow(row->estimates[i].error.value_or(NAN) / count, 2);
+        error += row->estimates[i].error.value_or(NAN) / count;
     }
-    if (std::isfinite(squares)) number.error = std::sqrt(squares);
+    if (std::isfinite(error)) number.error = error;
     if (const run::Prediction* prediction = run::find_prediction(report, row->name)) {
         number.linear_theory = 0.0;
         for (const std::size_t i : components) *number.linear_theory += prediction->values[i] / count;

@@ -159,6 +159,7 @@ std::vector<std::string> check_kept_modes(const Sweep& sweep) {
 }
 
 RunResults results_of(run::Report report) {
+    if (!report.summary.note.empty()) report.warnings.push_back(report.summary.note);
     return {.rows = std::move(report.summary.rows), .warnings = std::move(report.warnings)};
 }
 

@@ -295,7 +295,7 @@ SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const Numbere
     const bool on_ramp = is_ramp(scene), down_again = scene.sweep.ramp == "up-down";
     if (on_ramp) require_ramp(scene, varied);
     else remove_repeated(varied);
-    SweepLayout layout;
+    SweepLayout layout{.keys = {}, .points = {}, .runs = {}, .finds_warm_up = scene.analysis.warm_up < 0.0};
     for (const Varied& one : varied) layout.keys.push_back(one.key);
     const Names names = [&](const std::vector<double>& values, std::int64_t seed) {
         return name_of(layout.keys, values, seed, numbered);
@@ -360,11 +360,20 @@ std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout
         const auto named = std::find(table.names.begin(), table.names.end(), target.observable);
         for (const SweepRow& row : table.rows) {
             if (named == table.names.end() || row.seeds < 2) continue;
-            const measure::Estimate& mean = row.results[static_cast<std::size_t>(named - table.names.begin())].mean;
-            if (is_met(target, mean, row.seeds)) continue;
+            const measure::Replicates& found = row.results[static_cast<std::size_t>(named - table.names.begin())];
+            const measure::Estimate& mean = found.mean;
+            const bool holds_start = layout.finds_warm_up && found.without_error > 0;
+            if (is_met(target, mean, row.seeds) && !holds_start) continue;
             std::string at;
             for (std::size_t k = 0; k < layout.keys.size(); ++k)
                 at += text("{}{} = {}", at.empty() ? "at " : ", ", layout.keys[k], row.point.values[k]);
+            if (holds_start) {
+                unmet.push_back(
+                    text("{}{}{} = {:.4g} is of runs of which {} of {} are too short for an error of their own, so "
+                         "that their start may be part of it: make the runs longer, or set analysis.warm_up",
+                         at, at.empty() ? "" : ": ", target.observable, mean.mean, found.without_error, row.seeds));
+                continue;
+            }
             unmet.push_back(
                 text("{}{}{} = {:.4g} has an error of {:.2g} after {} seeds, {:.2g} was wanted: raise "
                      "sweep.max_seeds, or make the runs longer",

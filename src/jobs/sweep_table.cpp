@@ -30,22 +30,39 @@ void invert_diffusion(const std::vector<std::string>& names, std::vector<measure
     results[to].mean = measure::relaxation_time_of(results[from].mean);
 }
 
-void add_contradictions(const SweepRow& row, SweepTable& table) {
-    std::vector<std::string> wide, narrow;
-    for (std::size_t column = 0; column < row.results.size(); ++column)
-        if (const measure::Replicates& result = row.results[column]; measure::contradicts(result))
-            (result.chi_squared > 1.0 ? wide : narrow).push_back(table.names[column]);
+/// Warns of errors that the scatter of the seeds does not show, or that contradict it.
+void add_warnings(const SweepRow& row, bool finds_warm_up, SweepTable& table) {
+    std::vector<std::string> wide, narrow, unknown;
+    for (std::size_t column = 0; column < row.results.size(); ++column) {
+        const measure::Replicates& result = row.results[column];
+        const std::string& name = table.names[column];
+        if (measure::contradicts(result)) (result.chi_squared > 1.0 ? wide : narrow).push_back(name);
+        // Components of a direction wander, and have no start to forget.
+        const bool wanders = result.mean.is_direction || name.ends_with("_x") || name.ends_with("_y");
+        if (finds_warm_up && row.seeds > 1 && result.mean.error && result.without_error > 0 && !wanders)
+            unknown.push_back(name);
+    }
     std::string at;
     for (std::size_t k = 0; k < row.point.values.size(); ++k)
-        at += text("{}{} = {:.6g}", k == 0 ? "" : ", ", table.keys[k], row.point.values[k]);
+        at += text("{}{} = {:.6g}", k == 0 ? "at " : ", ", table.keys[k], row.point.values[k]);
+    if (!at.empty()) at += ": ";
     if (!wide.empty())
         table.warnings.push_back(
-            text("at {}: the seeds differ by far more than their errors in {}; the runs are shorter than their slowest "
+            text("{}the seeds differ by far more than their errors in {}; the runs are shorter than their slowest "
                  "change, or end in different states: give longer runs; the error in the table is that of the scatter",
                  at, joined(wide)));
+    if (constexpr std::size_t max_names = 4; !unknown.empty()) {
+        const std::size_t shown = std::min(unknown.size(), max_names), more = unknown.size() - shown;
+        unknown.resize(shown);
+        table.warnings.push_back(
+            text("{}some runs are too short for an error of their own in {}{}; the error in the table is that of "
+                 "the scatter, which does not show what the runs have in common, such as their start: give longer "
+                 "runs, or set analysis.warm_up",
+                 at, joined(unknown), more == 0 ? "" : text(" and {} more", more)));
+    }
     if (!narrow.empty())
         table.warnings.push_back(
-            text("at {}: the seeds differ by far less than their errors in {}; the error in the "
+            text("{}the seeds differ by far less than their errors in {}; the error in the "
                  "table is that of the scatter",
                  at, joined(narrow)));
 }
@@ -77,7 +94,7 @@ SweepTable sweep_table(const SweepLayout& layout, const std::map<std::string, Ru
         SweepRow row{.point = layout.points[point], .seeds = seeds[point], .results = {}};
         if (row.seeds > 0) found[point].resize(table.names.size());
         for (const auto& runs : found[point]) row.results.push_back(over_seeds(runs));
-        add_contradictions(row, table);
+        add_warnings(row, layout.finds_warm_up, table);
         invert_diffusion(table.names, row.results);
         table.rows.push_back(std::move(row));
     }

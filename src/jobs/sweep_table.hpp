@@ -32,7 +32,8 @@ struct SweepLayout {
     std::vector<std::string> keys;
     std::vector<SweepPoint> points;
     std::vector<SweepRun> runs;
-    int seeds = 1;  ///< the largest number of them at a point
+    int seeds = 1;              ///< the largest number of them at a point
+    bool finds_warm_up = true;  ///< each run by itself
 };
 
 /// Results of one row, over its seeds.

@@ -206,6 +206,14 @@ Axis family_axis(const BoxFamily& family, const FieldSetting& setting) {
     return axis;
 }
 
+/// Whether a mean has forgotten its start, and does not wander, as that of a growing interface: then what is left after
+/// its warm-up has more autocorrelation times than 99 of 100 random walks show.
+static bool settles(std::span<const double> mean) {
+    constexpr double times = 40.0;
+    const std::span<const double> rest = mean.subspan(warm_up_length(mean));
+    return times * autocorrelation_time(rest) <= static_cast<double>(rest.size());
+}
+
 Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries> series) {
     Recorded recorded{.series = std::move(series), .area = numerics::area(setting.grid)};
     const auto values = [&](const std::string& name) {
@@ -227,6 +235,8 @@ Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries
         if (field.short_name == field.name) {
             recorded.indicators.push_back(values("variance_" + field.name));
             recorded.indicators.push_back(values("size_mean_" + field.name));
+            if (const std::vector<double> mean = values("mean_" + field.name); settles(mean))
+                recorded.indicators.push_back(mean);
         } else if (!setting.flow || setting.flow->first != field.first) {  // which follows the order
             recorded.indicators.push_back(total_power(setting, recorded.series, field));
         }

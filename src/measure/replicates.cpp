@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "base/constants.hpp"
@@ -38,12 +39,17 @@ void add_own_errors(std::span<const Estimate> runs, Replicates& result) {
 }
 constexpr double turn = 2.0 * std::numbers::pi;
 
+/// The sum of the unit vectors of directions.
+std::complex<double> resultant(std::span<const Estimate> runs) {
+    std::complex<double> sum;
+    for (const Estimate& run : runs) sum += std::polar(1.0, run.mean);
+    return sum;
+}
+
 /// Angles within half a turn of the direction of all.
 std::vector<Estimate> unwrapped(std::span<const Estimate> runs) {
     std::vector<Estimate> result(runs.begin(), runs.end());
-    double x = 0.0, y = 0.0;
-    for (const Estimate& run : runs) x += std::cos(run.mean), y += std::sin(run.mean);
-    const double middle = std::atan2(y, x);
+    const double middle = std::arg(resultant(runs));
     for (Estimate& run : result) run.mean = middle + std::remainder(run.mean - middle, turn);
     return result;
 }
@@ -58,6 +64,7 @@ Replicates combined(std::span<const Estimate> runs) {
         mean.warm_up = std::max(mean.warm_up, run.warm_up);
         mean.samples += run.samples;
         if (!run.why_no_error.empty()) mean.why_no_error = run.why_no_error;
+        if (!run.error) ++result.without_error;
     }
     mean.blocks = runs.size();
     if (!std::isfinite(mean.mean)) return result;
@@ -85,6 +92,11 @@ Replicates combine(std::span<const Estimate> runs) {
     Replicates result = combined(unwrapped(runs));
     result.mean.mean = std::remainder(result.mean.mean, turn);
     result.mean.is_direction = true;
+    constexpr double by_chance = 3.0;  // n R^2 of random directions exceeds it in one of twenty cases (Rayleigh)
+    if (runs.size() > 1 && std::norm(resultant(runs)) < by_chance * static_cast<double>(runs.size())) {
+        result.mean.error.reset();
+        result.mean.why_no_error = "no error estimate: the runs have no common direction";
+    }
     return result;
 }
 

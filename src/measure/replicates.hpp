@@ -19,6 +19,7 @@ struct Replicates {
     double deviation = 0.0;
     /// Of the mean, from the own errors of the runs: sqrt(sum e^2)/n.  Nothing where one of them has none.
     std::optional<double> own_error;
+    std::size_t without_error = 0;  ///< runs that are too short for an own error
     /// Variance of the scatter over the mean square of the own errors: chi squared per degree of freedom.  And the
     /// chance that it is further from one on its side, if the own errors are right, each known from `blocks` blocks: an
     /// F distribution, exactly so where the true errors of all runs are equal.  NaN without own errors above zero.

@@ -81,9 +81,17 @@ void take_memory(const RecordedSeries& product, const std::array<const RecordedS
 SummaryRow rate_row(RecordedSeries series, double spacing, std::size_t skip) {
     series.values = rates(series.values, spacing);
     series.name += "_rate";
-    series.unit = series.unit == "1" ? "s-1" : series.unit + " s-1";
+    const bool counts = series.unit == "1";
+    series.unit = counts ? "s-1" : series.unit + " s-1";
     SummaryRow row = mean_row(series, spacing, std::min(skip, series.values.size()));
     row.formula = "mean rate: " + series.formula;
+    if (Estimate& rate = row.estimates.front(); counts && rate.mean == 0.0 && rate.error) {
+        const double seconds = static_cast<double>(rate.samples) * spacing;
+        rate.error.reset();
+        rate.why_no_error =
+            text("no error estimate: none happened in {:.4g} s, so that the rate is below some {:.2g} /s", seconds,
+                 1.0 / seconds);
+    }
     return row;
 }
 

@@ -26,7 +26,6 @@ Model driven_model(const Model& model, std::size_t driven, const std::set<std::s
         if (field.left != LeftSide::rate || i == driven) continue;
         field.equation = field.mass = {};
         field.further.clear();
-        field.conserved = false;
     }
     const std::vector<Field> given = with_noises_as_fields(model).fields;
     for (const std::size_t n : noises) result.fields.push_back(given[model.fields.size() + n]);

@@ -129,6 +129,18 @@ bool is_compared(const std::string& name, const model::Model& model) {
     return !is_component;
 }
 
+/// Below which the mean of an observable is rounding; 0: not known.
+double rounding_of(const std::string& name, const Pilot& run, const model::Model& model) {
+    for (const model::Field& field : model.fields) {
+        if (name != "mean_" + field.name && name != "size_mean_" + field.name) continue;
+        const auto variance = std::ranges::find(run.names, "variance_" + field.name);
+        if (variance == run.names.end()) continue;
+        const auto& values = run.series[static_cast<std::size_t>(variance - run.names.begin())];
+        return 1e-10 * std::sqrt(*std::ranges::max_element(values));
+    }
+    return 0.0;
+}
+
 /// The largest over the observables, of the run with the longer step, which is `of_difference` times what half of it
 /// changes.
 RelativeBias largest_bias(const Pilot& longer, const Pilot& shorter, const model::Model& model, double of_difference) {
@@ -146,7 +158,7 @@ RelativeBias largest_bias(const Pilot& longer, const Pilot& shorter, const model
         mean /= count;
         const double spread = std::sqrt(std::max(0.0, square / count - mean * mean));
         const double scale = std::max(std::abs(mean), spread);
-        if (scale == 0.0) continue;
+        if (scale <= rounding_of(shorter.names[k], shorter, model)) continue;
         const measure::RoughMean difference = measure::paired_difference(a, b, skip);
         const RelativeBias bias{shorter.names[k], of_difference * difference.value / scale, difference.error / scale};
         if (!(bias.bound() <= largest.bound())) largest = bias;

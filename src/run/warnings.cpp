@@ -142,6 +142,17 @@ Tail worst_tail(bool judges_transients, const std::vector<double>& times, const 
     return worst;
 }
 
+/// By how much a tail must exceed what linear theory predicts: on the average over the second half of a run, or in one
+/// sample, where a single mode of noise may exceed its mean by the logarithm of their number.
+double excess_over_linear(const std::vector<double>& tails, const std::vector<double>& variances, double predicted) {
+    const std::size_t half = tails.size() / 2;
+    double mean = 0.0;
+    for (std::size_t i = half; i < tails.size(); ++i)
+        mean += tails[i] * variances[i] / static_cast<double>(tails.size() - half);
+    return mean > max_tail_over_linear * predicted ? max_tail_over_linear
+                                                   : max_tail_over_linear + std::log(static_cast<double>(tails.size()));
+}
+
 /// Points that would resolve a field with this tail.  Steepening fronts on 64 to 512 points: the tail falls as 1/N at
 /// first, then at least as 1/N^2, and exponentially once the width of the front is resolved.
 int points_that_resolve(int points, double tail) {
@@ -175,7 +186,8 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
         if (!powers) return;
         const auto begin = powers->begin() + static_cast<std::ptrdiff_t>(at);
         const double predicted = std::accumulate(begin, begin + model::components(field), 0.0);
-        worst = worst_tail(scale > 0.0, times, tails, variances, std::max(min_power, max_tail_over_linear * predicted));
+        const double by_noise = excess_over_linear(tails, variances, predicted) * predicted;
+        worst = worst_tail(scale > 0.0, times, tails, variances, std::max(min_power, by_noise));
         if (worst.fraction <= max_spectral_tail) continue;
         const std::string smoothing = key_of_term(scene, what.equations, field, "lap " + field.symbol);
         numerics::Grid finer = scene.grid;

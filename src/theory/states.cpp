@@ -64,7 +64,8 @@ Attempt newton(const UniformEquations& equations, Vector z) {
         Vector change = newton_step(equations, j, f);
         if (!change.allFinite()) break;
         // Relative to the sizes of the terms: rates of different fields have different units.
-        const Vector sizes = equations.sizes(z, j);
+        // A rate whose terms are all 0 is as exact as the others.
+        const Vector there = equations.sizes(z, j), sizes = there.cwiseMax(1e-14 * there.maxCoeff());
         const double before = UniformEquations::relative(f, sizes).norm();
         for (int half = 0; half < 12; ++half) {
             if (UniformEquations::relative(equations.values(z + change), sizes).norm() <= before) break;

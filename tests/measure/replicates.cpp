@@ -143,5 +143,16 @@ TEST(Replicates, directions_have_the_mean_direction_and_not_the_mean_of_their_nu
     EXPECT_TRUE(found.mean.is_direction);
 }
 
+TEST(Replicates, directions_without_a_common_one_have_no_error) {
+    std::vector<Estimate> around;
+    for (int i = 0; i < 12; ++i) {
+        around.push_back({.mean = std::remainder(2.0 * std::numbers::pi * i / 12.0, 2.0 * std::numbers::pi)});
+        around.back().is_direction = true;
+    }
+    const Replicates found = combine(around);
+    EXPECT_FALSE(found.mean.error);
+    EXPECT_NE(found.mean.why_no_error.find("no common direction"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace drover::measure::replicates_tests

@@ -175,8 +175,8 @@ TEST(EstimateLong, the_error_is_unbiased_even_with_the_shortest_blocks) {
             ratio += *estimate.error * *estimate.error / variance / 1000.0;
         }
         // Three errors of a mean of chi-squares of 63 degrees.  Correlations over the ends of blocks are worth 9 %, 2
-        // %.
-        EXPECT_NEAR(ratio, 1.0, 3.0 * std::sqrt(2.0 / 63.0 / 1000.0)) << times;
+        // %; six of 1000 runs whose blocks look correlated by chance, with up to twice the square, 0.6 %.
+        EXPECT_NEAR(ratio, 1.0, 3.0 * std::sqrt(2.0 / 63.0 / 1000.0) + 0.006) << times;
     }
 }
 

@@ -95,5 +95,42 @@ TEST(EstimateLong, the_error_of_a_wave_and_its_power_is_right_after_50_decay_tim
     }
 }
 
+/// White noise with a twentieth of its variance in a change that decays in 200 samples.
+std::vector<double> noise_over_slow_change(std::size_t size, std::uint64_t seed) {
+    std::vector<double> noise(2 * size), values;
+    fill_normal({.seed = seed, .stream = Stream::test}, 0, 2, noise);
+    const double rate = std::exp(-1.0 / 200.0);
+    double slow = noise[0];
+    for (std::size_t i = 0; i < size; ++i) {
+        if (i > 0) slow = rate * slow + std::sqrt(1.0 - rate * rate) * noise[2 * i];
+        values.push_back(std::sqrt(0.95) * noise[2 * i + 1] + std::sqrt(0.05) * slow);
+    }
+    return values;
+}
+
+TEST(Estimate, an_error_sees_a_slow_change_below_fast_noise) {
+    // The variance of the mean is 0.95/n + 0.05 (2 tau/n)(1 - tau/n), tau = 200.5.  200 series give its root to 5 %.
+    const double size = 4000.0, tau = 200.5, exact = std::sqrt(0.95 / size + 0.1 * tau / size * (1.0 - tau / size));
+    double squares = 0.0;
+    for (std::uint64_t s = 0; s < 200; ++s)
+        squares +=
+            std::pow(estimate_mean({.series = {noise_over_slow_change(static_cast<std::size_t>(size), 7000 + s)}}, 0)
+                         .error.value(),
+                     2);
+    const double ratio = std::sqrt(squares / 200.0) / exact;
+    EXPECT_GT(ratio, 0.8);  // 0.4 from blocks that count as independent
+    EXPECT_LT(ratio, 1.25);
+}
+
+TEST(Estimate, independent_samples_have_the_error_of_independent_blocks) {
+    double squares = 0.0;
+    for (std::uint64_t s = 0; s < 200; ++s) {
+        std::vector<double> noise(2000);
+        fill_normal({.seed = 9000 + s, .stream = Stream::test}, 3, 1, noise);
+        squares += std::pow(estimate_mean({.series = {noise}}, 0).error.value(), 2) * 2000.0;
+    }
+    EXPECT_NEAR(squares / 200.0, 1.0, 0.06);  // of 64 blocks each: 1.3 %, and 1 % of blocks that look correlated
+}
+
 }  // namespace
 }  // namespace drover::measure::wave_statistics_tests

@@ -260,6 +260,20 @@ TEST(ParticleSummary, a_series_has_its_mean_and_an_accumulating_one_its_rate) {
     EXPECT_NE(find_row(summary, "polar_order_binder"), nullptr);
 }
 
+TEST(ParticleSummary, a_rate_of_nothing_that_happened_has_no_error) {
+    Recorded recorded =
+        particle_recording(plain_setting(),
+                           {{.name = "impacts_rod_rod", .unit = "1", .formula = "", .accumulates = true}});
+    recorded.series[0].values.assign(400, 0.0);
+    recorded.spacing = 0.5;
+    recorded.warm_up = 0;
+    const Summary summary = summarise(recorded);
+    const Estimate& rate = row_of(summary, "impacts_rod_rod_rate").estimates.front();
+    EXPECT_EQ(rate.mean, 0.0);
+    EXPECT_FALSE(rate.error);
+    EXPECT_THAT(rate.why_no_error, testing::HasSubstr("below some 0.005 /s"));
+}
+
 TEST(ParticleSummary, series_of_different_lengths_are_rejected) {
     EXPECT_THROW(summarise({.series = {{.name = "a", .values = {1.0, 2.0}}, {.name = "b", .values = {1.0}}}}), Error);
 }

@@ -7,10 +7,10 @@ Usage: printed.py --drover PROGRAM --output FOLDER [--only SET ...]
 Runs the cases of the sets: models/paper-flock.toml at the area fractions of `states` and `onset` (steps as in the
 scene), `fine` and `finest` (half and a quarter of both steps), `phases` (the plane of both area fractions), `large`
 (cells of 90 mm) and `held` (the mean velocity of the beads held at zero), and in `shapes` the flowers, the circle and
-the beads of several sizes of flocks.py with these rods. FOLDER/NAME.csv gets a row a second and FOLDER/flocks.json an entry a case, as flocks.py
-writes them: order_mean_second_half is the mean of P from 50 to 100 s. A case that is there is not run again, and one
-that was interrupted resumes from its checkpoint, so the study may be stopped at any time. A case takes 5 to 20 minutes
-of one core, one of 90 mm four times that.
+the beads of several sizes of flocks.py with these rods. FOLDER/NAME.csv gets a row a second and FOLDER/flocks.json an
+entry a case, as flocks.py writes them: order_mean_second_half is the mean of P from 50 to 100 s. A case that is there
+is not run again, and one that was interrupted resumes from its checkpoint, so the study may be stopped at any time. A
+case takes 5 to 20 minutes of one core, one of 90 mm four times that.
 
 --verdicts compares CRITERIA, which were written before the runs, with the cases that are there.  --table does the same
 for the coefficients of drover calibrate models/calibrate-paper.toml and TABLE_CRITERIA, which were written after the
