@@ -85,10 +85,17 @@ def add_arrow_key(axes, arrows, longest, length, symbol, array, above=None):
     `longest` is their largest value, drawn with `length`; `array` has the unit.
     """
     inches, box, key = axes.figure.get_size_inches(), axes.get_position(), float(f"{longest:.0e}")
-    inches_per_mm = box.width * inches[0] / abs(numpy.diff(axes.get_xlim())[0])
-    axes.quiverkey(arrows, box.x1 * inches[0] - key * length / longest * inches_per_mm - 0.05,
-                   box.y0 * inches[1] - 0.58 if above is None else above, key, coordinates="inches", labelpos="W",
-                   color="black", label=rf"arrow: $|{symbol}|={key:g}$" + spaced(array.attrs.get("units", "1")))
+    part = key * length / longest / abs(numpy.diff(axes.get_xlim())[0])
+    lift = -0.58 if above is None else above - box.y0 * inches[1]
+    draw_arrow_key(axes, arrows, (1.0 - part - 0.05 / (box.width * inches[0]), lift / (box.height * inches[1])), key,
+                   rf"arrow: $|{symbol}|={key:g}$" + spaced(array.attrs.get("units", "1")))
+
+
+def draw_arrow_key(axes, arrows, place, value, words, coordinates="axes"):
+    """A key of arrows with words on its left, which a notebook keeps when it cuts the margins of a page."""
+    axes.quiverkey(arrows, *place, value, "", labelpos="W", coordinates=coordinates, color="black")
+    axes.annotate(words, place, (-0.6, 0.0), {"axes": "axes fraction"}.get(coordinates, coordinates), "offset fontsize",
+                  horizontalalignment="right", verticalalignment="center")
 
 
 def shown_means(array, is_density=True):

@@ -7,8 +7,8 @@ from matplotlib.ticker import MaxNLocator
 
 from . import particle_panels as panels
 from drover.archive import loaded
-from drover.figures.panels import (BLUE, GREEN, GREY, MAX_ARROWS, STEPS, VERMILLION, make_room_above, with_error,
-                                   with_unit)
+from drover.figures.panels import (BLUE, GREEN, GREY, MAX_ARROWS, STEPS, VERMILLION, draw_arrow_key, make_room_above,
+                                   with_error, with_unit)
 
 LOOKS = (BLUE, VERMILLION, GREEN)
 FEW_RODS = 3             # of which whole paths are drawn
@@ -97,8 +97,8 @@ def draw_flow(axes, run, frame, sides):
                          headwidth=4, headlength=4, headaxislength=3.5, zorder=5)
     value = float(f"{longest:.0e}")
     right, low = 0.5 * sides[0], -0.5 * sides[1] - 0.035 * max(sides)
-    axes.quiverkey(arrows, right - value * block / longest, low, value, coordinates="data", labelpos="W",
-                   label=rf"beads: $|\mathbf{{v}}|={value:g}$ mm s$^{{-1}}$")
+    draw_arrow_key(axes, arrows, (right - value * block / longest, low), value,
+                   rf"beads: $|\mathbf{{v}}|={value:g}$ mm s$^{{-1}}$", "data")
     return time, beads
 
 
