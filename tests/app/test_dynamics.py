@@ -196,6 +196,11 @@ def test_a_run_of_particles_is_none_of_fields(tmp_path):
         drover.dynamic_structure_factor(run, "rod_density")
 
 
+def test_a_run_in_memory_has_one_frame_and_is_told_to_be_an_archive():
+    with pytest.raises(drover.Error, match="expected an archive with at least three"):
+        drover.plot.dynamics(drover.Scene.from_dict({**SMALL, "output.frame_every": 1.0}).start(), "rod_density")
+
+
 def test_a_wave_that_stands_still_has_its_power_at_frequency_0():
     """No mean is subtracted: a slow wave of noise has a mean over any number of frames."""
     window = numpy.hanning(33)[:-1]

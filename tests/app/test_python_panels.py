@@ -67,6 +67,23 @@ def test_the_view_of_one_rod_in_a_large_cell_is_around_its_path_and_that_of_many
     assert motion.view_of(np.repeat(path, 4, axis=1), np.array([200.0, 200.0])) is None
 
 
+def test_the_warm_up_is_shaded_beside_several_observables_and_the_speed_of_a_rod_whose_mean_begins_after_it():
+    times = np.linspace(0.0, 10.0, 101)
+    run = run_of(times, rod_position=np.stack([[[t, 0.0, 0.0]] for t in times]), rod_axis=turning([0.0], times))
+    run.summary = xarray.Dataset({"warm_up": 2.5, "rod_speed": 1.0, "rod_speed_error": 0.1, "order": 0.5,
+                                  "order_error": 0.1})
+    run.observables = xarray.Dataset({"order": ("time", np.full(101, 0.5))}, {"time": times})
+    for draw in (lambda axes: motion.draw_speed(axes, run, 10.0),
+                 lambda axes: motion.draw_several(axes, run, {"order": "order"}, 10.0, "order")):
+        axes = Figure().add_subplot()
+        draw(axes)
+        [shade] = axes.patches
+        shaded = shade.get_extents().transformed(axes.transData.inverted())
+        assert shaded.intervalx == pytest.approx([0.0, 2.5])
+        for line in axes.lines:
+            assert line.get_linestyle() != "--" or line.get_xdata()[0] == 2.5
+
+
 def row_of(times, profile):
     x = (np.arange(256) + 0.5) * 0.25
     return xarray.DataArray([profile(x, t) for t in times], {"time": times, "x": x}, ("time", "x"))

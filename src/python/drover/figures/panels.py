@@ -312,10 +312,15 @@ def number_keys(numbers, what):
 
 def draw_mean(axes, run, series, words=""):
     """Draws the warm-up, shaded, and the mean of a series after it; `words`: of the warm-up in a legend."""
-    warm_up, mean, error = (float(loaded(run.summary[name], run.path))
-                            for name in ("warm_up", series.name, f"{series.name}_error"))
+    mean, error = (float(loaded(run.summary[name], run.path)) for name in (series.name, f"{series.name}_error"))
     times = series["time"].values
+    axes.plot([shade_warm_up(axes, run, times, words), times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
+              label=f"mean {with_error(mean, error)}")
+
+
+def shade_warm_up(axes, run, times, words=""):
+    """Shades the times that means leave out; returns their end."""
+    warm_up = 0.0 if run.summary is None else float(loaded(run.summary["warm_up"], run.path))
     if warm_up > 0.0:
         axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0, label=words)
-    axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
-              label=f"mean {with_error(mean, error)}")
+    return times[0] + warm_up
