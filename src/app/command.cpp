@@ -20,7 +20,8 @@ std::span<const std::pair<int, const char*>> exit_statuses() {
         std::pair<int, const char*>{run::exit_done, "success"},
         std::pair<int, const char*>{run::exit_run_failed, "a run failed"},
         std::pair<int, const char*>{run::exit_bad_input, "bad input"},
-        std::pair<int, const char*>{run::exit_stopped, "stopped by a signal or --max-time after a checkpoint"}};
+        std::pair<int, const char*>{run::exit_stopped,
+                                    "stopped by a signal, --max-time or --stop-when after a checkpoint"}};
     return statuses;
 }
 

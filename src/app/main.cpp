@@ -94,6 +94,14 @@ void keep_freed_memory() {
     ::mallopt(M_MMAP_THRESHOLD, 32 << 20);  // up to which malloc would raise it by itself
 }
 
+/// The exit statuses at the end of --help.
+std::string footer(bool is_resumable) {
+    std::vector<std::string> statuses;
+    for (const auto& [status, meaning] : exit_statuses())
+        if (status != run::exit_stopped || is_resumable) statuses.push_back(text("{} {}", status, meaning));
+    return text("Exit status: {}.", joined(statuses, ", "));
+}
+
 /// Returns the exit status of the command that the words name.
 int act(const std::vector<std::string>& words) {
     CLI::App program{
@@ -105,13 +113,13 @@ int act(const std::vector<std::string>& words) {
     program.set_version_flag("--version",
                              text("drover {} ({}{})", built.version, built.git_hash, built.dirty ? ", modified" : ""));
     program.require_subcommand(1);
-    std::vector<std::string> statuses;
-    for (const auto& [status, meaning] : exit_statuses()) statuses.push_back(text("{} {}", status, meaning));
-    program.footer(text("Exit status: {}.", joined(statuses, ", ")));
+    program.footer(footer(true));
     Action action;
 #define DROVER_ADD(command) add_##command(program, action);
     DROVER_COMMANDS(DROVER_ADD)
 #undef DROVER_ADD
+    for (CLI::App* command : program.get_subcommands([](CLI::App*) { return true; }))
+        if (command->get_option_no_throw("--max-time") == nullptr) command->footer(footer(false));
     reject_unknown_command(program, words);
     try {
         program.parse(std::vector<std::string>(words.rbegin(), words.rend()));

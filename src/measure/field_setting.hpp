@@ -75,7 +75,8 @@ struct BoxFamily {
     std::vector<int> FieldSetting::*sides;  ///< the shorter side, in cells
     int along_x, along_y;                   ///< sides in units of the shorter one
 };
-/// Squares, and boxes with the aspect ratio 4 along x and along y, which resolve the directions of a flock.
+/// Boxes with equal numbers of cells along x and y, and with four times as many along one, which resolve the directions
+/// of a flock.
 std::span<const BoxFamily> box_families();
 
 /// The axes of the observables.

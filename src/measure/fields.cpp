@@ -165,11 +165,10 @@ double tail_of(const numerics::Grid& grid, int degree, const numerics::Spectra& 
 }
 
 std::span<const BoxFamily> box_families() {
-    static constexpr BoxFamily families[] = {{"", "square box", &FieldSetting::boxes, 1, 1},
-                                             {"_long_x", "box four times longer along x", &FieldSetting::long_boxes, 4,
-                                              1},
-                                             {"_long_y", "box four times longer along y", &FieldSetting::long_boxes, 1,
-                                              4}};
+    static constexpr BoxFamily families[] = {
+        {"", "box with equal numbers of cells along x and y, or segment of a line", &FieldSetting::boxes, 1, 1},
+        {"_long_x", "box with four times as many cells along x as along y", &FieldSetting::long_boxes, 4, 1},
+        {"_long_y", "box with four times as many cells along y as along x", &FieldSetting::long_boxes, 1, 4}};
     return families;
 }
 

@@ -4,7 +4,6 @@ import itertools
 import numpy
 from matplotlib.path import Path
 from matplotlib.legend import Legend
-from matplotlib.quiver import QuiverKey
 from matplotlib.text import Text
 
 
@@ -16,7 +15,6 @@ def share_of(picture, colour):
 def pieces(axes, renderer):
     """The area that a panel covers: its frame, its axes with their labels, and its texts."""
     texts = [child for child in axes.get_children() if isinstance(child, Text) and child.get_text()]
-    texts += [child.text for child in axes.get_children() if isinstance(child, QuiverKey)]
     boxes = [axis.get_tightbbox(renderer) for axis in (axes.xaxis, axes.yaxis)]
     boxes += [text.get_window_extent(renderer) for text in texts]
     return [axes.get_window_extent(renderer), *(box for box in boxes if box is not None)]

@@ -36,6 +36,7 @@ def test_help_names_every_option_of(command, tmp_path):
         ended = drover(tmp_path, command, word)
         assert ended.stderr == "" and "Usage: " in ended.stdout and f" {command} " in ended.stdout
         assert [option for option in COMMANDS[command] if option not in ended.stdout] == []
+        assert ("3 stopped" in ended.stdout) == ("\n  --max-time" in ended.stdout)
 
 
 def test_help_and_version(tmp_path):

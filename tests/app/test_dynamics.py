@@ -170,6 +170,17 @@ def test_the_map_is_drawn_measured_and_predicted_with_one_scale(tmp_path, monkey
     assert figure.main(["theory.h5", "--dynamics", "rod_density"]) == 2
 
 
+def test_waves_that_the_run_does_not_keep_have_no_theory_and_are_not_drawn(tmp_path):
+    scene = drover.Scene.from_dict({**SMALL, "relaxation.saturation": 0.1, "output.frame_every": 0.5, "time.end": 80.0})
+    kept = scene.explain()["largest_mode_kept"]["x"]
+    assert kept == 3  # of 16 points, with a product of three fields
+    with scene.run(tmp_path / "waves.h5") as run:
+        assert dynamics_figure.found_of(run, "rod_density").sizes["wavenumber"] == kept
+        found = drover.dynamic_structure_factor(run, "rod_density", modes=7, segments=2)
+    linear = found.dynamic_structure_factor_rod_density_linear.values
+    assert numpy.isfinite(linear[:kept]).all() and numpy.isnan(linear[kept:]).all()
+
+
 @pytest.mark.parametrize("changes, sentence", [
     ({"field": "nothing"}, "expected one of the fields of the run: rod_density, polar_order_x, polar_order_y"),
     ({"along": "z"}, 'expected "x" or "y"'), ({"modes": 8}, "expected 1 to 7"), ({"segments": 20}, "frames in 20")])
@@ -183,6 +194,11 @@ def test_a_run_of_particles_is_none_of_fields(tmp_path):
     scene = drover.Scene.load(MODELS / "bead-gas.toml").set({"time.end": 0.01, "output.frame_every": 0.0})
     with scene.run(tmp_path / "gas.h5") as run, pytest.raises(drover.Error, match="expected one of fields"):
         drover.dynamic_structure_factor(run, "rod_density")
+
+
+def test_a_run_in_memory_has_one_frame_and_is_told_to_be_an_archive():
+    with pytest.raises(drover.Error, match="expected an archive with at least three"):
+        drover.plot.dynamics(drover.Scene.from_dict({**SMALL, "output.frame_every": 1.0}).start(), "rod_density")
 
 
 def test_a_wave_that_stands_still_has_its_power_at_frequency_0():

@@ -19,9 +19,9 @@ PAGE = (MODELS.parent / "src" / "docs" / "model.md").read_text(encoding="utf-8")
 def test_every_block_of_the_page_runs(tmp_path):
     matplotlib.use("Agg")
     printed = blocks.run(PAGE, tmp_path, DROVER, MODELS)
-    assert len(printed) == 16
+    assert len(printed) == 17
     scalar, spots, demixing, flock, nematic, vortices, swirls, *more = printed
-    steps, plane_wave, table, balance, shared, memory, walkers, *scenes = more
+    steps, plane_wave, table, balance, shared, memory, walkers, turned, *scenes = more
     scene, made_scene = scenes
     assert scalar[0].split() == ["[[", "-1.]", "[-19.]]"] or "-19" in "".join(scalar[:2])
     assert float(spots[0].strip("[]").split()[0]) < 0.0 < float(spots[0].strip("[]").split()[1])
@@ -40,6 +40,7 @@ def test_every_block_of_the_page_runs(tmp_path):
     assert float(shared[0].strip("[]")) == pytest.approx(-0.3 * 0.2 / 3.5, abs=1e-8)  # as printed
     assert memory[0] == "True True" and float(memory[1]) == pytest.approx(0.7 / (0.5 * (1 + 0.5 * 2.0)), rel=1e-12)
     assert walkers == ["[40. 40.]", "True True"]
+    assert float(turned[0]) == pytest.approx(0.831, abs=0.012)  # of 400 seeds; three standard errors of 100
     assert float(scene[0].strip("[]")) == pytest.approx(0.1875, rel=1e-12)
     assert scene[1].startswith("('time', 'y', 'x')") and made_scene == ["True 21"]
     assert all((tmp_path / name).stat().st_size > 10_000 for name in ("turing.png", "demixing.png", "swirls.png"))

@@ -67,6 +67,23 @@ def test_the_view_of_one_rod_in_a_large_cell_is_around_its_path_and_that_of_many
     assert motion.view_of(np.repeat(path, 4, axis=1), np.array([200.0, 200.0])) is None
 
 
+def test_the_warm_up_is_shaded_beside_several_observables_and_the_speed_of_a_rod_whose_mean_begins_after_it():
+    times = np.linspace(0.0, 10.0, 101)
+    run = run_of(times, rod_position=np.stack([[[t, 0.0, 0.0]] for t in times]), rod_axis=turning([0.0], times))
+    run.summary = xarray.Dataset({"warm_up": 2.5, "rod_speed": 1.0, "rod_speed_error": 0.1, "order": 0.5,
+                                  "order_error": 0.1})
+    run.observables = xarray.Dataset({"order": ("time", np.full(101, 0.5))}, {"time": times})
+    for draw in (lambda axes: motion.draw_speed(axes, run, 10.0),
+                 lambda axes: motion.draw_several(axes, run, {"order": "order"}, 10.0, "order")):
+        axes = Figure().add_subplot()
+        draw(axes)
+        [shade] = axes.patches
+        shaded = shade.get_extents().transformed(axes.transData.inverted())
+        assert shaded.intervalx == pytest.approx([0.0, 2.5])
+        for line in axes.lines:
+            assert line.get_linestyle() != "--" or line.get_xdata()[0] == 2.5
+
+
 def row_of(times, profile):
     x = (np.arange(256) + 0.5) * 0.25
     return xarray.DataArray([profile(x, t) for t in times], {"time": times, "x": x}, ("time", "x"))
@@ -111,7 +128,7 @@ def hill(times, name, along_y):
     (OWN, "d", None)])
 @pytest.mark.parametrize("along_y", [1.0, 0.0, 0.3])
 def test_the_solution_of_barenblatt_follows_from_the_start_and_the_equations(scene, name, rate, along_y):
-    plane = hill([0.0], name, along_y)
+    plane = hill([3.0], name, along_y)
     row = plane.isel(y=16)
     found = exact.spreading(SimpleNamespace(attributes={"scene": scene.to_toml()}, frames={name: plane}), row, row)
     assert (found is None) == (rate is None or along_y == 0.3)
@@ -121,7 +138,7 @@ def test_the_solution_of_barenblatt_follows_from_the_start_and_the_equations(sce
         age = 16.0 / (2.0 * 2.0 * (dimensions + 2))
         radius = (1.0 + t / age)**(1.0 / (dimensions + 2))
         expected = np.maximum(0.0, 1.0 - (x - 16.0)**2 / (16.0 * radius**2)) / radius**dimensions
-        assert found[0](x, t) == pytest.approx(expected, abs=1e-9)
+        assert found[0](x, 3.0 + t) == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_curve_that_a_like_one_would_hide_is_wider():

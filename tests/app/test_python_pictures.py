@@ -135,6 +135,23 @@ def test_a_tick_is_shortened_only_where_no_digit_is_lost():
         assert float(text.replace("\N{MINUS SIGN}", "-")) == value
 
 
+def test_the_key_of_arrows_stays_below_the_map_when_a_notebook_cuts_the_margins_of_a_page():
+    axes = drover.plot.map(fields().start())
+    [key] = [text for text in axes.texts if text.get_text().startswith("arrow:")]
+    page = axes.figure
+    page.canvas.draw()
+    box = key.get_window_extent()
+    assert box.y1 < axes.xaxis.label.get_window_extent().y0 and key.xycoords == "axes fraction"
+    assert page.get_tightbbox().y0 == pytest.approx(box.y0 / page.dpi)  # cut at the key, and not above it
+
+
+def test_the_legend_of_a_map_of_one_row_is_within_its_page():
+    axes = drover.plot.map(fields(**{"grid.ny": 1}).start())
+    axes.figure.canvas.draw()
+    box, frame = axes.get_legend().get_window_extent(), axes.get_window_extent()
+    assert frame.x0 < box.x0 and box.x1 <= frame.x1 + 1 and box.y1 < axes.figure.bbox.y1
+
+
 def test_arrows_of_a_resolved_field_on_few_points_stay_within_the_cell():
     run = fields(**{"grid.nx": 8, "grid.ny": 8, "noise.order": 0, "noise.rods": 0,
                     "initial.kind": "formula", "initial.polar_order_x": "0.3"}).start()
@@ -143,6 +160,14 @@ def test_arrows_of_a_resolved_field_on_few_points_stay_within_the_cell():
     half = 0.5 * np.hypot(arrows.U, arrows.V).max() / arrows.scale
     left, right = axes.get_xlim()
     assert (arrows.X - half).min() >= left and (arrows.X + half).max() <= right
+
+
+def test_the_path_of_one_rod_is_drawn_in_the_view_of_its_map():
+    run = drover.Scene.load(MODELS / "rod-matched.toml").set({"time.end": 0.02}).start()
+    run.advance()
+    for edges in ("get_xlim", "get_ylim"):
+        shown = getattr(drover.plot.paths(run), edges)()
+        assert shown == getattr(drover.plot.map(run), edges)() and np.ptp(shown) < 50.0  # mm
 
 
 def test_lines_of_a_flow_leave_the_edges_of_a_map_where_they_are():
@@ -254,10 +279,16 @@ def test_a_sweep_of_two_keys_is_drawn_as_a_map_of_its_values():
 def test_an_observable_with_an_axis_of_its_own_is_drawn_as_a_line_for_each_value_of_the_key():
     sweep = sweep_of({"relaxation.rate": [1.0, 2.0, 3.0]}, lambda rate: rate)
     q = np.array([0.1, 1.0, 10.0])
-    spectra = sweep.data.polar_order / xarray.DataArray(q, {"wavenumber": q}, "wavenumber")
-    sweep.data = sweep.data.assign(structure_factor=spectra, structure_factor_error=0.1 * spectra)
+    spectra, errors = (sweep.data[name] / xarray.DataArray(q, {"wavenumber": q}, "wavenumber")
+                       for name in ("polar_order", "polar_order_error"))
+    sweep.data = sweep.data.assign(structure_factor=spectra, structure_factor_error=errors)
     axes = sweep.plot("structure_factor")
-    assert [line.get_ydata().tolist() for line in axes.lines] == [(rate / q).tolist() for rate in (1.0, 2.0, 3.0)]
+    lines = [line.get_ydata().tolist() for line in axes.lines if line.get_linestyle() == "-"]
+    assert lines == [(rate / q).tolist() for rate in (1.0, 2.0, 3.0)]
+    open_points = [line for line in axes.lines if line.get_markerfacecolor() == "white" and len(line.get_ydata())]
+    assert [line.get_ydata().tolist() for line in open_points] == [(1.0 / q).tolist()]
+    bars = [part for part in axes.collections if len(part.get_segments()) == 3]
+    assert np.ptp(bars[1].get_segments()[0][:, 1]) == pytest.approx(2.0 * 0.1 / q[0])
     assert len({line.get_color() for line in axes.lines}) == 3 and axes.get_xlabel() == "wavenumber"
     assert axes.get_xscale() == axes.get_yscale() == "log" and clear(axes)
     two = sweep_of({"relaxation.rate": [1.0, 2.0], "current.speed": [1.0, 2.0]}, lambda rate, speed: rate)
@@ -285,6 +316,9 @@ def test_both_branches_of_a_ramp_are_named_and_hide_no_point():
     axes = sweep_of({"relaxation.rate": [1.0, 2.0, 3.0]}, lambda rate, branch: rate + (branch == "down"),
                     ("up", "down")).plot("polar_order")
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["up", "down"] and clear(axes)
+    plane = sweep_of({"relaxation.rate": [1.0, 2.0], "current.speed": [1.0, 2.0]},
+                     lambda rate, speed, branch: rate + (branch == "down"), ("up", "down")).plot("polar_order")
+    assert plane.get_title(loc="right") == "branch up"
 
 
 def test_the_front_of_a_study_has_labels_and_a_legend_beside_it():

@@ -2,7 +2,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Generic, Literal, TypeVar, overload
 
 import numpy as np
 import xarray
@@ -19,6 +19,12 @@ Value = bool | int | float | str | Sequence[float] | Sequence[str]
 File = str | PathLike[str]
 Term = Callable[..., Sequence[float | NDArray[np.float64]]]  # the x and y components
 Range = str | tuple[str, float, float]
+_Result = TypeVar("_Result")
+
+class _Submitted(Generic[_Result]):  # what jobs of Slurm do
+    folder: str
+    def status(self) -> str: ...
+    def collect(self) -> _Result: ...
 
 class Error(Exception):
     place: str
@@ -151,12 +157,16 @@ class Scene:
     def check(self) -> list[str]: ...
     def explain(self) -> dict[str, Any]: ...
     def start(self) -> Simulation: ...
-    def run(self, output: File | None = ..., *, accuracy: str | Sequence[str] = ..., threads: int = ..., overwrite: bool = ...,
-            quiet: bool = ...) -> Run | ParticleRun: ...
+    def run(self, output: File | None = ..., *, accuracy: str | Sequence[str] = ..., threads: int = ...,
+            overwrite: bool = ..., quiet: bool = ...) -> Run | ParticleRun: ...
     def stability(self, output: File | None = ..., *, threads: int = ..., overwrite: bool = ...) -> Theory: ...
+    @overload
+    def boundary(self, x: Range | None = ..., y: Range | None = ..., *, conventions: str | Sequence[str] = ...,
+                 draws: int | None = ..., output: File | None = ..., threads: int = ..., overwrite: bool = ...) -> Theory: ...
+    @overload
     def boundary(self, x: Range | None = ..., y: Range | None = ..., *, conventions: str | Sequence[str] = ...,
                  draws: int | None = ..., output: File | None = ..., threads: int = ..., overwrite: bool = ...,
-                 slurm: int = ...) -> Theory: ...
+                 slurm: int) -> _Submitted[Theory]: ...
     def states(self, wave: Literal["x"] = ..., *, speed: float | None = ..., settle: float | None = ...,
                follow: str = ..., points: int = ..., output: File | None = ..., threads: int = ...,
                overwrite: bool = ...) -> Theory: ...
@@ -263,11 +273,18 @@ def open_run(path: File) -> Run | ParticleRun: ...
 def open_theory(path: File) -> Theory: ...
 def restart(archive: File, *, end: float | None = ..., checkpoint_minutes: float | None = ..., threads: int = ...,
             functions: Sequence[Term] = ..., quiet: bool = ...) -> Run | ParticleRun: ...
+@overload
 def sweep(scene: Scene, vary: Mapping[str, str | Sequence[float]], *, seeds: int = ...,
           want: Mapping[str, str | float] | None = ..., max_seeds: int = ...,
           refine: Mapping[str, float] | None = ..., refine_levels: int = ...,
           ramp: Literal["none", "up", "up-down"] = ..., keep: Literal["archives", "table"] = ..., workers: int = ...,
-          folder: File | None = ..., slurm: int = ..., quiet: bool = ...) -> Sweep: ...
+          folder: File | None = ..., quiet: bool = ...) -> Sweep: ...
+@overload
+def sweep(scene: Scene, vary: Mapping[str, str | Sequence[float]], *, seeds: int = ...,
+          want: Mapping[str, str | float] | None = ..., max_seeds: int = ...,
+          refine: Mapping[str, float] | None = ..., refine_levels: int = ...,
+          ramp: Literal["none", "up", "up-down"] = ..., keep: Literal["archives", "table"] = ..., workers: int = ...,
+          folder: File | None = ..., slurm: int, quiet: bool = ...) -> _Submitted[Sweep]: ...
 class Tradeoff:
     front: list[dict[str, Any]]
     by_model: list[dict[str, Any]]
@@ -280,11 +297,20 @@ class Tradeoff:
     seconds: float
     def plot(self, axes: Any = ...) -> Any: ...
 
+@overload
 def tradeoff(scene: Scene, want: str | Sequence[str], budget: str = ..., *, folder: File | None = ...,
-             workers: int = ..., collect: bool = ..., slurm: int = ..., quiet: bool = ...) -> Tradeoff: ...
+             workers: int = ..., collect: bool = ..., quiet: bool = ...) -> Tradeoff: ...
+@overload
+def tradeoff(scene: Scene, want: str | Sequence[str], budget: str = ..., *, folder: File | None = ...,
+             workers: int = ..., collect: bool = ..., slurm: int, quiet: bool = ...) -> _Submitted[Tradeoff]: ...
+@overload
 def calibrate(scene: Scene, folder: File | None = ..., *, want: str | Sequence[str] = ..., budget: str = ...,
-              workers: int = ..., share: tuple[int, int] = ..., collect: bool = ..., slurm: int = ...,
+              workers: int = ..., share: tuple[int, int] = ..., collect: bool = ...,
               quiet: bool = ...) -> Calibration: ...
+@overload
+def calibrate(scene: Scene, folder: File | None = ..., *, want: str | Sequence[str] = ..., budget: str = ...,
+              workers: int = ..., share: tuple[int, int] = ..., collect: bool = ..., slurm: int,
+              quiet: bool = ...) -> _Submitted[Calibration]: ...
 def slurm_script(scene: Scene, shares: int, folder: File | None = ...) -> str: ...
 def onset(table: File, *, varied: float | None = ..., cell: float | None = ...,
           points: Sequence[tuple[float, float]] = ..., draws: int = ..., output: File | None = ...,

@@ -1,4 +1,6 @@
 """drover/dynamics.py: the dynamic structure factor of a run of fields, as linear theory defines it."""
+import json
+
 import numpy
 
 from drover.archive import loaded
@@ -21,7 +23,8 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     their scatter, and at least that of Gaussian noise, powers of which scatter by S.  Frequencies go to pi over the
     interval of the frames: faster waves appear at lower ones.
     `..._linear` is the mean that linear theory about the uniform state nearest to the frames has for this measurement,
-    of frames at this interval in windows of this length; NaN where there is none.
+    of frames at this interval in windows of this length; NaN where there is none, as for waves that the run does not
+    keep (see kept_modes).
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 200.0},
@@ -56,8 +59,21 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     found = dataset(run.frames[field], wavenumber, frequency, powers, run.scene)
     name = f"dynamic_structure_factor_{field}"
     values, words = predicted(run, field, along, wavenumber, frames, interval, window)
+    values[kept_modes(run, along):] = numpy.nan
     found[f"{name}_linear"] = found[name].dims, values, about(f"{name}_linear", found[name].units, words)
     return found
+
+
+def kept_modes(run, along):
+    """The most waves along an axis among the modes that a run keeps; without its equations, of those on its grid."""
+    from drover import _drover
+    from drover.locks import hdf5
+    try:
+        with hdf5():
+            explained = _drover.explain(_drover.Scene.parse(run.attributes["scene"], run.path.name, []))
+    except Error:  # such as a term that is a function of Python, which an archive does not hold
+        return (run.frames.sizes[along] - 1) // 2
+    return json.loads(explained)["largest_mode_kept"][along]
 
 
 def predicted(run, field, along, wavenumber, frames, interval, window):
@@ -87,7 +103,8 @@ def frames_on_schedule(run, begin):
     """Numbers of the frames from a time on, and their interval [s]; the last frame may be off the schedule."""
     times = run.frames.time.values
     if len(times) < 3:
-        raise Error(f"{run.path} has {len(times)} frames; expected a run with output.frame_every > 0")
+        raise Error(f"{run.path} has {len(times)} frames; expected an archive with at least three "
+                    "(output.frame_every > 0)")
     interval = times[1] - times[0]
     kept = numpy.isclose(times, interval * numpy.arange(len(times)), rtol=0.0, atol=1e-6 * interval)
     kept &= times >= (0.5 * times[-1] if begin is None else begin)

@@ -50,7 +50,7 @@ def shift_of(first, other, side):
 
 def spreading(run, field, row):
     """Barenblatt's solution of d_t n = k div(n grad n): of a paraboloid at the start, or a parabola along x alone."""
-    start, x = row.values[0], row["x"].values
+    start, x, begin = row.values[0], row["x"].values, float(row["time"][0])  # a run in memory has its last frame alone
     peak, inside = float(start.max()), start > 0.1 * start.max()
     if not peak > 0.0 or inside.sum() < 4:
         return None
@@ -71,7 +71,7 @@ def spreading(run, field, row):
     age = power * radius_squared / (2.0 * rate * height)  # since all was at one point
 
     def profile(points, time):
-        radius = (1.0 + time / age)**power  # over that of the start
+        radius = (1.0 + (time - begin) / age)**power  # over that of the start
         return numpy.maximum(0.0, height / radius**dimensions * (1.0 - (points - middle)**2
                                                                  / (radius_squared * radius**2)))
     return profile, "exact (Barenblatt)"

@@ -112,8 +112,8 @@ def draw_file(path, frame=None, state=None, dynamics=None):
                                          ("--dynamics", dynamics, ("run",))):
             if value is not None and kind not in its_kinds:
                 raise DroverError(f"{path}: {option} {value} does not apply, since drover {command_of(kind)} wrote "
-                                  f"this archive; "
-                                  f"only archives of drover {its_kinds[0]} have one: omit the option")
+                                  f"this archive; only archives of drover {' and '.join(its_kinds)} have one: omit the "
+                                  "option")
         if dynamics is not None:
             return dynamics_figure.draw(opened, dynamics)
         if kind == "run":
@@ -159,10 +159,12 @@ def smooth_caption(run, dotted, blocks):
 
 def caption(run, drawn, blocks):
     """Explains the figure to a reader.  Without blocks panel (a) is a profile."""
-    words = ["(c) Segments of the line; (d) between each segment and the next longer one."]
-    if blocks is not None:
-        words = [f"(a) {block_words(run, blocks)}{negative_words(run)}; (c) boxes with "
-                 "equal numbers of grid cells along x and y; (d) between each box and the next larger one."]
+    has_numbers = results.number_fluctuations(run) is not None
+    boxes = ("(c) segments of the line; (d) between each segment and the next longer one" if blocks is None else
+             "(c) boxes with equal numbers of grid cells along x and y; (d) between each box and the next larger one")
+    words = [*([f"(a) {block_words(run, blocks)}{negative_words(run)}"] if blocks is not None else []),
+             *([boxes] if has_numbers else [])]
+    words = ["; ".join(words) + "."] if words else []
     if run.summary is None:
         words.append(f"{results.without_means(run)}: points are means over all samples so far, including the warm-up, "
                      "without errors and theory.")
@@ -210,7 +212,8 @@ def main(arguments=None):
                                                    "isotropic.h5, tradeoff.json of a study, or table.nc of a sweep")
     parser.add_argument("-o", "--output", type=Path,
                         help="figure file (.png, .pdf or .svg); default: the name of the archive with .png")
-    parser.add_argument("--frame", type=int, help="for runs: number of the frame from 0; -1, the default, is the last")
+    parser.add_argument("--frame", type=int, help="for runs and states: number of the frame or state from 0; -1, the "
+                        "default for runs, is the last")
     parser.add_argument("--state", help="for drover stability: the uniform state, such as isotropic; default: the most "
                         "ordered one")
     parser.add_argument("--dynamics", metavar="FIELD", help="for runs of fields: draw S(q, omega) of this field, such "

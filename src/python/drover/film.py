@@ -215,8 +215,7 @@ def particles_shown(figure, run, frames):
     if panels.is_periodic(run) and 0 < run.frames.sizes.get("rod", 0) <= FEW_RODS and (
             "bead" not in run.frames.sizes):
         view = view_of(numpy.stack([frame["rod_position"][:, :2] for frame in frames]), sides)
-    panels.draw_cell(axes, run, sides, view)
-    panels.draw_scale(axes, panels.whole(sides) if view is None else view)
+    panels.draw_scale(axes, panels.draw_cell(axes, run, sides, view))
     if run.frames.sizes.get("rod", 0):
         width, height = figure.get_size_inches()
         panels.draw_wheel(figure, (1.0 - 1.02 * WHEEL / width, 1.0 - 1.15 * WHEEL / height, 0.8 * WHEEL / width,

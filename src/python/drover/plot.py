@@ -162,15 +162,18 @@ def sweep(table, name, axes=None):
 
 
 def paths(run, axes=None, frame=-1):
-    """The paths of the rods up to a frame, with the cell and the rods."""
+    """The paths of the rods up to a frame, with the cell and the rods; of few rods in a large cell what is around them.
+    """
     from drover.figures import particle_motion, particle_panels
     from drover.particles import sides_of
     run, axes = particles_of(run), axes_of(axes)
-    sides, periodic = sides_of(run), particle_panels.is_periodic(run)
-    particle_panels.draw_cell(axes, run, sides)
-    particle_motion.draw_paths(axes, run, particle_motion.paths(run, frame, sides), frame, sides, periodic)
+    sides, places = sides_of(run), particle_motion.paths(run, frame, sides_of(run))
+    view = particle_motion.view_in(run, places, sides)
+    periodic = particle_panels.is_periodic(run) and view is None
+    shown = particle_panels.draw_cell(axes, run, sides, view)
+    particle_motion.draw_paths(axes, run, places, frame, sides, periodic)
     particle_panels.draw_rods(axes, run, frame, sides, periodic)
-    particle_panels.draw_scale(axes, particle_panels.whole(sides))
+    particle_panels.draw_scale(axes, shown)
     return axes
 
 

@@ -5,13 +5,13 @@ import numpy
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
 
-from drover.dynamics import dynamic_structure_factor
+from drover.dynamics import dynamic_structure_factor, kept_modes
 from drover.figures.panels import BLUE, STEPS, VERMILLION, minor_ticks, with_unit, write_instead
 from drover.figures.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
 from drover.text import drawable, scene_name
 from drover.typeset import spaced
 
-MODES = 12          # of a figure, where the grid has so many
+MODES = 12          # of a figure, where the run keeps so many
 DECADES = 1e-4      # of S(q, omega), relative to the largest value
 SHOWN = 1e-3        # frequencies are shown to where S is below this part of its largest value, at every q
 MEASURED, PREDICTED = (0.9, 4.1, 4.3, 2.75), (6.0, 4.1, 4.3, 2.75)
@@ -20,7 +20,7 @@ CUTS = tuple((left, 1.45, 2.75, 1.85) for left in (0.9, 4.75, 8.6))
 
 def found_of(run, field, along="x", modes=None):
     """The dataset of dynamic_structure_factor, with as many modes as a map needs."""
-    most = (run.frames.sizes[along] - 1) // 2 if along in run.frames.sizes else 1
+    most = max(1, kept_modes(run, along)) if along in run.frames.sizes else 1
     return dynamic_structure_factor(run, field, along=along, modes=min(MODES, most) if modes is None else modes)
 
 

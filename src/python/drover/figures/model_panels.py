@@ -194,10 +194,10 @@ def draw_profile(axes, run, role, frame):
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
 
 
-def draw_curves(axes, run, role, frame, colours, words=""):
+def draw_curves(axes, run, role, frame, colours):
     """Draws the components of one field over x; returns the lines."""
     x = run.frames["x"].values
-    lines = [axes.plot(x, array.values[0], color=colour, linewidth=1.0, label=f"{words}${role.symbol}{end}$")[0]
+    lines = [axes.plot(x, array.values[0], color=colour, linewidth=1.0, label=f"${role.symbol}{end}$")[0]
              for array, colour, end in zip(arrays_at(run, role, frame).values(), colours, parts_of(role))]
     axes.set_xlim(x[0], x[-1] + (x[1] - x[0]))
     axes.set_xlabel(panels.with_unit("$x$", run.frames["x"]))
@@ -212,8 +212,8 @@ def draw_profile_with_arrows(axes, run, frame):
     lines = []
     for one, on, colours in ((role, axes, (BLUE, PURPLE)), (other, right, (VERMILLION, GREEN))):
         if one is not role or other != role:
-            lines += draw_curves(on, run, one, frame, colours, f"{one.words} ")
-        on.set_ylabel(f"${one.symbol}$" + bracket(one.unit))
+            lines += draw_curves(on, run, one, frame, colours)
+        on.set_ylabel(f"{one.words} ${one.symbol}$" + bracket(one.unit))
     axes.margins(y=0.35)  # two curves of one shape would hide each other
     axes.legend(handles=lines, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
 

@@ -25,7 +25,7 @@ BESIDE = 0.03     # of the axis of beads, beside the table
 GROUPS = "curves", "field", "crossings"
 # Names in the archive, labels, line and marker styles, and factors of a/lambda.
 CONVENTIONS = (("mean", r"$\lambda = \lambda_s/2$", "-", "black", 1.0),
-               ("single_rod", "twice the turning rate", DASHED, "white", 0.5))
+               ("single_rod", r"$\lambda = \lambda_s$", DASHED, "white", 0.5))
 # Phi_b + 2 Phi_r at the onset of flocking of brass rods among beads: Kumar et al., Nat. Commun. 5, 4688 (2014).
 EXPERIMENT = 0.65
 
@@ -216,7 +216,7 @@ def draw_onset(axes, field, runs=None):
     axes.set_xlabel(r"area fraction of beads $\Phi_b$")
     axes.set_ylabel(r"area fraction of rods $\Phi_r$")
     keys = [key_of("onset of flocking, predicted from measured coefficients", BLUE, line="-"),
-            Patch(facecolor=BLUE, alpha=0.2, linewidth=0, label="within one standard error of it"),
+            Patch(facecolor=BLUE, alpha=0.2, linewidth=0, label="its band, 16 to 84 % of the draws"),
             key_of("onset in the experiment (Kumar et al., 2014)", "black", line=DASHED)]
     if runs is not None:
         keys.append(key_of("runs of particles, by their polar order", "black", "o", fill="#3b8c8a"))
@@ -251,7 +251,8 @@ def curve_keys(curves):
     keys += ([key_of(r"$(a - c\sigma)/\lambda$, same colour", "black", line=":")] if has_contacts(curves) else
              [key_of(r"$a/\lambda$, $\lambda = \lambda_s/2$", "black", line="-"),
               key_of(r"$a/\lambda_s$", "black", line=DASHED)])
-    keys += [key_of("crossing", marker="o"), key_of(r"crossing with $\lambda_s$", marker="o", fill="white")]
+    keys += [key_of(f"crossing, {words}", marker="o", fill=None if fill == "black" else fill)
+             for _, words, _, fill, _ in CONVENTIONS]
     return [*keys, Patch(facecolor=GREY, alpha=0.3, linewidth=0, label="± one standard error")]
 
 
@@ -262,7 +263,7 @@ def plane_keys(axes):
     keys.append(key_of(rf"experiment, $\Phi_b + 2\,\Phi_r$ = {EXPERIMENT:g}{beyond}", line="-"))
     keys[-1].set_linewidth(0.7)
     return [*keys, Patch(facecolor=FLOCK, label=r"flocks predicted ($\lambda = \lambda_s/2$)"),
-            Patch(facecolor=GREY, alpha=0.3, linewidth=0, label="± one standard error")]
+            Patch(facecolor=GREY, alpha=0.3, linewidth=0, label="16 to 84 % of the draws")]
 
 
 def caption(curves, crossings):
@@ -274,7 +275,7 @@ def caption(curves, crossings):
         words.append(f"{threshold} is omitted where it is not positive.")
     of_mean = crossings["convention"].values == 0
     if of_mean.any():
-        words.append("Band: 16 to 84 % of the draws of the table within its errors predict flocks.")
+        words.append("Band of (b), error bars: 16 to 84 % of the draws of the table within its errors predict flocks.")
     if "alone" in crossings and (crossings["alone"].values[of_mean] == 0).any():
         words.append("Thresholds within one band are within errors of none.")
     words.append("Experiment: Kumar et al., Nat. Commun. 5, 4688 (2014).")

@@ -85,10 +85,17 @@ def add_arrow_key(axes, arrows, longest, length, symbol, array, above=None):
     `longest` is their largest value, drawn with `length`; `array` has the unit.
     """
     inches, box, key = axes.figure.get_size_inches(), axes.get_position(), float(f"{longest:.0e}")
-    inches_per_mm = box.width * inches[0] / abs(numpy.diff(axes.get_xlim())[0])
-    axes.quiverkey(arrows, box.x1 * inches[0] - key * length / longest * inches_per_mm - 0.05,
-                   box.y0 * inches[1] - 0.58 if above is None else above, key, coordinates="inches", labelpos="W",
-                   color="black", label=rf"arrow: $|{symbol}|={key:g}$" + spaced(array.attrs.get("units", "1")))
+    part = key * length / longest / abs(numpy.diff(axes.get_xlim())[0])
+    lift = -0.58 if above is None else above - box.y0 * inches[1]
+    draw_arrow_key(axes, arrows, (1.0 - part - 0.05 / (box.width * inches[0]), lift / (box.height * inches[1])), key,
+                   rf"arrow: $|{symbol}|={key:g}$" + spaced(array.attrs.get("units", "1")))
+
+
+def draw_arrow_key(axes, arrows, place, value, words, coordinates="axes"):
+    """A key of arrows with words on its left, which a notebook keeps when it cuts the margins of a page."""
+    axes.quiverkey(arrows, *place, value, "", labelpos="W", coordinates=coordinates, color="black")
+    axes.annotate(words, place, (-0.6, 0.0), {"axes": "axes fraction"}.get(coordinates, coordinates), "offset fontsize",
+                  horizontalalignment="right", verticalalignment="center")
 
 
 def shown_means(array, is_density=True):
@@ -305,10 +312,15 @@ def number_keys(numbers, what):
 
 def draw_mean(axes, run, series, words=""):
     """Draws the warm-up, shaded, and the mean of a series after it; `words`: of the warm-up in a legend."""
-    warm_up, mean, error = (float(loaded(run.summary[name], run.path))
-                            for name in ("warm_up", series.name, f"{series.name}_error"))
+    mean, error = (float(loaded(run.summary[name], run.path)) for name in (series.name, f"{series.name}_error"))
     times = series["time"].values
+    axes.plot([shade_warm_up(axes, run, times, words), times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
+              label=f"mean {with_error(mean, error)}")
+
+
+def shade_warm_up(axes, run, times, words=""):
+    """Shades the times that means leave out; returns their end."""
+    warm_up = 0.0 if run.summary is None else float(loaded(run.summary["warm_up"], run.path))
     if warm_up > 0.0:
         axes.axvspan(times[0], times[0] + warm_up, color="#d9d9d9", linewidth=0, zorder=0, label=words)
-    axes.plot([times[0] + warm_up, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
-              label=f"mean {with_error(mean, error)}")
+    return times[0] + warm_up

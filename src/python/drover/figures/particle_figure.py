@@ -50,17 +50,17 @@ def draw_map(axes, run, frame):
     rods, beads, periodic = count(run, "rod"), count(run, "bead"), panels.is_periodic(run)
     if rods and (rods <= motion.FEW_RODS or not beads):
         places = motion.paths(run, frame, sides)
-        view = motion.view_of(places, sides) if periodic and not beads else None
+        view = motion.view_in(run, places, sides)
         motion.draw_paths(axes, run, places, frame, sides, periodic and view is None)
         about += ["Lines are paths of rods."] * (len(places) > 1)
-    panels.draw_cell(axes, run, sides, view)
+    shown = panels.draw_cell(axes, run, sides, view)
     panels.draw_beads(axes, run, frame, sides)
     panels.draw_rods(axes, run, frame, sides, periodic and view is None)
     if beads and rods > motion.FEW_RODS:
         drawn = motion.draw_flow(axes, run, frame, sides)
         about += ["Arrows are displacements of beads in {:.3g} s, divided by this time and averaged over about {:.0f} "
                   "of them.".format(*drawn)] if drawn else []
-    panels.draw_scale(axes, panels.whole(sides) if view is None else view)
+    panels.draw_scale(axes, shown)
     if view is not None:
         about.append("The periodic cell is larger than what is shown.")
     else:

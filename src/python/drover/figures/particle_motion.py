@@ -7,8 +7,8 @@ from matplotlib.ticker import MaxNLocator
 
 from . import particle_panels as panels
 from drover.archive import loaded
-from drover.figures.panels import (BLUE, GREEN, GREY, MAX_ARROWS, STEPS, VERMILLION, make_room_above, with_error,
-                                   with_unit)
+from drover.figures.panels import (BLUE, GREEN, GREY, MAX_ARROWS, STEPS, VERMILLION, draw_arrow_key, make_room_above,
+                                   shade_warm_up, with_error, with_unit)
 
 LOOKS = (BLUE, VERMILLION, GREEN)
 FEW_RODS = 3             # of which whole paths are drawn
@@ -30,6 +30,11 @@ def paths(run, frame, sides):
         length = float(numpy.hypot(*(step[1] - step[0]).T).mean())
         first = max(0, last - max(1, int(PATH_PART * min(sides) / max(length, 1e-12))))
     return loaded(places.isel(time=slice(first, last + 1)), run.path).values[..., :2]
+
+
+def view_in(run, places, sides):
+    """That of view_of() for rods alone in a periodic cell; else None."""
+    return view_of(places, sides) if panels.is_periodic(run) and "bead" not in run.frames.sizes else None
 
 
 def view_of(places, sides):
@@ -97,8 +102,8 @@ def draw_flow(axes, run, frame, sides):
                          headwidth=4, headlength=4, headaxislength=3.5, zorder=5)
     value = float(f"{longest:.0e}")
     right, low = 0.5 * sides[0], -0.5 * sides[1] - 0.035 * max(sides)
-    axes.quiverkey(arrows, right - value * block / longest, low, value, coordinates="data", labelpos="W",
-                   label=rf"beads: $|\mathbf{{v}}|={value:g}$ mm s$^{{-1}}$")
+    draw_arrow_key(axes, arrows, (right - value * block / longest, low), value,
+                   rf"beads: $|\mathbf{{v}}|={value:g}$ mm s$^{{-1}}$", "data")
     return time, beads
 
 
@@ -179,9 +184,10 @@ def draw_speed(axes, run, now):
     middle = 0.5 * (times[:-1] + times[1:])
     axes.plot(middle[:count * group].reshape(count, group).mean(1), speed[:count * group].reshape(count, group).mean(1),
               color=BLUE, linewidth=0.9)
+    begin = shade_warm_up(axes, run, times)
     if run.summary is not None and "rod_speed" in run.summary:
         mean, error = (float(loaded(run.summary[f"rod_speed{end}"], run.path)) for end in ("", "_error"))
-        axes.plot(times[[0, -1]], [mean, mean], color=VERMILLION, linestyle="--",
+        axes.plot([begin, times[-1]], [mean, mean], color=VERMILLION, linestyle="--",
                   label=f"mean {with_error(mean, error)}")
     axes.axvline(now, color="#b0b0b0", linewidth=0.7, zorder=0)
     frame_series(axes, times)
@@ -211,6 +217,7 @@ def draw_several(axes, run, names, now, label):
         series = loaded(run.observables[name], run.path)
         axes.plot(series["time"], series.values, color=colour, linewidth=0.9, label=words + mean_words(run, name))
     axes.axvline(now, color="#b0b0b0", linewidth=0.7, zorder=0)
+    shade_warm_up(axes, run, series["time"].values)
     frame_series(axes, series["time"].values)
     axes.set_ylabel(with_unit(label, series))
 

@@ -147,7 +147,8 @@ def wall_line(cell, sides):
 
 
 def draw_cell(axes, run, sides, view=None):
-    """Draws the wall or the edge of the cell, or sets limits for a view (left, right, bottom, top) of part of it."""
+    """Draws the wall or the edge of the cell, or sets limits for a view of part of it; returns the view (left, right,
+    bottom, top)."""
     periodic = is_periodic(run)
     if view is None:
         line = wall_line(run.scene["cell"], sides)
@@ -161,6 +162,7 @@ def draw_cell(axes, run, sides, view=None):
     axes.set_ylim(bottom - margin - 0.05 * max(right - left, top - bottom), top + margin)
     axes.set_aspect("equal", anchor="NW")
     axes.set_axis_off()
+    return view
 
 
 def whole(sides):

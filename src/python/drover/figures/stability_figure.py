@@ -87,7 +87,7 @@ def caption(state):
     if fastest is None:
         words.append("No perturbation grows.")
     else:
-        where = "" if state.is_isotropic else f", {fastest[2]:.3g}\u00a0degrees from the order p0"
+        where = "" if state.is_isotropic else f", {fastest[2]:.3g}\u00a0degrees from the order"
         words.append(f"The fastest one shown grows at {fastest[0]:.4g}\u00a0/s, at |q| = "
                      f"{fastest[1]:.4g}\u00a0/mm{where}"
                      + (" (star); on the black line perturbations neither grow nor decay." if where else "."))

@@ -172,7 +172,7 @@ def draw_growth_map(axes, bar_axes, state):
         axes.plot(*fastest[1:], marker="*", markersize=11, color="black", markeredgecolor="white", clip_on=False,
                   zorder=5)
     axes.set_xlabel(with_unit(r"wavenumber $|\mathbf{q}|$", rates["wavenumber"]))
-    axes.set_ylabel(r"angle of $\mathbf{q}$ to $\mathbf{p}_0$ [degrees]")
+    axes.set_ylabel(r"angle of $\mathbf{q}$ to the order [degrees]")
     bar = axes.figure.colorbar(image, cax=bar_axes, ticks=symmetric_ticks(-most, most, linear),
                                format=FuncFormatter(lambda value, _: power_text(value)))
     bar.ax.yaxis.set_minor_locator(NullLocator())
@@ -251,7 +251,7 @@ def draw_slow(axes, state, name):
         axes.legend(loc="lower left", ncols=len(modes), columnspacing=1.0)
     angle_axis(axes.xaxis, array)
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=STEPS))
-    axes.set_xlabel(r"angle of $\mathbf{q}$ to $\mathbf{p}_0$ [degrees]")
+    axes.set_xlabel(r"angle of $\mathbf{q}$ to the order [degrees]")
     axes.set_ylabel(with_unit("speed $u$" if name == "slow_speed" else r"damping $\gamma$", array))
 
 

@@ -150,6 +150,7 @@ def caption(theory, states, curve):
         words.append(f"Its fastest perturbation that depends on x alone {'grows' if growth > 0.0 else 'decays'} at "
                      f"{abs(growth):.4g}\u00a0{unit_text(state['growth_rate'].attrs['units'])}.")
     if curve is not None:
-        words.append(f"Squares: the {len(states)} states whose fields are drawn, in the same colours, of "
-                     f"{curve.sizes['point']} along the curve; open circles: a perturbation along x grows.")
+        drawn = "Square: the state whose fields are drawn" if len(states) == 1 else (
+            f"Squares: the {len(states)} states whose fields are drawn, in the same colours")
+        words.append(f"{drawn}, of {curve.sizes['point']} along the curve; open circles: a perturbation along x grows.")
     return " ".join(words)

@@ -50,6 +50,8 @@ def draw(table):
             draw_sweep(sweep, second, axes, add_axes(figure, bar_box(RIGHT)))
             axes.set_title(f"(b) {second.replace('_', ' ')}", loc="left")
             words += f" (b) A line for each value of {sweep.keys[0]}."
+        if any(panel.get_title(loc="right") for panel in figure.axes):
+            words += " Of a ramp, the branch that a panel names is shown alone."
         write_title_and_caption(figure, f"{scene_name(table)}: a sweep over {' and '.join(map(drawable, sweep.keys))}",
                                 f"{words} Other observables: drover.sweep(...).plot(name), or xarray.open_dataset.")
     return figure

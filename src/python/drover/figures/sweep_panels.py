@@ -60,6 +60,7 @@ def key_label(key, values=None):
 
 
 def draw_lines(axes, sweep, name):
+    """Means with errors over the key, a line for each branch; open: no error estimate."""
     mean, error = (in_order(sweep, sweep.data[key]) for key in (name, f"{name}_error"))
     branches = list(mean["branch"].values) if "branch" in mean.dims else [None]
     for branch, colour, marker in zip(branches, COLOURS, MARKERS):
@@ -67,7 +68,7 @@ def draw_lines(axes, sweep, name):
         x = y[sweep.keys[0]].values
         axes.errorbar(x, y.values, numpy.nan_to_num(bar.values), color=colour, capsize=2, marker="none", linewidth=1)
         known = numpy.isfinite(bar.values)
-        for part, face in ((known, colour), (~known, "white")):  # open: no error estimate
+        for part, face in ((known, colour), (~known, "white")):
             axes.plot(x[part], y.values[part], marker, color=colour, markerfacecolor=face, markersize=5)
         if branch is not None:
             axes.plot([], [], marker + "-", color=colour, label=branch)
@@ -78,19 +79,20 @@ def draw_lines(axes, sweep, name):
 
 
 def draw_family(axes, bar_axes, sweep, name, own):
-    """A line for each value of the key, coloured by it."""
+    """A line for each value of the key, coloured by it, with errors; open: no error estimate."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
     [key] = sweep.keys
-    mean = in_order(sweep, sweep.data[name])
-    if "branch" in mean.dims:
-        mean = mean.isel(branch=0)
+    mean, error = (first_branch(axes, in_order(sweep, sweep.data[part])) for part in (name, f"{name}_error"))
     values = numpy.asarray(mean[key].values, float)
     spread = values.min() > 0.0 and values.max() > 30.0 * values.min()
     colours = ScalarMappable((LogNorm if spread else Normalize)(values.min(), values.max()), "viridis")
     for value in values:
-        line = mean.sel({key: value})
-        axes.plot(line[own].values, line.values, ".-", color=colours.to_rgba(value), linewidth=1, markersize=4)
+        x, y, bar = mean[own].values, mean.sel({key: value}).values, error.sel({key: value}).values
+        colour, known = colours.to_rgba(value), numpy.isfinite(bar)
+        axes.errorbar(x, y, numpy.nan_to_num(bar), color=colour, marker="none", linewidth=1, elinewidth=0.7)
+        for part, face in ((known, colour), (~known, "white")):
+            axes.plot(x[part], y[part], "o", color=colour, markerfacecolor=face, markersize=2.5)
     for axis, drawn in ((axes.set_xscale, mean[own].values), (axes.set_yscale, mean.values)):
         known = drawn[numpy.isfinite(drawn)]
         if known.size and known.min() > 0.0 and known.max() > 30.0 * known.min():
@@ -104,9 +106,7 @@ def draw_family(axes, bar_axes, sweep, name, own):
 
 
 def draw_plane(axes, bar_axes, sweep, name):
-    mean = sweep.data[name]
-    if "branch" in mean.dims:
-        mean = mean.isel(branch=0)
+    mean = first_branch(axes, sweep.data[name])
     y, x = sweep.keys
     if "point" in mean.dims:
         draw_points(axes, bar_axes, sweep, name, mean)
@@ -118,6 +118,14 @@ def draw_plane(axes, bar_axes, sweep, name):
         if mean.sizes[key] <= MAX_TICKS:
             axis.set_ticks(mean[key].values)
     label_plane(axes, sweep)
+
+
+def first_branch(axes, array):
+    """Of a ramp the first branch, which the title names."""
+    if "branch" not in array.dims:
+        return array
+    axes.set_title(f"branch {array['branch'].values[0]}", loc="right")
+    return array.isel(branch=0)
 
 
 def label_plane(axes, sweep):
