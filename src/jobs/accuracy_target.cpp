@@ -64,7 +64,10 @@ std::vector<std::size_t> selected(const AccuracyTarget& target, const measure::S
     }
     std::vector<std::size_t> result;
     if (target.ranges.empty()) {
-        for (std::size_t i = 0; i < measure::size_of(row.axes); ++i) result.push_back(i);
+        // Some components are undefined by their nature, such as the exponent of the largest box.
+        for (std::size_t i = 0; i < measure::size_of(row.axes); ++i)
+            if (row.estimates.size() <= i || !std::isnan(row.estimates[i].mean)) result.push_back(i);
+        require(!result.empty(), where, "{} is undefined (NaN) in the whole run; expected a number", target.observable);
         return result;
     }
     require(target.ranges.size() == 1, where, "{} ranges; expected one", target.ranges.size());

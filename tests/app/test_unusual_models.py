@@ -1,5 +1,6 @@
 """tests/app/test_unusual_models.py: models whose formulas and orders of fields are not as most are: numbers that touch
 names, fields in balance before the order, flows without drag, instabilities between the angles of a search."""
+import h5py
 import numpy as np
 import pytest
 from rejection import rejected
@@ -106,3 +107,20 @@ def test_the_square_of_a_root_is_what_it_is_where_the_root_exists_and_nothing_el
     with pytest.raises(drover.DroverError, match="NaN"):
         after_a_unit_of_time("-sqrt(u)^2", -1.0)
     assert abs(after_a_unit_of_time("-sqrt(u^2)^2", -0.5) + 1.0) < 1e-3  # -1/(2 - t)
+
+
+def test_perturbations_of_a_state_keep_a_conserved_sum(tmp_path):
+    scene = write(tmp_path, ['{symbol = "a"}', '{symbol = "b"}'], ['a = "0.1 lap a + f"', 'b = "10 lap b - f"'])
+    (tmp_path / scene).write_text((tmp_path / scene).read_text() + '[define]\nf = "(0.067 + a^2/(1 + a^2)) b - a"\n')
+    start = ["initial.kind=formula", 'initial.a="0.3 + 0.8 exp(-((x - 10)/2)^4)"', 'initial.b="1.9"', "grid.nx=128",
+             "grid.ny=1", "grid.lx=20", "grid.ly=1"]
+    found = drover_json(tmp_path, "states", scene, "--wave", "x", "-o", "state.h5",
+                        *(word for one in start for word in ("--set", one)))
+    with h5py.File(tmp_path / "state.h5") as file:
+        a, b = (file[name][-1].ravel() for name in "ab")
+    waves = 2 * np.pi * np.fft.fftfreq(128, 20 / 128)
+    laplacian = np.real(np.fft.ifft(-waves[:, None]**2 * np.fft.fft(np.eye(128), axis=0), axis=0))
+    by_a, by_b = np.diag(2 * a / (1 + a**2)**2 * b - 1), np.diag(0.067 + a**2 / (1 + a**2))
+    rates = np.linalg.eigvals(np.block([[0.1 * laplacian + by_a, by_b], [-by_a, 10 * laplacian - by_b]]))
+    exact = np.sort(rates.real[abs(rates) > 1e-3])[::-1]  # without a translation and the sum
+    assert np.allclose([one["rate"] for one in found["perturbations"]][:4], exact[:4], atol=1e-4)

@@ -1,6 +1,7 @@
 // numerics/solvers/travelling_state.cpp: travelling states, the curves that they form, and their stability.
 #include "numerics/solvers/travelling_state.hpp"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -134,6 +135,25 @@ std::vector<TravellingState> TravellingSolver::follow(const TravellingState& fir
     return points;
 }
 
+namespace {
+/// Without the changes of sums of means that are conserved: those sums, which the rows of `means` determine, have no
+/// rate at all but for `rounding`.
+Eigen::MatrixXd without_sums(Eigen::MatrixXd matrix, const std::vector<Eigen::Index>& means, double rounding) {
+    if (means.empty()) return matrix;
+    const Eigen::JacobiSVD<Eigen::MatrixXd> rows(Eigen::MatrixXd(matrix(means, Eigen::all)), Eigen::ComputeFullU);
+    const Eigen::MatrixXd before = matrix(means, Eigen::all);
+    matrix(means, Eigen::all) = rows.matrixU().transpose() * before;
+    const Eigen::MatrixXd across = matrix(Eigen::all, means);
+    matrix(Eigen::all, means) = across * rows.matrixU();
+    std::vector<Eigen::Index> kept;
+    for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+        const auto mean = std::find(means.begin(), means.end(), i);
+        if (mean == means.end() || rows.singularValues()(mean - means.begin()) > rounding) kept.push_back(i);
+    }
+    return matrix(kept, kept);
+}
+}  // namespace
+
 std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const TravellingState& at, std::size_t count) {
     const std::size_t n = size();
     if (n > max_dense) return {};
@@ -144,14 +164,18 @@ std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const Tra
     for (std::size_t i = 0; i < n; ++i)
         if (std::find(conserved_.begin(), conserved_.end(), i) == conserved_.end()) free.push_back(i);
     Eigen::MatrixXd matrix(static_cast<Eigen::Index>(free.size()), static_cast<Eigen::Index>(free.size()));
+    std::vector<Eigen::Index> means;
     for (std::size_t k = 0; k < free.size(); ++k) {
+        if (free[k] % per_component_ == 0) means.push_back(static_cast<Eigen::Index>(k));
         unit[free[k]] = 1.0;
         derive(a, at.speed, unit, column);
         unit[free[k]] = 0.0;
         for (std::size_t i = 0; i < free.size(); ++i)
-            matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = column[free[i]];
+            matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
+                column[free[i]] * sizes_[free[k]] / sizes_[free[i]];
     }
-    const Eigen::VectorXcd values = dense_eigenvalues(matrix);
+    constexpr double of_differences = 1e-9;
+    const Eigen::VectorXcd values = dense_eigenvalues(without_sums(std::move(matrix), means, of_differences * shift_));
     std::vector<std::complex<double>> rates(values.begin(), values.end());
     const double rounding = 1e-12 * values.cwiseAbs().maxCoeff();
     const auto cleared = [&](double part) { return std::abs(part) <= rounding ? 0.0 : part; };
