@@ -71,18 +71,18 @@ std::vector<double> read_chunk(hid_t dataset, const std::string& name, const Sto
                                const Sizes& corner, std::uint64_t file_bytes, const Hdf5Errors& errors) {
     const std::string doing = text("reading a chunk of {}", name);
     const std::vector<hsize_t> offset(corner.begin(), corner.end());
-    unsigned skipped = 0;
-    haddr_t address = HADDR_UNDEF;
+    // By the same search in the index as that of H5Dread_chunk: H5Dget_chunk_info_by_coord may find another size where
+    // the index is damaged.
     hsize_t stored = 0;
-    errors.check(H5Dget_chunk_info_by_coord(dataset, offset.data(), &skipped, &address, &stored), doing);
+    errors.check(H5Dget_chunk_storage_size(dataset, offset.data(), &stored), doing);
     std::vector<double> numbers(storage.bytes / sizeof(double), fill);
-    if (address == HADDR_UNDEF) return numbers;  // never written
+    if (stored == 0) return numbers;  // never written
     Buffer bytes;
-    std::uint32_t skipped_when_read = 0;
+    std::uint32_t skipped = 0;
     bool is_valid = stored <= file_bytes;
     if (is_valid) {
         bytes.resize(static_cast<std::size_t>(stored));
-        errors.check(H5Dread_chunk(dataset, H5P_DEFAULT, offset.data(), &skipped_when_read, bytes.data()), doing);
+        errors.check(H5Dread_chunk(dataset, H5P_DEFAULT, offset.data(), &skipped, bytes.data()), doing);
         is_valid = undo_filters(bytes, storage, skipped);
     }
     require(is_valid, {errors.file}, "a chunk of {} is damaged (wrong checksum or size); expected an undamaged archive",
