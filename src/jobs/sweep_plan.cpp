@@ -362,12 +362,12 @@ std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout
             if (named == table.names.end() || row.seeds < 2) continue;
             const measure::Replicates& found = row.results[static_cast<std::size_t>(named - table.names.begin())];
             const measure::Estimate& mean = found.mean;
-            const bool holds_start = layout.finds_warm_up && found.without_error > 0;
-            if (is_met(target, mean, row.seeds) && !holds_start) continue;
+            const bool is_small = is_met(target, mean, row.seeds);
+            if (is_small && (!layout.finds_warm_up || found.without_error == 0)) continue;
             std::string at;
             for (std::size_t k = 0; k < layout.keys.size(); ++k)
                 at += text("{}{} = {}", at.empty() ? "at " : ", ", layout.keys[k], row.point.values[k]);
-            if (holds_start) {
+            if (is_small) {
                 unmet.push_back(
                     text("{}{}{} = {:.4g} is of runs of which {} of {} are too short for an error of their own, so "
                          "that their start may be part of it: make the runs longer, or set analysis.warm_up",
