@@ -114,6 +114,12 @@ std::string claim_name(const std::string& key, int generation) { return text("{}
 /// What happened in the folder of claims, as an Error.
 [[noreturn]] void fail(const fs::path& folder, const std::system_error& cause) {
     const int error = cause.code().value();
+    if (error == EPERM && std::string_view(cause.what()).starts_with("remove"))  // a folder where owners alone remove
+        throw Error(
+            Fault::unavailable, {folder.string()},
+            text("a file of another user there cannot be removed ({}); expected a folder without the sticky bit: "
+                 "chmod -t",
+                 std::string(cause.what())));
     if (error == EPERM || error == EOPNOTSUPP || error == ENOSYS || error == EMLINK)
         fail_input({folder.string()},
                    "the file system makes no hard links, by which shares claim their work ({}); choose a folder on "
@@ -308,17 +314,24 @@ std::vector<ClaimHolder> claim_holders(const fs::path& folder, ClaimTimes times)
     std::vector<ClaimHolder> holders;
     std::error_code problem;
     if (!fs::is_directory(folder, problem)) return holders;
-    const Claims here(folder, this_process(1, 1, 0), times);
-    const FileState mine = state_of(folder / (owner_prefix + here.claimant().id));
+    const Claimant me = this_process(1, 1, 0);
+    std::optional<Claims> here;
+    std::chrono::nanoseconds now = std::chrono::system_clock::now().time_since_epoch();
+    try {
+        here.emplace(folder, me, times);
+        now = time_of(state_of(folder / (owner_prefix + me.id)));
+    } catch (const Error& error) {
+        if (error.fault() != Fault::unavailable) throw;  // else the folder may only be read: the time of this machine
+    }
     std::map<std::string, ClaimHolder> by_owner;
     for (const auto& entry : fs::directory_iterator(folder)) {
         const auto seen = look(entry.path());
-        if (!seen || !seen->claimant || seen->owner() == here.claimant().id) continue;
+        if (!seen || !seen->claimant || seen->owner() == me.id) continue;
         ClaimHolder& holder = by_owner[seen->owner()];
         holder.claimant = *seen->claimant;
-        holder.silence = std::chrono::duration<double>(time_of(mine) - seen->time).count();
+        holder.silence = std::chrono::duration<double>(now - seen->time).count();
         const bool is_silent = holder.silence > std::chrono::duration<double>(times.death).count();
-        holder.is_alive = is_running_here(holder.claimant, here.claimant()).value_or(!is_silent);
+        holder.is_alive = is_running_here(holder.claimant, me).value_or(!is_silent);
         if (!entry.path().filename().string().starts_with(owner_prefix)) ++holder.keys;
     }
     for (auto& [owner, holder] : by_owner) holders.push_back(std::move(holder));

@@ -74,7 +74,7 @@ struct ClaimHolder {
     double silence = 0.0;  ///< seconds since its last heartbeat, by the clock of the file server
     bool is_alive = true;
 };
-/// Writes nothing but a file that it removes again, for the time of the file server.
+/// Writes nothing but a file that it removes again, for the time of the file server, if the folder may be written.
 std::vector<ClaimHolder> claim_holders(const std::filesystem::path& folder, ClaimTimes times = {});
 
 /// This process, for Claims.

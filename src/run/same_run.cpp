@@ -87,6 +87,9 @@ void require_archive_of(const io::Scene& scene, const std::filesystem::path& fil
 std::vector<files::TextDifference> scene_differences(const std::filesystem::path& one,
                                                      const std::filesystem::path& other) {
     const auto resolved = [](const std::filesystem::path& file) {
+        std::error_code unknown;
+        require(!std::filesystem::is_empty(file, unknown), {.file = file.string()},
+                "is empty; expected a scene or an archive");
         return io::resolved_text(files::is_hdf5(file) ? scene_in(files::ArchiveReader(file), file)
                                                       : io::read_scene(file));
     };
