@@ -56,7 +56,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
                             threads.count());
     const auto result = jobs::make_boundary_in_shares(scene, job, threads);
     if (result) return print_result(*result, output, scene, threads.count());
-    if (run::stop_signal() == 0) return run::exit_done;
+    if (run::stop_signal() == 0 && !job.share.is_plain()) return run::exit_done;
     log_information("stopped by {}; re-run the same command to resume", run::stop_reason(run::stop_signal()));
     return run::exit_stopped;
 }

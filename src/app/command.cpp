@@ -79,6 +79,10 @@ bool answers(const JobCommand& options, const char* command, const std::filesyst
     if (options.status) {
         print(how.status() + "\n");
     } else if (options.slurm > 0) {
+        require(options.workers == 0, {},
+                "--workers with --slurm, whose jobs have a worker for each core that sbatch gives them; expected the "
+                "command without it, and --cpus-per-task={} where the script is run",
+                options.workers);
         how.check();
         print(jobs::slurm_script({.command = command,
                                   .scene = options.scene,

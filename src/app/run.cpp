@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "app/command.hpp"
+#include "base/log.hpp"
 #include "jobs/tradeoff.hpp"
 
 namespace drover::app {
@@ -32,7 +33,14 @@ void add_run(CLI::App& program, Action& action) {
             if (!options->accuracy.empty()) {
                 const std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(options->accuracy);
                 run::check_needs(scene, how);  // before the trials
-                scene = jobs::with_accuracy(scene, targets, options->quiet);
+                const auto found = jobs::with_accuracy(scene, targets, options->quiet);
+                if (!found) {
+                    log_information(
+                        "stopped by {} during the trials, which are kept; re-run the same command to resume",
+                        run::stop_reason(run::stop_signal()));
+                    return static_cast<int>(run::exit_stopped);
+                }
+                scene = *found;
             }
             return print_outcome(run::run_scene(scene, how), options->json);
         };

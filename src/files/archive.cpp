@@ -142,8 +142,8 @@ void write_chunk(hid_t dataset, const std::vector<hsize_t>& corner, std::span<co
 }
 
 [[noreturn]] void fail_locked(const std::filesystem::path& file) {
-    fail_input({file.string()},
-               "another process is writing this file; wait for it, or choose another file for this run");
+    throw Error(Fault::unavailable, {file.string()},
+                "another process is writing this file; wait for it, or choose another file for this run");
 }
 
 /// The Error for a file that cannot be created or opened.

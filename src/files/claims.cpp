@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <csignal>
 #include <map>
 #include <sstream>
 
@@ -69,9 +70,16 @@ std::optional<Process> process_of(std::int64_t id) {
     return found;
 }
 
-bool is_running(const Claimant& claimant) {
-    const auto found = process_of(claimant.process);
-    return found && !found->has_ended && found->start == claimant.start;
+/// Nothing where /proc hides the process, as it may those of other users: then heartbeats tell.
+std::optional<bool> is_running(const Claimant& claimant) {
+    if (const auto found = process_of(claimant.process)) return !found->has_ended && found->start == claimant.start;
+    const bool is_hidden = ::kill(static_cast<pid_t>(claimant.process), 0) == 0 || errno == EPERM;
+    return is_hidden ? std::nullopt : std::optional(false);
+}
+
+/// Nothing where heartbeats must tell.
+std::optional<bool> is_running_here(const Claimant& other, const Claimant& here) {
+    return here.machine.empty() || other.machine != here.machine ? std::nullopt : is_running(other);
 }
 
 /// A file of a claimant, as it is now: opened anew, since a client of NFS asks the server for its time then.
@@ -106,6 +114,12 @@ std::string claim_name(const std::string& key, int generation) { return text("{}
 /// What happened in the folder of claims, as an Error.
 [[noreturn]] void fail(const fs::path& folder, const std::system_error& cause) {
     const int error = cause.code().value();
+    if (error == EPERM && std::string_view(cause.what()).starts_with("remove"))  // a folder where owners alone remove
+        throw Error(
+            Fault::unavailable, {folder.string()},
+            text("a file of another user there cannot be removed ({}); expected a folder without the sticky bit: "
+                 "chmod -t",
+                 std::string(cause.what())));
     if (error == EPERM || error == EOPNOTSUPP || error == ENOSYS || error == EMLINK)
         fail_input({folder.string()},
                    "the file system makes no hard links, by which shares claim their work ({}); choose a folder on "
@@ -185,22 +199,28 @@ struct Claims::Folder {
         return with_owner([&] { return link_to(owner, owner_file(), path / name); });
     }
 
-    /// Whether the owner of a claim lives.
-    bool is_alive(const Seen& seen) {
-        const bool is_neighbour =
-            seen.claimant && !claimant.machine.empty() && seen.claimant->machine == claimant.machine;
-        if (is_neighbour) return is_running(*seen.claimant);
-        const auto now = Clock::now();
+    /// Whether the owner of a claim lives.  A claim is taken only from one that showed no heartbeat while this process
+    /// watched: the times of some file systems are those of the clocks of their clients.
+    bool is_alive(const Seen& seen) { return is_alive(seen, 2 * times.renewal); }
+    /// The same at first sight, for what does no harm where it is wrong.
+    bool seems_alive(const Seen& seen) { return is_alive(seen, {}); }
+
+private:
+    bool is_alive(const Seen& seen, std::chrono::milliseconds least_watch) {
+        if (seen.claimant)
+            if (const auto known = is_running_here(*seen.claimant, claimant)) return *known;
         const auto [at, is_new] = watched.try_emplace(seen.owner(), Watched{.first = seen.time, .last = seen.time});
         Watched& other = at->second;
+        const auto now = Clock::now();
         if (seen.time != other.last) {
             other.last = seen.time;
             other.changed = now;
         }
         // By the clock of the server, and, in case that is set, by the time that this process has watched.
         const std::chrono::nanoseconds server_time = with_owner([&] { return time_of(state_of(owner)); });
-        const bool is_silent = server_time - seen.time > times.death || now - other.changed > times.death;
-        return !is_silent;
+        const auto silence = now - other.changed;
+        const bool is_overdue = server_time - seen.time > times.death || silence > times.death;
+        return !is_overdue || silence < least_watch;
     }
 };
 
@@ -211,7 +231,7 @@ Claims::Claims(const fs::path& folder, Claimant about, ClaimTimes times) try
     for (const auto& entry : fs::directory_iterator(folder)) {  // what killed processes left
         if (!entry.path().filename().string().starts_with(owner_prefix)) continue;
         const auto seen = look(entry.path());
-        if (seen && seen->links == 1 && !folder_->is_alive(*seen)) remove_if_exists(entry.path());
+        if (seen && seen->links == 1 && !folder_->seems_alive(*seen)) remove_if_exists(entry.path());
     }
 } catch (const std::system_error& cause) {
     fail(folder, cause);
@@ -269,7 +289,7 @@ void Claims::release(const std::string& key) try {
 void Claims::remove_dead() try {
     for (const auto& entry : fs::directory_iterator(folder_->path)) {
         const auto seen = look(entry.path());
-        if (seen && !folder_->is_alive(*seen)) remove_if_exists(entry.path());
+        if (seen && !folder_->seems_alive(*seen)) remove_if_exists(entry.path());
     }
 } catch (const std::system_error& cause) {
     fail(folder_->path, cause);
@@ -294,19 +314,24 @@ std::vector<ClaimHolder> claim_holders(const fs::path& folder, ClaimTimes times)
     std::vector<ClaimHolder> holders;
     std::error_code problem;
     if (!fs::is_directory(folder, problem)) return holders;
-    const Claims here(folder, this_process(1, 1, 0), times);
-    const FileState mine = state_of(folder / (owner_prefix + here.claimant().id));
+    const Claimant me = this_process(1, 1, 0);
+    std::optional<Claims> here;
+    std::chrono::nanoseconds now = std::chrono::system_clock::now().time_since_epoch();
+    try {
+        here.emplace(folder, me, times);
+        now = time_of(state_of(folder / (owner_prefix + me.id)));
+    } catch (const Error& error) {
+        if (error.fault() != Fault::unavailable) throw;  // else the folder may only be read: the time of this machine
+    }
     std::map<std::string, ClaimHolder> by_owner;
     for (const auto& entry : fs::directory_iterator(folder)) {
         const auto seen = look(entry.path());
-        if (!seen || !seen->claimant || seen->owner() == here.claimant().id) continue;
+        if (!seen || !seen->claimant || seen->owner() == me.id) continue;
         ClaimHolder& holder = by_owner[seen->owner()];
         holder.claimant = *seen->claimant;
-        holder.silence = std::chrono::duration<double>(time_of(mine) - seen->time).count();
-        const bool is_neighbour =
-            holder.claimant.machine == here.claimant().machine && !holder.claimant.machine.empty();
-        holder.is_alive = is_neighbour ? is_running(holder.claimant)
-                                       : holder.silence <= std::chrono::duration<double>(times.death).count();
+        holder.silence = std::chrono::duration<double>(now - seen->time).count();
+        const bool is_silent = holder.silence > std::chrono::duration<double>(times.death).count();
+        holder.is_alive = is_running_here(holder.claimant, me).value_or(!is_silent);
         if (!entry.path().filename().string().starts_with(owner_prefix)) ++holder.keys;
     }
     for (auto& [owner, holder] : by_owner) holders.push_back(std::move(holder));

@@ -35,8 +35,9 @@ enum class Held {
 
 /// The claims of one process.  A claim is a hard link `key.generation` to a file of its owner, which link() makes for
 /// one process only, on NFS too.  The time of that file is the heartbeat: it is set by the file server, and compared
-/// with that of this process's own file, so that the clocks of the machines do not matter.  A process on the same
-/// machine is dead when its id, with its start, is gone.  A claim whose owner is dead is claimed as the next
+/// with that of this process's own file, so that the clocks of the machines do not matter.  Where a file system shows
+/// the clocks of its clients all the same, a process that renews its heartbeat lives.  A process on the same machine is
+/// dead when its id, with its start, is gone.  A claim whose owner is dead is claimed as the next
 /// generation, which again one process gets.
 ///
 /// A process that was stopped for longer than ClaimTimes::death, or whose file server was, counts as dead although it
@@ -73,7 +74,7 @@ struct ClaimHolder {
     double silence = 0.0;  ///< seconds since its last heartbeat, by the clock of the file server
     bool is_alive = true;
 };
-/// Writes nothing but a file that it removes again, for the time of the file server.
+/// Writes nothing but a file that it removes again, for the time of the file server, if the folder may be written.
 std::vector<ClaimHolder> claim_holders(const std::filesystem::path& folder, ClaimTimes times = {});
 
 /// This process, for Claims.

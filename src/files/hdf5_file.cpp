@@ -92,7 +92,7 @@ void require_in_place(Overlay& overlay) {
     try {
         const std::string loss = loss_of(overlay);
         if (loss.empty()) return;
-        overlay.failure = std::make_exception_ptr(Error(Fault::run, {overlay.path.string()}, loss));
+        overlay.failure = std::make_exception_ptr(Error(Fault::environment, {overlay.path.string()}, loss));
     } catch (const std::system_error& cause) {
         throw disk_failure(overlay.path, cause);
     }

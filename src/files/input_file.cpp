@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "files/bytes.hpp"
 #include "files/system_calls.hpp"
 
 namespace drover::files {
@@ -68,6 +69,18 @@ std::string read_start(const std::filesystem::path& file, std::size_t count) {
     if (from.is_open()) return read_block(from, 0, file, count);
     throw_unless_unavailable(std::system_error(errno, std::generic_category(), "open"));
     return "";
+}
+
+std::uint64_t file_checksum(const std::filesystem::path& file, const std::string& expected) {
+    constexpr std::size_t max_bytes = 1 << 24;
+    const Descriptor from = open_input(file, expected);
+    std::vector<std::uint64_t> parts;
+    for (std::uint64_t offset = 0;;) {
+        const std::string block = read_block(from, offset, file, max_bytes);
+        if (block.empty()) return checksum(std::as_bytes(std::span(parts)));
+        parts.push_back(checksum(std::as_bytes(std::span(block))));
+        offset += block.size();
+    }
 }
 
 struct LineReader::File {

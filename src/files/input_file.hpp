@@ -19,6 +19,9 @@ std::string read_text(const std::filesystem::path& file, std::uint64_t max_bytes
 /// Throws an environment Error when a read fails.
 std::string read_start(const std::filesystem::path& file, std::size_t count);
 
+/// Of all its bytes.
+std::uint64_t file_checksum(const std::filesystem::path& file, const std::string& expected);
+
 /// A file of any length, line by line.
 class LineReader {
 public:

@@ -36,7 +36,7 @@ struct NewFile::File {
     std::filesystem::path file, partial;
     Descriptor to;
     std::uint64_t offset = 0;
-    bool is_finished = false;
+    bool is_finished = false, is_new = true;
 
     ~File() {
         std::error_code ignored;
@@ -48,7 +48,7 @@ struct NewFile::File {
         try {
             work();
         } catch (const std::system_error& cause) {
-            throw write_failure(file, cause, bytes, "nothing of it is left");
+            throw write_failure(file, cause, bytes, is_new ? "nothing of it is left" : "the file stays as it was");
         }
     }
 };
@@ -57,6 +57,7 @@ NewFile::NewFile(const std::filesystem::path& name) : file_(std::make_unique<Fil
     const std::filesystem::path file = plain_file(name);
     file_->file = file;
     file_->partial = partial_name(file);
+    file_->is_new = !std::filesystem::exists(file);
     try {
         file_->to = create_file(file_->partial);
     } catch (const std::system_error& cause) {
@@ -86,18 +87,9 @@ void NewFile::finish() {
 }
 
 void replace_file(const std::filesystem::path& name, const std::string& content) {
-    const std::filesystem::path file = plain_file(name), beside = partial_name(file);
-    try {
-        const Descriptor to = create_file(beside);
-        write_at(to, 0, std::as_bytes(std::span(content)));
-        sync(to);
-        rename_over(beside, file);
-        sync_folder_of(file);
-    } catch (const std::system_error& cause) {
-        std::error_code ignored;
-        std::filesystem::remove(beside, ignored);
-        throw write_failure(file, cause, content.size(), "the file stays as it was");
-    }
+    NewFile file(name);
+    file.write(content);
+    file.finish();
 }
 
 void replace_archive(const std::filesystem::path& complete, const std::filesystem::path& name) {

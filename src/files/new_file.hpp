@@ -18,7 +18,8 @@ public:
     NewFile(NewFile&&) noexcept;
     ~NewFile();
 
-    /// Both throw a run Error, with the bytes needed and free, when the disk is full.
+    /// Both throw an Error, with the bytes needed and free, when the disk is full; finish() also where another process
+    /// wrote the same file meanwhile.
     void write(const std::string& part);
     void finish();
 
@@ -27,8 +28,7 @@ private:
     std::unique_ptr<File> file_;
 };
 
-/// Writes a file beside the old one and renames it over that.  Throws a run Error, leaving the old one, when the disk
-/// is full.
+/// Writes a file beside the old one and renames it over that.  Throws as NewFile, and leaves the old one then.
 void replace_file(const std::filesystem::path& file, const std::string& content);
 
 /// Renames a complete archive over `file`, durably.  Throws a run Error, leaving the old file, when that fails.

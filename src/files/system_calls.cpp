@@ -69,8 +69,9 @@ Descriptor create_file(const std::filesystem::path& file) {
     if (!created.is_open() && errno == EEXIST) {
         const Descriptor left_over = try_open(file, O_RDWR | O_NOFOLLOW);
         // The lock also excludes a process that has created the file, but not locked it yet.
-        require(!left_over.is_open() || (lock_for_writing(left_over) && is_at(left_over, file)), {file.string()},
-                "another process is writing this file; wait for it, or choose another file");
+        if (left_over.is_open() && !(lock_for_writing(left_over) && is_at(left_over, file)))
+            throw Error(Fault::unavailable, {file.string()},
+                        "another process is writing this file; wait for it, or choose another file");
         remove_if_exists(file);
         created = try_open(file, exclusively);
     }

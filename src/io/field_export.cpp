@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cctype>
 
 #include "drover/base/error.hpp"
 #include "files/new_file.hpp"
@@ -69,9 +70,17 @@ void add_number(double value, std::string& out) {
 /// The distance of points; of a single one the side of its cell is unknown, and 1 serves.
 double spacing(const std::vector<double>& points) { return points.size() > 1 ? points[1] - points[0] : 1.0; }
 
+/// For a title, which is one line.
+std::string title_of(const Source& source) {
+    std::string name = fs::path(source.name).filename().string().substr(0, 200);
+    std::ranges::replace_if(
+        name, [](unsigned char letter) { return std::iscntrl(letter) != 0; }, '_');
+    return name;
+}
+
 std::string vtk_text(const Source& source, std::size_t frame) {
-    std::string out = text("# vtk DataFile Version 3.0\n{}, frame {}\nBINARY\nDATASET STRUCTURED_POINTS\n",
-                           fs::path(source.name).filename().string().substr(0, 200), frame);
+    std::string out =
+        text("# vtk DataFile Version 3.0\n{}, frame {}\nBINARY\nDATASET STRUCTURED_POINTS\n", title_of(source), frame);
     out += "FIELD FieldData 1\nTIME 1 1 double\n";
     add_number(source.times[frame], out);
     out += text("\nDIMENSIONS {} {} 1\nORIGIN {} {} 0\nSPACING {} {} 1\nPOINT_DATA {}\n", source.x.size(),

@@ -370,6 +370,15 @@ void conclude_want(const io::Scene& scene, const CalibrationLayout& layout, cons
         if (!value.reached) ++outcome.unmet_wants;
     for (calibrate::TrialSet& one : trial_sets) one.take_all();
 }
+
+void count_ended(const std::vector<calibrate::TrialSet>& trial_sets, CalibrationOutcome& outcome) {
+    outcome.unfinished = outcome.failed = outcome.unmet_targets = 0;
+    for (const calibrate::TrialSet& one : trial_sets) {
+        if (!one.ended()) ++outcome.unfinished;
+        else if (!has_result(one)) ++outcome.failed;
+        else if (!one.measurement()->reached) ++outcome.unmet_targets;
+    }
+}
 }  // namespace
 
 CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options) {
@@ -379,19 +388,21 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
     const StoredTrials stored(scene, layout, options.folder);
     CalibrationOutcome outcome{.units = layout.units.size()};
     if (!options.collect) run_trials(scene, stored, options, outcome);
-    std::vector<calibrate::TrialSet> trial_sets = stored.read();
-    if (options.collect) outcome.already = count_of(trial_sets);
-    if (options.targets.empty())
-        for (const calibrate::TrialSet& one : trial_sets) {
-            if (!one.ended()) ++outcome.unfinished;
-            else if (!has_result(one)) ++outcome.failed;
-            else if (!one.measurement()->reached) ++outcome.unmet_targets;
-        }
+    const auto read = [&] {
+        std::vector<calibrate::TrialSet> trial_sets = stored.read();
+        if (options.collect) outcome.already = count_of(trial_sets);
+        if (options.targets.empty()) count_ended(trial_sets, outcome);
+        return trial_sets;
+    };
+    read();
     const bool is_last = outcome.unfinished == 0 && !outcome.stopped;
     if (!options.share.is_plain() && !is_last) return outcome;
-    if (!options.targets.empty()) conclude_want(scene, layout, options, trial_sets, outcome);
-    outcome.table = table_of(layout, trial_sets);
-    alone(options.folder, is_last, [&] { write_table(scene, options.folder, outcome); });
+    alone(options.folder, is_last, [&] {
+        std::vector<calibrate::TrialSet> trial_sets = read();  // anew: not those before the table of another process
+        if (!options.targets.empty()) conclude_want(scene, layout, options, trial_sets, outcome);
+        outcome.table = table_of(layout, trial_sets);
+        write_table(scene, options.folder, outcome);
+    });
     return outcome;
 }
 

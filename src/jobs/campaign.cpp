@@ -15,6 +15,7 @@
 #include "jobs/stop_rules.hpp"
 #include "jobs/worker_pool.hpp"
 #include "run/provenance.hpp"
+#include "run/same_run.hpp"
 #include "run/signals.hpp"
 
 namespace drover::jobs {
@@ -182,6 +183,8 @@ private:
                 auto result = plan_.run(key);
                 if (!result) return run::exit_stopped;
                 record.result = std::move(*result);
+            } catch (const run::MixedFiles&) {
+                throw;
             } catch (const Error& error) {
                 if (!is_of_scene(error.fault()) && error.fault() != Fault::unavailable) throw;
                 record.state = is_of_scene(error.fault()) ? UnitState::failed : UnitState::lost;

@@ -20,7 +20,8 @@ struct UnitPlan {
     /// wanted first, until `offer` returns false.  Called again and again: what is wanted may depend on what has ended.
     std::function<void(const Offer& offer)> wanted;
     /// Computes a unit, in a worker process, which computes several one after another.  Nothing: a signal stopped it.
-    /// An Error of the scene, or of a machine too small for it, is the end of this unit; another one ends the campaign.
+    /// An Error of the scene, or of a machine too small for it, is the end of this unit; another one, or MixedFiles,
+    /// ends the campaign.
     std::function<std::optional<UnitResult>(const std::string& key)> run;
     /// A unit has ended, here or elsewhere.  A key may come twice: a failure, and a success later.
     std::function<void(const UnitRecord& record)> take;

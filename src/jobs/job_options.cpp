@@ -11,7 +11,7 @@ namespace drover::jobs {
 Share read_share(const std::string& written) {
     Share share;
     int used = 0;
-    const bool is_whole = std::sscanf(written.c_str(), "%d/%d%n", &share.number, &share.count, &used) == 2 &&
+    const bool is_whole = std::sscanf(written.c_str(), "%9d/%9d%n", &share.number, &share.count, &used) == 2 &&
                           used == static_cast<int>(written.size());
     require(is_whole && share.number >= 1 && share.number <= share.count, {},
             "--share {}; expected I/N with I from 1 to N, such as 2/8", written);

@@ -3,6 +3,7 @@
 
 #include "drover/base/text.hpp"
 #include "jobs/stop_rules.hpp"
+#include "run/signals.hpp"
 
 namespace drover::jobs {
 
@@ -12,6 +13,7 @@ std::string slurm_script(const SlurmPlan& plan) {
                                shell_word(std::filesystem::absolute(plan.folder).string()));
     for (const std::string& setting : plan.overrides) command += " --set " + shell_word(setting);
     for (const std::string& word : plan.options) command += " " + shell_word(word);
+    if (run::max_time() > 0.0) command += text(" --max-time {:.10g}", run::max_time());
     for (const std::string& rule : stop_rules()) command += " --stop-when " + shell_word(rule);
     return text(R"(#!/bin/sh
 # Runs drover {2} as {0} array tasks of Slurm, and a last job, which runs what they left and writes the result.

@@ -17,6 +17,7 @@
 #include "run/run_scene.hpp"
 #include "run/same_run.hpp"
 #include "run/scene_equations.hpp"
+#include "run/scene_support.hpp"
 #include "run/simulation_type.hpp"
 
 namespace drover::jobs {
@@ -42,6 +43,26 @@ std::string common_text(io::Scene scene) {
     return without_workers(std::move(scene));
 }
 
+/// Ends the text that claims a folder: the checksum of the archive from which runs start, if there is one.  Scenes hold
+/// only its name.
+constexpr const char* start_heading = "\n# Checksum of the archive from which runs start: ";
+
+std::string start_text(const io::Scene& scene) {
+    const std::string& named = io::has_grid(scene.kind) ? scene.initial.file : scene.particles.packing.file;
+    const fs::path file = run::file_beside(scene, named);
+    if (named.empty() || !fs::exists(file)) return "";
+    return text("{}{:016x}\n", start_heading, files::file_checksum(file, "an archive"));
+}
+
+/// That of `scene` must be the one of the folder; earlier versions wrote none, and a table needs none.
+void check_start(const std::string& there, const std::string& here, const io::Scene& scene, const fs::path& folder) {
+    const std::size_t begin = there.rfind(start_heading);
+    require(begin == std::string::npos || here.empty() || there.substr(begin) == here, {.file = folder.string()},
+            "{}.file is not the archive from which the runs there started: its checksum differs; expected the same "
+            "content: put it back, or choose another folder with --output",
+            run::simulation_type_of(scene).start);
+}
+
 /// The text that claims a folder, that of its first sweep, and the points that this one numbered.
 struct Manifest {
     std::string content;
@@ -49,12 +70,14 @@ struct Manifest {
 };
 
 Manifest manifest_of(const io::Scene& scene, const fs::path& folder) {
-    const Manifest fresh{without_workers(scene), numbered_points(scene)};
+    const std::string start = start_text(scene);
+    const Manifest fresh{without_workers(scene) + start, numbered_points(scene)};
     const fs::path file = folder / sweep_manifest;
     if (!fs::exists(file)) return fresh;
+    constexpr std::uint64_t max_bytes = 1 << 24;
+    const std::string there = files::read_text(file, max_bytes, "the scene of a sweep");
+    check_start(there, start, scene, folder);
     try {
-        constexpr std::uint64_t max_bytes = 1 << 24;
-        const std::string there = files::read_text(file, max_bytes, "the scene of a sweep");
         const io::Scene first = io::archived_scene(there, file.string());
         if (common_text(first) == common_text(scene)) return {there, numbered_points(first)};
         if (is_ramp(scene) || fresh.content.starts_with(there)) return fresh;  // the latter: its writer was killed
@@ -121,15 +144,50 @@ io::Scene scene_of(const Sweep& sweep, const SweepRun& run) {
     return result;
 }
 
-/// Throws an input Error for an archive in the folder that is of another run than its name says.  Returns a warning for
-/// each other version of drover that made some of them: on purpose, a sweep may be resumed by another.
-std::vector<std::string> check_archives(const Sweep& sweep) {
-    std::map<std::string, std::vector<std::string>> runs_of;  // by version
+/// What is wrong with the archive of a run, which can be repeated then; else "", after `use` of it.  Throws MixedFiles
+/// for another file, or the archive of another run than its name says.
+std::string damage_of(
+    const Sweep& sweep, const SweepRun& run, const std::function<void()>& use = [] {}) {
+    const fs::path path = archive_of(sweep.folder, run);
+    if (!fs::exists(path)) return path.string() + ": is missing";
+    const bool is_file = fs::is_regular_file(path);
+    if (is_file && fs::file_size(path) == 0) return path.string() + ": is empty";
+    if (!is_file || !files::is_hdf5(path))
+        throw run::MixedFiles(path, text("is not the archive of {}; expected that: move this elsewhere", run.name));
+    try {
+        run::require_archive_of(scene_of(sweep, run), path, run::End::same);
+        use();
+    } catch (const run::MixedFiles&) {
+        throw;
+    } catch (const Error& error) {
+        if (error.fault() != Fault::input) throw;
+        return error.what();
+    }
+    return "";
+}
+
+/// Runs by the version of drover that made them.
+using MadeBy = std::map<std::string, std::vector<std::string>>;
+
+/// Throws as damage_of().
+MadeBy check_archives(const Sweep& sweep) {
+    MadeBy runs_of;
     for (const SweepRun& run : sweep.layout.runs)
-        if (const fs::path path = archive_of(sweep.folder, run); fs::exists(path)) {
-            run::require_archive_of(scene_of(sweep, run), path);
+        if (const fs::path path = archive_of(sweep.folder, run); fs::exists(path) && damage_of(sweep, run).empty())
             runs_of[run::program_of(files::ArchiveReader(path))].push_back(run.name);
-        }
+    return runs_of;
+}
+
+MadeBy recorded_versions(const Sweep& sweep, const std::vector<UnitRecord>& records) {
+    MadeBy runs_of;
+    for (const UnitRecord& record : records)
+        if (record.state == UnitState::done && sweep.runs.contains(record.key))
+            runs_of[record.program].push_back(record.key);
+    return runs_of;
+}
+
+/// One for each other version that made some of the runs: on purpose, a sweep may be resumed by another.
+std::vector<std::string> version_warnings(MadeBy runs_of) {
     runs_of.erase(run::this_program());
     std::vector<std::string> warnings;
     for (const auto& [version, runs] : runs_of)
@@ -163,6 +221,15 @@ RunResults results_of(run::Report report) {
     return {.rows = std::move(report.summary.rows), .warnings = std::move(report.warnings)};
 }
 
+/// Throws MixedFiles unless the archive is there from which a run of a ramp starts.
+void require_start(const Sweep& sweep, const SweepRun& before) {
+    const std::string damage = damage_of(sweep, before);
+    if (!damage.empty())
+        throw run::MixedFiles(sweep.folder, text("the next run of the ramp cannot start from {}: {}; expected its "
+                                                 "archive: put it back, or repeat the sweep in another folder",
+                                                 before.name, damage));
+}
+
 std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {
     const io::Scene scene = scene_of(sweep, run);
     if (!sweep.has_archives()) {
@@ -172,12 +239,20 @@ std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {
     }
     const fs::path path = archive_of(sweep.folder, run);
     wait_for_writer(path);
-    if (fs::exists(path)) run::require_archive_of(scene, path);
-    if (is_finished(path))
-        return encode(results_of(run::make_report(files::ArchiveReader(path), run::Theory::omitted)));
+    if (run.before) require_start(sweep, sweep.layout.runs[*run.before]);
     const run::RunOptions options{.overwrite = true, .quiet = true};
-    run::RunOutcome outcome = fs::exists(path) && files::has_checkpoint(path) ? run::restart_run(path, {}, options)
-                                                                              : run::run_scene(scene, options);
+    run::RunOutcome outcome;
+    const auto go_on = [&] {
+        if (is_finished(path)) outcome.report = run::make_report(files::ArchiveReader(path), run::Theory::omitted);
+        else if (files::has_checkpoint(path))
+            outcome = run::restart_run(path, std::vector{text("time.end={:.17g}", scene.time.end)}, options);
+    };
+    if (fs::exists(path))
+        if (const std::string damage = damage_of(sweep, run, go_on); !damage.empty()) {
+            log_warning("{}; {} is run again from its start", damage, run.name);
+            if (fs::file_size(path) == 0) fs::remove(path);  // no run replaces what is no HDF5 file
+        }
+    if (!outcome.report && outcome.loop.signal == 0) outcome = run::run_scene(scene, options);
     if (outcome.loop.signal != 0) return std::nullopt;
     return encode(results_of(std::move(*outcome.report)));
 }
@@ -285,21 +360,29 @@ private:
 };
 
 /// From the records of all processes.
-void conclude(Sweep& sweep, const JobOptions& options, const std::vector<std::string>& remarks, SweepOutcome& outcome) {
-    const Ended ended = ended_runs(sweep, campaign_records(sweep.folder, sweep.identity));
+std::map<std::string, RunResults> count_ended(Sweep& sweep, SweepOutcome& outcome) {
+    Ended ended = ended_runs(sweep, campaign_records(sweep.folder, sweep.identity));
     outcome.runs = sweep.layout.runs.size();
+    outcome.failures.clear();
     for (const auto& [name, reason] : ended.failures) outcome.failures.push_back(name + ": " + reason);
     outcome.failed = outcome.failures.size();
     outcome.missing = outcome.runs - ended.results.size() - outcome.failed;
+    return std::move(ended.results);
+}
+
+void conclude(Sweep& sweep, const JobOptions& options, const std::vector<std::string>& remarks, SweepOutcome& outcome) {
+    count_ended(sweep, outcome);
     const bool is_last = outcome.missing == 0 && !outcome.stopped;
     if (!options.share.is_plain() && !is_last) return;
-    outcome.table = sweep_table(sweep.layout, ended.results);
-    const std::vector<std::string> unmet = unmet_targets(sweep.scene, sweep.layout, *outcome.table);
-    outcome.table->warnings.insert(outcome.table->warnings.begin(), unmet.begin(), unmet.end());
     alone(sweep.folder, is_last, [&] {
+        const auto results = count_ended(sweep, outcome);  // anew: not those before the table of another process
+        outcome.table = sweep_table(sweep.layout, results);
+        const std::vector<std::string> unmet = unmet_targets(sweep.scene, sweep.layout, *outcome.table);
+        outcome.table->warnings.insert(outcome.table->warnings.begin(), unmet.begin(), unmet.end());
         files::replace_file(sweep.folder / "table.csv", table_csv(*outcome.table));
-        write_sweep_dataset(sweep.folder / "table.nc", sweep.scene, sweep.layout, ended.results, *outcome.table);
-        if (is_last && !sweep.keeps_archives()) remove_archives(sweep);
+        write_sweep_dataset(sweep.folder / "table.nc", sweep.scene, sweep.layout, results, *outcome.table);
+        // The command that tries failed points of a ramp again needs their starts.
+        if (is_last && outcome.failed == 0 && !sweep.keeps_archives()) remove_archives(sweep);
     });
     outcome.table->warnings.insert(outcome.table->warnings.begin(), remarks.begin(), remarks.end());
 }
@@ -326,10 +409,12 @@ SweepOutcome run_sweep(const io::Scene& scene, const JobOptions& options) {
     files::join_folder(folder, sweep_manifest, "", sweep.manifest.content);
     if (sweep.has_archives() && !options.collect) files::require_locks(folder / sweep_manifest);
     SweepOutcome outcome{.table = {}};
-    outcome.already_done = ended_runs(sweep, campaign_records(folder, sweep.identity)).results.size();
+    const std::vector<UnitRecord> records = campaign_records(folder, sweep.identity);
+    outcome.already_done = ended_runs(sweep, records).results.size();
     outcome.runs = sweep.layout.runs.size();
     std::vector<std::string> remarks;
-    if (options.share.is_plain() && sweep.keeps_archives()) remarks = check_archives(sweep);
+    if (options.share.is_plain())
+        remarks = version_warnings(sweep.keeps_archives() ? check_archives(sweep) : recorded_versions(sweep, records));
     if (options.share.is_plain()) std::ranges::move(check_kept_modes(sweep), std::back_inserter(remarks));
     if (outcome.already_done < outcome.runs && !options.collect)  // else with the table, at once
         for (const std::string& warning : remarks) log_warning("{}", warning);

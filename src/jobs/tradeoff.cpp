@@ -344,10 +344,13 @@ Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) 
     else check_targets(scene, options.targets);
     files::join_folder(options.folder, "scene.toml", "", io::resolved_text(scene));
     if (!options.collect) files::require_locks(options.folder / "scene.toml");
-    const Findings found = find_tradeoff(scene, options);
-    if (found.stopped) return {.result = {}, .seconds = found.seconds, .stopped = true};
-    const Tradeoff outcome = outcome_of(found, scene, options);
+    std::optional<Findings> found;
+    if (!options.collect) found = find_tradeoff(scene, options);
+    if (found && found->stopped) return {.result = {}, .seconds = found->seconds, .stopped = true};
+    Tradeoff outcome;
     alone(options.folder, true, [&] {
+        if (!found) found = find_tradeoff(scene, options);  // now: not before the result of another process
+        outcome = outcome_of(*found, scene, options);
         files::replace_file(options.folder / "tradeoff.json", run::result_json(outcome.result).dump(1) + "\n");
         const fs::path recommended = options.folder / "recommended.toml";
         if (outcome.recommended) files::replace_file(recommended, outcome.recommended_text);
@@ -361,7 +364,7 @@ std::string tradeoff_status(const io::Scene& scene, const fs::path& folder) {
     return trials_status(folder, io::resolved_text(scene));
 }
 
-io::Scene with_accuracy(const io::Scene& scene, const std::vector<AccuracyTarget>& targets, bool quiet) {
+std::optional<io::Scene> with_accuracy(const io::Scene& scene, const std::vector<AccuracyTarget>& targets, bool quiet) {
     const std::optional<run::ExpectedTime> expected = run::expected_time(run::with_chosen_step(scene, true));
     constexpr double part = 0.1, min_seconds = 5.0;  // of the run; seconds
     const double seconds = expected ? expected->total : 0.0;
@@ -374,8 +377,7 @@ io::Scene with_accuracy(const io::Scene& scene, const std::vector<AccuracyTarget
     const Tradeoff found =
         study_tradeoff(given,
                        {{.folder = folder, .quiet = quiet}, targets, std::max(min_seconds, part * seconds), INFINITY});
-    if (found.stopped)
-        fail_environment("stopped by a signal during the trials, which are kept: run the same command to resume");
+    if (found.stopped) return std::nullopt;
     if (!found.recommended) fail_run("{}", found.why_none);
     if (!quiet)
         for (const std::string& words : found.reasons) log_information("{}", words);

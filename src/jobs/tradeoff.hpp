@@ -32,8 +32,8 @@ Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options);
 std::string tradeoff_status(const io::Scene& scene, const std::filesystem::path& folder);
 
 /// The scene of the run that is as accurate as required, found by trials that take a tenth of the time of the given
-/// scene, in a folder beside its archive (.tradeoff for .h5), with the output file of the given one.  Throws a run
-/// Error when there is none.
-io::Scene with_accuracy(const io::Scene& scene, const std::vector<AccuracyTarget>& targets, bool quiet);
+/// scene, in a folder beside its archive (.tradeoff for .h5), with the output file of the given one.  Nothing when a
+/// signal stopped the trials: call it again to resume.  Throws a run Error when there is none.
+std::optional<io::Scene> with_accuracy(const io::Scene& scene, const std::vector<AccuracyTarget>& targets, bool quiet);
 
 }  // namespace drover::jobs

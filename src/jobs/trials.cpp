@@ -192,7 +192,7 @@ const TrialResult* Trials::find(const TrialRun& trial) const {
 }
 
 void Trials::require_archive(const TrialRun& trial, const TrialResult& result) const {
-    run::require_archive_of(trial.scene, result.archive);
+    run::require_archive_of(trial.scene, result.archive, run::End::any);
     const std::string found = files::run_id_of(files::ArchiveReader(result.archive));
     require(found == result.run_id, {.file = result.archive.string()},
             "the archive is of another run of this trial: run_id = {} there, {} in {}; expected the one that was "
@@ -214,7 +214,7 @@ bool Trials::run(const std::vector<TrialRun>& trials) {
         if (fs::exists(archive)) {
             const auto shorter = results_.find(wanted.name);
             if (shorter != results_.end()) require_archive(wanted.trial, shorter->second);
-            else run::require_archive_of(wanted.trial.scene, archive);
+            else run::require_archive_of(wanted.trial.scene, archive, run::End::any);
         }
         wanted_.push_back(std::move(wanted));
     }

@@ -55,10 +55,10 @@ void write_message(int to, const std::string& message, bool is_failure) {
 
 /// The status of a worker whose Error of this kind ends all jobs.
 constexpr int status_of_fault(Fault fault) { return 64 + static_cast<int>(fault); }
-constexpr std::array ending{Fault::environment, Fault::defect};
+constexpr std::array faults{Fault::input, Fault::unavailable, Fault::run, Fault::environment, Fault::defect};
 
 std::optional<Fault> fault_that_ends(int status) {
-    for (const Fault fault : ending)
+    for (const Fault fault : faults)
         if (status == status_of_fault(fault)) return fault;
     return std::nullopt;
 }
@@ -70,7 +70,6 @@ int status_of_work(const Jobs& jobs, std::size_t job, int pipe) {
             return jobs.work(job, [&](const std::string& message) { write_message(pipe, message, false); });
         } catch (const std::exception& exception) {
             const Error error = error_of(exception);
-            if (std::find(ending.begin(), ending.end(), error.fault()) == ending.end()) throw;
             write_message(pipe, error.what(), true);
             return status_of_fault(error.fault());
         }
@@ -184,7 +183,6 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             close(worker.pipe);
             const int status = wait_for(worker.process);
             ++(status == 0 ? outcome.done : outcome.failed);
-            outcome.stopped |= status == run::exit_stopped;  // by a signal to it alone, such as SIGXCPU
             if (const auto fault = fault_that_ends(status); fault && run::stop_signal() == 0) {
                 if (!failure) failure.emplace(*fault, SourceLocation{}, worker.failure);
             } else if (!failure || status == run::exit_done || status == run::exit_stopped) {
@@ -197,7 +195,7 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
         throw;
     }
     if (failure) throw *failure;
-    outcome.stopped |= run::stop_signal() != 0;
+    outcome.stopped = run::stop_signal() != 0;  // a worker that a signal alone stopped has left its job to the others
     return outcome;
 }
 

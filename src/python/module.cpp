@@ -361,9 +361,9 @@ std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& wan
 
 /// The recommended scene, as TOML.
 std::string with_accuracy(const io::Scene& scene, const std::vector<std::string>& want, bool quiet) {
-    return nlohmann::json{
-        {"scene", io::resolved_text(jobs::with_accuracy(scene, jobs::parse_accuracy_targets(want), quiet))}}
-        .dump();
+    const auto found = jobs::with_accuracy(scene, jobs::parse_accuracy_targets(want), quiet);
+    if (!found) fail_run("stopped by a signal; every trial is kept: the same call resumes");
+    return nlohmann::json{{"scene", io::resolved_text(*found)}}.dump();
 }
 
 std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,

@@ -194,8 +194,33 @@ RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
     });
 }
 
+namespace {
+/// The scene of an archive that was created and holds at most the first rows: its run was killed before it had a
+/// checkpoint.
+std::optional<io::Scene> scene_not_begun(const std::filesystem::path& path, std::span<const std::string> overrides,
+                                         const RunOptions& options) {
+    if (!files::is_hdf5(path) || files::has_checkpoint(path)) return std::nullopt;
+    const files::ArchiveReader archive(path);
+    if (files::run_id_of(archive).empty()) return std::nullopt;
+    for (const files::StoredArray& array : archive.contents().arrays)
+        if (array.path.ends_with("/time") && array.shape.at(0) > 1) return std::nullopt;
+    const std::string name = path.string() + " (its scene)", stored = archive.text_attribute("scene");
+    reject_other_changes(overrides, io::parse_scene(stored, name, {}, options.functions));
+    io::Scene scene = io::parse_scene(stored, name, overrides, options.functions);
+    scene.file = (folder_of(path) / archive.text_attribute("scene_file")).string();
+    scene.output.file = path.string();
+    return scene;
+}
+}  // namespace
+
 RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,
                        const RunOptions& options) {
+    if (const auto scene = scene_not_begun(path, overrides, options)) {
+        if (!options.quiet) log_information("{} has no checkpoint yet: the run starts anew", path.string());
+        RunOptions anew = options;
+        anew.overwrite = true;
+        return run_scene(*scene, anew);
+    }
     const files::Checkpoint checkpoint = files::read_newest_checkpoint(path);
     const std::string name = path.string() + " (its scene)";
     reject_other_changes(overrides, io::parse_scene(checkpoint.scene, name, {}, options.functions));
@@ -216,11 +241,11 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
             if (name_of == "title" || name_of == "scene_file") value = reader.text_attribute(name_of);
     };
     files::Archive archive = files::Archive::resume(path, recordings_of(*made), attributes, rows, check_and_keep_names);
-    require(
-        archive.row_checksums() == checkpoint.row_checksums, {.file = path.string()},
-        "the frames and samples up to t = {} s are not those that the run had when it wrote its checkpoint; expected "
-        "the archive as the run left it: put it back, or run the scene again",
-        checkpoint.time);
+    if (archive.row_checksums() != checkpoint.row_checksums)
+        throw MixedFiles(path, text("the frames and samples up to t = {} s are not those that the run had when it "
+                                    "wrote its checkpoint; expected the archive as the run left it: put it back, or "
+                                    "run the scene again",
+                                    checkpoint.time));
     return run_and_finish(scene, *made, checkpoint.step, archive, checkpoint.run_id, signals, options);
 }
 

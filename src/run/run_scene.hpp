@@ -46,8 +46,9 @@ void check_needs(const io::Scene& scene, const RunOptions& options);
 /// Runs a scene from t = 0.  Leaves no files when it cannot start.
 RunOutcome run_scene(const io::Scene& scene, const RunOptions& options);
 
-/// Resumes from the latest valid checkpoint of an archive.  Overrides may change time.end, output.checkpoint_minutes
-/// and run.threads only: other keys would make it a different run.
+/// Resumes from the latest valid checkpoint of an archive; a run that was killed before it wrote one starts anew.
+/// Overrides may change time.end, output.checkpoint_minutes and run.threads only: other keys would make it a different
+/// run.
 RunOutcome restart_run(const std::filesystem::path& archive, std::span<const std::string> overrides,
                        const RunOptions& options);
 

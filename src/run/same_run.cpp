@@ -9,8 +9,8 @@ namespace drover::run {
 namespace {
 
 /// Without what differs between the parts of one run, the place of its archive, and the other runs of its sweep.
-io::Scene comparable(io::Scene scene) {
-    scene.time.end = 0.0;
+io::Scene comparable(io::Scene scene, End end) {
+    if (end == End::any) scene.time.end = 0.0;
     scene.output.checkpoint_minutes = 0.0;
     scene.run.threads = 0;
     scene.output.file.clear();
@@ -29,9 +29,10 @@ std::string difference(const std::string& key, const std::string& in_archive, co
 }
 
 /// "" if there is none.
-std::string difference_of_scenes(const io::Scene& in_archive, const io::Scene& other, const char* where) {
+std::string difference_of_scenes(const io::Scene& in_archive, const io::Scene& other, End end, const char* where) {
     const std::optional<files::TextDifference> found =
-        files::first_difference(io::resolved_text(comparable(in_archive)), io::resolved_text(comparable(other)));
+        files::first_difference(io::resolved_text(comparable(in_archive, end)),
+                                io::resolved_text(comparable(other, end)));
     return found ? difference(found->key, files::shown(found->one), files::shown(found->other), where) : "";
 }
 
@@ -40,7 +41,7 @@ std::string difference_of_runs(const files::ArchiveReader& archive, const std::f
     constexpr const char* there = "the checkpoint";
     if (archive.text_attribute("scene") != checkpoint.scene) {
         const io::Scene saved = io::archived_scene(checkpoint.scene, file.string() + " (the scene of its checkpoint)");
-        const std::string found = difference_of_scenes(scene_in(archive, file), saved, there);
+        const std::string found = difference_of_scenes(scene_in(archive, file), saved, End::any, there);
         if (!found.empty()) return found;
     }
     const std::string id = files::run_id_of(archive);
@@ -55,13 +56,13 @@ std::string difference_of_runs(const files::ArchiveReader& archive, const std::f
 void require_same_run(const files::ArchiveReader& archive, const std::filesystem::path& file,
                       const files::Checkpoint& checkpoint) {
     const std::string found = difference_of_runs(archive, file, checkpoint);
-    require(found.empty(), {.file = file.string()},
-            "the archive and the checkpoint beside it are of two runs: {}; expected both of one run: put back the one "
-            "that was replaced, or run the scene again",
-            found);
+    if (found.empty()) return;
+    throw MixedFiles(file, text("the archive and the checkpoint beside it are of two runs: {}; expected both of one "
+                                "run: put back the one that was replaced, or run the scene again",
+                                found));
 }
 
-void require_archive_of(const io::Scene& scene, const std::filesystem::path& file) {
+void require_archive_of(const io::Scene& scene, const std::filesystem::path& file, End end) {
     const files::ArchiveReader archive(file);
     const io::Scene found = scene_in(archive, file);
     io::Scene expected = scene;
@@ -76,16 +77,19 @@ void require_archive_of(const io::Scene& scene, const std::filesystem::path& fil
     if (!expected.initial.file.empty() && !found.initial.file.empty()) expected.initial.file = found.initial.file;
     if (!expected.particles.packing.file.empty() && !found.particles.packing.file.empty())
         expected.particles.packing.file = found.particles.packing.file;
-    const std::string difference = difference_of_scenes(found, expected, "the run of this name");
-    require(difference.empty(), {.file = file.string()},
-            "the archive is of another run: {}; expected the one that was written here: put it back, or remove this "
-            "file and what is beside it to repeat the run",
-            difference);
+    const std::string difference = difference_of_scenes(found, expected, end, "the run of this name");
+    if (difference.empty()) return;
+    throw MixedFiles(file, text("the archive is of another run: {}; expected the one that was written here: put it "
+                                "back, or remove this file and what is beside it to repeat the run",
+                                difference));
 }
 
 std::vector<files::TextDifference> scene_differences(const std::filesystem::path& one,
                                                      const std::filesystem::path& other) {
     const auto resolved = [](const std::filesystem::path& file) {
+        std::error_code unknown;
+        require(!std::filesystem::is_empty(file, unknown), {.file = file.string()},
+                "is empty; expected a scene or an archive");
         return io::resolved_text(files::is_hdf5(file) ? scene_in(files::ArchiveReader(file), file)
                                                       : io::read_scene(file));
     };

@@ -2,6 +2,7 @@
 #pragma once
 #include <filesystem>
 
+#include "drover/base/error.hpp"
 #include "files/archive_reader.hpp"
 #include "files/checkpoint.hpp"
 #include "files/record_identity.hpp"
@@ -9,15 +10,26 @@
 
 namespace drover::run {
 
-/// Throws an input Error unless both have the same run id and, apart from what a restart may change, the same scene.
+/// An input Error: files of several runs are mixed up.  It is of their folder, and of no scene.
+class MixedFiles : public Error {
+public:
+    MixedFiles(const std::filesystem::path& file, const std::string& message)
+        : Error(Fault::input, {.file = file.string()}, message) {}
+};
+
+/// Throws MixedFiles unless both have the same run id and, apart from what a restart may change, the same scene.
 /// Archives of earlier versions have no run id.  The Error names the first difference: a key of the scene, the version
 /// of drover, or the ids.
 void require_same_run(const files::ArchiveReader& archive, const std::filesystem::path& file,
                       const files::Checkpoint& checkpoint);
 
-/// Throws an input Error, which names the first difference, unless the archive is of a run of this scene: to any end,
-/// with any number of threads, and with a time step of its own choice where the scene gives none.
-void require_archive_of(const io::Scene& scene, const std::filesystem::path& file);
+/// The end of a run that counts as one of a scene.
+enum class End { same, any };
+
+/// Throws MixedFiles, which names the first difference, unless the archive is of a run of this scene: with any number
+/// of threads, and with a time step of its own choice where the scene gives none.  Throws another input Error for a
+/// file that cannot be read.
+void require_archive_of(const io::Scene& scene, const std::filesystem::path& file, End end);
 
 /// The keys in which two scenes differ, each from a file of TOML or the one that an archive stores.
 std::vector<files::TextDifference> scene_differences(const std::filesystem::path& one,

@@ -17,6 +17,7 @@ namespace {
 // A global: a signal handler has no other way to report.
 volatile std::sig_atomic_t requested = 0;
 Clock::time_point deadline = Clock::time_point::max();  // set before there are threads
+double given_time = 0.0;                                // until then, from the start [s]
 std::atomic<bool> host_handles_signals = false;         // a property of the process, as the handlers are
 
 std::string& reason_of_alarm() {
@@ -57,7 +58,10 @@ std::string stop_reason(int signal) {
     return signal == SIGALRM ? reason_of_alarm() : signal == 0 ? "a signal" : text("signal {}", signal);
 }
 
+double max_time() { return given_time; }
+
 void stop_after(double seconds) {
+    given_time = seconds;
     constexpr double longest = 1e9;  // 30 years, which the clock can hold
     deadline = Clock::now() +
                std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(seconds, longest)));

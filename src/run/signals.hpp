@@ -40,6 +40,8 @@ std::string stop_reason(int signal);
 
 /// From now on stop_signal() requests a stop after so many seconds, also in processes that are started by fork().
 void stop_after(double seconds);
+/// What stop_after() was given; 0: nothing.
+double max_time();
 
 /// For work without a result to keep: throws a run Error after a signal to stop.
 void check_stop_signal();

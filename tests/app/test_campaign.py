@@ -6,8 +6,9 @@ import signal
 import subprocess
 import time
 
+import h5py
 import pytest
-from support import DROVER, drover, end_group, environment, start, write_scene
+from support import DROVER, checkpoints, damage, drover, end_group, environment, start, wait_until, write_scene
 
 TINY = {"grid.nx": 8, "grid.ny": 8, "grid.lx": 8.0, "grid.ly": 8.0, "time.dt": 0.1, "time.end": 4.0,
         "output.frame_every": 0.0, "output.sample_every": 0.5}
@@ -109,3 +110,135 @@ def test_gnu_parallel_runs_the_shares(whole, tmp_path):
              ":::", *map(str, range(1, 7))]
     subprocess.run(words, cwd=tmp_path, env=environment(), check=True, timeout=120)
     assert table_of(tmp_path / "flock.sweep") == whole
+
+
+RAMP = ["--vary", "relaxation.rate = 0.5, 1", "--ramp", "up", "--quiet"]
+
+
+def without_records(folder):
+    shutil.rmtree(folder / "records")
+    return folder
+
+
+def test_a_run_of_another_length_is_not_taken_for_that_of_the_sweep(tmp_path):
+    words = ["sweep", write_scene(tmp_path, TINY), "--vary", "time.end = 2, 4", "--quiet"]
+    drover(tmp_path, *words)
+    folder = without_records(tmp_path / "flock.sweep")
+    for ending in ("", ".checkpoint-a", ".checkpoint-b"):
+        shutil.copy(folder / f"point-0000-seed-7.h5{ending}", folder / f"point-0001-seed-7.h5{ending}")
+    assert "time.end = 2.0 in the archive, 4.0 in" in drover(tmp_path, *words, status=2).stderr
+
+
+def test_an_archive_of_another_run_ends_a_share_and_nothing_is_recorded(tmp_path):
+    words = ["sweep", write_scene(tmp_path, TINY), *RAMP]
+    drover(tmp_path, *words)
+    folder = without_records(tmp_path / "flock.sweep")
+    drover(tmp_path, "restart", folder / "point-0000-seed-7.h5", "--set", "time.end=8", "--quiet")
+    for more in ([], ["--share", "1/2"]):
+        assert "time.end = 8.0 in the archive, 4.0 in" in drover(tmp_path, *words, *more, status=2).stderr
+    assert not list((folder / "records").glob("*"))
+
+
+def test_the_next_point_of_a_ramp_does_not_start_from_another_run(tmp_path):
+    words = ["sweep", write_scene(tmp_path, TINY), *RAMP, "--share", "1/2"]
+    drover(tmp_path, *words, "--workers", "1", "--stop-when", "jobs=1", status=3)
+    archive = tmp_path / "flock.sweep" / "point-0000-seed-7.h5"
+    drover(tmp_path, "restart", archive, "--set", "time.end=8", "--quiet")
+    assert "time.end = 8.0 in the archive, 4.0 in" in drover(tmp_path, *words, status=2).stderr
+    archive.unlink()
+    records = list((tmp_path / "flock.sweep" / "records").glob("*"))
+    drover(tmp_path, *words)  # its record counts no more
+    assert len(list((tmp_path / "flock.sweep" / "records").glob("*"))) > len(records)
+
+
+def test_damaged_archives_are_repeated_and_other_files_stay(tmp_path):
+    scene = write_scene(tmp_path, TINY)
+    words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, 1, 2", "--quiet"]
+    drover(tmp_path, *words)
+    folder = without_records(tmp_path / "flock.sweep")
+    table = table_of(folder)
+    cut, empty, left = sorted(folder.glob("*.h5"))
+    os.truncate(cut, cut.stat().st_size // 2)
+    os.truncate(empty, 0)
+    with h5py.File(left, "r+") as file:  # as before its end
+        del file["summary"]
+    for checkpoint in filter(os.path.exists, checkpoints(left)):
+        damage(checkpoint)
+    assert drover(tmp_path, *words, "--share", "1/2").stderr.count("is run again from its start") == 3
+    drover(tmp_path, *words)
+    assert table_of(folder) == table
+    without_records(folder)
+    cut.write_text("my notes")
+    for more in ([], ["--share", "1/2"]):
+        assert "move this elsewhere" in drover(tmp_path, *words, *more, status=2).stderr
+    assert cut.read_text() == "my notes"
+
+
+def test_an_archive_that_is_deleted_during_its_run_is_no_failure_of_the_scene(tmp_path):
+    scene = write_scene(tmp_path, {**TINY, "time.end": 1e5, "output.frame_every": 0.5})
+    words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, 1", "--quiet"]
+    process = start(tmp_path, *words, "--share", "1/2", "--workers", "1")
+    try:
+        archive = tmp_path / "flock.sweep" / "point-0000-seed-7.h5"
+        wait_until(checkpoints(archive)[0].exists, "the first checkpoint", process=process)
+        archive.unlink()
+        assert "was deleted while the run wrote it" in process.communicate(timeout=60)[1]
+        assert process.returncode == 1
+    finally:
+        end_group(process)
+    assert "0 of 2 done, 0 failed" in drover(tmp_path, *words, "--status").stdout
+
+
+def test_a_ramp_whose_last_point_failed_keeps_what_the_next_try_starts_from(tmp_path):
+    scene = write_scene(tmp_path, {**TINY, "initial.kind": "random", "initial.amplitude": 0.1})
+    words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, -200", "--ramp", "up", "--keep", "table", "--quiet"]
+    for _ in range(2):
+        assert "the run diverged" in drover(tmp_path, *words, status=1).stderr
+        assert (tmp_path / "flock.sweep" / "point-0000-seed-7.h5").exists()
+
+
+def test_a_table_is_made_of_what_is_known_when_its_turn_comes(whole, tmp_path):
+    words = ["sweep", write_scene(tmp_path, TINY), *VARY]
+    drover(tmp_path, *words, "-o", "all")
+    drover(tmp_path, *words, "--share", "1/2", "--stop-when", "jobs=3", status=3)
+    folder = tmp_path / "flock.sweep"
+    turn = folder / "claims" / "table.0"  # of a process that is writing its name
+    turn.touch()
+    process = start(tmp_path, *words, "--collect")
+    try:
+        wait_until(lambda: list((folder / "claims").glob("owner-*")), "the wait for its turn", process=process)
+        for file in (tmp_path / "all" / "records").iterdir():
+            shutil.copy(file, folder / "records")
+        turn.unlink()
+        assert process.wait(timeout=60) == 0
+    finally:
+        end_group(process)
+    assert table_of(folder) == whole
+
+
+def test_a_sweep_is_not_resumed_from_another_start(tmp_path):
+    for name, seed in (("one", 1), ("other", 2)):
+        drover(tmp_path, "run", write_scene(tmp_path, TINY), "--set", f"run.seed={seed}", "-o", f"{name}.h5", "--quiet")
+    scene = write_scene(tmp_path, {**TINY, "initial.kind": "file", "initial.file": "st.h5"})
+    words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, 1", "--keep", "table", "--quiet"]
+    shutil.copy(tmp_path / "one.h5", tmp_path / "st.h5")
+    drover(tmp_path, *words, "--share", "1/2", "--workers", "1", "--stop-when", "jobs=1", status=3)
+    shutil.copy(tmp_path / "other.h5", tmp_path / "st.h5")
+    for more in ([], ["--share", "2/2"]):
+        assert "initial.file is not the archive from which" in drover(tmp_path, *words, *more, status=2).stderr
+    (tmp_path / "st.h5").unlink()
+    assert "1 of 2 runs are missing" in drover(tmp_path, *words, "--collect", status=1).stderr
+    shutil.copy(tmp_path / "one.h5", tmp_path / "st.h5")
+    drover(tmp_path, *words)
+    # Earlier versions wrote no checksum.
+    manifest = without_records(tmp_path / "flock.sweep") / "sweep.toml"
+    text = manifest.read_text()
+    manifest.write_text(text[:text.index("\n# Checksum")])
+    for _ in range(2):
+        drover(tmp_path, *words)
+
+
+def test_a_script_for_slurm_keeps_the_time_and_refuses_workers(tmp_path):
+    words = ["sweep", write_scene(tmp_path, TINY), *VARY, "--slurm", "2"]
+    assert drover(tmp_path, *words, "--max-time", "1h").stdout.count(" --max-time 3600") == 1
+    assert "expected the command without it" in drover(tmp_path, *words, "--workers", "3", status=2).stderr

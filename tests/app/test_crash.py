@@ -5,6 +5,7 @@ import resource
 import signal
 import subprocess
 
+import h5py
 import pytest
 from crash import BUSY, FRAMES, check_frames, kill_again_and_again, kill_at, make_whole
 from support import (assert_same_bytes, checkpoint_step, checkpoints, damage, drover, end_group, start, tree,
@@ -160,3 +161,20 @@ def test_two_runs_do_not_write_the_same_archive(tmp_path):
         assert process.poll() is None
     finally:
         end_group(process)
+
+
+def test_a_run_that_was_killed_before_its_first_checkpoint_is_started_anew_by_restart(tmp_path, whole):
+    drover(tmp_path, "run", write_scene(tmp_path, BUSY), "--quiet")
+    archive = tmp_path / "flock.h5"
+    for checkpoint in checkpoints(archive):
+        checkpoint.unlink()
+    assert "has no checkpoint; expected" in drover(tmp_path, "restart", archive, status=2).stderr
+
+    def cut(name, item):  # to what a run has when it writes its first checkpoint
+        if isinstance(item, h5py.Dataset) and item.maxshape and item.maxshape[0] is None:
+            item.resize(1, axis=0)
+
+    with h5py.File(archive, "r+") as file:
+        file.visititems(cut)
+    assert "has no checkpoint yet: the run starts anew" in drover(tmp_path, "restart", archive).stderr
+    assert_same_bytes(whole, archive)

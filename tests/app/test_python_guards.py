@@ -8,6 +8,7 @@ import pytest
 from support import SMALL, environment, slow_but
 
 import drover
+from drover import new_file
 
 WALK = Path(__file__).resolve().parents[1] / "faults" / "walk_module.py"
 SHIM = os.environ.get("DROVER_SHIM")
@@ -223,3 +224,11 @@ except (drover.Error, OSError) as error:
     found = [python(code, tmp_path, LD_PRELOAD=SHIM, DROVER_FAULT=f"pread:{n}:EIO:always",
                     DROVER_FAULT_UNDER=str(tmp_path))[0] for n in range(2, count + 1, -(-count // 4))]
     assert "Error" in found
+
+
+def test_of_two_that_write_one_file_at_a_time_one_fails_and_the_file_is_whole(tmp_path):
+    with pytest.raises(drover.Error, match="another process wrote this file at the same time"):
+        with new_file.part_of(tmp_path / "film.mp4") as slow:
+            slow.write_bytes(b"slow")
+            new_file.write(tmp_path / "film.mp4", b"fast")
+    assert (tmp_path / "film.mp4").read_bytes() == b"fast" and len(list(tmp_path.iterdir())) == 1

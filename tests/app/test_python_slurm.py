@@ -51,3 +51,18 @@ def test_a_calibration(folder):
     submitted = drover.calibrate(scene, folder / "calibrated", slurm=2)
     assert submitted.status().startswith(f"{UNITS} of {UNITS} measurements done")
     assert submitted.collect().text == drover.calibrate(scene, folder / "here").text
+
+
+def test_files_of_the_user_stay_and_files_beside_the_scene_are_found(folder):
+    scene_of(BRIEF).set("time.end", 1.0).run(folder / "start.h5", quiet=True).close()
+    text = "# mine\n" + scene_of(BRIEF).set({"initial.kind": "file", "initial.file": "start.h5"}).to_toml()
+    (folder / "noise.toml").write_text(text)
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    scene, vary = drover.Scene.load(folder / "noise.toml"), {"relaxation.rate": [0.5, 1.0]}
+    for place in (folder / "noise", elsewhere / "noise"):
+        found = drover.sweep(scene, vary, keep="table", folder=place, slurm=2).collect()
+    assert found.data.identical(drover.sweep(scene, vary, keep="table", folder=folder / "here").data)
+    assert (folder / "noise.toml").read_text() == text and not (folder / "noise.sh").exists()
+    with pytest.raises(drover.Error, match="slurm.toml exists with another content; remove it"):
+        drover.sweep(scene, vary, seeds=2, keep="table", folder=folder / "noise", slurm=2)

@@ -127,6 +127,8 @@ def test_a_wrong_value_is_a_sentence_and_the_run_goes_on():
         for content in (b"no json", b"[]", b"{}", b'{"action": "dance"}'):
             assert request(server, "/do", content, **{"X-Drover-Token": server.token})[0] == 400
         assert request(server, "/do", b"x" * 100000, **{"X-Drover-Token": server.token})[0] == 413
+        assert request(server, "/do", b"{}", **{"X-Drover-Token": server.token, "Content-Length": "abc"})[0] == 413
+        assert request(server, f"/state?token={server.token}&after=abc")[0] == 400
 
 
 def test_a_run_that_fails_is_shown_and_can_be_mended():

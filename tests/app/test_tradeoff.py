@@ -318,6 +318,12 @@ analysis = {warm_up = 0}
 """
 
 
+def test_trials_for_an_accuracy_that_are_stopped_have_the_status_of_a_stop(tmp_path):
+    words = ["run", scene(tmp_path, NOISY), "--accuracy", "polar_order=5%", "-o", "a.h5", "--quiet"]
+    ended = drover(tmp_path, *words, "--max-time", "0.2", status=3)
+    assert "stopped by --max-time during the trials, which are kept; re-run the same command" in ended.stderr
+
+
 @pytest.mark.parametrize("command", ["tradeoff", "accuracy"])
 def test_a_model_of_ones_own_gets_the_cheapest_run_that_is_accurate_enough(tmp_path, command):
     exact = sum(1.0 / (1.0 + time) for time in range(9)) / 9.0  # u = 1/(1 + t), at the samples

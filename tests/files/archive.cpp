@@ -92,6 +92,12 @@ TEST(Archive, a_second_writer_is_rejected_while_the_first_is_open) {
                     HasSubstr("run.h5: another process is writing this file; wait for it"));
         EXPECT_THAT(sentence_of([&] { Archive::create(folder / "run.h5", recordings, {}, true); }),
                     HasSubstr("another process is writing this file"));
+        try {
+            Archive::create(folder / "run.h5", recordings, {}, true);
+            FAIL();
+        } catch (const Error& error) {
+            EXPECT_EQ(error.fault(), Fault::unavailable);  // a campaign tries it again
+        }
     }
     EXPECT_EQ(sentence_of([&] { Archive::resume(folder / "run.h5", recordings, {}, none); }), "");
 }

@@ -2,7 +2,9 @@
 #include "files/claims.hpp"
 
 #include <fcntl.h>
+#include <sched.h>
 #include <sys/mman.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -147,6 +149,49 @@ TEST(Claims, a_file_server_whose_clock_is_set_back_does_not_keep_the_dead_alive)
         std::this_thread::sleep_for(500ms);
         EXPECT_TRUE(here.claim("unit"));
     }
+}
+
+TEST(Claims, a_process_with_a_clock_far_behind_lives_while_its_heartbeat_changes) {
+    const Folder folder;
+    const ClaimTimes times{.renewal = 100ms, .death = 1000ms};
+    Claims far(folder / "claims", elsewhere(), times), here(folder / "claims", neighbour(), times);
+    ASSERT_TRUE(far.claim("unit"));
+    const std::filesystem::path heart = folder / "claims" / ("owner-" + far.claimant().id);
+    auto beat = [&, time = std::filesystem::file_time_type::clock::now() - 24h]() mutable {
+        std::filesystem::last_write_time(heart, time += 100ms);
+    };
+    for (int i = 0; i < 10; ++i) {
+        beat();
+        EXPECT_FALSE(here.claim("unit")) << i;
+        here.renew();
+        std::this_thread::sleep_for(30ms);
+    }
+    EXPECT_EQ(here.holder("unit"), Held::certainly);
+    std::this_thread::sleep_for(300ms);  // silent for two renewals, and so dead by the clock of the server
+    EXPECT_TRUE(here.claim("unit"));
+}
+
+TEST(Claims, a_process_that_the_system_hides_is_judged_by_its_heartbeat) {
+    constexpr uid_t nobody = 65534;
+    const Folder folder;
+    std::filesystem::permissions(folder / "", std::filesystem::perms::all);
+    ASSERT_TRUE(std::filesystem::create_directory(folder / "claims"));
+    std::filesystem::permissions(folder / "claims", std::filesystem::perms::all);
+    Claims here(folder / "claims", neighbour());
+    ASSERT_TRUE(here.claim("unit"));
+    const pid_t child = ::fork();
+    if (child == 0) {
+        constexpr int cannot = 77;
+        if (::unshare(CLONE_NEWNS) != 0 || ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+            ::mount("proc", "/proc", "proc", 0, "hidepid=2") != 0 || ::setgid(nobody) != 0 || ::setuid(nobody) != 0)
+            ::_exit(cannot);
+        Claims other(folder / "claims", neighbour());
+        ::_exit(other.holder("unit") == Held::no ? 1 : 0);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "only root can hide processes";
+    EXPECT_EQ(status, 0);
 }
 
 TEST(Claims, of_many_processes_that_take_one_from_a_dead_one_a_single_one_gets_it) {

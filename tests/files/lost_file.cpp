@@ -34,7 +34,7 @@ protected:
         try {
             archive_->commit();
         } catch (const Error& error) {
-            EXPECT_EQ(error.fault(), Fault::run);
+            EXPECT_EQ(error.fault(), Fault::environment);  // not of the scene
             EXPECT_EQ(sentence_of([&] { archive_->commit(); }), error.what());
             return error.what();
         }

@@ -44,6 +44,21 @@ TEST(NewFile, a_replaced_file_has_the_new_content) {
     }
 }
 
+TEST(NewFile, of_two_that_are_written_to_one_name_at_a_time_the_first_to_start_fails_and_none_is_torn) {
+    const Folder folder;
+    NewFile first(folder / "table.toml");
+    first.write("first");
+    replace_file(folder / "table.toml", "second");
+    EXPECT_THAT(sentence_of([&] { first.finish(); }), ::testing::HasSubstr("another process wrote this file"));
+    NewFile slow(folder / "table.toml");
+    slow.write("slow");
+    NewFile fast(folder / "table.toml");
+    fast.write("fast");
+    EXPECT_THAT(sentence_of([&] { slow.finish(); }), ::testing::HasSubstr("another process wrote this file"));
+    fast.finish();
+    EXPECT_EQ(contents(folder / "table.toml"), "fast");
+}
+
 /// Puts a link to a file of the user at a name that drover is about to create, runs `work`, and checks the file.
 template <class Work>
 void expect_link_not_followed(const std::filesystem::path& name, Work work) {

@@ -15,6 +15,7 @@
 #include "files/support.hpp"
 #include "jobs/run_record.hpp"
 #include "jobs/stop_rules.hpp"
+#include "run/same_run.hpp"
 #include "run/signals.hpp"
 
 namespace drover::jobs::campaign_tests {
@@ -308,6 +309,24 @@ TEST(Campaign, a_failure_of_the_disk_ends_it_keeps_what_has_ended_and_releases_t
     EXPECT_TRUE(std::filesystem::is_empty(folder / "campaign" / "claims"));
     run_campaign(units.plan(), options(folder));
     expect_complete(folder, 6);
+}
+
+TEST(Campaign, mixed_files_end_it_and_nothing_is_recorded) {
+    const Folder folder;
+    const auto fail = [](std::size_t unit) {
+        if (unit == 1) throw run::MixedFiles("unit.h5", "is of another run");
+    };
+    Units units(folder, 3, {});
+    try {
+        run_campaign(units.plan(fail), options(folder, {.number = 1, .count = 2}));
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), Fault::input);
+        EXPECT_STREQ(error.what(), "unit.h5: is of another run");
+    }
+    EXPECT_EQ(campaign_records(folder / "campaign", identity).size(), 1u);
+    run_campaign(units.plan(), options(folder));
+    expect_complete(folder, 3);
 }
 
 TEST(RunRecord, results_of_a_run_come_back_as_they_were) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
+#include "run/signals.hpp"
 
 namespace drover::jobs::worker_pool_tests {
 namespace {
@@ -70,9 +71,8 @@ TEST(WorkerPool, the_exit_status_of_a_worker_is_reported) {
                     },
                     .work =
                         [](std::size_t job, const Send&) {
-                            if (job == 1) fail_input({}, "no");
                             if (job == 2) ::kill(::getpid(), SIGKILL);
-                            return job == 3 ? 7 : 0;
+                            return job == 3 ? 7 : job == 1 ? 2 : 0;
                         },
                     .received = [](std::size_t, const std::string&) {},
                     .ended = [&](std::size_t job, int status) { statuses[job] = status; }};
@@ -80,6 +80,22 @@ TEST(WorkerPool, the_exit_status_of_a_worker_is_reported) {
     EXPECT_EQ(statuses, (std::map<std::size_t, int>{{0, 0}, {1, 2}, {2, 128 + SIGKILL}, {3, 7}}));
     EXPECT_EQ(outcome.done, 1u);
     EXPECT_EQ(outcome.failed, 3u);
+}
+
+TEST(WorkerPool, a_worker_that_a_signal_alone_stopped_does_not_stop_the_others) {
+    std::map<std::size_t, int> statuses;
+    const Jobs jobs{.next = [n = std::size_t{0}]() mutable -> std::optional<std::size_t> {
+                        return n < 2 ? std::optional(n++) : std::nullopt;
+                    },
+                    .work =
+                        [](std::size_t job, const Send&) {
+                            if (job == 0) ::raise(SIGTERM);
+                            return run::stop_signal() != 0 ? run::exit_stopped : run::exit_done;
+                        },
+                    .received = [](std::size_t, const std::string&) {},
+                    .ended = [&](std::size_t job, int status) { statuses[job] = status; }};
+    EXPECT_FALSE(run_jobs(jobs, {.workers = 1}).stopped);
+    EXPECT_EQ(statuses, (std::map<std::size_t, int>{{0, run::exit_stopped}, {1, run::exit_done}}));
 }
 
 TEST(WorkerPool, no_worker_survives_an_exception_of_the_caller) {
@@ -96,12 +112,12 @@ TEST(WorkerPool, no_worker_survives_an_exception_of_the_caller) {
     EXPECT_EQ(errno, ECHILD);
 }
 
-TEST(WorkerPool, an_error_of_the_environment_ends_all_jobs_and_is_thrown_with_its_kind_and_its_sentence) {
+void expect_end_by(Fault fault) {
     std::size_t started = 0, ended = 0;
     const Jobs jobs{.next = [&]() -> std::optional<std::size_t> { return started++; },
                     .work =
-                        [](std::size_t job, const Send&) {
-                            if (job == 0) throw Error(Fault::environment, {"a.h5"}, "the disk is full");
+                        [&](std::size_t job, const Send&) {
+                            if (job == 0) throw Error(fault, {"a.h5"}, "the disk is full");
                             for (;;) ::pause();  // until it is asked to stop
                             return 0;
                         },
@@ -111,12 +127,16 @@ TEST(WorkerPool, an_error_of_the_environment_ends_all_jobs_and_is_thrown_with_it
         run_jobs(jobs, {.workers = 2, .grace_period = 0.0});
         FAIL() << "expected an Error";
     } catch (const Error& error) {
-        EXPECT_EQ(error.fault(), Fault::environment);
+        EXPECT_EQ(error.fault(), fault);
         EXPECT_STREQ(error.what(), "a.h5: the disk is full");
     }
     EXPECT_LE(started, 3u);  // at most one more while the first ended
     EXPECT_EQ(ended, 0u);
     EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);
+}
+
+TEST(WorkerPool, an_error_ends_all_jobs_and_is_thrown_with_its_kind_and_its_sentence) {
+    for (const Fault fault : {Fault::environment, Fault::input}) expect_end_by(fault);
 }
 
 TEST(WorkerPool, exceptions_of_memory_are_of_the_environment_and_unknown_ones_are_defects) {

@@ -44,7 +44,7 @@ def calibrate(scene, folder=None, *, want=(), budget="", workers=0, share=(1, 1)
     if slurm:
         folder = folder_for_jobs(folder)
         options = [word for target in targets for word in ("--want", target)] + (["--budget", budget] if budget else [])
-        submit("calibrate", scene, folder, slurm, options)
+        scene = submit("calibrate", scene, folder, slurm, options)
         return Submitted(folder, lambda: _drover.calibration_status(scene._native, folder, targets, budget),
                          lambda: calibrate(scene, folder, want=want, budget=budget, collect=True))
     return Calibration(call("calibrate", scene, folder=folder_of(scene, folder), share=first, shares=shares,

@@ -18,16 +18,29 @@ def part_of(path):
     place = Path(os.path.realpath(path))
     part = place.with_name(f".{place.name}.part")
     try:
-        os.close(create(part))
+        file = create(part)
     except OSError as error:
         raise Error(f"{path} cannot be written ({error.strerror}); choose another path") from error
     try:
         yield part
+        if not is_at(file, part):
+            raise Error(f"{path}: another process wrote this file at the same time; write to another path, or wait for "
+                        "it", fault="run")
         sync(part)
         os.replace(part, place)
         sync(place.parent)
     finally:
-        part.unlink(missing_ok=True)
+        if is_at(file, part):
+            part.unlink()
+        os.close(file)
+
+
+def is_at(file, path):
+    """Whether an open file has this name."""
+    try:
+        return os.path.samestat(os.fstat(file), os.stat(path, follow_symlinks=False))
+    except FileNotFoundError:
+        return False
 
 
 def write(path, content):

@@ -281,7 +281,7 @@ class Scene:
         if not slurm:
             return computed(_drover.boundary, scene, output, overwrite, threads=threads)
         file = folder_for_jobs(output)
-        submit("boundary", scene, file, slurm)
+        scene = submit("boundary", scene, file, slurm)
         shares = file + ".shares"
         return Submitted(shares, lambda: _drover.boundary_status(scene._native, shares),
                          lambda: computed(_drover.boundary, scene, None, False, threads=threads, collected=shares))

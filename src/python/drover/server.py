@@ -65,12 +65,18 @@ class Handler(BaseHTTPRequestHandler):
         if address.path == "/":
             self.answer(200, "text/html; charset=utf-8", page())
         elif address.path == "/state":
-            self.answer(200, "application/json", json.dumps(state_of(self.server.shown, query)).encode())
+            try:
+                seen = int(query.get("after", "-1"))
+            except ValueError:
+                self.answer(400, "text/plain", b"after is no number; expected that of the state seen last\n")
+                return
+            self.answer(200, "application/json", json.dumps(state_of(self.server.shown, seen, query)).encode())
         else:
             self.answer(404, "text/plain", b"there is no such page\n")
 
     def do_POST(self):
-        length = int(self.headers.get("Content-Length") or 0)
+        given = self.headers.get("Content-Length") or "0"
+        length = int(given) if given.isascii() and given.isdigit() and len(given) < 10 else -1
         if not 0 < length <= LONGEST_REQUEST:
             self.close_connection = True
             self.answer(413, "text/plain", f"expected 1 to {LONGEST_REQUEST} bytes\n".encode())
@@ -81,7 +87,7 @@ class Handler(BaseHTTPRequestHandler):
         try:
             command = json.loads(content)
             self.server.shown.request(command.pop("action"), **command)
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
             self.answer(400, "text/plain", printable(f"this is no action: {error}\n").encode())
             return
         self.answer(200, "application/json", b"{}")
@@ -121,9 +127,9 @@ def packed(array):
     return base64.b64encode(numpy.ascontiguousarray(array, "<f4").tobytes()).decode()
 
 
-def state_of(shown, query):
-    """What a page shows: the map, arrows, series and spectrum that its query names, or the first of each."""
-    seen = int(query.get("after", "-1"))
+def state_of(shown, seen, query):
+    """What a page shows after the state `seen`: the map, arrows, series and spectrum that its query names, or the first
+    of each."""
     number = shown.wait_for(seen, WAIT)
     state = {"number": number, "name": printable(Path(shown.name).name), "state": shown.state,
              "error": printable(shown.error), "warnings": [printable(words) for words in shown.warnings],

@@ -81,8 +81,8 @@ def sweep(scene, vary, *, seeds=1, want=None, max_seeds=64, refine=None, refine_
         changes["sweep.workers"] = workers
     scene = scene.set(changes)
     if slurm:
-        submit("sweep", scene, folder_for_jobs(folder), slurm)
-        return SlurmSweep(scene, folder_for_jobs(folder))
+        folder = folder_for_jobs(folder)
+        return SlurmSweep(submit("sweep", scene, folder, slurm), folder)
     if folder is not None:
         return finished(scene, os.path.abspath(folder), {**PLAIN, "quiet": quiet})
     with tempfile.TemporaryDirectory(prefix="drover-sweep-") as scratch:

@@ -53,7 +53,7 @@ def tradeoff(scene, want, budget="20min", *, folder=None, workers=0, collect=Fal
     if slurm:
         folder = folder_for_jobs(folder)
         options = [word for target in targets for word in ("--want", target)]
-        submit("tradeoff", scene, folder, slurm, [*options, "--budget", budget])
+        scene = submit("tradeoff", scene, folder, slurm, [*options, "--budget", budget])
         return Submitted(folder, lambda: _drover.tradeoff_status(scene._native, folder),
                          lambda: tradeoff(scene, want, budget, folder=folder, collect=True))
     with tempfile.TemporaryDirectory(prefix="drover-tradeoff-") as scratch:

@@ -1,0 +1,48 @@
+// tests/jobs/sweep.cpp: records of a sweep that another version of drover computed.
+#include "jobs/sweep.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "files/input_file.hpp"
+#include "files/support.hpp"
+#include "io/scene_text.hpp"
+#include "jobs/campaign_records.hpp"
+
+namespace drover::jobs::sweep_tests {
+
+TEST(Sweep, a_table_of_records_of_two_versions_says_so) {
+    const testing_support::Folder folder;
+    const io::Scene scene = io::parse_scene(R"(
+[grid]
+nx = 8
+ny = 8
+[time]
+dt = 0.1
+end = 2.0
+[sweep]
+vary = ["relaxation.rate = 0.5, 1, 2"]
+keep = "table"
+)",
+                                            "tiny.toml", {});
+    const JobOptions options{.folder = folder / "swept", .workers = 1, .quiet = true};
+    const auto is_of_other = [](const SweepOutcome& outcome) {
+        const std::vector<std::string>& warnings = outcome.table.value().warnings;
+        return std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
+            return warning.starts_with("point-0001-seed-1 was made by drover 0.1 (old)");
+        });
+    };
+    EXPECT_FALSE(is_of_other(run_sweep(scene, options)));
+    const files::RecordIdentity identity =
+        files::identity_of("sweep", files::read_text(options.folder / "sweep.toml", 1 << 20, "a scene"));
+    std::vector<UnitRecord> records = campaign_records(options.folder, identity);
+    ASSERT_EQ(records.size(), 3u);
+    std::filesystem::remove_all(options.folder / "records");
+    records[1].program = "0.1 (old)";
+    UnitStore store(options.folder, identity, {});
+    for (const UnitRecord& record : records) store.append(record);
+    store.sync();
+    EXPECT_TRUE(is_of_other(run_sweep(scene, options)));
+}
+
+}  // namespace drover::jobs::sweep_tests
