@@ -111,6 +111,19 @@ struct Sweep {
           identity(files::identity_of("sweep", manifest.content)) {
         plan({});
     }
+    /// Takes part in the folder.  Where another process has just claimed it, with other points, as it is now.
+    void join() {
+        const auto join_as_is = [&] { files::join_folder(folder, sweep_manifest, "", manifest.content); };
+        try {
+            join_as_is();
+        } catch (const Error& error) {
+            if (error.fault() != Fault::input) throw;
+            manifest = manifest_of(scene, folder);
+            identity = files::identity_of("sweep", manifest.content);
+            plan({});
+            join_as_is();
+        }
+    }
     /// With the points that results ask for.
     void plan(const Marks& marks) {
         layout = plan_sweep(scene, marks, manifest.numbered);
@@ -406,7 +419,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const JobOptions& options) {
     if (options.collect) require_folder(folder, "sweep");
     if (!options.collect && options.share.is_plain()) check_values(sweep);
     // To resume, the scene must be the same, or different runs would be mixed.
-    files::join_folder(folder, sweep_manifest, "", sweep.manifest.content);
+    sweep.join();
     if (sweep.has_archives() && !options.collect) files::require_locks(folder / sweep_manifest);
     SweepOutcome outcome{.table = {}};
     const std::vector<UnitRecord> records = campaign_records(folder, sweep.identity);
