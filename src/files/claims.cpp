@@ -206,7 +206,7 @@ struct Claims::Folder {
     bool seems_alive(const Seen& seen) { return is_alive(seen, {}); }
 
 private:
-    bool is_alive(const Seen& seen, std::chrono::milliseconds least_watch) {
+    bool is_alive(const Seen& seen, std::chrono::milliseconds min_watch) {
         if (seen.claimant)
             if (const auto known = is_running_here(*seen.claimant, claimant)) return *known;
         const auto [at, is_new] = watched.try_emplace(seen.owner(), Watched{.first = seen.time, .last = seen.time});
@@ -220,7 +220,7 @@ private:
         const std::chrono::nanoseconds server_time = with_owner([&] { return time_of(state_of(owner)); });
         const auto silence = now - other.changed;
         const bool is_overdue = server_time - seen.time > times.death || silence > times.death;
-        return !is_overdue || silence < least_watch;
+        return !is_overdue || silence < min_watch;
     }
 };
 

@@ -229,7 +229,7 @@ void add_numbers(const FieldSetting& setting, std::size_t n, FieldRows& rows) {
                 return numerics::area(moment.setting.grid) * mean_of(moment, first);
             });
     for (const BoxFamily& family : box_families())
-        add_number_variance(rows, field.counted, family.ending, family.shape, family_axis(family, setting),
+        add_number_variance(rows, field.counted, family.ending, shape_of(family, setting), family_axis(family, setting),
                             [n, &family](const FieldMoment& moment) {
                                 const numerics::Grid& grid = moment.setting.grid;
                                 std::vector<double> variances;

@@ -85,6 +85,8 @@ Axis sector_axis(const FieldSetting& setting);
 Axis separation_axis(const FieldSetting& setting);
 Axis term_axis(const FieldSetting& setting);
 Axis family_axis(const BoxFamily& family, const FieldSetting& setting);
+/// For people: "square box" where cells are square.
+std::string shape_of(const BoxFamily& family, const FieldSetting& setting);
 
 /// "mean_phi", of a part "mean_p_x", or with the name of the field first.
 std::string statistic_name(const MeasuredField& field, const std::string& statistic, std::size_t part);

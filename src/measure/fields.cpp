@@ -166,7 +166,7 @@ double tail_of(const numerics::Grid& grid, int degree, const numerics::Spectra& 
 
 std::span<const BoxFamily> box_families() {
     static constexpr BoxFamily families[] = {
-        {"", "box with equal numbers of cells along x and y, or segment of a line", &FieldSetting::boxes, 1, 1},
+        {"", "box with equal numbers of cells along x and y", &FieldSetting::boxes, 1, 1},
         {"_long_x", "box with four times as many cells along x as along y", &FieldSetting::long_boxes, 4, 1},
         {"_long_y", "box with four times as many cells along y as along x", &FieldSetting::long_boxes, 1, 4}};
     return families;
@@ -190,6 +190,12 @@ Axis term_axis(const FieldSetting& setting) {
     Axis axis{"term", "1", "number of the term: 0, 1, ... for " + joined(*setting.terms), {}};
     for (std::size_t i = 0; i < setting.terms->size(); ++i) axis.values.push_back(static_cast<double>(i));
     return axis;
+}
+
+std::string shape_of(const BoxFamily& family, const FieldSetting& setting) {
+    if (family.along_x != family.along_y) return family.shape;
+    if (setting.grid.ny == 1) return "segment of the line";
+    return cell_width(setting) == cell_height(setting) ? "square box" : family.shape;
 }
 
 Axis family_axis(const BoxFamily& family, const FieldSetting& setting) {
@@ -245,7 +251,7 @@ Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries
             for (const double mean : values(statistic_name(field, "mean"))) total.push_back(mean * recorded.area);
         if (total.empty()) continue;
         for (const BoxFamily& family : box_families()) {
-            BoxSizes boxes{field.counted, family.ending, family.shape, total, {}};
+            BoxSizes boxes{field.counted, family.ending, shape_of(family, setting), total, {}};
             for (const int side : setting.*family.sides) {
                 const numerics::BoxCells box = numerics::box_cells(setting.grid, side, family.along_x, family.along_y);
                 boxes.fractions.push_back(static_cast<double>(box.x) * box.y / points);
