@@ -57,7 +57,9 @@ int print_scene_boundary(const BoundaryOptions& options) {
     const auto result = jobs::make_boundary_in_shares(scene, job, threads);
     if (result) return print_result(*result, output, scene, threads.count());
     if (run::stop_signal() == 0 && !job.share.is_plain()) return run::exit_done;
-    log_information("stopped by {}; re-run the same command to resume", run::stop_reason(run::stop_signal()));
+    log_information("{}; re-run the same command to resume",
+                    run::stop_signal() == 0 ? std::string("points are missing, whose processes were stopped")
+                                            : "stopped by " + run::stop_reason(run::stop_signal()));
     return run::exit_stopped;
 }
 

@@ -166,8 +166,7 @@ struct Claims::Folder {
     /// Of another process: its heartbeat when it was first seen, and the last one.
     struct Watched {
         std::chrono::nanoseconds first{}, last{};
-        Clock::time_point changed = Clock::now(), looked = {};
-        bool is_alive = true;
+        Clock::time_point changed = Clock::now();
     };
     std::map<std::string, Watched> watched = {};
 

@@ -57,7 +57,8 @@ NewFile::NewFile(const std::filesystem::path& name) : file_(std::make_unique<Fil
     const std::filesystem::path file = plain_file(name);
     file_->file = file;
     file_->partial = partial_name(file);
-    file_->is_new = !std::filesystem::exists(file);
+    std::error_code unknown;
+    file_->is_new = !std::filesystem::exists(file, unknown);
     try {
         file_->to = create_file(file_->partial);
     } catch (const std::system_error& cause) {

@@ -218,10 +218,14 @@ private:
 
     void end(std::size_t job, int status) {
         const bool is_crash = status != run::exit_done && status != run::exit_stopped && run::stop_signal() == 0;
-        if (is_crash && !groups_[job].empty())
+        // By a signal to that process alone, such as that of a limit of its time: this meets the next one too.
+        const bool is_stuck = status == run::exit_stopped && run::stop_signal() == 0 && !groups_[job].empty() &&
+                              ++stops_[groups_[job].front()] == max_losses;
+        if ((is_crash || is_stuck) && !groups_[job].empty())
             keep(job, {.key = groups_[job].front(),
                        .state = UnitState::lost,
-                       .reason = text("its process ended with status {}", status),
+                       .reason = is_stuck ? text("a signal stopped its process, {} times", max_losses)
+                                          : text("its process ended with status {}", status),
                        .program = run::this_program(),
                        .is_new = true});
         for (const std::string& key : groups_[job]) busy_.erase(key), released_.insert(claim_of(key));
@@ -259,6 +263,7 @@ private:
     UnitStore store_;
     CampaignOutcome outcome_;
     std::map<std::string, Ended> ended_;
+    std::map<std::string, int> stops_;        ///< of units, by signals to their processes
     std::set<std::string> busy_, lost_here_;  ///< claimed by this process; lost in it
     std::map<std::string, HeldUnit> held_;    ///< wanted, but of other processes
     std::set<std::string> released_;          ///< claims that go with the next flush

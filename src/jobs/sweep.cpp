@@ -2,6 +2,7 @@
 #include "jobs/sweep.hpp"
 
 #include <algorithm>
+#include <set>
 #include <unordered_set>
 
 #include "base/log.hpp"
@@ -103,6 +104,7 @@ struct Sweep {
     files::RecordIdentity identity;
     SweepLayout layout = {};
     std::map<std::string, std::size_t> runs = {};  ///< by name
+    std::set<std::string> damaged = {};            ///< runs whose archives cannot be read
 
     Sweep(const io::Scene& given, const fs::path& in)
         : scene(given),
@@ -135,6 +137,10 @@ struct Sweep {
     /// A ramp passes states on by archives, which are removed at the end where only the table is kept.
     bool has_archives() const { return keeps_archives() || layout.runs.back().before.has_value(); }
     bool keeps_archives() const { return scene.sweep.keep == "archives"; }
+    /// Whether a run that has ended counts: where archives are kept, with its own.
+    bool holds(const SweepRun& run) const {
+        return !keeps_archives() || (fs::exists(archive_of(folder, run)) && !damaged.contains(run.name));
+    }
 };
 
 /// The scene of one run; on a ramp it starts from the last frame of the run before.
@@ -182,12 +188,15 @@ std::string damage_of(
 /// Runs by the version of drover that made them.
 using MadeBy = std::map<std::string, std::vector<std::string>>;
 
-/// Throws as damage_of().
-MadeBy check_archives(const Sweep& sweep) {
+/// Finds those that are damaged, too.  Throws as damage_of().
+MadeBy check_archives(Sweep& sweep) {
     MadeBy runs_of;
-    for (const SweepRun& run : sweep.layout.runs)
-        if (const fs::path path = archive_of(sweep.folder, run); fs::exists(path) && damage_of(sweep, run).empty())
-            runs_of[run::program_of(files::ArchiveReader(path))].push_back(run.name);
+    for (const SweepRun& run : sweep.layout.runs) {
+        const fs::path path = archive_of(sweep.folder, run);
+        if (!fs::exists(path)) continue;
+        if (damage_of(sweep, run).empty()) runs_of[run::program_of(files::ArchiveReader(path))].push_back(run.name);
+        else sweep.damaged.insert(run.name);
+    }
     return runs_of;
 }
 
@@ -262,8 +271,10 @@ std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {
     };
     if (fs::exists(path))
         if (const std::string damage = damage_of(sweep, run, go_on); !damage.empty()) {
-            log_warning("{}; {} is run again from its start", damage, run.name);
-            if (fs::file_size(path) == 0) fs::remove(path);  // no run replaces what is no HDF5 file
+            const fs::path kept = path.string() + ".damaged";
+            log_warning("{}; {} is run again from its start, and the file is kept as {}", damage, run.name,
+                        kept.filename().string());
+            fs::rename(path, kept);
         }
     if (!outcome.report && outcome.loop.signal == 0) outcome = run::run_scene(scene, options);
     if (outcome.loop.signal != 0) return std::nullopt;
@@ -289,8 +300,7 @@ Ended ended_runs(Sweep& sweep, const std::vector<UnitRecord>& records) {
         const auto run = sweep.runs.find(record.key);
         if (run == sweep.runs.end()) continue;
         if (record.state != UnitState::done) ended.failures[record.key] = record.reason;
-        else if (!sweep.keeps_archives() || fs::exists(archive_of(sweep.folder, sweep.layout.runs[run->second])))
-            ended.results[record.key] = decode(record.result);
+        else if (sweep.holds(sweep.layout.runs[run->second])) ended.results[record.key] = decode(record.result);
     }
     return ended;
 }
@@ -353,6 +363,7 @@ private:
         if (is_done && done_.insert(record.key).second && sweep_.runs.contains(record.key)) ++planned_done_;
         if (is_done && sweep_.is_adaptive()) marks_[record.key] = marks_of(sweep_.scene, decode(record.result));
         if (!record.is_new) return;
+        sweep_.damaged.erase(record.key);
         if (!is_done) log_warning("{}: {}", record.key, record.reason);
         if (options_.quiet) return;
         log_information("{} of {} jobs finished: {}{}", planned_done_, sweep_.runs.size(), record.key,
@@ -361,8 +372,7 @@ private:
 
     bool holds(const UnitRecord& record) const {
         const auto found = sweep_.runs.find(record.key);
-        return !sweep_.keeps_archives() || found == sweep_.runs.end() ||
-               fs::exists(archive_of(sweep_.folder, sweep_.layout.runs[found->second]));
+        return found == sweep_.runs.end() || sweep_.holds(sweep_.layout.runs[found->second]);
     }
 
     Sweep& sweep_;
@@ -423,11 +433,12 @@ SweepOutcome run_sweep(const io::Scene& scene, const JobOptions& options) {
     if (sweep.has_archives() && !options.collect) files::require_locks(folder / sweep_manifest);
     SweepOutcome outcome{.table = {}};
     const std::vector<UnitRecord> records = campaign_records(folder, sweep.identity);
-    outcome.already_done = ended_runs(sweep, records).results.size();
-    outcome.runs = sweep.layout.runs.size();
+    ended_runs(sweep, records);  // plans what they ask for
     std::vector<std::string> remarks;
     if (options.share.is_plain())
         remarks = version_warnings(sweep.keeps_archives() ? check_archives(sweep) : recorded_versions(sweep, records));
+    outcome.already_done = ended_runs(sweep, records).results.size();
+    outcome.runs = sweep.layout.runs.size();
     if (options.share.is_plain()) std::ranges::move(check_kept_modes(sweep), std::back_inserter(remarks));
     if (outcome.already_done < outcome.runs && !options.collect)  // else with the table, at once
         for (const std::string& warning : remarks) log_warning("{}", warning);

@@ -55,12 +55,10 @@ void write_message(int to, const std::string& message, bool is_failure) {
 
 /// The status of a worker whose Error of this kind ends all jobs.
 constexpr int status_of_fault(Fault fault) { return 64 + static_cast<int>(fault); }
-constexpr std::array faults{Fault::input, Fault::unavailable, Fault::run, Fault::environment, Fault::defect};
 
 std::optional<Fault> fault_that_ends(int status) {
-    for (const Fault fault : faults)
-        if (status == status_of_fault(fault)) return fault;
-    return std::nullopt;
+    const bool is_fault = status >= status_of_fault(Fault::input) && status <= status_of_fault(Fault::defect);
+    return is_fault ? std::optional(static_cast<Fault>(status - status_of_fault(Fault::input))) : std::nullopt;
 }
 
 /// In the child.

@@ -92,8 +92,9 @@ Replicates combine(std::span<const Estimate> runs) {
     Replicates result = combined(unwrapped(runs));
     result.mean.mean = std::remainder(result.mean.mean, turn);
     result.mean.is_direction = true;
-    constexpr double by_chance = 3.0;  // n R^2 of random directions exceeds it in one of twenty cases (Rayleigh)
-    if (runs.size() > 1 && std::norm(resultant(runs)) < by_chance * static_cast<double>(runs.size())) {
+    constexpr double by_chance = 3.0, common = 0.9;  // n R^2 of random directions is larger in one of twenty cases
+    const auto count = static_cast<double>(runs.size());
+    if (const double sum = std::abs(resultant(runs)); sum * sum < by_chance * count && sum < common * count) {
         result.mean.error.reset();
         result.mean.why_no_error = "no error estimate: the runs have no common direction";
     }

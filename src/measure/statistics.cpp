@@ -165,10 +165,11 @@ void add_jackknife(Series series, const CorrelationTimes& correlation, double sp
     // Exact for exponential correlations: length * variance of a block mean = 2 tau variance (1 - lost).
     const double tau = correlation.integrated, lost = (tau - 0.25 / tau) / static_cast<double>(length);
     result.mean = full - (count - 1.0) * (mean_estimate - full);
-    result.error = std::sqrt((count - 1.0) / count * sum / (1.0 - lost) * 2.0 * blocks_per_time(estimates));
+    const double together = 2.0 * blocks_per_time(estimates);  // blocks that are worth one
+    result.error = std::sqrt((count - 1.0) / count * sum / (1.0 - lost) * together);
     result.samples = blocks * length;
     result.warm_up += static_cast<double>(spare) * spacing;
-    result.blocks = blocks;
+    result.blocks = std::max<std::size_t>(2, static_cast<std::size_t>(count / together));
 }
 
 /// Reports which samples are not finite.

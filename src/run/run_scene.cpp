@@ -201,7 +201,7 @@ std::optional<io::Scene> scene_not_begun(const std::filesystem::path& path, std:
                                          const RunOptions& options) {
     if (!files::is_hdf5(path) || files::has_checkpoint(path)) return std::nullopt;
     const files::ArchiveReader archive(path);
-    if (files::run_id_of(archive).empty()) return std::nullopt;
+    if (files::run_id_of(archive).empty() || archive.has("/summary/warm_up")) return std::nullopt;
     for (const files::StoredArray& array : archive.contents().arrays)
         if (array.path.ends_with("/time") && array.shape.at(0) > 1) return std::nullopt;
     const std::string name = path.string() + " (its scene)", stored = archive.text_attribute("scene");

@@ -167,11 +167,25 @@ def test_damaged_archives_are_repeated_and_other_files_stay(tmp_path):
     assert drover(tmp_path, *words, "--share", "1/2").stderr.count("is run again from its start") == 3
     drover(tmp_path, *words)
     assert table_of(folder) == table
+    os.truncate(cut, cut.stat().st_size // 2)  # a run with a record
+    assert drover(tmp_path, *words).stderr.count("is run again from its start") == 1
+    assert table_of(folder) == table and drover(tmp_path, "info", cut).stdout
     without_records(folder)
     cut.write_text("my notes")
     for more in ([], ["--share", "1/2"]):
         assert "move this elsewhere" in drover(tmp_path, *words, *more, status=2).stderr
     assert cut.read_text() == "my notes"
+
+
+def test_a_damaged_start_of_a_ramp_is_repeated_before_what_starts_from_it(tmp_path):
+    words = ["sweep", write_scene(tmp_path, TINY), *RAMP]
+    drover(tmp_path, *words)
+    folder = tmp_path / "flock.sweep"
+    table = table_of(folder)
+    os.truncate(folder / "point-0000-seed-7.h5", 0)
+    (folder / "point-0001-seed-7.h5").unlink()
+    drover(tmp_path, *words)
+    assert table_of(folder) == table
 
 
 def test_an_archive_that_is_deleted_during_its_run_is_no_failure_of_the_scene(tmp_path):

@@ -166,6 +166,7 @@ TEST(Claims, a_process_with_a_clock_far_behind_lives_while_its_heartbeat_changes
         here.renew();
         std::this_thread::sleep_for(30ms);
     }
+    beat();
     EXPECT_EQ(here.holder("unit"), Held::certainly);
     std::this_thread::sleep_for(300ms);  // silent for two renewals, and so dead by the clock of the server
     EXPECT_TRUE(here.claim("unit"));

@@ -298,6 +298,20 @@ TEST(Campaign, a_unit_that_kills_its_worker_is_given_up_and_the_others_of_its_gr
     for (const UnitRecord& record : records) EXPECT_EQ(record.state == UnitState::done, record.key != key_of(4));
 }
 
+TEST(Campaign, a_unit_whose_process_a_signal_stops_each_time_is_given_up_after_three) {
+    const Folder folder;
+    Units units(folder, 2, {});
+    UnitPlan plan = units.plan();
+    const auto run = plan.run;
+    plan.run = [run](const std::string& key) { return key == key_of(0) ? std::nullopt : run(key); };
+    EXPECT_FALSE(run_campaign(plan, options(folder)).stopped);
+    const std::vector<UnitRecord> records = campaign_records(folder / "campaign", identity);
+    ASSERT_EQ(records.size(), 2u);
+    EXPECT_EQ(records[0].state, UnitState::lost);
+    EXPECT_THAT(records[0].reason, HasSubstr("a signal stopped its process, 3 times"));
+    EXPECT_EQ(records[1].state, UnitState::done);
+}
+
 TEST(Campaign, a_failure_of_the_disk_ends_it_keeps_what_has_ended_and_releases_the_rest) {
     const Folder folder;
     const auto fail = [](std::size_t unit) {

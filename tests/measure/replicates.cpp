@@ -152,6 +152,14 @@ TEST(Replicates, directions_without_a_common_one_have_no_error) {
     const Replicates found = combine(around);
     EXPECT_FALSE(found.mean.error);
     EXPECT_NE(found.mean.why_no_error.find("no common direction"), std::string::npos);
+    for (const std::size_t few : {2, 3}) {
+        std::vector<Estimate> alike;
+        for (std::size_t i = 0; i < few; ++i) {
+            alike.push_back({.mean = 3.1 + 0.01 * static_cast<double>(i)});
+            alike.back().is_direction = true;
+        }
+        EXPECT_TRUE(combine(alike).mean.error) << few;
+    }
 }
 
 }  // namespace
