@@ -53,8 +53,8 @@ def test_the_error_of_a_coefficient_is_that_of_the_model_where_the_start_holds_t
 def test_a_mean_momentum_that_is_rounding_is_no_order(tmp_path):
     scene = write(tmp_path, '{symbol = "v", rank = "vector", solenoidal = true, noise = "2 nu T", '
                   'conserved_noise = true}', 'v = "nu lap v - v.grad v"', "nu = 1.0\nT = 0.01", dt=", dt = 0.1",
-                  nx=8, ny=8, lx=8.0, ly=8.0, end=100.0)
-    for seed in (1, 2):
+                  end=100.0)
+    for seed in (2, 4):  # whose rounding has a mean that looks neither like order nor like none
         program(tmp_path, "run", scene, "-q", "-o", "run.h5", "--overwrite", "--set", f"run.seed={seed}")
         found = fitted(tmp_path, "nu")
         assert abs(found["nu"]["value"] - 1.0) < 3.5 * found["nu"]["error"]
