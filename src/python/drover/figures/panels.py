@@ -95,7 +95,7 @@ def draw_arrow_key(axes, arrows, place, value, words, coordinates="axes"):
     """A key of arrows with words on its left, which a notebook keeps when it cuts the margins of a page."""
     axes.quiverkey(arrows, *place, value, "", labelpos="W", coordinates=coordinates, color="black")
     axes.annotate(words, place, (-0.6, 0.0), {"axes": "axes fraction"}.get(coordinates, coordinates), "offset fontsize",
-                  horizontalalignment="right", verticalalignment="center")
+                  horizontalalignment="right", verticalalignment="center", annotation_clip=False)
 
 
 def shown_means(array, is_density=True):

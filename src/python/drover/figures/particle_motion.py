@@ -101,7 +101,9 @@ def draw_flow(axes, run, frame, sides):
                          pivot="mid", angles="xy", scale_units="xy", scale=longest / block, units="inches", width=0.02,
                          headwidth=4, headlength=4, headaxislength=3.5, zorder=5)
     value = float(f"{longest:.0e}")
-    right, low = 0.5 * sides[0], -0.5 * sides[1] - 0.035 * max(sides)
+    inches = min(axes.get_figure().get_size_inches() * axes.get_position().size)
+    line = 0.0 if inches > 4.0 else 0.2 / inches  # below the bar of the scale where both do not fit beside each other
+    right, low = 0.5 * sides[0], -0.5 * sides[1] - (0.035 + line) * max(sides)
     draw_arrow_key(axes, arrows, (right - value * block / longest, low), value,
                    rf"beads: $|\mathbf{{v}}|={value:g}$ mm s$^{{-1}}$", "data")
     return time, beads
