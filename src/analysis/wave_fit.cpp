@@ -117,8 +117,8 @@ bool mark_conserved(const model::Equations& equations, const std::vector<double>
 
 /// Whether a scalar that is not conserved fluctuates about another value than 0.
 bool has_mean(const FrameMeans& means, const model::Equations& equations, const std::vector<WaveModel::Field>& fields) {
-    constexpr double share =
-        0.1;  // of the mean square: of fluctuations about 0 it is 2 tau/T on average, here T = 20 tau
+    // Of the mean square: of fluctuations about 0 it is 2 tau/T on average, here T = 20 tau.
+    constexpr double share = 0.1;
     const std::vector<model::StateComponent> parts = model::components_of_state(equations);
     for (std::size_t i = 0; i < parts.size(); ++i)
         if (equations.model().fields[parts[i].field].spin == 0 && !fields[i].is_conserved &&

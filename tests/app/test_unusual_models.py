@@ -124,3 +124,10 @@ def test_perturbations_of_a_state_keep_a_conserved_sum(tmp_path):
     rates = np.linalg.eigvals(np.block([[0.1 * laplacian + by_a, by_b], [-by_a, 10 * laplacian - by_b]]))
     exact = np.sort(rates.real[abs(rates) > 1e-3])[::-1]  # without a translation and the sum
     assert np.allclose([one["rate"] for one in found["perturbations"]][:4], exact[:4], atol=1e-4)
+
+
+def test_terms_of_fields_with_masses_add_up_to_the_rate(tmp_path):
+    scene = write(tmp_path, ['{symbol = "u", mass = "3"}', '{symbol = "w", mass = "0.5"}'],
+                  ['u = "a u - u^3 + lap u + 0.4 w"', 'w = "-w + 0.3 u + 0.2 lap w"'], "a = 1.0")
+    for state in drover_json(tmp_path, "stability", scene)["states"]:
+        assert abs(sum(one["growth"] for one in state["shares"]) - state["fastest_rate"]) < 1e-12
