@@ -114,22 +114,27 @@ std::string claim_name(const std::string& key, int generation) { return text("{}
 /// What happened in the folder of claims, as an Error.
 [[noreturn]] void fail(const fs::path& folder, const std::system_error& cause) {
     const int error = cause.code().value();
-    if (error == EPERM && std::string_view(cause.what()).starts_with("remove"))  // a folder where owners alone remove
+    if (error == EPERM)  // of a folder where owners alone remove their files
         throw Error(
             Fault::unavailable, {folder.string()},
             text("a file of another user there cannot be removed ({}); expected a folder without the sticky bit: "
                  "chmod -t",
                  std::string(cause.what())));
-    if (error == EPERM || error == EOPNOTSUPP || error == ENOSYS || error == EMLINK)
-        fail_input({folder.string()},
-                   "the file system makes no hard links, by which shares claim their work ({}); choose a folder on "
-                   "another file system: a local disk, NFS, Lustre or BeeGFS",
-                   std::string(cause.what()));
     if (error == EACCES || error == EROFS)
         throw Error(Fault::unavailable, {folder.string()},
                     text("cannot be written: {}; check the permissions of the folder, or choose another with --output",
                          std::string(cause.what())));
     throw write_failure(folder, cause, 0, "nothing of what has ended is lost");
+}
+
+/// The same of a link.
+[[noreturn]] void fail_link(const fs::path& folder, const std::system_error& cause) {
+    const int error = cause.code().value();
+    if (error != EPERM && error != EOPNOTSUPP && error != ENOSYS && error != EMLINK) fail(folder, cause);
+    fail_input({folder.string()},
+               "the file system makes no hard links, by which shares claim their work ({}); choose a folder on "
+               "another file system: a local disk, NFS, Lustre or BeeGFS",
+               std::string(cause.what()));
 }
 
 }  // namespace
@@ -273,7 +278,7 @@ bool Claims::claim(const std::string& key) try {
     fail_environment("{}: {} processes died at {}; see why, then remove its files there", folder_->path.string(),
                      max_generations, key);
 } catch (const std::system_error& cause) {
-    fail(folder_->path, cause);
+    fail_link(folder_->path, cause);
 }
 
 void Claims::release(const std::string& key) try {

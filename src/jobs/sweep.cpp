@@ -433,7 +433,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const JobOptions& options) {
     if (sweep.has_archives() && !options.collect) files::require_locks(folder / sweep_manifest);
     SweepOutcome outcome{.table = {}};
     const std::vector<UnitRecord> records = campaign_records(folder, sweep.identity);
-    ended_runs(sweep, records);  // plans what they ask for
+    if (sweep.is_adaptive()) ended_runs(sweep, records);  // plans what they ask for
     std::vector<std::string> remarks;
     if (options.share.is_plain())
         remarks = version_warnings(sweep.keeps_archives() ? check_archives(sweep) : recorded_versions(sweep, records));
