@@ -46,7 +46,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
                          check_output(output, options.scene, scene);
                      },
                  .overrides = overrides,
-                 .words = options.overwrite ? std::vector<std::string>{"--overwrite"} : std::vector<std::string>{}}))
+                 .words = {"--overwrite"}}))  // the archive that the script has written, if it is run again
         return run::exit_done;
     if (job.share.is_plain()) check_output(output, options.scene, scene);
     if (options.collect)

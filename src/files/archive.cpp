@@ -16,6 +16,7 @@
 #include "files/new_file.hpp"
 #include "files/packed_chunk.hpp"
 #include "files/run_id.hpp"
+#include "files/system_calls.hpp"
 
 namespace drover::files {
 namespace {
@@ -183,16 +184,6 @@ Descriptor lock_new(const std::filesystem::path& file, bool overwrite) {
     }
     return created;
 }
-
-/// Removes the temporary file unless is_needed was reset.
-struct Cleanup {
-    std::filesystem::path file;
-    bool is_needed = true;
-    ~Cleanup() {
-        std::error_code ignored;
-        if (is_needed) std::filesystem::remove(file, ignored);
-    }
-};
 
 std::string shape_text(const std::vector<std::size_t>& shape) {
     std::vector<std::string> sizes;

@@ -127,16 +127,6 @@ std::string claim_name(const std::string& key, int generation) { return text("{}
     throw write_failure(folder, cause, 0, "nothing of what has ended is lost");
 }
 
-/// The same of a link.
-[[noreturn]] void fail_link(const fs::path& folder, const std::system_error& cause) {
-    const int error = cause.code().value();
-    if (error != EPERM && error != EOPNOTSUPP && error != ENOSYS && error != EMLINK) fail(folder, cause);
-    fail_input({folder.string()},
-               "the file system makes no hard links, by which shares claim their work ({}); choose a folder on "
-               "another file system: a local disk, NFS, Lustre or BeeGFS",
-               std::string(cause.what()));
-}
-
 }  // namespace
 
 Claimant this_process(std::int64_t share, std::int64_t shares, std::int64_t workers) {
@@ -278,7 +268,7 @@ bool Claims::claim(const std::string& key) try {
     fail_environment("{}: {} processes died at {}; see why, then remove its files there", folder_->path.string(),
                      max_generations, key);
 } catch (const std::system_error& cause) {
-    fail_link(folder_->path, cause);
+    fail(folder_->path, cause);
 }
 
 void Claims::release(const std::string& key) try {

@@ -69,7 +69,8 @@ RecordContent content_of(Bytes bytes, const RecordIdentity& identity, const std:
     const std::size_t magic_bytes = std::min(bytes.size(), sizeof records_magic),
                       found = std::min(bytes.size(), head_bytes);
     require(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(magic_bytes), head.begin()), {file},
-            "is not a file of trials; expected a folder that drover calibrate created");
+            "is not a file of records; expected one that drover wrote: put it back, or choose another folder with "
+            "--output");
     RecordContent content;
     if (found == head_bytes) {
         content = records_in(bytes.subspan(head_bytes));
@@ -77,10 +78,11 @@ RecordContent content_of(Bytes bytes, const RecordIdentity& identity, const std:
     }
     const std::string other = content.of.empty() ? "" : difference(content.of, identity.content);
     const bool has_hash = std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(found), head.begin());
-    require(has_hash && other.empty(), {file},
-            "holds the trials of another scene or measurement{}; expected those that were written here: put them back, "
-            "or choose another folder with --output",
-            other.empty() ? "" : ": " + other);
+    require(
+        has_hash && other.empty(), {file},
+        "holds the records of another scene or measurement{}; expected those that were written here: put them back, "
+        "or choose another folder with --output",
+        other.empty() ? "" : ": " + other);
     return content;
 }
 

@@ -116,8 +116,8 @@ bool appear(const fs::path& file, const fs::path& beside, const std::string& con
     const Descriptor open = open_file(beside, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
     write_at(open, 0, std::as_bytes(std::span(content)));
     sync(open);
+    const Cleanup cleanup{beside};
     const bool is_first = link_to(open, beside, file);
-    remove_if_exists(beside);
     sync_folder_of(file);
     return is_first;
 }

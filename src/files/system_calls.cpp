@@ -138,8 +138,13 @@ bool link_to(const Descriptor& open, const std::filesystem::path& from, const st
     if (::link(from.c_str(), name.c_str()) == 0) return true;
     const int error = errno;
     if (is_at(open, name)) return true;
-    if (error != EEXIST) fail_call("link", error);
-    return false;
+    if (error == EEXIST) return false;
+    require(error != EPERM && error != EOPNOTSUPP && error != ENOSYS && error != EMLINK,
+            {.file = folder_of(name).string()},
+            "the file system makes no hard links, by which processes claim a folder and its work (link: {}); choose a "
+            "folder on another file system: a local disk, NFS, Lustre or BeeGFS",
+            std::generic_category().message(error));
+    fail_call("link", error);
 }
 
 void touch(const Descriptor& open) {

@@ -64,8 +64,18 @@ void sync(const Descriptor& file);
 void sync_folder_of(const std::filesystem::path& file);
 void rename_over(const std::filesystem::path& from, const std::filesystem::path& to);
 void remove_if_exists(const std::filesystem::path& file);
+/// Removes a file at the end of a scope, unless it is not needed any more; what it meets is ignored.
+struct Cleanup {
+    std::filesystem::path file;
+    bool is_needed = true;
+    ~Cleanup() {
+        std::error_code ignored;
+        if (is_needed) std::filesystem::remove(file, ignored);
+    }
+};
 /// A second name of an open file; false when that name is taken by another file, on NFS too: a server that has made the
-/// link may report, to a request that was repeated, that the name is taken.
+/// link may report, to a request that was repeated, that the name is taken.  Throws an input Error where the file
+/// system has no such names.
 bool link_to(const Descriptor& open, const std::filesystem::path& from, const std::filesystem::path& name);
 /// Sets the time of an open file to that of the file server.
 void touch(const Descriptor& open);

@@ -14,6 +14,7 @@
 #include "files/archive_reader.hpp"
 #include "jobs/stop_rules.hpp"
 #include "jobs/worker_pool.hpp"
+#include "run/loop.hpp"
 #include "run/provenance.hpp"
 #include "run/same_run.hpp"
 #include "run/signals.hpp"
@@ -178,6 +179,7 @@ private:
         for (const std::string& key : groups_[job]) {
             if (run::stop_signal() != 0) return run::exit_stopped;
             const auto start = Clock::now();
+            const double core_start = run::core_seconds();
             UnitRecord record{.key = key, .result = {}, .reason = {}, .program = run::this_program()};
             try {
                 auto result = plan_.run(key);
@@ -186,11 +188,14 @@ private:
             } catch (const run::MixedFiles&) {
                 throw;
             } catch (const Error& error) {
+                // A signal, also to this process alone, before the run began.
+                if (error.fault() == Fault::environment && run::stop_signal() != 0) return run::exit_stopped;
                 if (!is_of_scene(error.fault()) && error.fault() != Fault::unavailable) throw;
                 record.state = is_of_scene(error.fault()) ? UnitState::failed : UnitState::lost;
                 record.reason = error.what();
             }
             record.seconds = seconds_since(start);
+            record.core_seconds = std::max(record.seconds, run::core_seconds() - core_start);
             send(unit_bytes(record));
         }
         return run::exit_done;
@@ -210,7 +215,7 @@ private:
         released_.insert(claim_of(record.key));
         ++outcome_.ran;
         ++progress_.ended;
-        progress_.core_seconds += record.seconds;
+        progress_.core_seconds += record.core_seconds;
         if (record.state != UnitState::done) ++progress_.failed;
         take(record);
         if (!busy_.empty()) stop_by_rule();

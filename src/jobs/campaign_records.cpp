@@ -35,7 +35,7 @@ files::ByteWriter encoded(const UnitRecord& record, std::uint64_t shared) {
 
 std::string unit_bytes(const UnitRecord& record) {
     files::ByteWriter to = encoded(record, 0);
-    to(record.result.shared);
+    to(record.result.shared, record.core_seconds);
     return files::text_of(to.bytes);
 }
 
@@ -58,7 +58,7 @@ UnitRecord unit_of(const std::string& bytes) {
     files::ByteReader reader{std::as_bytes(std::span(bytes))};
     reader.take<RecordKind>();
     Decoded found = decoded(reader);
-    reader(found.record.result.shared);
+    reader(found.record.result.shared, found.record.core_seconds);
     if (!reader.is_complete) fail_environment("a worker returned {} bytes that are no record", bytes.size());
     return std::move(found.record);
 }

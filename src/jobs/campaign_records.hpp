@@ -28,11 +28,12 @@ struct UnitResult {
 struct UnitRecord {
     std::string key;
     UnitState state = UnitState::done;
-    UnitResult result;     ///< of a unit that is done
-    std::string reason;    ///< why it is not done
-    double seconds = 0.0;  ///< that it took
-    std::string program;   ///< the drover that computed it
-    bool is_new = false;   ///< computed by this process, in this call; not stored
+    UnitResult result;          ///< of a unit that is done
+    std::string reason;         ///< why it is not done
+    double seconds = 0.0;       ///< that it took
+    std::string program;        ///< the drover that computed it
+    bool is_new = false;        ///< computed by this process, in this call; not stored
+    double core_seconds = 0.0;  ///< for which it had cores, at least `seconds`; of a new one, not stored
     bool operator==(const UnitRecord&) const = default;
 };
 

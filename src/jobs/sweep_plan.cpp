@@ -49,7 +49,8 @@ Varied varied_of(const io::Scene& scene, const std::string& written, const Sourc
                 "sweep.vary has \"{}\"; expected an integer number of values, 2 to 1e6, after the second colon",
                 written);
         for (int i = 0; i < static_cast<int>(count); ++i)  // the same for twice as many steps, to the bit
-            varied.values.push_back(first + (last - first) * i / (count - 1.0));
+            varied.values.push_back(i + 1 == static_cast<int>(count) ? last
+                                                                     : first + (last - first) * i / (count - 1.0));
     }
     require(!varied.values.empty(), where, "sweep.vary has \"{}\" without a value; expected at least one", written);
     return varied;

@@ -121,7 +121,8 @@ void TradeBench::count(const TrialRun& trial) {
     const TrialResult* result = trials_.find(trial);
     if (result == nullptr) return;
     double& counted = counted_[result->archive.string()];
-    if (std::find(hosts.begin(), hosts.end(), result->host) == hosts.end()) hosts.push_back(result->host);
+    hosts.insert(result->host);
+    programs.insert(result->program);
     spent += result->seconds() - counted;
     counted = result->seconds();
 }

@@ -1,6 +1,7 @@
 // jobs/trade_bench.hpp: trials of changes of one scene within a budget, their costs, and differences of wanted numbers.
 #pragma once
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -57,7 +58,8 @@ public:
     double spent = 0.0;              ///< core seconds of the trials so far
     bool is_short = false;           ///< some trials were not made, for want of budget
     bool is_collecting = false;      ///< no trials are made
-    std::vector<std::string> hosts;  ///< on which trials ran
+    std::set<std::string> hosts;     ///< on which trials ran
+    std::set<std::string> programs;  ///< versions of drover that ran them
 
     TrialRun trial_of(const std::vector<std::string>& overrides, bool rounds_up = false) const;
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -74,7 +75,8 @@ struct Findings {
     std::vector<Checked> checked;
     std::vector<std::string> notes;
     bool is_short = false;           ///< of budget: some trials were not made
-    std::vector<std::string> hosts;  ///< on which trials ran
+    std::set<std::string> hosts;     ///< on which trials ran
+    std::set<std::string> programs;  ///< versions of drover that ran them
     bool stopped = false;            ///< by a signal
 };
 

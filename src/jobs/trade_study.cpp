@@ -43,6 +43,7 @@ private:
         found_.seconds = bench_.spent;
         found_.is_short = bench_.is_short;
         found_.hosts = bench_.hosts;
+        found_.programs = bench_.programs;
         return found_;
     }
 

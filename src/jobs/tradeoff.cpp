@@ -12,6 +12,7 @@
 #include "jobs/trade_front.hpp"
 #include "run/cost.hpp"
 #include "run/field_simulation.hpp"
+#include "run/provenance.hpp"
 #include "run/run_scene.hpp"
 #include "run/scene_equations.hpp"
 #include "run/step_choice.hpp"
@@ -295,7 +296,13 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
                      found.targets[w].text, found.cell[w].value, found.cell[w].error, found.allowed[w]));
     if (found.hosts.size() > 1)
         root.footer.push_back(text("the trials ran on {} machines ({}): their core times are compared as they are",
-                                   found.hosts.size(), joined(found.hosts)));
+                                   found.hosts.size(), joined(std::vector(found.hosts.begin(), found.hosts.end()))));
+    for (const std::string& program : found.programs)
+        if (program != run::this_program())
+            root.footer.push_back(
+                text("trials were made by drover {}, and this is drover {}: if a change between them "
+                     "affects results, repeat them in another folder",
+                     program, run::this_program()));
     if (best == nullptr) {
         for (const std::string& note : found.notes) root.footer.push_back(note);
         root.footer.push_back(outcome.why_none = why_none(found, front, options.run_budget));

@@ -177,6 +177,7 @@ void Trials::take(const UnitRecord& record) {
     if (!is_better) return;
     result.end = ran.result.end;
     result.host = ran.result.host;
+    result.program = record.program;
     result.run_id = ran.result.run_id;
     result.failure = ran.result.failure;
 }

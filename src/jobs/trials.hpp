@@ -28,6 +28,7 @@ struct TrialResult {
     double step_seconds = 0.0;   ///< of a core, for the steps that were timed: a kill loses the times before it
     double timed = 0.0;          ///< simulated time of these steps [s]
     std::string host;            ///< name of the machine on which it ended
+    std::string program;         ///< the drover that ended it
     std::string run_id;          ///< of the archive
     std::string failure;         ///< why the run failed; else ""
     double seconds() const { return start_seconds + step_seconds; }

@@ -179,8 +179,8 @@ std::size_t forgotten_after(std::span<const double> indicator, std::size_t cut) 
 std::string warm_up_note(std::size_t automatic, std::size_t samples) {
     if (automatic == 0 || 2 * automatic + 10 <= samples) return "";  // the last cut tried, up to the length of a batch
     return text(
-        "the warm-up may not have ended: the best cut found is the last one tried, half of {} samples; run "
-        "longer or set the warm-up",
+        "the warm-up may not have ended: half of {} samples are left out, and never more; run longer or set the "
+        "warm-up",
         samples);
 }
 
@@ -196,7 +196,7 @@ Summary summarise(const Recorded& recorded) {
             automatic = std::max(automatic, forgotten_after(indicator, cut));
     const double spacing = recorded.spacing;
     const std::size_t skip = summary.warm_up = std::min(recorded.warm_up.value_or(automatic), summary.samples);
-    summary.note = warm_up_note(cut, summary.samples);
+    summary.note = warm_up_note(automatic, summary.samples);
     for (const RecordedSeries& series : recorded.series)
         summary.rows.push_back(series.accumulates ? rate_row(series, spacing, skip) : mean_row(series, spacing, skip));
     for (const Product& product : recorded.products) {

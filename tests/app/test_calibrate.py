@@ -299,7 +299,7 @@ def test_folders_and_trials_of_another_scene_are_rejected(tmp_path):
              ["records: the trials of damping-bead-0.3 have another plan: calibrate.damping.hold = 0.02 there, 0.03 "
               "here"])
     (folder / "records" / "notes.records").write_text("notes of mine")
-    rejected(tmp_path, ["calibrate", scene], ["notes.records", "is not a file of trials"])
+    rejected(tmp_path, ["calibrate", scene], ["notes.records", "is not a file of records"])
     (folder / "records" / "notes.records").unlink()
 
 

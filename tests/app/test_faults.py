@@ -455,6 +455,17 @@ SHIM = os.environ.get("DROVER_SHIM")
 
 
 @pytest.mark.skipif(not SHIM, reason="DROVER_SHIM is not set; ctest sets it")
+@pytest.mark.parametrize("call", [1, 2])  # of the text that claims the folder, and of the first claim of a job
+def test_a_folder_without_hard_links_is_told_so_and_kept_clean(call, tmp_path):
+    scene = write_scene(tmp_path, {**SHORT, "sweep.seeds": 2})
+    without = environment(LD_PRELOAD=SHIM, DROVER_FAULT=f"link:{call}:EPERM:always")
+    words = one_sentence(drover(tmp_path, "sweep", scene, "--quiet", "-o", "s", status=2, env=without))
+    assert words.startswith("error: s") and "makes no hard links" in words and "NFS, Lustre" in words
+    assert not [name for name in tree(tmp_path / "s") if ".sweep.toml" in name or name.endswith(".h5")]
+    drover(tmp_path, "sweep", scene, "--quiet", "-o", "s")
+
+
+@pytest.mark.skipif(not SHIM, reason="DROVER_SHIM is not set; ctest sets it")
 @pytest.mark.parametrize("reason", ["ENOLCK", "EOPNOTSUPP", "ENOSYS"])
 def test_a_file_system_without_locks_is_used_only_if_the_user_says_so(reason, tmp_path):
     whole = archive_of(tmp_path, "whole.toml")

@@ -83,7 +83,8 @@ def test_a_field_with_short_waves_that_are_physical_does_not_warn(tmp_path, chan
 def test_a_sweep_lists_the_warnings_of_its_runs(tmp_path):
     write_scene(tmp_path, base=STEEP)
     ended = drover(tmp_path, "sweep", "flock.toml", "--vary", "elasticity.stiffness = 0.05, 5", "-q")
-    assert [text.split(": ")[:2] for text in printed(ended.stdout)] == [
+    # Short runs say more: that their warm-up may not have ended.
+    assert [text.split(": ")[:2] for text in printed(ended.stdout) if "warm-up" not in text] == [
         ["point-0000-seed-1", "the grid does not resolve polar_order with grid.nx = 64 and grid.ny = 4"]]
 
 

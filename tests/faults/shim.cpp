@@ -10,10 +10,10 @@
 //                                           processes that were started by exec), and which allocations were the first
 //                                           with their innermost calls
 //
-// Calls: read write pwrite pread fsync rename ftruncate open malloc.  Errors: ENOSPC EIO EDQUOT ENOMEM EINTR ESTALE,
-// and "short": a write or read of half of the bytes.  read and write do not count the standard streams; read includes
-// readv, and not fread, whose calls are within the C library; pwrite includes posix_fallocate, open includes fopen,
-// malloc includes calloc, realloc and aligned allocations, rename includes unlink.
+// Calls: read write pwrite pread fsync rename link ftruncate open malloc.  Errors: ENOSPC EIO EDQUOT ENOMEM EINTR
+// ESTALE EPERM, and "short": a write or read of half of the bytes.  read and write do not count the standard streams;
+// read includes readv, and not fread, whose calls are within the C library; pwrite includes posix_fallocate, open
+// includes fopen, malloc includes calloc, realloc and aligned allocations, rename includes unlink.
 #include <execinfo.h>
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -46,13 +46,14 @@ enum Call {
     call_pread,
     call_fsync,
     call_rename,
+    call_link,
     call_ftruncate,
     call_open,
     call_malloc,
     calls
 };
-constexpr const char* names[calls] = {"read",   "write",     "pwrite", "pread", "fsync",
-                                      "rename", "ftruncate", "open",   "malloc"};
+constexpr const char* names[calls] = {"read",   "write", "pwrite",    "pread", "fsync",
+                                      "rename", "link",  "ftruncate", "open",  "malloc"};
 
 /// Shared with child processes: counts[c] is the number of calls c so far.
 long* counts = nullptr;
@@ -181,8 +182,8 @@ __attribute__((constructor)) void begin() {
         const struct {
             const char* name;
             int number;
-        } errors[] = {{"ENOSPC", ENOSPC}, {"EIO", EIO},     {"EDQUOT", EDQUOT},
-                      {"ENOMEM", ENOMEM}, {"EINTR", EINTR}, {"ESTALE", ESTALE}};
+        } errors[] = {{"ENOSPC", ENOSPC}, {"EIO", EIO},       {"EDQUOT", EDQUOT}, {"ENOMEM", ENOMEM},
+                      {"EINTR", EINTR},   {"ESTALE", ESTALE}, {"EPERM", EPERM}};
         for (const auto& one : errors)
             if (std::strcmp(one.name, what) == 0) error = one.number;
         if (wanted < 0 || (error == 0 && !is_short)) std::abort();
@@ -267,6 +268,9 @@ int posix_fallocate(int file, off_t offset, off_t length) {
 int fsync(int file) { return is_under(file) && fails(call_fsync) ? -1 : static_cast<int>(syscall(SYS_fsync, file)); }
 int rename(const char* from, const char* to) noexcept {
     return is_under(to) && fails(call_rename) ? -1 : static_cast<int>(syscall(SYS_rename, from, to));
+}
+int link(const char* from, const char* to) noexcept {
+    return is_under(to) && fails(call_link) ? -1 : static_cast<int>(syscall(SYS_link, from, to));
 }
 int unlink(const char* name) noexcept {
     return is_under(name) && fails(call_rename) ? -1 : static_cast<int>(syscall(SYS_unlink, name));

@@ -30,7 +30,8 @@ TINY = {"relaxation.rate": 0.5, "noise.order": 0.05, "noise.rods": 0.5, "diffusi
         "run.threads": 1}
 ERRORS = {"read": ["EIO", "ESTALE", "short", "EINTR"], "write": ["ENOSPC", "EIO", "short", "EINTR"],
           "pwrite": ["ENOSPC", "EIO", "EDQUOT", "short", "EINTR"], "pread": ["EIO", "ESTALE", "short", "EINTR"],
-          "fsync": ["EIO", "ENOSPC", "EINTR"], "rename": ["EIO", "ENOSPC"], "ftruncate": ["EIO", "EINTR"],
+          "fsync": ["EIO", "ENOSPC", "EINTR"], "rename": ["EIO", "ENOSPC"],
+          "link": ["EIO", "ENOSPC"], "ftruncate": ["EIO", "EINTR"],
           "open": ["EIO", "EINTR", "ENOSPC"], "malloc": ["ENOMEM"]}
 SCENARIOS = ("run", "restart", "sweep", "calibrate", "tradeoff", "film", "figure", "check", "fit", "info", "stability",
              "states", "boundary")

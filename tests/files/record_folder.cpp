@@ -96,7 +96,8 @@ TEST(RecordFolder, a_file_of_another_kind_or_behind_a_link_is_rejected) {
     for (const char* notes : {"my notes of the day", "x"}) {
         std::ofstream((folder / "records" / "notes.records").string()) << notes;
         EXPECT_EQ(refusal_of(read), (folder / "records" / "notes.records").string() +
-                                        ": is not a file of trials; expected a folder that drover calibrate created");
+                                        ": is not a file of records; expected one that drover wrote: put it back, or "
+                                        "choose another folder with --output");
     }
     std::filesystem::remove(folder / "records" / "notes.records");
     std::filesystem::create_symlink("elsewhere", folder / "records" / "link.records");

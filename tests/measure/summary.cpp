@@ -183,6 +183,14 @@ TEST(Summary, a_warm_up_that_does_not_end_is_reported) {
     EXPECT_FALSE(row_of(summary, "polar_order").estimates[0].error);
     EXPECT_EQ(recording.summary(200).warm_up, 200u);
     EXPECT_EQ(recording.summary(200).note, "");
+    // Or where five times the memory is more than half of the run, although it starts as it goes on.
+    std::vector<double> slow(1000);
+    fill_normal({.seed = 1, .stream = Stream::test}, 0, 1, slow);
+    double last = slow[0];
+    for (double& value : slow) value = last = 0.99 * last + std::sqrt(1.0 - 0.99 * 0.99) * value;
+    const Summary half = summarise({.series = {{.name = "x", .values = slow}}, .indicators = {slow}});
+    EXPECT_EQ(half.warm_up, 500u);
+    EXPECT_THAT(half.note, testing::HasSubstr("half of 1000 samples are left out"));
 }
 
 TEST(Summary, directions_without_modes_are_reported_as_undefined) {
