@@ -4,7 +4,7 @@
 
 #include "dem/packing/packing.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/calibrate/particle_system.hpp"
+#include "drover/calibrate/assay.hpp"
 #include "drover/dem/world.hpp"
 
 namespace drover::calibrate {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "drover/base/axis.hpp"
-#include "drover/base/variant.hpp"
+#include "drover/base/schema.hpp"
 
 namespace drover::files {
 

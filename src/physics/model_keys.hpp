@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/base/variant.hpp"
+#include "drover/base/schema.hpp"
 #include "physics/model_values.hpp"
 
 namespace drover::physics {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
+#include "drover/base/schema.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/base/variant.hpp"
 #include "files/archive_layout.hpp"
 #include "physics/text_term.hpp"
 

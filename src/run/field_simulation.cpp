@@ -11,6 +11,7 @@
 #include "measure/fields.hpp"
 #include "model/start.hpp"
 #include "numerics/steppers/coarse_error.hpp"
+#include "numerics/steppers/noise_path.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/field_health.hpp"
 #include "run/field_problem.hpp"

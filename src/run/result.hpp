@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "drover/base/variant.hpp"
+#include "drover/base/schema.hpp"
 #include "files/archive.hpp"
 #include "io/units.hpp"
 

@@ -1,5 +1,5 @@
 // tests/base/variant.cpp: a copy of a variant for which there is no memory.
-#include "drover/base/variant.hpp"
+#include "drover/base/schema.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // tests/dem/impact_support.hpp: bodies and contacts for tests of impacts.
 #pragma once
 #include "dem/impact/impact.hpp"
-#include "drover/dem/shape.hpp"
+#include "drover/dem/bodies.hpp"
 
 namespace drover::dem {
 

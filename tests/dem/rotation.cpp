@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drover/dem/shape.hpp"
+#include "drover/dem/bodies.hpp"
 
 namespace drover::dem::rotation_tests {
 namespace {

@@ -1,6 +1,6 @@
 // tests/dem/shape.cpp: mass, centre and inertia of unions of spheres against closed forms, published numbers and
 // sampling.
-#include "drover/dem/shape.hpp"
+#include "drover/dem/bodies.hpp"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/numerics/layout.hpp"
+#include "drover/numerics/field.hpp"
 #include "physics/compiled_terms.hpp"
 #include "physics/equations.hpp"
 

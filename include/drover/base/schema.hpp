@@ -11,9 +11,21 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
-#include "drover/base/variant.hpp"
 
 namespace drover {
+
+/// std::variant, copied by assignment: libstdc++ 12 takes a variant of numbers, texts and vectors for one that always
+/// holds a value, and where its copy constructor finds no memory it destroys a value that was never made.
+template <class... Types>
+struct Variant : std::variant<Types...> {
+    using std::variant<Types...>::variant;
+    Variant() = default;
+    Variant(const Variant& other) : std::variant<Types...>() { std::variant<Types...>::operator=(other); }
+    Variant(Variant&&) noexcept = default;
+    Variant& operator=(const Variant&) = default;
+    Variant& operator=(Variant&&) noexcept = default;
+    ~Variant() = default;
+};
 
 /// A value of a scene.
 using Value = Variant<bool, std::int64_t, double, std::string, std::vector<double>, std::vector<std::string>>;

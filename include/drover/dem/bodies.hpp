@@ -1,13 +1,54 @@
-// dem/bodies.hpp: the bodies of a particle world at one time, as plain data.
+// dem/bodies.hpp: vectors, rigid shapes, and the bodies of a particle world at one time, as plain data.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include "drover/base/error.hpp"
 #include "drover/dem/setup.hpp"
-#include "drover/dem/shape.hpp"
-#include "drover/dem/vector.hpp"
 
 namespace drover::dem {
+
+struct Vector {
+    double x = 0.0, y = 0.0, z = 0.0;
+};
+inline Vector operator+(const Vector& a, const Vector& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vector operator-(const Vector& a, const Vector& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vector operator*(double s, const Vector& a) { return {s * a.x, s * a.y, s * a.z}; }
+inline double dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vector cross(const Vector& a, const Vector& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline double length(const Vector& a) { return std::sqrt(dot(a, a)); }
+
+/// A sphere of which a body is made.
+struct AxisSphere {
+    double at = 0.0;       ///< position of its centre on the axis, from any origin towards the head [mm]
+    double radius = 0.0;   ///< [mm] > 0
+    double density = 0.0;  ///< of the solid where this sphere is the widest [mg/mm^3] >= 0
+};
+
+/// One solid.  Positions are on the axis n, from tail to head, relative to the centre of mass.
+struct Shape {
+    std::vector<double> at, radius;  ///< of its spheres [mm], tail first
+    double mass = 0.0;               ///< [mg]
+    double inertia_along = 0.0;      ///< about the axis [mg mm^2]
+    double inertia_across = 0.0;     ///< about any perpendicular axis through the centre of mass [mg mm^2]
+    double volume = 0.0;             ///< [mm^3]
+    double projected_area = 0.0;     ///< perpendicular to the axis, for area fractions of lying bodies [mm^2]
+    double tail = 0.0, head = 0.0;   ///< the tips [mm]: tail < 0 < head
+};
+
+/// The union of spheres, which need not overlap.  Mass, centre and inertia are exact: the radius of the solid is that
+/// of the widest sphere, r^2 = R_i^2 - (z - z_i)^2, and the integrals between the points where two spheres are equally
+/// wide are elementary. Throws an input Error for no sphere, a radius that is not positive or a mass of zero.
+Shape make_shape(std::vector<AxisSphere> spheres, const SourceLocation& where = {});
+
+/// Equally spaced spheres, tail to head, of one density [mg/mm^3] and a length from tip to tip [mm].  A single diameter
+/// gives a ball.
+Shape make_rod(const std::vector<double>& diameters, double length, double density, const SourceLocation& where = {});
+
+Shape make_ball(double diameter, double density, const SourceLocation& where = {});
 
 struct Bead {
     Vector position;          ///< of its centre [mm], not wrapped into a periodic cell

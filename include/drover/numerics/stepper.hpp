@@ -7,11 +7,12 @@
 
 #include "drover/base/random.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/numerics/noise_path.hpp"
 #include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/system.hpp"
 
 namespace drover::numerics {
+
+class NoisePath;  // src/numerics/steppers/noise_path.hpp
 
 /// Arrays that hold nothing between steps: Runge-Kutta steppers of one method, grid and layout can share them.
 struct StepperScratch {

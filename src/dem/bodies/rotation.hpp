@@ -2,7 +2,7 @@
 #pragma once
 #include <cmath>
 
-#include "drover/dem/vector.hpp"
+#include "drover/dem/bodies.hpp"
 
 namespace drover::dem {
 

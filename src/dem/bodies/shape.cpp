@@ -1,5 +1,5 @@
 // dem/bodies/shape.cpp: mass, centre and inertia of a union of spheres on an axis.
-#include "drover/dem/shape.hpp"
+#include "drover/dem/bodies.hpp"
 
 #include <algorithm>
 #include <cmath>

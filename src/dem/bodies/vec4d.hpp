@@ -4,7 +4,7 @@
 #include <immintrin.h>
 #endif
 
-#include "drover/dem/vector.hpp"
+#include "drover/dem/bodies.hpp"
 
 namespace drover::dem {
 

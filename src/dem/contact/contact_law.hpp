@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "dem/impact/impact.hpp"
+#include "drover/dem/bodies.hpp"
 #include "drover/dem/setup.hpp"
-#include "drover/dem/shape.hpp"
 
 namespace drover::dem {
 

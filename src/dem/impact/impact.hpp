@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "drover/dem/vector.hpp"
+#include "drover/dem/bodies.hpp"
 
 namespace drover::dem {
 

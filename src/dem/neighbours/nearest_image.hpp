@@ -2,8 +2,8 @@
 #pragma once
 #include <cmath>
 
+#include "drover/dem/bodies.hpp"
 #include "drover/dem/setup.hpp"
-#include "drover/dem/vector.hpp"
 
 namespace drover::dem {
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
+#include "numerics/steppers/noise_path.hpp"
 #include "numerics/steppers/time_method.hpp"
 
 namespace drover::numerics {

@@ -1,10 +1,12 @@
-// numerics/steppers/noise_path.hpp: a binary tree of noise increments over time.
+// numerics/steppers/noise_path.hpp: the noise of a system as one function of time, shared by its steppers: a binary
+// tree of increments.
 #pragma once
 #include <cstdint>
 #include <memory>
 #include <vector>
 
-#include "drover/numerics/noise_path.hpp"
+#include "drover/base/threads.hpp"
+#include "drover/numerics/system.hpp"
 #include "numerics/steppers/isotropic.hpp"
 
 namespace drover::numerics {
@@ -70,5 +72,11 @@ private:
     std::vector<Level> levels_;
     std::unique_ptr<NoisePath> of_products_;
 };
+
+/// For steps of dt and of its halves; nullptr without noise.
+std::shared_ptr<NoisePath> make_noise_path(const System& system, double dt, std::uint64_t seed, Threads& threads);
+
+/// Memory of a noise path for steps of dt that are halved up to `halvings` times [bytes].
+double noise_path_bytes(const System& system, double dt, int halvings);
 
 }  // namespace drover::numerics
