@@ -3,6 +3,7 @@
 #include <array>
 #include <complex>
 #include <functional>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -102,7 +103,7 @@ struct CompiledEquations {
 
     /// What white noises with constant coefficients add to the rates at q: rows by component, columns by component of
     /// the noises.
-    Symbol noise_symbol(const numerics::Wavevector& q) const;
+    Symbol noise_symbol(const std::vector<LinearForm>& rows, const numerics::Wavevector& q) const;
     /// The same of those that fields multiply, in a uniform state.
     Symbol product_symbol(const UniformState& uniform, const numerics::Wavevector& q) const;
     /// Strengths of the noise with constant coefficients; has_sums: whether there is any.
@@ -191,12 +192,15 @@ struct CompiledEquations {
     bool has_solenoidal() const;
     /// The average over the directions of q, without what couples the even and the odd block, at q along x.
     Symbol averaged(const std::vector<LinearForm>& rows, double q) const;
-    Eigen::MatrixXd size_between_fields(const std::vector<LinearForm>& rows, double q) const;
+    /// Sums over the components of two fields, at each of these: turning mixes no others, and rounding is relative to
+    /// them.
+    Eigen::MatrixXd over_fields(const Eigen::MatrixXd& of_components) const;
     bool commutes_with_turns(const std::vector<LinearForm>& rows) const;
-    /// Whether a matrix in the frame of q is the same for all directions of q, tried at some q; sizes(|q|) of its
-    /// entries, to which rounding is relative.  unmixed: and whether it does not couple the even and the odd block.
-    bool is_same_in_all_directions(const std::function<Symbol(const numerics::Wavevector& q)>& matrix,
-                                   const std::function<Eigen::MatrixXd(double q)>& sizes, bool unmixed = false) const;
+    /// Whether a matrix of one power of |q| is the same in the frame of q for all directions of q, tried at some;
+    /// `sizes` of its entries at |q| = 1, to which rounding is relative.  unmixed: and whether it does not couple the
+    /// even and the odd block.
+    bool is_same_in_all_directions(const std::function<Symbol(const numerics::Wavevector& direction)>& matrix,
+                                   const Eigen::MatrixXd& sizes, bool unmixed = false) const;
     int spin_of(int component) const { return model.fields[field(component)].spin; }
     std::size_t field(int component) const {
         return static_cast<std::size_t>(field_of[static_cast<std::size_t>(component)]);
@@ -215,9 +219,12 @@ inline std::complex<double> factor_of(const Order& order, const numerics::Waveve
     return result;
 }
 
-/// At which symbols are compared.
-inline constexpr std::array some_wavenumbers{0.31, 1.0, 2.7};
+/// At which directions are compared.
 inline constexpr std::array some_angles{0.7, 2.1};
+
+/// The parts of linear forms by their number of derivatives.  What holds of each holds at all wavenumbers: in a sum,
+/// at some wavenumber, small parts are below the rounding of others.
+std::map<int, std::vector<LinearForm>> by_order(const std::vector<LinearForm>& rows);
 
 TransformCount transforms_of(const CompiledEquations& equations);
 

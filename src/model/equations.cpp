@@ -1,6 +1,7 @@
 // model/equations.cpp: the linearisation of equations about uniform states.
 #include "drover/model/equations.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -327,38 +328,49 @@ void CompiledEquations::leave_out_along(Symbol& m, const Wavevector& q, bool hol
     m = in_frame(m, q.x / length, q.y / length, true);
 }
 
-/// The size of a symbol at |q| without cancellations, between the fields of two components: turning mixes no others.
-Eigen::MatrixXd CompiledEquations::size_between_fields(const std::vector<LinearForm>& rows, double q) const {
-    const auto count = static_cast<Eigen::Index>(model.fields.size());
-    Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(count, count);
-    for (int row = 0; row < components; ++row)
-        for (const auto& [derivative, coefficient] : rows[static_cast<std::size_t>(row)])
-            sizes(field_of[static_cast<std::size_t>(row)], field_of[static_cast<std::size_t>(derivative.component)]) +=
-                std::abs(coefficient) * std::pow(q, derivative.order.x + derivative.order.y);
-    return sizes(field_of, field_of);
+std::map<int, std::vector<LinearForm>> by_order(const std::vector<LinearForm>& rows) {
+    std::map<int, std::vector<LinearForm>> parts;
+    for (std::size_t row = 0; row < rows.size(); ++row)
+        for (const auto& [derivative, coefficient] : rows[row])
+            parts.try_emplace(derivative.order.x + derivative.order.y, rows.size()).first->second[row][derivative] =
+                coefficient;
+    return parts;
 }
 
-bool CompiledEquations::is_same_in_all_directions(const std::function<Symbol(const Wavevector& q)>& matrix,
-                                                  const std::function<Eigen::MatrixXd(double q)>& sizes,
-                                                  bool unmixed) const {
-    for (const double q : some_wavenumbers) {
-        const Symbol along_x = matrix({q, 0.0});
-        const Eigen::MatrixXd rounding = 1e-12 * sizes(q);
-        for (int i = 0; i < components && unmixed; ++i)
-            for (int j = 0; j < components; ++j)
-                if (is_odd(i) != is_odd(j) && !(std::abs(along_x(i, j)) <= rounding(i, j))) return false;
-        for (const double angle : some_angles) {
-            const double cosine = std::cos(angle), sine = std::sin(angle);
-            const Symbol turned = in_frame(matrix({q * cosine, q * sine}), cosine, sine);
-            if (!((turned - along_x).cwiseAbs().array() <= rounding.array()).all()) return false;
-        }
-    }
-    return true;
+Eigen::MatrixXd CompiledEquations::over_fields(const Eigen::MatrixXd& of_components) const {
+    const auto count = static_cast<Eigen::Index>(model.fields.size());
+    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(count, count);
+    for (Eigen::Index i = 0; i < components; ++i)
+        for (Eigen::Index j = 0; j < components; ++j)
+            sums(field_of[static_cast<std::size_t>(i)], field_of[static_cast<std::size_t>(j)]) += of_components(i, j);
+    return sums(field_of, field_of);
+}
+
+bool CompiledEquations::is_same_in_all_directions(const std::function<Symbol(const Wavevector& direction)>& matrix,
+                                                  const Eigen::MatrixXd& sizes, bool unmixed) const {
+    const Symbol along_x = matrix({1.0, 0.0});
+    const Eigen::MatrixXd rounding = 1e-12 * sizes;
+    for (int i = 0; i < components && unmixed; ++i)
+        for (int j = 0; j < components; ++j)
+            if (is_odd(i) != is_odd(j) && !(std::abs(along_x(i, j)) <= rounding(i, j))) return false;
+    return std::all_of(some_angles.begin(), some_angles.end(), [&](double angle) {
+        const double cosine = std::cos(angle), sine = std::sin(angle);
+        const Symbol turned = in_frame(matrix({cosine, sine}), cosine, sine);
+        return ((turned - along_x).cwiseAbs().array() <= rounding.array()).all();
+    });
 }
 
 bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows) const {
-    return is_same_in_all_directions([&](const Wavevector& q) { return form_symbol(rows, q); },
-                                     [&](double q) { return size_between_fields(rows, q); }, !model.chiral);
+    const auto parts = by_order(rows);
+    return std::all_of(parts.begin(), parts.end(), [this](const auto& one) {
+        const std::vector<LinearForm>& part = one.second;
+        Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(components, components);
+        for (int row = 0; row < components; ++row)
+            for (const auto& [derivative, coefficient] : part[static_cast<std::size_t>(row)])
+                sizes(row, derivative.component) += std::abs(coefficient);
+        return is_same_in_all_directions([&](const Wavevector& q) { return form_symbol(part, q); }, over_fields(sizes),
+                                         !model.chiral);
+    });
 }
 
 numerics::System Equations::linear_system(const numerics::Grid& grid, int kept_degree) const {

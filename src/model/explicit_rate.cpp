@@ -1,8 +1,9 @@
-// model/explicit_rate.cpp: how fast the linear part is that the solver leaves to the explicit part.
+// model/explicit_rate.cpp: how fast the linear part is that the solver leaves to the explicit part, and where both
+// nearly cancel.
 #include <algorithm>
 #include <cmath>
 
-#include "drover/model/equations.hpp"
+#include "drover/model/linearised_at.hpp"
 #include "model/compiled.hpp"
 #include "numerics/algebra/dense.hpp"
 
@@ -74,6 +75,13 @@ public:
         return (c_.eliminated(whole) - propagated_)(c_.state, c_.state);
     }
 
+    /// The propagator's part of the state, and all of a linearisation.
+    Symbol propagated() const { return propagated_(c_.state, c_.state); }
+    Symbol all(Symbol whole) const {
+        c_.add_pressure(whole, q_);
+        return c_.eliminated(whole)(c_.state, c_.state);
+    }
+
 private:
     const CompiledEquations& c_;
     Wavevector q_;
@@ -115,6 +123,63 @@ double Equations::explicit_rate(const numerics::Grid& grid, double t) const {
         }
     }
     return largest;
+}
+
+namespace {
+/// 0, and along both axes modes at powers of two up to the last kept one.
+std::vector<Wavevector> waves_of_all_sizes(const numerics::Grid& grid, int degree) {
+    std::vector<Wavevector> result{{}};
+    for (std::size_t i = 1; numerics::is_kept(grid, degree, i, 0); i *= 2)
+        result.push_back(numerics::wavevector(grid, i, 0));
+    for (std::size_t j = 1; 2 * j < static_cast<std::size_t>(grid.ny) && numerics::is_kept(grid, degree, 0, j); j *= 2)
+        result.push_back(numerics::wavevector(grid, 0, j));
+    return result;
+}
+
+/// phi_1(z) = (e^z - 1)/z of a matrix: a block of an exponential.
+Symbol first_phi(const Symbol& z) {
+    const Eigen::Index n = z.rows();
+    Symbol larger = Symbol::Zero(2 * n, 2 * n);
+    larger.topLeftCorner(n, n) = z;
+    larger.topRightCorner(n, n).setIdentity();
+    return numerics::exponential(larger).topRightCorner(n, n);
+}
+
+/// A first-order step of u' = L u + (M - L) u changes u by dt phi_1(dt L) M u.  Of an eigenvector of M, of eigenvalue
+/// s, that is v^-1 phi_1(dt L) v times dt s; exact is phi_1(dt s) dt s.
+double smallest_part(const Symbol& m, const Symbol& l, double dt) {
+    constexpr double slow = 1.0;  // of |s| dt: faster modes follow the others whatever the step
+    if (m.rows() == 0 || !m.allFinite() || !l.allFinite()) return 1.0;
+    const Eigen::VectorXd scale = numerics::balance(m);
+    const auto scaled = [&](const Symbol& a) -> Symbol {
+        return scale.cwiseInverse().asDiagonal() * a * scale.asDiagonal();
+    };
+    const numerics::DenseEigen modes = numerics::dense_eigen(scaled(m));
+    if (!modes.has_converged || !numerics::is_invertible(modes.vectors)) return 1.0;
+    const Symbol change = numerics::inverse(modes.vectors) * first_phi(dt * scaled(l)) * modes.vectors;
+    double smallest = 1.0;
+    for (Eigen::Index k = 0; k < m.rows(); ++k) {
+        const std::complex<double> z = dt * modes.values(k);
+        if (!(std::abs(z) <= slow) || !std::isfinite(std::abs(change(k, k)))) continue;
+        const Symbol exact = first_phi(Symbol::Constant(1, 1, z));
+        smallest = std::min(smallest, std::abs(change(k, k)) / std::abs(exact(0, 0)));
+    }
+    return smallest;
+}
+}  // namespace
+
+double Equations::part_of_slow_change(const UniformState& at, const numerics::Grid& grid, double dt) const {
+    if (placed_term() != nullptr) return 1.0;
+    for (std::size_t n = 0; n < terms().size(); ++n)
+        if (!has_derivative(n, at)) return 1.0;
+    const CompiledEquations& c = *compiled_;
+    const LinearisedAt linearised(*this, at);
+    double smallest = 1.0;
+    for (const Wavevector& q : waves_of_all_sizes(grid, c.degree)) {
+        const AtWave wave(c, q);
+        smallest = std::min(smallest, smallest_part(wave.all(linearised.whole(q)), wave.propagated(), dt));
+    }
+    return smallest;
 }
 
 }  // namespace drover::model

@@ -203,28 +203,28 @@ Symbol LinearisedAt::along_and_across(const Symbol& of_components, const Wavevec
     return equations_.compiled_->in_frame(of_components, q.x / size, q.y / size);
 }
 
-/// Turning mixes the components of a field alone: rounding is relative to the entries between two fields.
-Eigen::MatrixXd LinearisedAt::sizes(double q) const {
-    const CompiledEquations& c = *equations_.compiled_;
-    const auto count = static_cast<Eigen::Index>(c.model.fields.size());
-    Eigen::MatrixXd of_fields = Eigen::MatrixXd::Zero(count, count);
-    for (const Power& power : powers_)
-        for (int i = 0; i < c.components; ++i)
-            for (int j = 0; j < c.components; ++j)
-                of_fields(static_cast<int>(c.field(i)), static_cast<int>(c.field(j))) +=
-                    std::abs(power.factors(i, j)) * std::pow(q, power.x + power.y);
-    return of_fields(c.field_of, c.field_of);
+namespace {
+/// Those of one total order: see by_order.
+std::map<int, std::vector<LinearisedAt::Power>> by_order(const std::vector<LinearisedAt::Power>& powers) {
+    std::map<int, std::vector<LinearisedAt::Power>> parts;
+    for (const LinearisedAt::Power& power : powers) parts[power.x + power.y].push_back(power);
+    return parts;
 }
 
-namespace {
-bool are_equal(const Symbol& a, const Symbol& b, const Eigen::MatrixXd& sizes) {
-    return ((a - b).cwiseAbs().array() <= 1e-12 * sizes.array()).all();
+Eigen::MatrixXd sizes_of(const CompiledEquations& c, const std::vector<LinearisedAt::Power>& powers) {
+    Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(c.components, c.components);
+    for (const LinearisedAt::Power& power : powers) sizes += power.factors.cwiseAbs();
+    return c.over_fields(sizes);
 }
 }  // namespace
 
 bool LinearisedAt::is_isotropic() const {
-    return equations_.compiled_->is_same_in_all_directions([this](const Wavevector& q) { return whole(q); },
-                                                           [this](double q) { return sizes(q); });
+    const CompiledEquations& c = *equations_.compiled_;
+    const auto parts = by_order(powers_);
+    return std::all_of(parts.begin(), parts.end(), [&c](const auto& one) {
+        return c.is_same_in_all_directions([&](const Wavevector& q) { return sum_of(one.second, c.components, q); },
+                                           sizes_of(c, one.second));
+    });
 }
 
 bool LinearisedAt::is_mirrored() const {
@@ -232,12 +232,16 @@ bool LinearisedAt::is_mirrored() const {
     Eigen::VectorXd parity = Eigen::VectorXd::Ones(c.components);  // in the frame of the direction
     for (int k = 0; k < c.components; ++k) parity(k) = c.is_odd(k) ? -1.0 : 1.0;
     const double cosine = std::cos(direction()), sine = std::sin(direction());
-    for (const double q : some_wavenumbers)
+    for (const auto& [order, powers] : by_order(powers_)) {
+        const Eigen::MatrixXd rounding = 1e-12 * sizes_of(c, powers);
         for (const double angle : some_angles) {
-            const Symbol one = c.in_frame(whole(wavevector(q, angle)), cosine, sine),
-                         other = c.in_frame(whole(wavevector(q, -angle)), cosine, sine);
-            if (!are_equal(one, parity.asDiagonal() * other * parity.asDiagonal(), sizes(q))) return false;
+            const auto at = [&](double from) {
+                return c.in_frame(sum_of(powers, c.components, wavevector(1.0, from)), cosine, sine);
+            };
+            const Symbol difference = at(angle) - parity.asDiagonal() * at(-angle) * parity.asDiagonal();
+            if (!(difference.cwiseAbs().array() <= rounding.array()).all()) return false;
         }
+    }
     return true;
 }
 

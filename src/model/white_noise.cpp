@@ -25,10 +25,10 @@ int CompiledEquations::first_of_noise(std::size_t noise) const {
     return first;
 }
 
-Symbol CompiledEquations::noise_symbol(const Wavevector& q) const {
+Symbol CompiledEquations::noise_symbol(const std::vector<LinearForm>& rows, const Wavevector& q) const {
     Symbol result = Symbol::Zero(components, noise_components);
     for (int row = 0; row < components; ++row)
-        for (const auto& [derivative, coefficient] : noise_rows[static_cast<std::size_t>(row)])
+        for (const auto& [derivative, coefficient] : rows[static_cast<std::size_t>(row)])
             result(row, derivative.component - components) += coefficient * factor_of(derivative.order, q);
     return result;
 }
@@ -73,7 +73,7 @@ Symbol CompiledEquations::product_symbol(const UniformState& uniform, const Wave
 }
 
 Symbol CompiledEquations::sum_noise(const Wavevector& q) const {
-    const Symbol shared = noise_symbol(q);
+    const Symbol shared = noise_symbol(noise_rows, q);
     Symbol strengths = shared * shared.adjoint();
     for (int k = 0; k < components; ++k) {
         const Field& one = model.fields[field(k)];
@@ -93,17 +93,32 @@ Symbol Equations::noise(const UniformState& about, const Wavevector& q) const {
 }
 
 void CompiledEquations::check_noise() const {
-    if (noise_components == 0) return;
-    const auto strengths = [this](const Wavevector& q) {
-        const Symbol rows = noise_symbol(q);
-        return Symbol(rows * rows.adjoint());
+    const auto parts = by_order(noise_rows);
+    if (parts.empty()) return;
+    const auto sum_over = [&](int order, const auto& product) {  // of all pairs of parts that make this order
+        for (const auto& [of_one, rows] : parts)
+            if (const auto other = parts.find(order - of_one); other != parts.end()) product(rows, other->second);
     };
-    const auto sizes = [&](double q) -> Eigen::MatrixXd {
-        return Eigen::MatrixXd::Constant(components, components, strengths({q, 0.0}).diagonal().cwiseAbs().maxCoeff());
+    const auto sizes_of = [this](const std::vector<LinearForm>& rows) {
+        Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(components, noise_components);
+        for (int row = 0; row < components; ++row)
+            for (const auto& [derivative, coefficient] : rows[static_cast<std::size_t>(row)])
+                sizes(row, derivative.component - components) += std::abs(coefficient);
+        return sizes;
     };
-    require(is_same_in_all_directions(strengths, sizes, !model.chiral), model.noises[0].where,
-            "the white noises drive the fields differently in different directions; expected isotropic noise, such "
-            "as xi, grad xi or div xi, with all components of a noise");
+    for (int order = 0; order <= 2 * parts.rbegin()->first; ++order) {
+        const auto strengths = [&](const Wavevector& q) {
+            Symbol sum = Symbol::Zero(components, components);
+            sum_over(order,
+                     [&](const auto& a, const auto& b) { sum += noise_symbol(a, q) * noise_symbol(b, q).adjoint(); });
+            return sum;
+        };
+        Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(components, components);
+        sum_over(order, [&](const auto& a, const auto& b) { sizes += sizes_of(a) * sizes_of(b).transpose(); });
+        require(is_same_in_all_directions(strengths, over_fields(sizes), !model.chiral), model.noises[0].where,
+                "the white noises drive the fields differently in different directions; expected isotropic noise, such "
+                "as xi, grad xi or div xi, with all components of a noise");
+    }
 }
 
 // ---- for the solver

@@ -7,6 +7,7 @@
 #include "calibrate/slow_order.hpp"
 #include "model/energy.hpp"
 #include "model/start.hpp"
+#include "numerics/steppers/time_method.hpp"
 #include "physics/integrated.hpp"
 
 namespace drover::run {
@@ -24,6 +25,20 @@ model::Integrated whole_equations_of(const io::Scene& scene) {
 model::Integrated integrated_of(const io::Scene& scene) {
     model::Integrated what = whole_equations_of(scene);
     if (scene.approximation.quasi_linear) what.long_waves = scene.approximation.quasi_linear_above;
+    return what;
+}
+
+bool stands_still(const io::Scene& scene, const model::Equations& equations, const model::UniformState& means) {
+    constexpr double half = 0.5;
+    return numerics::time_method(scene.time.stepper).is_exponential &&
+           equations.part_of_slow_change(means, scene.grid, scene.time.dt) < half;
+}
+
+model::Integrated integrated_in_run(const io::Scene& scene) {
+    model::Integrated what = integrated_of(scene);
+    if (scene.kind != io::SceneKind::model || scene.initial.formulas.empty()) return what;
+    const model::UniformState means = model::means_of_start(scene.initial, what.equations, scene.grid);
+    if (stands_still(scene, what.equations, means)) what.equations = what.equations.about(means);
     return what;
 }
 

@@ -9,6 +9,10 @@ namespace drover::run {
 
 /// What a run integrates, about the state of the references.
 model::Integrated integrated_of(const io::Scene& scene);
+/// Whether steps of the scene make less than half of slow changes about these means: see part_of_slow_change.
+bool stands_still(const io::Scene& scene, const model::Equations& equations, const model::UniformState& means);
+/// As integrated_of; a model of one's own about the means of its start where steps about the references stand still.
+model::Integrated integrated_in_run(const io::Scene& scene);
 /// What approximation.counterterm adds to the growth of order [1/s].
 double counterterm_of(const io::Scene& scene);
 /// With the rate that it gives a run; theory is of the scene as it is.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "measure/fields.hpp"
+#include "model/start.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/field_prediction.hpp"
@@ -327,6 +328,27 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
                                           : ""));
 }
 
+/// Means so far from the state of the exact linear part that the fields stand still: their step error cannot tell.
+void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
+    const model::Equations equations = integrated_in_run(scene).equations;
+    model::UniformState means = equations.reference();
+    std::vector<std::string> far;
+    const std::vector<model::StateComponent> components = model::components_of_state(equations);
+    for (std::size_t c = 0; c < components.size(); ++c) {
+        const std::vector<double> series = series_of(archive, "mean_" + components[c].name);
+        if (series.empty() || !std::isfinite(series.back())) return;
+        double& mean = means[static_cast<std::size_t>(equations.state_components()[c])];
+        if (mean != series.back()) far.push_back(text("{} = {:.3g}", components[c].name, series.back()));
+        mean = series.back();
+    }
+    if (!stands_still(scene, equations, means)) return;
+    warnings.push_back(
+        text("a step of time.dt = {} makes less than half of the slow changes about the last means ({}): the exact "
+             "linear part is that about other values, fast here, and the other terms nearly cancel it, which "
+             "step_error does not see; set these means as references of the fields, or choose a shorter time.dt",
+             scene.time.dt, joined(far)));
+}
+
 }  // namespace
 
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
@@ -338,6 +360,7 @@ std::vector<std::string> field_warnings(const files::ArchiveReader& archive, con
     add_few_particles(archive, scene, what, warnings);
     add_step_error(archive, scene, what.equations.has_product_noise(), warnings);
     add_late_order(archive, scene, what, warnings);
+    add_standstill(archive, scene, warnings);
     return warnings;
 }
 

@@ -91,6 +91,11 @@ public:
     /// terms that name an axis or depend on position or time.  A step of dt needs dt times it below about 1.  Searched
     /// on at most 32 by 63 of the kept modes and 8 by 8 positions, with the coefficients of a position everywhere.
     double explicit_rate(const numerics::Grid& grid, double t = 0.0) const;
+    /// What an exponential step of dt makes of slow changes about a uniform state of all components, as a part of what
+    /// they are; the smallest over some kept modes.  Far below 1 where the exact linear part, which is that about
+    /// another state, is fast and N nearly cancels it: then the fields stand still, for steps of dt and dt/2 alike.  1
+    /// where a term depends on position or time, or has no derivative there.
+    double part_of_slow_change(const UniformState& at, const numerics::Grid& grid, double dt) const;
 
     /// The equation of a field as LaTeX: "\\partial_t \\phi = ...".
     std::string latex(std::size_t field) const;

@@ -95,8 +95,6 @@ private:
     Eigen::MatrixXd turn_of(const numerics::Wavevector& q) const;
     Symbol resolved(const Symbol& m, const numerics::Wavevector& q) const;
     Symbol eliminated(const numerics::Wavevector& q, Symbol* balance = nullptr) const;
-    /// Of the entries of whole(), for each pair of fields.
-    Eigen::MatrixXd sizes(double q) const;
 
     Equations equations_;
     UniformState about_;
