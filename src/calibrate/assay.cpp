@@ -106,6 +106,7 @@ std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint
 Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial) {
     require(dem::is_periodic(conditions.setup.cell), {}, "{}: the cell shape is \"{}\"; expected \"periodic\"",
             assay.name, conditions.setup.cell.shape);
+    if (assay.check) assay.check(conditions.setup, no_location);
     return assay.trial(make, conditions.setup, trial_seed(conditions.seed, assay.name, trial));
 }
 

@@ -29,8 +29,8 @@ struct CalibrationLayout {
     std::vector<std::string> plans;  ///< of the assays, as scene text
 };
 
-/// Throws an input Error, with its location, for a scene without [calibrate] lists, without a periodic cell, or with an
-/// invalid value.
+/// Throws an input Error, with its location, for a scene without [calibrate] lists, without a periodic cell, with
+/// tilted plates, or with an invalid value.
 CalibrationLayout plan_calibration(const io::Scene& scene);
 
 /// Names of the assays that the wanted numbers need.  Throws an input Error for a target that the layout cannot answer.

@@ -17,8 +17,9 @@ void read_varied(const io::Scene& scene, calibrate::Table& axes) {
     if (written.empty()) return;
     const SourceLocation where = io::locate(scene, calibrate_key);
     const auto [key, values] = run::read_assignment(written, calibrate_key, calibrate_example, where);
-    for (const char* own : {"run.", "output.", "sweep.", "analysis.", "calibrate.", "packing.", "forces.", "time.",
-                            "beads.area_fraction", "beads.count", "rods.area_fraction", "rods.count", "cell.shape"})
+    for (const char* own :
+         {"run.", "output.", "sweep.", "analysis.", "calibrate.", "packing.", "forces.", "time.", "beads.area_fraction",
+          "beads.count", "rods.area_fraction", "rods.count", "cell.shape", "gravity.x", "gravity.y"})
         require(!key.starts_with(own), where,
                 "calibrate.vary names {}; expected a key of the bodies, the plates or the contacts", key);
     axes.varied_key = key;
@@ -29,6 +30,16 @@ void read_varied(const io::Scene& scene, calibrate::Table& axes) {
     for (std::size_t i = 1; i < axes.varied.size(); ++i)
         require(axes.varied[i] > axes.varied[i - 1], where, "calibrate.vary has {} after {}; expected ascending values",
                 axes.varied[i], axes.varied[i - 1]);
+}
+
+/// Assays hold and release beds whose mean velocity is zero without their forces.
+void require_level_plates(const io::Scene& scene) {
+    const dem::Gravity& gravity = scene.particles.gravity;
+    for (const auto& [key, value] : {std::pair{"gravity.x", gravity.x}, std::pair{"gravity.y", gravity.y}})
+        require(value == 0.0, io::locate(scene, key),
+                "{} = {} mm/s^2: tilted plates drive the bed, which the assays of drover calibrate would take for what "
+                "they measure; expected 0",
+                key, value);
 }
 
 std::string section_of(const std::string& assay) { return "calibrate." + assay; }
@@ -93,7 +104,9 @@ void add_unit(const io::Scene& scene, CalibrationUnit unit, CalibrationLayout& l
     if (assay.population == calibrate::Population::all) point += text("-rod-{}", axes.rod_fractions[unit.rod]);
     if (!axes.varied_key.empty()) point += text("-{}-{}", axes.varied_key, axes.varied[unit.varied]);
     unit.name = assay.name + "-" + point;
-    unit.conditions = {.setup = setup_at(scene, layout, unit),
+    const dem::Setup setup = setup_at(scene, layout, unit);
+    if (assay.check) assay.check(setup, [&](const std::string& key) { return io::locate(scene, key); });
+    unit.conditions = {.setup = setup,
                        .seed = calibrate::trial_seed(static_cast<std::uint64_t>(scene.run.seed), point, 0)};
     layout.units.push_back(std::move(unit));
 }
@@ -104,6 +117,7 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
     const io::CalibrationPlan& plan = scene.calibration;
     require(dem::is_periodic(scene.particles.cell), io::locate(scene, "cell.shape"),
             "cell.shape = \"{}\"; expected \"periodic\" for drover calibrate", scene.particles.cell.shape);
+    require_level_plates(scene);
     require(!plan.bead_area_fractions.empty(), io::locate(scene, "calibrate.bead_area_fractions"),
             "nothing to calibrate; expected calibrate.bead_area_fractions, such as [0.2, 0.4, 0.6]");
     CalibrationLayout layout;

@@ -275,6 +275,9 @@ def test_scenes_that_cannot_be_calibrated_are_rejected_with_a_message(tmp_path):
             ({"calibrate.drag.torques": [1.0]}, ["calibrate.drag: ", "at least two torques"]),
             ({"calibrate.drag.torque": 1.0}, ["unknown key calibrate.drag.torque", "torques"]),
             ({"calibrate.dragg.time": 1.0}, ["unknown table [calibrate.dragg]", "[calibrate.drag]"]),
+            ({"gravity.x": 100.0}, ["tiny.toml:", "gravity.x = 100 mm/s^2: tilted plates"]),
+            ({"gravity.y": -1.0}, ["gravity.y = -1 mm/s^2: tilted plates"]),
+            ({"calibrate.vary": "gravity.x = 0, 100"}, ["names gravity.x"]),
             ({"cell.shape": "circle"}, ['expected "periodic"'])):
         rejected(tmp_path, ["calibrate", write_tiny(tmp_path, changes)], says)
     (tmp_path / "flock.toml").write_text(scene_text(SMALL))
@@ -282,6 +285,9 @@ def test_scenes_that_cannot_be_calibrated_are_rejected_with_a_message(tmp_path):
     scene = write_tiny(tmp_path)
     rejected(tmp_path, ["check", write_tiny(tmp_path, {"calibrate.rod_area_fractions": []}, name="empty.toml")],
             ["drag depends on it"])
+    heavy = {"rods.densities": [8.7] * 7 + [2.7] * 6}  # heads 2.89 mm from the centre of mass
+    rejected(tmp_path, ["check", write_tiny(tmp_path, {**heavy, "calibrate.scattering.range": 5.6}, name="near.toml")],
+             ["near.toml:", "a range of 5.6 mm", "5.781 mm apart"])
     for share in ("0/2", "3/2", "2", "1/2x", "a/b"):
         rejected(tmp_path, ["calibrate", scene, "--share", share], ["expected I/N"])
     rejected(tmp_path, ["calibrate", scene, "--collect"], ["no such folder"])

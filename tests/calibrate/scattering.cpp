@@ -133,7 +133,13 @@ TEST(Scattering, refuses_encounters_that_begin_in_contact_and_cells_where_a_rod_
     const SystemFactory make = [rule](const dem::Setup&, std::uint64_t one) {
         return std::make_unique<Collisions>(rule, one);
     };
-    EXPECT_THROW((void)run_trial(scattering({.range = 4.0}), make, conditions, 0), Error);
+    // The head is 2.5584 mm from the centre of mass, so that two heads touch at 5.117 mm, further than the length.
+    EXPECT_THROW((void)run_trial(scattering({.range = 5.11}), make, conditions, 0), Error);
+    EXPECT_NO_THROW((void)run_trial(scattering({.range = 5.12}), make, conditions, 0));
+    conditions.setup.rods.size_tolerance = 0.01;
+    EXPECT_THROW((void)run_trial(scattering({.range = 5.12}), make, conditions, 0), Error);
+    conditions.setup.rods.diameters = {1.1};  // a ball, of which the length is not read
+    EXPECT_NO_THROW((void)run_trial(scattering({.range = 2.0}), make, conditions, 0));
     EXPECT_THROW((void)scattering({.cell = 10.0, .range = 5.0}), Error);
     EXPECT_THROW((void)scattering({.max_duration = 0.1, .frame = 0.1}), Error);
 }

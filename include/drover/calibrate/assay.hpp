@@ -90,6 +90,9 @@ struct Assay {
     /// Describes the estimates: linear or not, resolved or not.  May reject an estimate: sets its refusal and removes
     /// its error.
     std::function<std::string(std::vector<measure::Estimate>& estimates)> conclude;
+    /// Throws an input Error, at the location of a key of the plan, for a setup that the plan does not suit.  Empty: it
+    /// suits all.
+    std::function<void(const dem::Setup& setup, const Locate& locate)> check = {};
 };
 
 /// State of matter and seed.  `setup` gives shapes, area fractions, plates, contacts and the periodic cell; an assay

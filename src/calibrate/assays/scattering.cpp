@@ -7,6 +7,7 @@
 #include "base/constants.hpp"
 #include "calibrate/assays/plan_support.hpp"
 #include "calibrate/catalogue.hpp"
+#include "dem/packing/supply.hpp"
 
 namespace drover::calibrate {
 
@@ -104,13 +105,20 @@ Trial evaluated(const ScatteringPlan& plan, const std::vector<Pair>& path) {
     return trial;
 }
 
+/// Rejects encounters that would begin when the rods already touch.
+void check_range(const ScatteringPlan& plan, const dem::Setup& setup, const Locate& locate) {
+    // Sizes are normally distributed: the mean of a pair is larger once in 10^5 pairs.
+    const double largest = 1.0 + 3.0 * setup.rods.size_tolerance;
+    const dem::Shape shape = dem::rod_shape(setup.rods, largest, locate);
+    const double touching = 2.0 * std::max(shape.head, -shape.tail);
+    require(plan.range >= touching, locate("calibrate.scattering.range"),
+            "scattering: encounters begin at a range of {} mm, where the centres of mass of two rods that touch can be "
+            "{:.4g} mm apart; expected a larger range",
+            plan.range, touching);
+}
+
 Trial follow(const ScatteringPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     dem::Setup setup = with_rods(given, "scattering", false);
-    require(
-        plan.range >= setup.rods.length, {},
-        "scattering: encounters begin at a range of {} mm, where rods of {} mm already touch; expected a range of at "
-        "least their length",
-        plan.range, setup.rods.length);
     setup.forces = bed_at_rest(setup);
     setup.beads.count = static_cast<int>(
         std::lround(setup.beads.count * plan.cell * plan.cell / (setup.cell.lx * setup.cell.ly)));  // 0: by the area
@@ -198,7 +206,8 @@ Assay scattering(const ScatteringPlan& plan) {
             .quantities = quantities,
             .trial = std::bind_front(follow, plan),
             .estimator = always(std::bind_front(estimates_of, plan)),
-            .conclude = conclude};
+            .conclude = conclude,
+            .check = std::bind_front(check_range, plan)};
 }
 
 Rows<ScatteringPlan> ScatteringPlan::rows() {
