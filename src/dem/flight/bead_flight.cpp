@@ -59,7 +59,7 @@ void fly_bead(Vec4d& position, Vec4d& velocity, Vec4d& spin, const Vector& accel
         const double side = to_base <= to_lid ? 1.0 : -1.0;
         const double surface = side > 0.0 ? base.height + radius : base.height + plates.gap() - radius;
         if (side * (position[2] - surface) < 0.0) {
-            balance.gravity -= acceleration.z / velocity[3] * (surface - position[2]);
+            balance.plates -= acceleration.z / velocity[3] * (surface - position[2]);
             position[2] = surface;
         }
         if (side * (velocity[2] - base.velocity) < 0.0) {

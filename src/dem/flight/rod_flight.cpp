@@ -47,8 +47,9 @@ double sign_of_kick(PlateMemory& memory, std::uint64_t number, std::uint64_t see
 }
 
 /// Removes overlaps of the rod with the plates.  The rod moves and turns as impulses at the contacts would move it; its
-/// kinetic energy stays.
-void remove_plate_overlaps(Rod& rod, const RodKind& kind, const PlateMotion& plates, const PlateState& base) {
+/// kinetic energy stays, and what it gains in height is work of the plates.
+void remove_plate_overlaps(Rod& rod, const RodKind& kind, const Vector& acceleration, const PlateMotion& plates,
+                           const PlateState& base, EnergyBalance& balance) {
     const Shape& shape = kind.shape;
     const double middle = base.height + 0.5 * plates.gap(), half = 0.5 * plates.gap();
     const Vector upright{0.0, 0.0, 1.0};
@@ -62,6 +63,8 @@ void remove_plate_overlaps(Rod& rod, const RodKind& kind, const PlateMotion& pla
             any = true;
             const double shift = -side * gap / (1.0 / shape.mass + a * a * (1.0 - nz * nz) / shape.inertia_across);
             rod.position.z += shift / shape.mass;
+            balance.gravity += acceleration.z * shift;
+            balance.plates -= acceleration.z * shift;
             const double rise = a * shift / shape.inertia_across;  // of the axis, across itself
             const Vector axis = rod.axis + rise * (upright - nz * rod.axis);
             // The angular momentum turns with the axis, which keeps the energy.
@@ -188,7 +191,7 @@ void fly_rod(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind&
             now += next;
             base = plates.base(now);
         }
-        remove_plate_overlaps(rod, kind, plates, base);
+        remove_plate_overlaps(rod, kind, acceleration, plates, base, balance);
         find_gaps(rod, kind, acceleration.z, plates, base, space.gaps);
         resolve_plate_impact(rod, memory, number, kind, rules, base, space, balance, counts);
         memory.since_impact = 0.0;

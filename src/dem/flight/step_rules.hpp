@@ -14,7 +14,7 @@ struct StepRules {
     Friction friction;
     ImpactLaw law;                     ///< of contacts in groups
     Vector acceleration;               ///< of gravity [mm/s^2]
-    Vector bead_force;                 ///< on each bead [mg mm/s^2]
+    Vector bead_force, rod_force;      ///< on each bead, and on each rod [mg mm/s^2]
     double dt = 0.0;                   ///< [s]
     double substep = 0.0;              ///< minimum time between impacts of a rod on the plates [s]
     double simultaneity_gap = 0.0;     ///< contacts with smaller gaps act in one impact, bodies rest on a plate [mm]
@@ -25,6 +25,7 @@ struct StepRules {
     PlateState base;   ///< at the end of the step; of contacts in groups
     double lid = 0.0;  ///< height of the lid then [mm]; never: no lid
 
+    Vector rod_acceleration(double mass) const { return acceleration + 1.0 / mass * rod_force; }
     /// Of a bead.
     Vec4d acceleration_of(double mass_inverse) const {
         return Vec4d{acceleration.x, acceleration.y, acceleration.z, 0.0} +

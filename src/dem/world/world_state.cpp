@@ -90,6 +90,7 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
              .law = ImpactLaw::from(setup.contacts),
              .acceleration = {setup.gravity.x, setup.gravity.y, setup.gravity.z},
              .bead_force = {},
+             .rod_force = {},
              .dt = dt,
              .substep = setup.contacts.substep,
              .simultaneity_gap = setup.contacts.simultaneity_gap,
@@ -104,7 +105,7 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
 void World::State::set_forces(const BodyForces& forces) {
     const double before = bead_potential();
     setup.forces = forces;
-    rod_force = {forces.rod_x, forces.rod_y, 0.0};
+    rules.rod_force = {forces.rod_x, forces.rod_y, 0.0};
     rules.bead_force = {forces.bead_x, forces.bead_y, 0.0};
     bead_potential_start += bead_potential() - before;  // a new zero of the potential does no work
 }
@@ -146,7 +147,7 @@ void World::State::move_rods(Move move) {
         FlightSpace space;
         for (std::size_t r = begin; r < end; ++r) {
             const RodKind& kind = rods.kinds[rods.kind[r]];
-            const Vector acceleration = rules.acceleration + 1.0 / kind.shape.mass * rod_force;
+            const Vector acceleration = rules.rod_acceleration(kind.shape.mass);
             move(rods.rod[r], kind, acceleration, r, space, result);
             set_rod_spheres(spheres, r);
             // Spheres between the ends move no further than one of them.

@@ -26,7 +26,6 @@ struct World::State {
     Neighbours neighbours;
     PlateMotion plates;
     StepRules rules;
-    Vector rod_force;
     PairImpacts pair_impacts;
     SoftContacts soft_contacts;
     OverlapSearch overlap_search;
@@ -45,8 +44,8 @@ struct World::State {
 
     State(const Setup& the_setup, Bodies bodies, double the_dt, std::uint64_t seed, Threads& the_threads);
 
-    /// Sum of (m g + F) . x of the beads.  Its change is the work of gravity and force on them, except for position
-    /// corrections, which subtract theirs from the balance; so free flight needs no accounting.
+    /// Sum of (m g + F) . x of the beads.  Its change is the work of gravity and force on them, so that free flight
+    /// needs no accounting.
     double bead_potential() const;
 
     /// A position plus the periods that were taken off it.
