@@ -23,7 +23,7 @@ std::vector<std::string> take_texts(files::ByteReader& reader) {
     return all;
 }
 
-constexpr unsigned has_error = 1, is_angle = 2;  // bits
+constexpr unsigned has_error = 1, is_angle = 2, is_largest = 4;  // bits
 
 /// Numbers of an estimate that most estimates of a run have in common.
 struct Extent {
@@ -78,7 +78,8 @@ UnitResult encode(const RunResults& results) {
         for (const measure::Estimate& estimate : row.estimates) {
             numbers(estimate.mean);
             if (estimate.error) numbers(*estimate.error);
-            marks(static_cast<std::uint8_t>((estimate.error ? has_error : 0) | (estimate.is_direction ? is_angle : 0)),
+            marks(static_cast<std::uint8_t>((estimate.error ? has_error : 0) | (estimate.is_direction ? is_angle : 0) |
+                                            (estimate.is_maximum ? is_largest : 0)),
                   index_in(extents, {estimate.warm_up, estimate.samples, estimate.blocks}));
             if (row.axes.empty()) marks(index_in(reasons, estimate.why_no_error), estimate.autocorrelation_time);
         }
@@ -108,6 +109,7 @@ RunResults decode(const UnitResult& result) {
             const auto kind = marks.take<std::uint8_t>();
             if ((kind & has_error) != 0) estimate.error = numbers.take<double>();
             estimate.is_direction = (kind & is_angle) != 0;
+            estimate.is_maximum = (kind & is_largest) != 0;
             const auto extent = marks.take<std::uint16_t>();
             const auto reason = row.axes.empty() ? marks.take<std::uint16_t>() : std::uint16_t{0};
             if (row.axes.empty()) estimate.autocorrelation_time = marks.take<double>();

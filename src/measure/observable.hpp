@@ -40,6 +40,7 @@ struct Observable {
     MeasureFunction<Moment> measure;
     bool accumulates = false;   ///< counted since the start of the run: the summary takes the mean of its rate
     bool is_direction = false;  ///< an angle [rad] of which 2 pi is none: the summary follows it beyond pi
+    bool is_maximum = false;    ///< the largest value since the start of the run: the summary takes the last one
 };
 
 template <class Moment>

@@ -246,6 +246,7 @@ void add_impact_counts(const ParticleSetting& setting, ParticleRows& rows) {
         [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.limited); }, true);
     add(rows, "overlap_largest", "1", "largest overlap of two bodies since the start, over the smaller radius",
         [](const ParticleMoment& moment) { return moment.counts.overlap; });
+    rows.back().is_maximum = true;
 }
 
 std::vector<Quotient> quotients(const ParticleSetting& setting) {

@@ -64,7 +64,7 @@ Replicates combined(std::span<const Estimate> runs) {
         mean.warm_up = std::max(mean.warm_up, run.warm_up);
         mean.samples += run.samples;
         if (!run.why_no_error.empty()) mean.why_no_error = run.why_no_error;
-        if (!run.error) ++result.without_error;
+        if (!run.error && !run.is_maximum) ++result.without_error;
     }
     mean.blocks = runs.size();
     if (!std::isfinite(mean.mean)) return result;

@@ -54,6 +54,17 @@ SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t 
     return row;
 }
 
+/// The last value of a running maximum.
+SummaryRow maximum_row(const RecordedSeries& recorded, double spacing, std::size_t skip) {
+    SummaryRow row{recorded.name, recorded.unit, recorded.formula, recorded.axes, {}};
+    for (const std::vector<double>& values : split(recorded, spacing, skip).series)
+        row.estimates.push_back({.mean = values.empty() ? nan : values.back(),
+                                 .samples = values.size(),
+                                 .why_no_error = "no error estimate: it is the largest value of the run",
+                                 .is_maximum = true});
+    return row;
+}
+
 /// Gives the means of a product the errors of blocks that are long enough for its squares.
 void take_memory(const RecordedSeries& product, const std::array<const RecordedSeries*, 2>& squares, double spacing,
                  std::size_t skip, SummaryRow& row) {
@@ -93,6 +104,11 @@ SummaryRow rate_row(RecordedSeries series, double spacing, std::size_t skip) {
                  1.0 / seconds);
     }
     return row;
+}
+
+SummaryRow row_of(const RecordedSeries& recorded, double spacing, std::size_t skip) {
+    if (recorded.is_maximum) return maximum_row(recorded, spacing, skip);
+    return recorded.accumulates ? rate_row(recorded, spacing, skip) : mean_row(recorded, spacing, skip);
 }
 
 SummaryRow quotient_row(const Quotient& quotient, const RecordedSeries& sum, const RecordedSeries& weight,
@@ -197,8 +213,7 @@ Summary summarise(const Recorded& recorded) {
     const double spacing = recorded.spacing;
     const std::size_t skip = summary.warm_up = std::min(recorded.warm_up.value_or(automatic), summary.samples);
     summary.note = warm_up_note(automatic, summary.samples);
-    for (const RecordedSeries& series : recorded.series)
-        summary.rows.push_back(series.accumulates ? rate_row(series, spacing, skip) : mean_row(series, spacing, skip));
+    for (const RecordedSeries& series : recorded.series) summary.rows.push_back(row_of(series, spacing, skip));
     for (const Product& product : recorded.products) {
         const std::array squares{find_row(recorded.series, product.squares[0]),
                                  find_row(recorded.series, product.squares[1])};

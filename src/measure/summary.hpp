@@ -17,12 +17,13 @@ struct RecordedSeries {
     std::vector<Axis> axes;  ///< slowest first
     bool accumulates = false;
     std::vector<double> values;  ///< [sample][size_of(axes)]
-    bool is_direction = false;
+    bool is_direction = false, is_maximum = false;
 };
 
 template <class Moment>
 RecordedSeries recorded_series(const Observable<Moment>& row, std::vector<double> values) {
-    return {row.name, row.unit, row.formula, row.axes, row.accumulates, std::move(values), row.is_direction};
+    return {row.name,        row.unit,          row.formula,      row.axes,
+            row.accumulates, std::move(values), row.is_direction, row.is_maximum};
 }
 
 /// A mean whose weight changes from sample to sample or may be zero (no pair in a bin, no bead near a rod): the time
@@ -68,7 +69,8 @@ struct Summary {
 };
 
 /// The time mean of every observable under its name, of directions along their shortest turns, of those that accumulate
-/// the mean rate as <name>_rate; then the quotients, and where their observables were recorded:
+/// the mean rate as <name>_rate, of those that are a maximum the last value; then the quotients, and where
+/// their observables were recorded:
 ///   polar_order_susceptibility [mm2], area (<P^2> - <P>^2);  polar_order_binder, 1 - <P^4>/(3 <P^2>^2),
 ///   of a model of one's own size_mean_F_susceptibility and size_mean_F_binder of each field F that turns with space;
 ///   rod_number, N of each box;  rod_number_deviation, DN = sqrt(<DN^2>);

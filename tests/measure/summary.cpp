@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -12,6 +13,7 @@
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
 #include "measure/fields_support.hpp"
+#include "measure/replicates.hpp"
 
 namespace drover::measure::summary_tests {
 namespace {
@@ -266,6 +268,23 @@ TEST(ParticleSummary, a_series_has_its_mean_and_an_accumulating_one_its_rate) {
     // area (<P^2> - <P>^2) = 200 0.1^2/2
     EXPECT_NEAR(row_of(summary, "polar_order_susceptibility").estimates.front().mean, 1.0, 0.1);
     EXPECT_NE(find_row(summary, "polar_order_binder"), nullptr);
+}
+
+TEST(ParticleSummary, a_running_maximum_has_its_last_value_without_an_error) {
+    Recorded recorded =
+        particle_recording(plain_setting(),
+                           {{.name = "overlap_largest", .unit = "1", .formula = "", .is_maximum = true}});
+    for (int i = 0; i < 400; ++i) recorded.series[0].values.push_back(1.0 - 1.0 / (1.0 + i));
+    recorded.warm_up = 0;
+    const Estimate& largest = row_of(summarise(recorded), "overlap_largest").estimates.front();
+    EXPECT_EQ(largest.mean, 1.0 - 1.0 / 400.0);
+    EXPECT_FALSE(largest.error);
+    // Seeds scatter, and none is said to be too short for an error.
+    Estimate other = largest;
+    other.mean = 0.9;
+    const Replicates both = combine(std::array{largest, other});
+    EXPECT_TRUE(both.mean.error);
+    EXPECT_EQ(both.without_error, 0u);
 }
 
 TEST(ParticleSummary, a_rate_of_nothing_that_happened_has_no_error) {

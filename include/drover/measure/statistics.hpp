@@ -22,6 +22,7 @@ struct Estimate {
     std::size_t blocks = 0;         ///< used for the error: (mean - truth)/error is Student's t with blocks - 1 degrees
     std::string why_no_error = {};  ///< why there is no error, with the run length needed; else ""
     bool is_direction = false;      ///< an angle [rad] of which 2 pi is none
+    bool is_maximum = false;        ///< the largest value of a run, instead of a mean: one run gives it no error
 };
 
 using drover::Axis;
