@@ -376,7 +376,7 @@ run::Result make_wave_fit(const io::Scene& scene, const WaveFitOptions& options)
                 text("no estimate from every second frame, with which the first would be compared: {}", error.what());
         }
     }
-    run::List list{.name = "coefficients", .heading = {}};
+    run::List list{.name = "coefficients", .heading = {}, .has_like_rows = false};
     for (std::size_t i = 0; i < numbers.size(); ++i)
         list.rows.push_back(row_of(numbers[i].key, problem.units[i], numbers[i].start, fit.values[i],
                                    sparse ? std::optional(sparse->values[i]) : std::nullopt));

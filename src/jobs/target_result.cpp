@@ -10,7 +10,11 @@ namespace {
 double finite_or_none(double value) { return std::isfinite(value) ? value : std::nan(""); }
 
 run::List value_list(const TargetPlan& plan) {
-    run::List list{.name = "numbers", .heading = "wanted numbers", .row = "wanted", .meaning = "wanted number"};
+    run::List list{.name = "numbers",
+                   .heading = "wanted numbers",
+                   .row = "wanted",
+                   .meaning = "wanted number",
+                   .has_like_rows = false};
     for (const TargetProgress& value : plan.values()) {
         const calibrate::TargetResult& result = value.result;
         list.rows.push_back(

@@ -180,7 +180,8 @@ run::List level_list(const Findings& found) {
 }
 
 run::List target_list(const Findings& found, const Candidate* best) {
-    run::List list{.name = "wishes", .heading = "wanted", .row = "wish", .meaning = "wanted numbers"};
+    run::List list{
+        .name = "wishes", .heading = "wanted", .row = "wish", .meaning = "wanted numbers", .has_like_rows = false};
     for (std::size_t w = 0; w < found.targets.size(); ++w) {
         const auto bias_or_nan = [&](const std::vector<Bias>& biases) {
             return biases.empty() ? NAN : biases[w].value;

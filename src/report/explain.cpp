@@ -90,7 +90,11 @@ run::Record number_row(const std::string& name, const run::EntryValue& value) {
 }
 
 run::List coefficients_of(const io::Scene& scene, const model::Model& model) {
-    run::List list{.name = "coefficients", .heading = "coefficients", .row = "coefficient", .empty = "no coefficients"};
+    run::List list{.name = "coefficients",
+                   .heading = "coefficients",
+                   .row = "coefficient",
+                   .empty = "no coefficients",
+                   .has_like_rows = false};
     if (scene.kind != io::SceneKind::model) {
         for (const physics::CoefficientValue& one : physics::coefficient_values(scene.model)) {
             run::Record row =

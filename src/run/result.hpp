@@ -116,6 +116,9 @@ struct List {
     std::vector<Record> rows = {};
     std::string empty = {};      ///< text in place of a table without rows
     std::size_t max_rows = 200;  ///< of text: an evenly spaced selection of a longer list
+    /// Of text: whether numbers far below the largest of their column are its rounding errors, shown as 0.  False where
+    /// rows are different quantities.
+    bool has_like_rows = true;
     Display shown = {};
 };
 

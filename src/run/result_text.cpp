@@ -109,7 +109,7 @@ void add_table(const List& list, const std::string& indent, std::string& out) {
     if (rows.empty()) return;
     std::vector<std::string> lines(rows.size() + 1, indent);
     for (std::size_t column = 0; column < rows.front().size(); ++column) {
-        clear_rounding(rows, column);
+        if (list.has_like_rows) clear_rounding(rows, column);
         const Entry& first = rows.front()[column];
         std::vector<std::string> cells{words_of(first.name) +
                                        (first.unit.empty() || first.unit == "1" ? "" : " [" + first.unit + "]")};

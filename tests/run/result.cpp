@@ -107,6 +107,15 @@ TEST(ResultText, omits_numbers_that_are_not_finite_and_shows_rounding_errors_in_
               "       0       2\n");
 }
 
+TEST(ResultText, of_different_quantities_keeps_numbers_far_below_the_largest) {
+    List list{.name = "coefficients", .has_like_rows = false};
+    list.rows = {{.entries = {words("value", "", 1e8)}}, {.entries = {words("value", "", 5e-6)}}};
+    EXPECT_EQ(result_text({.root = {.lists = {list}}}),
+              "  value\n"
+              "  1e+08\n"
+              "  5e-06\n");
+}
+
 TEST(ResultText, of_a_long_list_is_an_even_selection_with_both_ends) {
     List list{.name = "points", .max_rows = 3};
     for (int i = 0; i < 101; ++i) list.rows.push_back({.entries = {number("x", i)}});
