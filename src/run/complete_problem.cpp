@@ -27,7 +27,7 @@ double largest_wavenumber(const numerics::Grid& grid, int degree) {
 /// and errors of a pattern that is not resolved would seem to grow without limit.
 double shortest_of_patterns(const model::Equations& equations, const numerics::Grid& grid, int degree) {
     const numerics::System system = equations.linear_system(grid, degree);
-    return 1.25 * largest_growing(system, largest_wavenumber(grid, system.degree));
+    return 1.25 * largest_growing(equations, system, largest_wavenumber(grid, system.degree));
 }
 
 // ---- Sizes

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <optional>
 
 #include "calibrate/counterterm.hpp"
 #include "io/names_used.hpp"
@@ -19,23 +20,37 @@
 namespace drover::run {
 
 namespace {
-/// Whether uniform deviations from the references with the same conserved means obey linear equations, so that nothing
-/// limits their growth: tried at two of them and their sum.
-bool is_linear_when_uniform(const model::Equations& equations) {
+/// Whether uniform deviations of one size from the references obey linear equations: tried at two of them and their
+/// sum.  Nothing where values are not finite.
+std::optional<bool> is_linear_at(const model::Equations& equations, double size) {
     const model::UniformState rest = equations.reference();
     model::UniformState one = rest, other = rest, both = rest;
-    constexpr double large = 1e3;  // so that weak products count
     std::size_t at = 0;
     for (const model::Field& field : equations.model().fields)
         for (int k = 0; k < model::components(field); ++k, ++at) {
             if (field.conserved) continue;
-            one[at] += large * std::cos(static_cast<double>(at));
-            other[at] += large * std::cos(static_cast<double>(2 * at + 1));
+            one[at] += size * std::cos(static_cast<double>(at));
+            other[at] += size * std::cos(static_cast<double>(2 * at + 1));
             both[at] += one[at] + other[at] - 2.0 * rest[at];
         }
     const Eigen::ArrayXd excess = equations.uniform_rates(both) + equations.uniform_rates(rest) -
-                                  equations.uniform_rates(one) - equations.uniform_rates(other);
-    return (excess.abs() <= 1e-9 * equations.uniform_rate_sizes(both).array()).all();
+                                  equations.uniform_rates(one) - equations.uniform_rates(other),
+                         allowed = 1e-9 * equations.uniform_rate_sizes(both);
+    if (!excess.allFinite() || !allowed.allFinite()) return std::nullopt;
+    return (excess.abs() <= allowed).all();
+}
+
+/// Whether uniform deviations from the references with the same conserved means obey linear equations, so that nothing
+/// limits their growth.  At which size products count depends on the units: all are tried whose cubes are doubles, and
+/// none of small ones, since what counts there alone grows too slowly to limit anything.
+bool is_linear_when_uniform(const model::Equations& equations) {
+    bool is_known = false;
+    for (int decade = 3; decade <= 99; decade += 3) {
+        const std::optional<bool> is_linear = is_linear_at(equations, std::pow(10.0, decade));
+        if (is_linear == false) return false;
+        is_known = is_known || is_linear.has_value();
+    }
+    return is_known;
 }
 
 /// Growth of linear equations, or of uniform deviations that obey such.
@@ -109,7 +124,8 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
                                 idle.size() == 1 ? "has" : "have", idle.size() == 1 ? "it" : "them",
                                 idle.size() == 1 ? "it" : "them"));
     if (scene.kind == io::SceneKind::model) {  // a flock is far from its references
-        if (std::string cut = growing_waves_warning(system); !cut.empty()) warnings.push_back(std::move(cut));
+        if (std::string cut = growing_waves_warning(equations, system); !cut.empty())
+            warnings.push_back(std::move(cut));
         if (!equations.has_finite_degree())
             warnings.emplace_back(
                 "some functions of the equations are no polynomials: their aliases are not removed exactly; compare "

@@ -163,6 +163,26 @@ int points_that_resolve(int points, double tail) {
     return result;
 }
 
+/// The largest value on the grid, or the largest size, in each sample.
+std::vector<double> largest_values(const files::ArchiveReader& archive, const model::Field& field) {
+    std::vector<double> largest;
+    for (const std::string& name : {"min_" + field.name, "max_" + field.name, "largest_" + field.name}) {
+        const std::vector<double> values = series_of(archive, name);
+        largest.resize(std::max(largest.size(), values.size()), 0.0);
+        for (std::size_t i = 0; i < values.size(); ++i) largest[i] = std::max(largest[i], std::abs(values[i]));
+    }
+    return largest;
+}
+
+/// Whether deviations of a field from its mean are rounding errors of its values.  One that starts at 0 has rounding
+/// errors of what other fields make of it, and no size to compare with but its unit.
+bool is_rounding(const std::vector<double>& largest, const std::vector<double>& variances) {
+    constexpr double rounding = 1e-10;
+    double size = largest.empty() || largest.front() == 0.0 ? 1.0 : 0.0;
+    for (const double value : largest) size = std::max(size, value);
+    return *std::max_element(variances.begin(), variances.end()) < rounding * rounding * size * size;
+}
+
 void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
                     std::vector<std::string>& warnings) {
     if (!what.equations.has_explicit_part()) return;
@@ -178,7 +198,7 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
             continue;
         const double own = *std::max_element(variances.begin(), variances.end()),
                      scale = scale_of(what.equations, field, at, states_of(scene, what.equations));
-        if (own == 0.0 || (scale == 0.0 && own < 1e-20)) continue;  // rounding
+        if (own == 0.0 || (scale == 0.0 && is_rounding(largest_values(archive, field), variances))) continue;
         const double min_power = scale > 0.0 ? max_spectral_tail * std::max(max_spectral_tail * scale * scale, own)
                                              : 1e-12 * own;  // not of rounding
         Tail worst = worst_tail(scale > 0.0, times, tails, variances, min_power);

@@ -1,5 +1,7 @@
 """tests/app/test_unusual_models.py: models whose formulas and orders of fields are not as most are: numbers that touch
 names, fields in balance before the order, flows without drag, instabilities between the angles of a search."""
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -133,3 +135,52 @@ def test_terms_add_up_to_the_rate_whatever_the_masses_of_fields(tmp_path):
         for state in drover_json(tmp_path, "stability", scene)["states"]:
             growth = sum(one["growth"] for one in state["shares"])
             assert abs(growth - state["fastest_rate"]) < 1e-9 * max(1.0, abs(growth))  # of rounding of the vectors
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-10])
+def test_a_grid_that_does_not_resolve_a_field_is_named_in_any_unit_of_it(size, tmp_path):
+    (tmp_path / "own.toml").write_text(f"""
+field = [{{symbol = "phi", conserved = true}}]
+grid = {{nx = 16, ny = 8, lx = 20.0, ly = 10.0}}
+time = {{dt = 0.02, end = 10.0}}
+initial = {{kind = "formula", phi = "{size} (0.5 cos(2 pi x/lx) + 0.1 sin(2 pi (x/lx + y/ly)))"}}
+output = {{frame_every = 10.0, sample_every = 0.1}}
+[equations]
+phi = "lap(b phi^3 - phi - 0.1 lap phi)"
+[coefficients]
+b = {size**-2}
+""")
+    assert "the grid does not resolve phi" in program(tmp_path, "run", "own.toml", "-q", "-o", "run.h5").stdout
+
+
+@pytest.mark.parametrize("size", [1.0, 1e8, 1e30])
+@pytest.mark.parametrize("term, stops", [("- b u^3", True), ("- c u d_x u", False)])
+def test_growth_that_a_term_stops_is_known_in_any_unit_of_the_field(size, term, stops, tmp_path):
+    scene = write(tmp_path, ['{symbol = "u"}'], [f'u = "u {term} + lap u"'], f"b = {size**-2}\nc = {1.0 / size}")
+    said = program(tmp_path, "check", scene, "--set", "time.end=100").stderr
+    assert ("no term stops it" in said) != stops
+
+
+def test_waves_that_grow_along_a_line_are_judged_along_it(tmp_path):
+    scene = write(tmp_path, ['{symbol = "u"}'], ['u = "u - u^3 + K d_x d_x u"'], "K = 1.5")
+    line = ["--set", "grid.ny=1", "--set", "grid.nx=48", "--set", "grid.lx=80"]
+    # Waves up to q = 0.82 grow, and the grid keeps those to 0.94; with K/2, the mean over directions, it would be 1.15.
+    assert "grow about" not in program(tmp_path, "check", scene, *line).stderr
+    said = program(tmp_path, "check", scene, *line, "--set", "grid.nx=32").stderr
+    assert "waves down to a length of 7.71 mm grow" in said and "choose grid.nx = 64" in said
+
+
+def test_waves_that_grow_in_one_direction_alone_are_named_until_the_grid_keeps_them(tmp_path):
+    # Across x the rate is -0.1 + 2 q^2 - q^4, which grows to q = 1.396; its mean over directions decays at q > 0.6.
+    scene = write(tmp_path, ['{symbol = "u"}'],
+                  ['u = "-0.1 u - u^3 - 2 d_y d_y u - d_x d_x lap u - lap lap u + d_x d_x u"'], "")
+    cell = ["--set", "grid.nx=8", "--set", "grid.ny=8", "--set", "grid.lx=64", "--set", "grid.ly=64"]
+    said = program(tmp_path, "check", scene, *cell).stderr
+    assert "waves at 90 degrees from x down to a length of 4.5" in said and "choose grid.nx = 128" in said
+    finer = ["--set", "grid.nx=128", "--set", "grid.ny=128"]
+    assert "grow about" not in program(tmp_path, "check", scene, *cell, *finer).stderr
+
+
+def test_small_coefficients_beside_large_ones_are_shown(tmp_path):
+    scene = write(tmp_path, [P], ['p = "p - b p.p p + h e_x + lap p"'], "b = 1e8\nh = 5e-6")
+    assert re.search(r"\n *h +5e-06\n", program(tmp_path, "explain", scene).stdout)
