@@ -373,5 +373,28 @@ TEST(StationaryCovariance, is_rejected_where_a_mode_grows_or_does_not_decay) {
     EXPECT_THROW(stationary_covariance(Block(1), noise_on(1, {0})), Error);
 }
 
+TEST(Eigenvalues, do_not_depend_on_the_unit_of_one_variable) {
+    // Similar to a matrix with the eigenvalues -1, -2, -3.
+    const double m[3][3] = {{-1.0, 0.5, 0.25}, {0.0, -2.0, 0.5}, {0.0, 0.0, -3.0}},
+                 turn[3][3] = {{1, 1, 0}, {0, 1, 1}, {1, 0, 1}},
+                 back[3][3] = {{0.5, -0.5, 0.5}, {0.5, 0.5, -0.5}, {-0.5, 0.5, 0.5}};
+    for (const double unit : {1.0, 0x1p-24, 0x1p24, 0x1p50}) {
+        Block block(3);
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) {
+                double sum = 0.0;
+                for (int a = 0; a < 3; ++a)
+                    for (int b = 0; b < 3; ++b) sum += turn[i][a] * m[a][b] * back[b][k];
+                block(i, k) = (i == 1 ? unit : 1.0) * sum / (k == 1 ? unit : 1.0);
+            }
+        for (const double expected : {-1.0, -2.0, -3.0}) {
+            double nearest = 1.0;
+            for (const std::complex<double>& s : eigenvalues(block))
+                nearest = std::min(nearest, std::abs(s - expected));
+            EXPECT_LT(nearest, 1e-13) << unit;  // some ten roundings of 3, by the angles between vectors
+        }
+    }
+}
+
 }  // namespace
 }  // namespace drover::numerics::block_tests

@@ -116,5 +116,34 @@ TEST(DenseMatrices, the_inverse_of_a_regular_matrix_multiplies_to_the_identity) 
     EXPECT_LT((m * inverse(m) - one).norm(), 1e-12);  // condition below 100
 }
 
+/// Powers of 2: units of the rows.
+Eigen::VectorXd units(int rows) {
+    Eigen::VectorXd result(rows);
+    for (int i = 0; i < rows; ++i) result(i) = std::exp2(20 * (i % 3) - 25 * (i % 2));
+    return result;
+}
+
+TEST(DenseMatrices, in_other_units_of_rows_and_columns_have_the_same_inverse_rank_and_solutions) {
+    const Eigen::VectorXd u = units(5), v = u.reverse();
+    const Eigen::MatrixXcd regular = sample(5) + 3.0 * Eigen::MatrixXcd::Identity(5, 5),
+                           in_units = u.asDiagonal() * regular * v.asDiagonal(), right = sample(5).leftCols(2),
+                           one = Eigen::MatrixXcd::Identity(5, 5);
+    EXPECT_TRUE(is_invertible(in_units));
+    EXPECT_LT((v.asDiagonal() * pivoted_inverse(in_units) * u.asDiagonal() * regular - one).norm(),
+              1e-12);  // condition below 100
+    EXPECT_LT((v.asDiagonal() * shortest_solution(in_units, u.asDiagonal() * right) - solution(regular, right)).norm(),
+              1e-12);
+    Eigen::MatrixXcd singular = regular;
+    singular.col(2) = regular.col(0) - 0.5 * regular.col(4);
+    EXPECT_FALSE(is_invertible(Eigen::MatrixXcd(u.asDiagonal() * singular * v.asDiagonal())));
+}
+
+TEST(DenseMatrices, in_other_units_have_the_same_exponential) {
+    const Eigen::VectorXd u = units(5);
+    const Eigen::MatrixXcd m = 0.3 * sample(5), expected = exponential(m),
+                           found = exponential(u.asDiagonal() * m * u.cwiseInverse().asDiagonal());
+    EXPECT_LT((u.cwiseInverse().asDiagonal() * found * u.asDiagonal() - expected).norm(), rounding * expected.norm());
+}
+
 }  // namespace
 }  // namespace drover::numerics::dense_tests

@@ -388,7 +388,7 @@ DynamicMatrix<Scalar> matrix_of(const Block& block) {
 
 std::vector<std::complex<double>> eigenvalues(const Block& m) {
     if (m.size == 0) return {};
-    const Eigen::VectorXcd rates = dense_eigenvalues(matrix_of<double>(m));
+    const Eigen::VectorXcd rates = dense_eigenvalues(balanced(matrix_of<double>(m)));
     return {rates.begin(), rates.end()};
 }
 

@@ -18,7 +18,9 @@ MatrixXcd solution(const MatrixXcd& a, const MatrixXcd& b) { return a.partialPiv
 MatrixXd inverse(const MatrixXd& a) { return a.partialPivLu().inverse(); }
 MatrixXcd inverse(const MatrixXcd& a) { return a.partialPivLu().inverse(); }
 
-MatrixXcd exponential(const MatrixXcd& a) {
+MatrixXcd exponential(const MatrixXcd& given) {
+    const Eigen::VectorXd scale = balance(given);
+    const MatrixXcd a = scale.cwiseInverse().asDiagonal() * given * scale.asDiagonal();
     // 15 terms are exact to rounding where the norm is 1/2 at most.
     const double norm = 2.0 * a.cwiseAbs().rowwise().sum().maxCoeff();
     const int squarings = norm > 1.0 && std::isfinite(norm) ? static_cast<int>(std::ceil(std::log2(norm))) : 0;
@@ -26,23 +28,69 @@ MatrixXcd exponential(const MatrixXcd& a) {
     MatrixXcd sum = one;
     for (int k = 14; k > 0; --k) sum = one + MatrixXcd(part.lazyProduct(sum)) / k;
     for (int k = 0; k < squarings; ++k) sum = MatrixXcd(sum.lazyProduct(sum));
-    return sum;
+    return scale.asDiagonal() * sum * scale.cwiseInverse().asDiagonal();
 }
 
-MatrixXd pivoted_inverse(const MatrixXd& a) { return a.fullPivLu().inverse(); }
-MatrixXcd pivoted_inverse(const MatrixXcd& a) { return a.fullPivLu().inverse(); }
-bool is_invertible(const MatrixXd& a) { return a.fullPivLu().isInvertible(); }
-bool is_invertible(const MatrixXcd& a) { return a.fullPivLu().isInvertible(); }
+/// By the roots of the largest element, of each row and of each column in turn.
+Scales even_scales(const MatrixXcd& a) {
+    Eigen::ArrayXXd size = a.cwiseAbs();
+    Scales result{.rows = Eigen::VectorXd::Ones(a.rows()), .columns = Eigen::VectorXd::Ones(a.cols())};
+    const auto power = [](double largest) {
+        return largest > 0.0 && std::isfinite(largest) ? std::exp2(-std::round(0.5 * std::log2(largest))) : 1.0;
+    };
+    constexpr int rounds = 8;  // each halves the exponents
+    for (int round = 0; round < rounds; ++round) {
+        for (Eigen::Index i = 0; i < a.rows(); ++i) {
+            const double factor = power(size.row(i).maxCoeff());
+            size.row(i) *= factor, result.rows(i) *= factor;
+        }
+        for (Eigen::Index k = 0; k < a.cols(); ++k) {
+            const double factor = power(size.col(k).maxCoeff());
+            size.col(k) *= factor, result.columns(k) *= factor;
+        }
+    }
+    return result;
+}
+
+namespace {
+/// rows a columns.
+template <class Matrix>
+Matrix scaled(const Matrix& a, const Scales& by) {
+    return by.rows.asDiagonal() * a * by.columns.asDiagonal();
+}
+
+template <class Matrix>
+Matrix pivoted_inverse_of(const Matrix& a) {
+    const Scales scales = even_scales(a.template cast<std::complex<double>>());
+    const Matrix even = scaled(a, scales).fullPivLu().inverse();
+    return scales.columns.asDiagonal() * even * scales.rows.asDiagonal();
+}
+
+template <class Matrix>
+bool is_invertible_matrix(const Matrix& a) {
+    return scaled(a, even_scales(a.template cast<std::complex<double>>())).fullPivLu().isInvertible();
+}
+
+template <class Matrix>
+Matrix shortest_even_solution(const Matrix& a, const Matrix& b) {
+    const Scales scales = even_scales(a.template cast<std::complex<double>>());
+    const Matrix right = scales.rows.asDiagonal() * b;
+    return scales.columns.asDiagonal() * Matrix(scaled(a, scales).completeOrthogonalDecomposition().solve(right));
+}
+}  // namespace
+
+MatrixXd pivoted_inverse(const MatrixXd& a) { return pivoted_inverse_of(a); }
+MatrixXcd pivoted_inverse(const MatrixXcd& a) { return pivoted_inverse_of(a); }
+bool is_invertible(const MatrixXd& a) { return is_invertible_matrix(a); }
+bool is_invertible(const MatrixXcd& a) { return is_invertible_matrix(a); }
 
 MatrixXd shortest_solution(const MatrixXd& a, const MatrixXd& b, double threshold) {
+    if (threshold == 0.0) return shortest_even_solution(a, b);
     Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-    if (threshold > 0.0) solver.setThreshold(threshold);
-    return solver.compute(a).solve(b);
+    return solver.setThreshold(threshold).compute(a).solve(b);
 }
 
-MatrixXcd shortest_solution(const MatrixXcd& a, const MatrixXcd& b) {
-    return a.completeOrthogonalDecomposition().solve(b);
-}
+MatrixXcd shortest_solution(const MatrixXcd& a, const MatrixXcd& b) { return shortest_even_solution(a, b); }
 
 MatrixXd orthogonal_factor(const MatrixXd& a) { return Eigen::HouseholderQR<MatrixXd>(a).householderQ(); }
 
@@ -85,6 +133,17 @@ Eigen::VectorXd balance(const Eigen::MatrixXcd& a) {
     }
     return result;
 }
+
+namespace {
+template <class Matrix>
+Matrix balanced_of(const Matrix& a) {
+    const Eigen::VectorXd scale = balance(a.template cast<std::complex<double>>());
+    return scale.cwiseInverse().asDiagonal() * a * scale.asDiagonal();
+}
+}  // namespace
+
+MatrixXd balanced(const MatrixXd& a) { return balanced_of(a); }
+MatrixXcd balanced(const MatrixXcd& a) { return balanced_of(a); }
 
 DenseEigen dense_eigen(const MatrixXcd& a) {
     return a.rows() <= max_small_rows ? eigen_of<SmallSquare<std::complex<double>>>(a) : eigen_of(a);

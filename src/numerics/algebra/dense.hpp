@@ -18,17 +18,24 @@ Eigen::MatrixXcd solution(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& a);
 Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& a);
 
-/// exp(a), for a whose exponential is not far smaller than its norm: Taylor's series of a part, squared.
+/// exp(a), for a whose exponential is not far smaller than its norm once balanced: Taylor's series of a part, squared.
 Eigen::MatrixXcd exponential(const Eigen::MatrixXcd& a);
 
-/// An inverse with full pivoting, for rows of very different size.
+/// Powers of 2 by which rows and columns are multiplied so that the elements of a matrix are near 1: rounding is judged
+/// in them where rows and columns have units of their own.  1 for a row or column of zeros.
+struct Scales {
+    Eigen::VectorXd rows, columns;
+};
+Scales even_scales(const Eigen::MatrixXcd& a);
+
+/// An inverse with full pivoting, for rows and columns of very different size.
 Eigen::MatrixXd pivoted_inverse(const Eigen::MatrixXd& a);
 Eigen::MatrixXcd pivoted_inverse(const Eigen::MatrixXcd& a);
 bool is_invertible(const Eigen::MatrixXd& a);
 bool is_invertible(const Eigen::MatrixXcd& a);
 
-/// The shortest x of all that make |a x - b| least.  Singular values below `threshold` times the largest count as 0;
-/// 0: Eigen's own threshold, the rounding of the decomposition.
+/// The shortest x of all that make |a x - b| least.  Singular values below `threshold` times the largest count as 0; 0:
+/// those that are rounding of the decomposition, which is that of a in its even_scales(), as are both lengths.
 Eigen::MatrixXd shortest_solution(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b, double threshold = 0.0);
 Eigen::MatrixXcd shortest_solution(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 
@@ -40,6 +47,9 @@ Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a);
 /// than the diagonal.
 /// Source: Parlett & Reinsch, Numer. Math. 13, 293 (1969).
 Eigen::VectorXd balance(const Eigen::MatrixXcd& a);
+/// diag(1/d) a diag(d) with these d.
+Eigen::MatrixXd balanced(const Eigen::MatrixXd& a);
+Eigen::MatrixXcd balanced(const Eigen::MatrixXcd& a);
 
 /// a vectors = vectors diag(values); columns of norm 1.
 struct DenseEigen {
