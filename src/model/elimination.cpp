@@ -164,25 +164,30 @@ void CompiledEquations::check_balance_at(double q) const {
     if (is_regular_pair(of_held)) return;
     bool is_determined = numerics::is_invertible(of_held);
     if (!is_determined && q == 0.0) {
-        // The equation of the mean must hold for any of its values: for means that do not change, at the references.
+        // Fields whose means no balance reads: their equations must hold for any value of the other means; for means
+        // that do not change, at the references.
+        std::vector<Eigen::Index> of_free, of_rest;
+        for (Eigen::Index i = 0; i < of_held.rows(); ++i)
+            (of_held.row(i).isZero(0.0) && of_held.col(i).isZero(0.0) ? of_free : of_rest).push_back(i);
         const UniformState at = reference();
         const Eigen::VectorXd products = uniform_products(at);
         double force = 0.0;
-        for (std::size_t i = 0; i < held.size(); ++i) {
-            double total = constants[static_cast<std::size_t>(held[i])], size = std::abs(total);
+        for (const Eigen::Index i : of_free) {
+            const int component = held[static_cast<std::size_t>(i)];
+            double total = constants[static_cast<std::size_t>(component)], size = std::abs(total);
             for (std::size_t j = 0; j < free.size(); ++j) {
-                const double slope = of_others(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)).real();
+                const double slope = of_others(i, static_cast<Eigen::Index>(j)).real();
                 const double part = slope * at[static_cast<std::size_t>(free[j])];
                 total += part;
                 size += std::abs(part);
                 if (!model.fields[field(free[j])].conserved) force = std::max(force, std::abs(slope));
             }
-            total += products(held[i]);
-            size += std::abs(products(held[i]));
+            total += products(component);
+            size += std::abs(products(component));
             if (std::abs(total) > 1e-12 * size) force = std::max(force, std::abs(total));
         }
         if (reads_changing_mean()) force = std::numeric_limits<double>::infinity();
-        is_determined = force == 0.0 && of_held.cwiseAbs().maxCoeff() == 0.0;
+        is_determined = force == 0.0 && (of_rest.empty() || numerics::is_invertible(Symbol(of_held(of_rest, of_rest))));
     }
     const Field& first = model.fields[field(held[0])];
     require(is_determined, first.equation.text.empty() ? first.where : first.equation.where,

@@ -128,6 +128,35 @@ def test_perturbations_of_a_state_keep_a_conserved_sum(tmp_path):
     assert np.allclose([one["rate"] for one in found["perturbations"]][:4], exact[:4], atol=1e-4)
 
 
+def test_a_mean_that_one_balance_leaves_free_is_free_beside_others(tmp_path):
+    fields = ['{symbol = "n", conserved = true, reference = 1.0}', '{symbol = "P", balance = true}',
+              '{symbol = "c", balance = true}', '{symbol = "v", rank = "vector", balance = true}']
+    equations = ['n = "0.3 lap n + 0.5 div(n grad P)"', 'P = "lap P + n - 1.0"', 'c = "lap c - c + n"',
+                 'v = "-v + grad n"']
+    rates = [drover_json(tmp_path, "stability", write(tmp_path, fields[:count], equations[:count]))["states"][0]
+             ["fastest_rate"] for count in (2, 3, 4)]
+    assert rates[0] == rates[1] == rates[2]
+    for count in (2, 3, 4):
+        program(tmp_path, "run", write(tmp_path, fields[:count], equations[:count]), "--overwrite", "-o", "run.h5")
+    read = 'c = "lap c - c + P"'  # the mean of P, which nothing determines
+    rejected(tmp_path, ["run", write(tmp_path, fields[:3], [*equations[:2], read])], ["does not determine it"])
+
+
+@pytest.mark.parametrize("unit", [2.0**12, 2.0**20, 2.0**-20])
+def test_the_units_of_two_balances_change_no_rate(tmp_path, unit):
+    def found(u):
+        """c in units of 1/u, and its balance and that of v multiplied by other numbers."""
+        fields = ['{symbol = "n", conserved = true, reference = 1.0}', '{symbol = "c", balance = true}', V]
+        equations = ['n = "0.3 lap n - div(n v) - chi div(n grad c)"', 'c = "m*(lap c - c + s n)"',
+                     'v = "k*(-v + 0.5 lap v - e grad c)"']
+        coefficients = {"chi": 0.5 / u, "s": u, "e": 0.3 / u, "m": 1 / u, "k": u**2}
+        scene = write(tmp_path, fields, equations, "\n".join(f"{key} = {one!r}" for key, one in coefficients.items()))
+        state, = drover_json(tmp_path, "stability", scene)["states"]
+        return state["fastest_rate"], drover_json(tmp_path, "explain", scene)["fastest_rate"]
+
+    assert np.allclose(found(unit), found(1.0), rtol=1e-10)  # rounding, and the search for the fastest wave
+
+
 def test_terms_add_up_to_the_rate_whatever_the_masses_of_fields(tmp_path):
     own = write(tmp_path, ['{symbol = "n", conserved = true, reference = 2.0}', '{symbol = "u", mass = "n"}'],
                 ['n = "lap n"', 'u = "a u - u^3 + lap u"'], "a = 1.0")
