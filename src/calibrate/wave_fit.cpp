@@ -93,7 +93,7 @@ struct Step {
 /// beside which they would be lost.  Two parts after each other make a longer one, without cancellation.
 Step step_of(const Matrix& m, const Matrix& noise, double spacing) {
     const Eigen::Index n = m.rows();
-    const double rates = spacing * m.cwiseAbs().rowwise().sum().maxCoeff();
+    const double rates = spacing * numerics::balanced(m).cwiseAbs().rowwise().sum().maxCoeff();
     const int doublings = rates > 1.0 && std::isfinite(rates) ? static_cast<int>(std::ceil(std::log2(rates))) : 0;
     const double part = std::ldexp(spacing, -doublings);
     Eigen::MatrixXcd block = Eigen::MatrixXcd::Zero(2 * n, 2 * n);
@@ -204,6 +204,24 @@ public:
         return result;
     }
 
+    /// The largest change of a rate or of a strength of noise by a step of one number, in parts of it.
+    double change(const VectorXd& values, Eigen::Index i, double step) const {
+        VectorXd next = values;
+        next(i) += step;
+        const LinearWaves from = equations(values), to = equations(next);
+        double largest = 0.0;
+        const auto compare = [&](const model::Symbol& one, const model::Symbol& other) {
+            for (Eigen::Index k = 0; k < one.size(); ++k)
+                if (const double size = std::abs(one.data()[k]); size > 0.0)
+                    largest = std::max(largest, std::abs(other.data()[k] - one.data()[k]) / size);
+        };
+        for (const Wave& wave : waves_) {
+            compare(from.symbol(wave.q), to.symbol(wave.q));
+            if (noise_ == NoiseOf::model) compare(from.noise(wave.q), to.noise(wave.q));
+        }
+        return largest;
+    }
+
     const FittedNumber& number(Eigen::Index i) const { return model_.numbers[static_cast<std::size_t>(i)]; }
 
 private:
@@ -257,7 +275,20 @@ private:
 
 /// Steps for differences: a thousandth of a standard error, and no less than rounding allows.
 VectorXd difference_steps(const VectorXd& values, const VectorXd& errors) {
-    return (1e-3 * errors).cwiseMax(1e-6 * values.cwiseAbs()).cwiseMax(1e-12);
+    return (1e-3 * errors).cwiseMax(1e-6 * values.cwiseAbs());
+}
+
+/// Before errors are known: parts of the values, larger where they are lost in the rounding of other numbers.
+VectorXd first_steps(const VectorXd& values, const Likelihood& likelihood) {
+    VectorXd steps = difference_steps(values, VectorXd::Zero(values.size()));
+    constexpr double enough = 1e-9;  // of the rates: rounding leaves six digits of the difference
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+        const double largest = std::max(std::abs(values(i)), 1e-12);  // a value of 0 has no size
+        if (steps(i) == 0.0) steps(i) = largest;
+        while (steps(i) < largest && likelihood.change(values, i, steps(i)) < enough)
+            steps(i) = std::min(10.0 * steps(i), largest);
+    }
+    return steps;
 }
 
 /// Inverse of the information; throws where a combination of numbers is not determined.
@@ -355,7 +386,7 @@ void check_record(const WaveRecord& record, const std::vector<FittedNumber>& num
 WaveFit fit_waves(const WaveModel& model, const WaveRecord& record, NoiseOf noise) {
     check_record(record, model.numbers);
     const Likelihood likelihood(model, record, noise);
-    VectorXd values = likelihood.start(), steps = difference_steps(values, VectorXd::Zero(values.size()));
+    VectorXd values = likelihood.start(), steps = first_steps(values, likelihood);
     double value = likelihood.value(values);
     require(
         std::isfinite(value) || noise == NoiseOf::model, {},

@@ -195,3 +195,29 @@ def test_particles_without_a_model_are_refused(tmp_path):
     words = overrides({"time.end": 0.02, "output.frame_every": 0.01, "output.sample_every": 0.01})
     drover(tmp_path, "run", MODELS / "rod.toml", *words, "--quiet", "-o", "rod.h5")
     assert "expected a scene of fields to fit" in drover(tmp_path, "fit", "rod.h5", "relaxation.rate", status=2).stderr
+
+
+@pytest.mark.parametrize("length, size", [(1e-3, 1.0), (1e-7, 1.0), (1.0, 1e9), (1e-7, 1e-6)])
+def test_units_change_no_fit(tmp_path, length, size):
+    def found(unit, of_field):
+        """A field that decays and diffuses, from values that are 1.3 times too large."""
+        (tmp_path / "decay.toml").write_text(f"""
+field = [{{symbol = "n", noise = "N"}}]
+equations = {{n = "D lap n - a n"}}
+coefficients = {{D = {unit**2!r}, a = 0.2, N = {0.05 * (unit * of_field)**2!r}}}
+grid = {{nx = 16, ny = 16, lx = {20 * unit!r}, ly = {20 * unit!r}}}
+time = {{dt = 0.5, end = 100.0}}
+initial = {{kind = "stationary"}}
+output = {{frame_every = 0.5, sample_every = 1.0}}
+""")
+        drover(tmp_path, "run", "decay.toml", "--overwrite", "-o", "decay.h5")
+        fits = []
+        for keys in ({"D": unit**2, "a": 0.2}, {"D": unit**2, "N": 0.05 * (unit * of_field)**2}):
+            fit, _ = found_in(tmp_path, "decay.h5", *(f"coefficients.{key}" for key in keys),
+                              *overrides({f"coefficients.{key}": 1.3 * value for key, value in keys.items()}))
+            fits += [fit[f"coefficients.{key}"][name] / value for key, value in keys.items()
+                     for name in ("value", "error")]
+        return fits
+
+    # Runs differ by rounding; a fit ends within 1e-4 of its error.
+    assert found(length, size) == pytest.approx(found(1.0, 1.0), rel=1e-3)
