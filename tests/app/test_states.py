@@ -145,3 +145,55 @@ def test_a_guess_that_leads_to_no_wave_ends_with_status_1(tmp_path):
                     "--set", "grid.nx=128", "--set", 'initial.rod_density=""', "--set",
                     'initial.polar_order_x="0.1 * cos(2 * pi * x / 128)"', status=1)
     assert "expected" in result.stderr
+
+
+def swift_hohenberg(rate, size):
+    """With unit length: its rates in parts of `rate`, its field in parts of `size`."""
+    return f"""
+field = [{{symbol = "u"}}]
+equations = {{u = "(e - g) u - 2 g lap u - g lap lap u - b u^3"}}
+coefficients = {{e = {0.1 * rate!r}, g = {rate!r}, b = {rate / size**2!r}}}
+grid = {{nx = 32, ny = 1, lx = {2 * np.pi!r}, ly = 1.0}}
+time = {{dt = {0.1 / rate!r}, end = {20 / rate!r}}}
+output = {{frame_every = {20 / rate!r}, sample_every = {1 / rate!r}}}
+initial = {{kind = "formula", u = "{0.3 * size!r} cos(x)"}}
+"""
+
+
+def test_the_unit_of_time_changes_no_state_and_no_curve(tmp_path):
+    found = {}
+    for rate, size in ((1.0, 1.0), (2.0**-20, 1.0), (2.0**-40, 1.0), (2.0**30, 2.0**20)):
+        (tmp_path / "sh.toml").write_text(swift_hohenberg(rate, size))
+        one = states(tmp_path, "sh.toml")
+        curve = states(tmp_path, "sh.toml", "--follow", f"coefficients.e = {0.2 * rate!r}")["curve"]
+        found[rate] = [one["max_u"] / size, one["growth_rate"] / rate, curve[-1]["max_u"] / size, len(curve)]
+        assert curve[-1]["parameter"] >= 0.2 * rate
+    for values in found.values():  # the residual of Newton's method, by the slowest rate of 0.2
+        assert values == pytest.approx(found[1.0], rel=1e-7)
+
+
+@pytest.mark.parametrize("unit", [2.0**22, 2.0**-22])
+def test_the_unit_of_one_field_changes_no_perturbation_of_a_band(tmp_path, unit):
+    def found(u):
+        (tmp_path / "band.toml").write_text(f"""
+field = [{{symbol = "rho", conserved = true, reference = 1.1}}, {{symbol = "p", rank = "vector"}}]
+grid = {{nx = 64, ny = 1, lx = 50.0, ly = 1.0}}
+time = {{dt = 0.25, end = 40.0}}
+output = {{frame_every = 20.0, sample_every = 1.0}}
+[equations]
+rho = "-c div p"
+p = "(rho - 1 - b p.p) p - w p.grad p + lap p - e grad rho"
+[coefficients]
+c = {1 / u!r}
+b = {1 / u**2!r}
+w = {1 / u!r}
+e = {u!r}
+[initial]
+kind = "formula"
+rho = "5/6 + 1/4 * (tanh((x - 15)/4) - tanh((x - 35)/4))"
+p_x = "{0.4 * u!r} * (tanh((x - 15)/4) - tanh((x - 35)/4))"
+""")
+        one = states(tmp_path, "band.toml")
+        return [one["speed"], *(rate["rate"] for rate in one["perturbations"])]
+
+    assert found(unit) == pytest.approx(found(1.0), rel=1e-4, abs=1e-6)  # of differences; transforms mix fields

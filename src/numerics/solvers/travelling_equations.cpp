@@ -35,24 +35,6 @@ TravellingSolver::TravellingSolver(TravellingFamily family) : family_(std::move(
     rate_ = scratch_;
 }
 
-/// The size of a field is its root mean square or, where larger, that of its change over 1/shift.
-void TravellingSolver::set_sizes(Values a) {
-    std::vector<double> squares = modes_->mean_squares(a);
-    Numbers changes(size());
-    evaluate(a, changes);
-    for (double& change : changes) change /= shift_;
-    const std::vector<double> of_changes = modes_->mean_squares(changes);
-    const double largest = *std::max_element(squares.begin(), squares.end());
-    sizes_.assign(size(), 0.0);
-    for (std::size_t f = 0; f < squares.size(); ++f) {
-        squares[f] = std::max(squares[f], std::min(of_changes[f], largest));
-        const ModeVector::Field& field = modes_->fields()[f];
-        std::fill(sizes_.begin() + static_cast<std::ptrdiff_t>(field.begin),
-                  sizes_.begin() + static_cast<std::ptrdiff_t>(field.end),
-                  std::sqrt(std::max(squares[f], 1e-6 * largest)));
-    }
-}
-
 void TravellingSolver::set_parameter(double value) {
     if (whole_ && parameter_ == value) return;
     whole_.emplace(WholeRate(family_.system(value)));
@@ -102,16 +84,23 @@ double TravellingSolver::mass(std::size_t i) const {
     return masses_[i] + family_.mean(parameter_, static_cast<int>(conserved_[i] / per_component_));
 }
 
-/// Above every growth rate of the linear terms: the preconditioner is regular.
+/// Above every growth rate of the linear terms: the preconditioner is regular.  By the slowest rate of the means or,
+/// where none has a rate, of the longest wave that has one.
 void TravellingSolver::choose_shift() {
     double growth = 0.0, slowest = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; 2 * k < per_component_ + 1; ++k) {
         const IsotropicBlocks blocks = whole_->system.linear(2.0 * pi / grid_.lx * static_cast<double>(k));
+        std::vector<double> sizes;
         for (const Block* block : {&blocks.even, &blocks.odd})
             for (const Complex s : eigenvalues(*block)) {
                 growth = std::max(growth, s.real());
-                if (k == 0 && std::abs(s) > 1e-9) slowest = std::min(slowest, std::abs(s));
+                sizes.push_back(std::abs(s));
             }
+        constexpr double rounding = 1e-12;  // of a conserved mean, beside the fastest
+        const double least = rounding * *std::max_element(sizes.begin(), sizes.end());
+        if (std::isfinite(slowest)) continue;
+        for (const double size : sizes)
+            if (size > least) slowest = std::min(slowest, size);
     }
     shift_ = 2.0 * growth + (std::isfinite(slowest) ? slowest : 1.0);
 }
@@ -166,7 +155,8 @@ Eigen::MatrixXcd cartesian_block(const System& system, double q) {
 }
 }  // namespace
 
-void TravellingSolver::prepare(Values a, double speed) {
+/// (L - shift + speed d_x)^-1 of each mode; of conserved means 1/shift.
+void TravellingSolver::invert_blocks(double speed) {
     const std::size_t kept = (per_component_ + 1) / 2;
     inverses_.clear();
     for (std::size_t k = 0; k < kept; ++k) {
@@ -181,6 +171,31 @@ void TravellingSolver::prepare(Values a, double speed) {
             }
         inverses_.push_back(inverse(m));
     }
+}
+
+/// The size of a field is its root mean square or, where larger, that of its change in an implicit step of 1/shift:
+/// each in the unit of the field.
+void TravellingSolver::set_sizes(Values a) {
+    Numbers changes(size());
+    evaluate(a, changes);
+    invert_blocks(0.0);
+    solve_blocks(changes);
+    std::vector<double> squares = modes_->mean_squares(a);
+    const std::vector<double> of_changes = modes_->mean_squares(changes);
+    for (std::size_t f = 0; f < squares.size(); ++f) squares[f] = std::max(squares[f], of_changes[f]);
+    const double largest = *std::max_element(squares.begin(), squares.end());
+    sizes_.assign(size(), 0.0);
+    for (std::size_t f = 0; f < squares.size(); ++f) {
+        constexpr double rounding = 1e-20, of_none = 1e-6;  // of squares: what is left of a field that is 0; any size
+        const double square = squares[f] > rounding * largest ? squares[f] : of_none * largest;
+        const ModeVector::Field& field = modes_->fields()[f];
+        std::fill(sizes_.begin() + static_cast<std::ptrdiff_t>(field.begin),
+                  sizes_.begin() + static_cast<std::ptrdiff_t>(field.end), std::sqrt(square));
+    }
+}
+
+void TravellingSolver::prepare(Values a, double speed) {
+    invert_blocks(speed);
     columns_.front() = slope(a);
     for (const std::size_t mean : conserved_) columns_.front()[mean] = 0.0;
     if (columns_.size() > 1) columns_[1] = parameter_column(a);
@@ -230,7 +245,7 @@ void TravellingSolver::precondition(std::span<double> v) const {
 
 /// d f/d parameter.
 TravellingSolver::Numbers TravellingSolver::parameter_column(Values a) {
-    const double at = parameter_, step = 1e-5 * std::max(std::abs(at), 0.01);
+    const double at = parameter_, step = 1e-5 * parameter_size();
     Numbers above(size()), below(size());
     set_parameter(at + step);
     fill_equations(a, 0.0, above);
@@ -413,7 +428,7 @@ TravellingState TravellingSolver::solve(Numbers u) {
     const std::size_t n = size();
     Numbers unknown_sizes = sizes_, f(u.size());
     unknown_sizes.push_back(std::max(std::abs(u[n]), smallest_speed()));
-    if (columns_.size() > 1) unknown_sizes.push_back(std::max(std::abs(parameter_), 0.01));
+    if (columns_.size() > 1) unknown_sizes.push_back(parameter_size());
     Newton newton{.solver = *this, .n = n, .equation_sizes = equation_sizes(u[n])};
     TravellingState found{.state = Spectra(grid_, scratch_.count())};
     found.iterations = newton.iterate(u, unknown_sizes);

@@ -99,6 +99,7 @@ std::vector<TravellingState> TravellingSolver::follow(const TravellingState& fir
     const std::size_t n = size();
     const double begin = first.parameter, range = last - begin,
                  speed_size = std::max(std::abs(first.speed), smallest_speed());
+    parameter_range_ = std::abs(range);
     Numbers weights = metric();
     weights.push_back(1.0 / (speed_size * speed_size));
     weights.push_back(1.0 / (range * range));

@@ -1,5 +1,7 @@
 // numerics/solvers/travelling_state.hpp: states that travel along x without change of shape, or stand, stable or not.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <complex>
 #include <functional>
 #include <optional>
@@ -70,12 +72,14 @@ private:
     double mass(std::size_t i) const;
     void fill_equations(Values a, double speed, std::span<double> f);
     void derive(Values a, double speed, Values v, std::span<double> result);
+    void invert_blocks(double speed);
     void prepare(Values a, double speed);
     void solve_blocks(std::span<double> v) const;
     void precondition(std::span<double> v) const;
     TravellingState solve(Numbers u);
     void fix_position(Values a);
     double variation(Values a) const;
+    double parameter_size() const { return std::max(std::abs(parameter_), parameter_range_); }
     double smallest_speed() const;  ///< that counts as one [mm/s]
     /// The solution at the parameter of `near` or, with a direction, that on the plane through `near` across it.
     TravellingState solve_near(const Numbers& near, const Numbers* direction, Values weights);
@@ -87,7 +91,7 @@ private:
     TravellingFamily family_;
     Grid grid_;
     std::optional<WholeRate> whole_;  ///< at the parameter
-    double parameter_ = 0.0;
+    double parameter_ = 0.0, parameter_range_ = 0.0;
     std::optional<ModeVector> modes_;
     std::size_t per_component_ = 0;       // numbers of a component
     std::vector<std::size_t> conserved_;  // numbers: the means of conserved densities
