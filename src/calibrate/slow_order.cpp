@@ -217,6 +217,7 @@ std::string why_no_order(const physics::Equations& e) {
         return text("a - lambda alpha/Gamma = {:.6g} /s < 0, but relaxation.saturation is 0: order grows without bound",
                     a);
     if (b < 0.0) return text("b - lambda alpha_3/Gamma is {:.6g} < 0: order grows without bound", b);
+    if (a < 0.0) return "";  // none of these reasons
     return text("a - lambda alpha/Gamma = {:.6g} /s is not below 0", a);
 }
 

@@ -191,6 +191,7 @@ public:
     explicit LargestOrder(AlongAxis& along) : along_(along) {
         source_ = along.push().norm();
         if (source_ > 0.0) along.set_axis(along.push() / source_);
+        set_unit();
     }
 
     AlongAxis::Point find() const {
@@ -200,13 +201,26 @@ public:
 
     /// Where saturation is cubic, h(s) is a straight line: three points tell.  Its slope; nothing where it is not.
     std::optional<double> cubic_slope() const {
-        const double h_1 = growth(1.0), h_4 = growth(4.0), h_9 = growth(9.0), slope = (h_9 - h_4) / 5.0;
+        const double h_1 = growth(unit_), h_4 = growth(4.0 * unit_), h_9 = growth(9.0 * unit_),
+                     slope = (h_9 - h_4) / 5.0;
         const double h_0 = h_4 - 4.0 * slope, size = std::abs(h_0) + 9.0 * std::abs(slope);
         if (!(std::abs(h_0 + slope - h_1) <= 1e-12 * size && std::abs(h_0 - along_.slope()) <= 1e-9 * size)) return {};
-        return std::abs(slope) > 1e-14 * std::abs(h_0) ? slope : 0.0;
+        return std::abs(slope) > 1e-14 * std::abs(h_0) ? slope / unit_ : 0.0;
     }
 
 private:
+    /// A unit of s in which products are not lost beside what is linear.
+    void set_unit() {
+        constexpr double max_unit = 0x1p400, lost = 1e-6;
+        for (double unit = 1.0; unit <= max_unit; unit *= 0x1p20) {
+            const double h = growth(9.0 * unit);
+            if (!std::isfinite(h)) return;  // beyond what the equations allow
+            unit_ = unit;
+            if (std::abs(h - along_.slope()) > lost * std::abs(along_.slope())) return;
+        }
+        unit_ = 1.0;  // all is linear
+    }
+
     /// h at s: at which order grows.
     double growth(double s) const {
         const double order = std::sqrt(s);
@@ -249,7 +263,7 @@ private:
         const auto rate_at = [&](double s) { return growth(s) + source_ / std::sqrt(s); };
         double high = 0.0, low = 0.0;
         for (int k = 40; k >= -80 && low == 0.0; --k) {
-            const double s = std::exp2(k), rate = rate_at(s);
+            const double s = unit_ * std::exp2(k), rate = rate_at(s);
             if (rate < 0.0) high = s;
             if (rate >= 0.0) low = s;
         }
@@ -263,7 +277,7 @@ private:
     }
 
     AlongAxis& along_;
-    double source_ = 0.0;
+    double source_ = 0.0, unit_ = 1.0;
 };
 
 AlongAxis along_axis(const PointTheory& theory, const model::UniformState& means) {

@@ -21,6 +21,7 @@ using physics::Model;
 TEST(WhyNoOrder, is_told_by_the_coefficients) {
     const auto why = [](const Model& model) { return why_no_order(Equations(model)); };
     EXPECT_NE(why(flock_model(isotropic_letters())).find("is not below 0"), std::string::npos);
+    EXPECT_EQ(why(flock_model({})), "");  // these have an order
     EXPECT_NE(why(flock_model({.b = 0.0})).find("saturation is 0: order grows without bound"), std::string::npos);
     EXPECT_NE(why(flock_model({.gamma = 0.0})).find("drag.coefficient is 0"), std::string::npos);
     Model pushed = flock_model({.gamma = 0.0, .alpha = 0.0});
