@@ -23,6 +23,7 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 struct Expansion {
     std::function<MatrixXd(int x, int y)> factors;
     Eigen::VectorXd mass_density;
+    std::vector<int> fields;  ///< of the rows: the components of one have one unit
 };
 
 /// The size of an entry of the rates at q = 0 before its terms cancel.
@@ -57,9 +58,66 @@ MatrixXd factors_of(const model::LinearisedAt& at, int x, int y) {
     return result;
 }
 
+std::vector<int> fields_of_members(const model::LinearisedAt& at) {
+    std::vector<int> of_component, result;
+    int number = 0;
+    for (const model::Field& field : at.equations().model().fields)
+        of_component.insert(of_component.end(), components(field), number++);
+    for (const int member : at.members()) result.push_back(of_component[static_cast<std::size_t>(member)]);
+    return result;
+}
+
 Expansion expansion_of(const model::LinearisedAt& at) {
     return {.factors = [&at](int x, int y) { return factors_of(at, x, y); },
-            .mass_density = at.mass_density()(at.members())};
+            .mass_density = at.mass_density()(at.members()),
+            .fields = fields_of_members(at)};
+}
+
+/// Powers of 2 for the rows and columns with which the factors are as near as possible to 1, in units of length and of
+/// time that make them so: by least squares of the logarithms of the largest factor between two fields.
+/// Source: Curtis & Reid, J. Inst. Maths Applics 10, 118 (1972).
+numerics::Scales unit_scales(const Expansion& at) {
+    const int count = at.fields.empty() ? 0 : std::ranges::max(at.fields) + 1, unknowns = 2 * count + 2;
+    std::vector<std::vector<double>> equations;  // the coefficients of the unknowns, then the right side
+    const auto add = [&](int row, int column, int order, int rate, double size) {
+        if (!(size > 0.0) || !std::isfinite(size)) return;
+        std::vector<double>& equation = equations.emplace_back(static_cast<std::size_t>(unknowns + 1), 0.0);
+        equation[static_cast<std::size_t>(row)] = equation[static_cast<std::size_t>(count + column)] = 1.0;
+        equation[static_cast<std::size_t>(2 * count)] = order;
+        equation[static_cast<std::size_t>(2 * count + 1)] = rate;
+        equation.back() = -std::log2(size);
+    };
+    const auto rows = static_cast<Eigen::Index>(at.fields.size());
+    const auto field = [&](Eigen::Index row) { return at.fields[static_cast<std::size_t>(row)]; };
+    for (int order = 0; order <= 2; ++order) {
+        MatrixXd size = MatrixXd::Zero(count, count);
+        for (int x = 0; x <= order; ++x) {
+            const MatrixXd factors = at.factors(x, order - x);
+            for (Eigen::Index i = 0; i < rows; ++i)
+                for (Eigen::Index k = 0; k < rows; ++k) {
+                    double& largest = size(field(i), field(k));
+                    largest = std::max(largest, std::abs(factors(i, k)));
+                }
+        }
+        for (int i = 0; i < count; ++i)
+            for (int k = 0; k < count; ++k) add(i, k, order, 1, size(i, k));
+    }
+    for (Eigen::Index i = 0; i < rows; ++i) add(field(i), field(i), 0, 0, std::abs(at.mass_density(i)));
+    MatrixXd left = MatrixXd::Zero(static_cast<Eigen::Index>(equations.size()), unknowns);
+    VectorXd right(left.rows());
+    for (Eigen::Index n = 0; n < left.rows(); ++n) {
+        const std::vector<double>& equation = equations[static_cast<std::size_t>(n)];
+        for (int k = 0; k < unknowns; ++k) left(n, k) = equation[static_cast<std::size_t>(k)];
+        right(n) = equation.back();
+    }
+    const VectorXd found =
+        left.rows() > 0 ? VectorXd(numerics::shortest_solution(left, right)) : VectorXd::Zero(unknowns);
+    numerics::Scales result{.rows = VectorXd(rows), .columns = VectorXd(rows)};
+    for (Eigen::Index i = 0; i < rows; ++i) {
+        result.rows(i) = std::exp2(std::round(found(field(i))));
+        result.columns(i) = std::exp2(std::round(found(count + field(i))));
+    }
+    return result;
 }
 
 /// Modes at q = 0 that neither grow nor decay, of LinearisedAt::members(): left moved right is the identity.
@@ -127,8 +185,11 @@ LongWaves waves_of(const Expansion& at);
 
 /// The same of some of its parts; the others have no part in any mode.
 LongWaves waves_of_parts(const Expansion& at, const std::vector<Eigen::Index>& parts) {
+    std::vector<int> fields;
+    for (const Eigen::Index part : parts) fields.push_back(at.fields[static_cast<std::size_t>(part)]);
     LongWaves result = waves_of({.factors = [&](int x, int y) -> MatrixXd { return at.factors(x, y)(parts, parts); },
-                                 .mass_density = at.mass_density(parts)});
+                                 .mass_density = at.mass_density(parts),
+                                 .fields = fields});
     const Eigen::Index n = at.mass_density.size(), slow = result.right.cols();
     const MatrixXd right = std::exchange(result.right, MatrixXd::Zero(n, slow)),
                    left = std::exchange(result.left, MatrixXd::Zero(slow, n));
@@ -137,10 +198,25 @@ LongWaves waves_of_parts(const Expansion& at, const std::vector<Eigen::Index>& p
     return result;
 }
 
+LongWaves even_waves_of(const Expansion& at);
+
+/// By the equations in even units.
 LongWaves waves_of(const Expansion& at) {
-    if (const std::vector<Eigen::Index> parts = coupled_parts(at);
-        static_cast<Eigen::Index>(parts.size()) < at.mass_density.size())
-        return waves_of_parts(at, parts);
+    const std::vector<Eigen::Index> parts = coupled_parts(at);
+    if (static_cast<Eigen::Index>(parts.size()) < at.mass_density.size()) return waves_of_parts(at, parts);
+    const numerics::Scales by = unit_scales(at);
+    const auto even = [&](int x, int y) -> MatrixXd {
+        return by.rows.asDiagonal() * at.factors(x, y) * by.columns.asDiagonal();
+    };
+    LongWaves result = even_waves_of({.factors = even,
+                                      .mass_density = by.rows.cwiseProduct(at.mass_density).cwiseProduct(by.columns),
+                                      .fields = at.fields});
+    result.right = by.columns.asDiagonal() * result.right;
+    result.left = result.left * by.rows.asDiagonal();
+    return result;
+}
+
+LongWaves even_waves_of(const Expansion& at) {
     const SlowSpace space = slow_space(at);
     LongWaves result{.left = space.left, .right = space.right, .why_none = space.why_none};
     if (!space.why_none.empty() || space.right.cols() == 0) return result;
@@ -299,13 +375,20 @@ namespace {
 /// as columns, by members.
 Expansion along_one_direction(const model::LinearisedAt& at, double angle, const MatrixXd& parts) {
     const double c = std::cos(angle), s = std::sin(angle);
+    std::vector<int> fields;
+    for (Eigen::Index k = 0; k < parts.cols(); ++k) {
+        Eigen::Index member = 0;
+        parts.col(k).cwiseAbs().maxCoeff(&member);
+        fields.push_back(fields_of_members(at)[static_cast<std::size_t>(member)]);
+    }
     return {.factors = [&at, parts, c, s](int x, int y) -> MatrixXd {
                 MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows());
                 for (int n = 0; n <= x && y == 0; ++n)
                     sum += std::pow(c, n) * std::pow(s, x - n) * factors_of(at, n, x - n);
                 return parts.transpose() * sum * parts;
             },
-            .mass_density = parts.transpose().cwiseAbs2() * at.mass_density()(at.members())};
+            .mass_density = parts.transpose().cwiseAbs2() * at.mass_density()(at.members()),
+            .fields = fields};
 }
 }  // namespace
 

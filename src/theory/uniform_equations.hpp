@@ -1,6 +1,7 @@
 // theory/uniform_equations.hpp: the equations of uniform states, with the conserved means given.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <random>
 
 #include "drover/theory/theory.hpp"
@@ -59,7 +60,9 @@ public:
 
 private:
     bool commutes_with_turns() const;
-    bool waves_turn(const model::UniformState& state, double angle) const;
+    std::optional<bool> are_turned(const model::UniformState& one, const model::UniformState& other,
+                                   double angle) const;
+    bool waves_are_turned(const model::LinearisedAt& from, const model::LinearisedAt& to, double angle) const;
 
     model::Equations equations_;
     model::UniformState means_;

@@ -1,9 +1,11 @@
 // tests/theory/units.cpp: the unit of one field changes no rate, no state and no fluctuation of another.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "theory/models.hpp"
+#include "theory/point_theory.hpp"
 
 namespace drover::theory::units_tests {
 namespace {
@@ -93,6 +95,82 @@ TEST(ModelUnits, of_a_conserved_density_change_no_order) {
         EXPECT_NEAR(std::hypot(found.states[1].values[1], found.states[1].values[2]), 1e-5, 1e-17) << number;
         EXPECT_DOUBLE_EQ(found.states[1].values[0], number);
     }
+}
+
+TEST(ModelUnits, of_order_change_neither_the_states_in_a_field_nor_that_it_turns_freely_without_one) {
+    for (const double unit : {1.0, 1e-3, 1e-5, 1e-8, 1e5, 1e8}) {
+        model::Model model{
+            .fields = {spin(1, "p", "a p - b p.p p + h e_x + g e_y + lap p")},
+            .coefficients = {{"a", 1.0}, {"b", 1.0 / (unit * unit)}, {"h", 0.05 * unit}, {"g", 0.03 * unit}}};
+        const StationaryStates found = stationary_states(model::Equations(model));
+        EXPECT_EQ(names(found),
+                  (std::vector<std::string>{"along the field", "weakly against the field", "against the field"}))
+            << unit;
+        for (const StationaryState& state : found.states) EXPECT_FALSE(state.has_free_direction) << unit;
+        model.coefficients.at("h") = model.coefficients.at("g") = 0.0;
+        EXPECT_TRUE(turns_freely(model::Equations(model))) << unit;
+    }
+}
+
+TEST(ModelUnits, of_length_change_no_direction_that_elasticity_names) {
+    for (const double square : {1.0, 1e-12, 1e-16, 1e12, 1e16}) {
+        model::Model model{.fields = {spin(1, "p", "a p - p.p p + k lap p - c d_y d_y p - k^2 lap lap p")},
+                           .coefficients = {{"a", 1.0}, {"k", square}, {"c", 0.3 * square}}};
+        EXPECT_FALSE(turns_freely(model::Equations(model))) << square;
+        model.coefficients.at("c") = 0.0;
+        EXPECT_TRUE(turns_freely(model::Equations(model))) << square;
+    }
+}
+
+/// Toner and Tu's flock, with units of its own for the order and for lengths.
+model::LinearisedAt flock_in(double unit, double length) {
+    model::Model model{.fields = {scalar("n", "-u div p"),
+                                  spin(1, "p", "(n - 1 - b p.p) p - w p.grad p + k lap p - c grad n")},
+                       .coefficients = {{"u", length / unit},
+                                        {"b", 1.0 / (unit * unit)},
+                                        {"w", 0.7 * length / unit},
+                                        {"k", length * length},
+                                        {"c", unit * length}}};
+    model.fields[0].conserved = true;
+    model.fields[0].reference = 1.1;
+    return about(model, 1);
+}
+
+TEST(ModelUnits, change_no_long_wave) {
+    const model::LinearisedAt base = flock_in(1.0, 1.0);
+    for (const auto& [unit, length] :
+         {std::pair{0x1p25, 1.0}, {0x1p-25, 1.0}, {0x1p30, 0x1p-20}, {0x1p-10, 0x1p20}, {1.0, 0x1p-30}}) {
+        const model::LinearisedAt other = flock_in(unit, length);
+        for (const double angle : {0.0, 0.6, pi / 2.0}) {
+            const std::vector<SlowMode> expected = slow_modes(base, angle).modes,
+                                        found = slow_modes(other, angle).modes;
+            ASSERT_EQ(found.size(), expected.size()) << unit << " " << length;
+            for (std::size_t k = 0; k < found.size();
+                 ++k) {  // rounding of numbers near 1, by gaps between speeds of 0.1
+                EXPECT_LT(std::abs(found[k].speed / length - expected[k].speed), 1e-10) << unit << " " << length;
+                EXPECT_LT(std::abs(found[k].damping / (length * length) - expected[k].damping), 1e-8)
+                    << unit << " " << length;
+            }
+        }
+    }
+}
+
+TEST(ModelUnits, of_order_change_no_state_on_its_axis) {
+    for (const double size : {1.0, 1e6, 1e12, 1e20})
+        for (const bool is_cubic : {true, false}) {
+            const model::Equations equations(
+                {.fields = {spin(1, "p", is_cubic ? "a p - b p.p p" : "a p - b (p.p)^2 p")},
+                 .coefficients = {{"a", 0.2}, {"b", 0.2 / std::pow(size, is_cubic ? 2 : 4)}}});
+            const PointTheory theory(equations);
+            const std::optional<PointState> found =
+                ordered_state(theory, equations.reference(), order_search(equations));
+            ASSERT_TRUE(found) << size;
+            EXPECT_NEAR(std::hypot(found->values[0], found->values[1]), size, 1e-12 * size);
+            if (!is_cubic) continue;
+            const std::optional<StationaryStates> both = states_of_cubic_order(theory, equations.reference());
+            ASSERT_TRUE(both) << size;
+            EXPECT_EQ(both->states.size(), 2u) << both->why_no_order;
+        }
 }
 
 }  // namespace
