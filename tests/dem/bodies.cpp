@@ -1,4 +1,4 @@
-// tests/dem/bodies.cpp: how many bodies a setup asks for, and of which shapes.
+// tests/dem/bodies.cpp: how many bodies a setup asks for, of which shapes, and which bodies a world accepts.
 #include "drover/dem/bodies.hpp"
 
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "dem/packing_support.hpp"
+#include "dem/scenes.hpp"
 
 namespace drover::dem::bodies_tests {
 namespace {
@@ -85,6 +86,44 @@ TEST(Bodies, too_thick_for_the_gap_are_rejected) {
         EXPECT_NE(std::string(error.what()).find("plates.gap = 1.2 mm with a body 1."), std::string::npos)
             << error.what();
     }
+}
+
+TEST(BodiesOfAWorld, with_unknown_shapes_are_rejected) {
+    Threads threads;
+    Bodies bodies{.shapes = {make_ball(0.8, 2.7)}, .beads = {{.position = {0.0, 0.0, 0.6}, .shape = 1}}, .rods = {}};
+    EXPECT_THROW(World(elastic(10.0), bodies, 1e-4, 1, threads), Error);
+    bodies.beads.clear();
+    bodies.rods = {{.position = {0.0, 0.0, 0.6}, .shape = 1}};
+    EXPECT_THROW(World(elastic(10.0), bodies, 1e-4, 1, threads), Error);
+}
+
+TEST(BodiesOfAWorld, keep_their_numbers_and_shapes_when_others_are_set) {
+    Threads threads;
+    const dem::Setup setup = elastic(20.0);
+    Rod rod = lying_rod(setup, 5.0, 5.0, 0.0);
+    rod.shape = 2;
+    World world(setup,
+                {.shapes = {make_ball(0.8, 2.7), make_ball(0.9, 2.7), rod_shape(setup)},
+                 .beads = {{.position = {-1.0, 0.0, 0.6}}, {.position = {1.0, 0.0, 0.6}, .shape = 1}},
+                 .rods = {rod}},
+                1e-4, 1, threads);
+    const std::vector<double> before = world.save();
+    const auto rejects = [&](auto change) {
+        Bodies changed = world.bodies();
+        change(changed);
+        EXPECT_THROW(world.set_bodies(changed, 0), Error);
+        EXPECT_EQ(world.save(), before);
+    };
+    rejects([](Bodies& b) { b.beads.push_back({.position = {-4.0, 0.0, 0.6}}); });
+    rejects([](Bodies& b) { b.beads.pop_back(); });
+    rejects([](Bodies& b) { b.rods.clear(); });
+    rejects([](Bodies& b) { b.beads[0].shape = 77; });
+    rejects([](Bodies& b) { b.beads[0].shape = 1; });
+    rejects([](Bodies& b) { b.rods[0].shape = 3; });
+    Bodies larger = world.bodies();
+    larger.shapes[0] = make_ball(0.82, 2.7);
+    world.set_bodies(larger, 0);
+    EXPECT_EQ(world.save(), before);  // the world keeps its shapes
 }
 
 }  // namespace

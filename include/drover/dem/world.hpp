@@ -76,8 +76,8 @@ struct OverlapRecord {
 /// threads.
 class World {
 public:
-    /// `threads` must outlive it.  Throws an input Error for an invalid setup or a dt that is too long for the contact
-    /// law, and a run Error for a body without a finite position.
+    /// `threads` must outlive it.  Throws an input Error for an invalid setup, a body of no shape or a dt that is too
+    /// long for the contact law, and a run Error for a body without a finite position.
     World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
           const Locate& locate = no_location);
     World(World&&) noexcept;
@@ -93,9 +93,9 @@ public:
 
     Bodies bodies() const;  ///< in the order of the constructor
     /// Other positions, axes and velocities of its bodies, at the beginning of a step.  What this does to the kinetic
-    /// energy counts as work of forces; contacts begin anew.  Throws an input Error, and keeps the state, for values
-    /// that are not finite, and for bodies that overlap each other or a surface by more than contacts.max_overlap of a
-    /// radius.
+    /// energy counts as work of forces; contacts begin anew.  The shapes are those of the constructor.  Throws an input
+    /// Error, and keeps the state, for another number of bodies or another shape of one, for values that are not
+    /// finite, and for bodies that overlap each other or a surface by more than contacts.max_overlap of a radius.
     void set_bodies(const Bodies& bodies, std::int64_t step);
     const Setup& setup() const;
     double dt() const;

@@ -14,12 +14,13 @@ namespace drover::dem {
 namespace {
 constexpr std::size_t beads_per_chunk = 1024, rods_per_chunk = 16;
 
-Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
+/// The shapes of `bodies` have no effect.
+Spheres make_spheres(const Setup& setup, const std::vector<Shape>& shapes, const Bodies& bodies) {
     Spheres spheres;
     BeadArrays& beads = spheres.beads;
     for (std::size_t b = 0; b < bodies.beads.size(); ++b) {
         const Bead& bead = bodies.beads[b];
-        const Shape& shape = bodies.shapes[bead.shape];
+        const Shape& shape = shapes[bead.shape];
         spheres.position.push_back(Vec4d{bead.position.x, bead.position.y, bead.position.z, shape.radius.front()});
         beads.velocity.push_back(Vec4d{bead.velocity.x, bead.velocity.y, bead.velocity.z, 1.0 / shape.mass});
         beads.spin.push_back(Vec4d{bead.spin.x, bead.spin.y, bead.spin.z, 1.0 / shape.inertia_along});
@@ -28,7 +29,7 @@ Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
         beads.image.push_back({0, 0});
     }
     RodArrays& rods = spheres.rods;
-    for (const Shape& shape : bodies.shapes)
+    for (const Shape& shape : shapes)
         rods.kinds.push_back(
             make_rod_kind(shape, setup.restitution.rod_plate, setup.friction.rod_plate, setup.rods.bearing == "all"));
     for (std::size_t r = 0; r < bodies.rods.size(); ++r) {
@@ -38,7 +39,7 @@ Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
         rods.kind.push_back(rod.shape);
         rods.image.push_back({0, 0});
         rods.first.push_back(static_cast<std::uint32_t>(spheres.position.size()));
-        for (const double radius : bodies.shapes[rod.shape].radius) {
+        for (const double radius : shapes[rod.shape].radius) {
             spheres.position.push_back(Vec4d{0.0, 0.0, 0.0, radius});
             rods.owner.push_back(static_cast<std::uint32_t>(r));
         }
@@ -48,6 +49,29 @@ Spheres make_spheres(const Setup& setup, const Bodies& bodies) {
     spheres.listed.resize(spheres.position.size());
     spheres.listed_wide.resize(spheres.position.size());
     return spheres;
+}
+
+void check_shapes(const Bodies& bodies) {
+    const auto check = [&](const char* kind, const auto& list) {
+        for (std::size_t i = 0; i < list.size(); ++i)
+            require(list[i].shape < bodies.shapes.size(), {},
+                    "{} {} has the shape {}; expected less than {}, the number of shapes", kind, i, list[i].shape,
+                    bodies.shapes.size());
+    };
+    check("bead", bodies.beads);
+    check("rod", bodies.rods);
+}
+
+void check_same_shapes(const Bodies& given, const Bodies& expected) {
+    const auto check = [](const char* kind, const auto& found, const auto& own) {
+        require(found.size() == own.size(), {}, "{} {}s; expected {}, those of the world", found.size(), kind,
+                own.size());
+        for (std::size_t i = 0; i < own.size(); ++i)
+            require(found[i].shape == own[i].shape, {}, "{} {} has the shape {}; expected {}, as in the world", kind, i,
+                    found[i].shape, own[i].shape);
+    };
+    check("bead", given.beads, expected.beads);
+    check("rod", given.rods, expected.rods);
 }
 }  // namespace
 
@@ -83,8 +107,7 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
       shapes(std::move(bodies.shapes)),
       plates(the_setup.plates),
       walls(the_setup.cell) {
-    bodies.shapes = shapes;
-    spheres = make_spheres(setup, bodies);
+    spheres = make_spheres(setup, shapes, bodies);
     rules = {.restitution = setup.restitution,
              .friction = setup.friction,
              .law = ImpactLaw::from(setup.contacts),
@@ -333,6 +356,7 @@ void World::State::record_overlap(const ContactReport& report) {
 
 World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const Locate& locate) {
     check(setup, locate);
+    check_shapes(bodies);
     check_contact_law(setup, bodies.shapes, dt, locate);
     state_ = std::make_unique<State>(setup, std::move(bodies), dt, seed, threads);
     make_neighbours(setup.cell, setup.contacts.skin, state_->spheres, state_->neighbours, threads);
@@ -399,7 +423,8 @@ DeepestOverlap deepest_overlap(const Walls& walls, const PlateMotion& plates, co
 
 void World::set_bodies(const Bodies& bodies, std::int64_t step) {
     State& s = *state_;
-    Spheres spheres = make_spheres(s.setup, bodies);
+    check_same_shapes(bodies, this->bodies());
+    Spheres spheres = make_spheres(s.setup, s.shapes, bodies);
     const std::string wrong = first_non_finite(spheres);
     require(wrong.empty(), {}, "{}; expected finite values", wrong);
     Neighbours neighbours;
