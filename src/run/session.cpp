@@ -2,6 +2,7 @@
 #include "drover/run/session.hpp"
 
 #include "io/scene_text.hpp"
+#include "io/trajectory.hpp"
 #include "run/session_state.hpp"
 
 namespace drover::run {
@@ -24,10 +25,12 @@ std::vector<FrameArray> Session::frame() const {
     std::vector<FrameArray> arrays;
     for (std::size_t f = 0; f < state_->frames().size(); ++f) {
         const files::Recording& recording = state_->frames()[f].recording;
+        if (recording.group == io::spheres_group) continue;  // they follow from the bodies
+        const std::string group = recording.group.substr(recording.group.rfind('/') + 1);
         const std::vector<std::span<const double>> now = state_->observe(f);
         for (std::size_t i = 0; i < now.size(); ++i) {
             const files::Quantity& quantity = recording.quantities[i];
-            arrays.push_back({quantity.name,
+            arrays.push_back({group.empty() ? quantity.name : group + "/" + quantity.name,
                               quantity.unit,
                               quantity.meaning,
                               shape_of(recording.axes, quantity),

@@ -20,7 +20,8 @@ class SessionState;
 
 /// An array of a frame.
 struct FrameArray {
-    std::string name, unit, meaning;
+    std::string name;  ///< of a field, or "beads/velocity", "rods/axis" of bodies
+    std::string unit, meaning;
     std::vector<std::size_t> shape;  ///< slowest first
     std::span<double> values;        ///< where they are until the session ends
 };
