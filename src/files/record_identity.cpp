@@ -1,6 +1,7 @@
 // files/record_identity.cpp: hashes of texts, and their keys compared.
 #include "files/record_identity.hpp"
 
+#include <algorithm>
 #include <map>
 #include <sstream>
 
@@ -53,6 +54,18 @@ std::vector<TextDifference> differences(const std::string& one, const std::strin
 std::optional<TextDifference> first_difference(const std::string& one, const std::string& other) {
     const std::vector<TextDifference> all = differences(one, other);
     return all.empty() ? std::nullopt : std::optional(all.front());
+}
+
+bool are_same(const std::string& one, const std::string& other, const std::string& defaults) {
+    const std::vector<TextDifference> found = differences(one, other);
+    if (found.empty()) return true;
+    const auto keys = keys_of(defaults);
+    const std::map<std::string, std::string> default_values(keys.begin(), keys.end());
+    return std::ranges::all_of(found, [&](const TextDifference& row) {
+        if (row.one && row.other) return false;
+        const auto value = default_values.find(row.key);
+        return value != default_values.end() && value->second == (row.one ? *row.one : *row.other);
+    });
 }
 
 }  // namespace drover::files

@@ -25,6 +25,9 @@ inline std::string shown(const std::optional<std::string>& value) { return value
 std::vector<TextDifference> differences(const std::string& one, const std::string& other);
 std::optional<TextDifference> first_difference(const std::string& one, const std::string& other);
 
+/// Whether the values of two scene texts are the same, where a key that one of them lacks has its value in `defaults`.
+bool are_same(const std::string& one, const std::string& other, const std::string& defaults);
+
 /// 64-bit hash of a text.
 std::uint64_t fingerprint(const std::string& content);
 

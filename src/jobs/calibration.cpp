@@ -10,6 +10,7 @@
 #include "base/log.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/base/version.hpp"
+#include "files/input_file.hpp"
 #include "files/new_file.hpp"
 #include "files/record_bytes.hpp"
 #include "io/calibration.hpp"
@@ -65,7 +66,8 @@ public:
     /// Throws an input Error for a trial of another plan.
     calibrate::Attempt decoded(const TrialPlace& trial, const UnitRecord& record) const {
         const std::string& plan = plan_of(trial.unit);
-        require(record.result.shared == plan, {.file = (folder_ / "records").string()},
+        require(record.result.shared == plan || files::are_same(record.result.shared, plan, layout.defaults),
+                {.file = (folder_ / "records").string()},
                 "the trials of {} have another plan: {}; choose another folder with --output",
                 layout.units[trial.unit].name, files::difference(record.result.shared, plan));
         return io::attempt_of(record.result.content, record.key);
@@ -301,8 +303,20 @@ void warn_of_idle_keys(const io::Scene& scene) {
             "themselves");
 }
 
+/// The plan in a folder.  Trials there that a version of drover with other keys began keep their manifest.
+CalibrationLayout plan_in(const fs::path& folder, const io::Scene& scene) {
+    CalibrationLayout layout = plan_calibration(scene);
+    const fs::path file = folder / calibration_manifest;
+    if (!fs::exists(file)) return layout;
+    constexpr std::uint64_t max_bytes = 1 << 24;
+    std::string there = files::read_text(file, max_bytes, "the scene of a calibration");
+    there.erase(0, files::first_line(there).size() + 1);  // the version
+    if (files::are_same(there, layout.manifest, layout.defaults)) layout.manifest = there;
+    return layout;
+}
+
 void join(const io::Scene& scene, const CalibrationOptions& options) {
-    const CalibrationLayout layout = plan_calibration(scene);
+    const CalibrationLayout layout = plan_in(options.folder, scene);
     warn_of_idle_keys(scene);
     needed_assays(layout, options.targets);  // targets that it cannot answer are rejected before there is a folder
     const Version built = version();
@@ -346,14 +360,14 @@ bool has_result(const calibrate::TrialSet& trial_set) {
 /// For wanted numbers: the layout of the assays that they need and of those that have trials in the folder, without a
 /// goal for each.
 CalibrationLayout layout_for(const io::Scene& scene, const CalibrationOptions& options) {
-    CalibrationLayout layout = plan_calibration(scene);
+    CalibrationLayout layout = plan_in(options.folder, scene);
     if (options.targets.empty()) return layout;
     io::Scene part = scene;
     part.calibration.assays = needed_assays(layout, options.targets);
     const std::vector<calibrate::TrialSet> present = StoredTrials(scene, layout, options.folder).read();
     for (std::size_t u = 0; u < layout.units.size(); ++u)
         if (present[u].count() > 0) part.calibration.assays.push_back(layout.assays[layout.units[u].assay].name);
-    layout = plan_calibration(part);
+    layout = plan_in(options.folder, part);
     layout.goal = calibrate::TrialSet::no_goal();
     return layout;
 }

@@ -27,6 +27,7 @@ struct CalibrationLayout {
     std::vector<CalibrationUnit> units;
     std::string manifest;  ///< the keys that all trials depend on, as scene text, without the plans of the assays
     std::vector<std::string> plans;  ///< of the assays, as scene text
+    std::string defaults;            ///< of all keys, as scene text: of those that an older manifest or plan lacks
 };
 
 /// Throws an input Error, with its location, for a scene without [calibrate] lists, without a periodic cell, with

@@ -66,15 +66,20 @@ std::string manifest_of(io::Scene scene) {
     scene.particles.forces = {};
     scene.particles.beads.count = scene.particles.rods.count = 0;
     scene.particles.beads.area_fraction = scene.particles.rods.area_fraction = 0.0;
-    // Newer than some folders of trials, and no trial depends on them.
-    std::vector<std::string> omitted{"sweep.keep", "sweep.refine", "sweep.refine_levels", "sweep.want",
-                                     "sweep.max_seeds"};
+    std::vector<std::string> plans;
     calibrate::for_plans(scene.plans, [&](const std::string& assay, const char*, const auto&) {
-        omitted.push_back(section_of(assay));
+        plans.push_back(section_of(assay));
     });
     return io::chosen_text(scene, [&](const std::string& one) {
-        return std::find(omitted.begin(), omitted.end(), one) == omitted.end();
+        return std::find(plans.begin(), plans.end(), one) == plans.end();
     });
+}
+
+/// Every key of a scene of particles, and its default.
+std::string default_text() {
+    io::Scene standard;
+    standard.kind = io::SceneKind::particles;
+    return io::resolved_text(standard);
 }
 
 /// The setup of one point.  Values are checked here, before anything runs.
@@ -125,6 +130,7 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
                    .round = static_cast<std::size_t>(plan.round),
                    .max_trials = static_cast<std::size_t>(plan.max_trials)};
     layout.manifest = manifest_of(scene);
+    layout.defaults = default_text();
     for (calibrate::Assay& assay : calibrate::make_assays(scene.plans))
         if (plan.assays.empty() || std::find(plan.assays.begin(), plan.assays.end(), assay.name) != plan.assays.end())
             layout.assays.push_back(std::move(assay));
