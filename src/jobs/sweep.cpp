@@ -132,8 +132,6 @@ struct Sweep {
         runs.clear();
         for (std::size_t r = 0; r < layout.runs.size(); ++r) runs[layout.runs[r].name] = r;
     }
-    /// Whether results ask for more runs.
-    bool is_adaptive() const { return !scene.sweep.refine.empty() || !scene.sweep.want.empty(); }
     /// A ramp passes states on by archives, which are removed at the end where only the table is kept.
     bool has_archives() const { return keeps_archives() || layout.runs.back().before.has_value(); }
     bool keeps_archives() const { return scene.sweep.keep == "archives"; }
@@ -289,7 +287,7 @@ struct Ended {
 
 /// Plans the points that they ask for.
 Ended ended_runs(Sweep& sweep, const std::vector<UnitRecord>& records) {
-    if (sweep.is_adaptive()) {
+    if (sweep.layout.is_adaptive) {
         Marks marks;
         for (const UnitRecord& record : records)
             if (record.state == UnitState::done) marks[record.key] = marks_of(sweep.scene, decode(record.result));
@@ -326,7 +324,7 @@ public:
                             .holds = [this](const UnitRecord& record) { return holds(record); }};
         return Campaign(plan, {.job = with_workers(options_, sweep_.scene.sweep.workers),
                                .identity = sweep_.identity,
-                               .shares_wait = sweep_.is_adaptive()})
+                               .shares_wait = sweep_.layout.is_adaptive})
             .run()
             .stopped;
     }
@@ -361,7 +359,7 @@ private:
     void take(const UnitRecord& record) {
         const bool is_done = record.state == UnitState::done;
         if (is_done && done_.insert(record.key).second && sweep_.runs.contains(record.key)) ++planned_done_;
-        if (is_done && sweep_.is_adaptive()) marks_[record.key] = marks_of(sweep_.scene, decode(record.result));
+        if (is_done && sweep_.layout.is_adaptive) marks_[record.key] = marks_of(sweep_.scene, decode(record.result));
         if (!record.is_new) return;
         sweep_.damaged.erase(record.key);
         if (!is_done) log_warning("{}: {}", record.key, record.reason);
@@ -433,7 +431,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const JobOptions& options) {
     if (sweep.has_archives() && !options.collect) files::require_locks(folder / sweep_manifest);
     SweepOutcome outcome{.table = {}};
     const std::vector<UnitRecord> records = campaign_records(folder, sweep.identity);
-    if (sweep.is_adaptive()) ended_runs(sweep, records);  // plans what they ask for
+    if (sweep.layout.is_adaptive) ended_runs(sweep, records);  // plans what they ask for
     std::vector<std::string> remarks;
     if (options.share.is_plain())
         remarks = version_warnings(sweep.keeps_archives() ? check_archives(sweep) : recorded_versions(sweep, records));

@@ -310,6 +310,7 @@ SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const Numbere
             layout.points.size() * static_cast<std::size_t>(scene.sweep.seeds), max_runs);
     const std::size_t of_ramp = on_ramp ? (down_again ? 2 : 1) * varied.back().values.size() - (down_again ? 1 : 0) : 1;
     const std::vector<AccuracyTarget> targets = read_targets(scene);
+    layout.is_adaptive = !refined.empty() || !targets.empty();  // of every rule that reads marks
     std::vector<int> seeds;
     for (const SweepPoint& point : layout.points) seeds.push_back(seeds_at(point.values, names, scene, marks, targets));
     layout.seeds = *std::ranges::max_element(seeds);

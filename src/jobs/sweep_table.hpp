@@ -34,6 +34,7 @@ struct SweepLayout {
     std::vector<SweepRun> runs;
     int seeds = 1;              ///< the largest number of them at a point
     bool finds_warm_up = true;  ///< each run by itself
+    bool is_adaptive = false;   ///< results may ask for more runs
 };
 
 /// Results of one row, over its seeds.

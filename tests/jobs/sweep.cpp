@@ -8,6 +8,7 @@
 #include "files/support.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/campaign_records.hpp"
+#include "jobs/sweep_plan.hpp"
 
 namespace drover::jobs::sweep_tests {
 
@@ -43,6 +44,17 @@ keep = "table"
     for (const UnitRecord& record : records) store.append(record);
     store.sync();
     EXPECT_TRUE(is_of_other(run_sweep(scene, options)));
+}
+
+TEST(SweepPlan, tells_whether_results_may_ask_for_more_runs) {
+    const io::Scene plain = io::parse_scene("[sweep]\nvary = [\"relaxation.rate = 0.5, 1\"]\n", "plain.toml", {});
+    const auto is_adaptive = [&](const std::string& change) {
+        const io::Scene scene = change.empty() ? plain : io::changed(plain, {change});
+        return plan_sweep(scene, {}, numbered_points(scene)).is_adaptive;
+    };
+    EXPECT_FALSE(is_adaptive(""));
+    EXPECT_TRUE(is_adaptive("sweep.refine=[\"polar_order = 0.1\"]"));
+    EXPECT_TRUE(is_adaptive("sweep.want=[\"polar_order=2%\"]"));
 }
 
 }  // namespace drover::jobs::sweep_tests
