@@ -185,19 +185,22 @@ void add_spectra(const FieldSetting& setting, std::size_t n,
                       factor = unit_product({field.unit, field.unit, "mm2"}),
                       structure_factor = "structure_factor_" + field.short_name;
     add(rows, "variance_" + field.name, square, "variance of " + words + " over the cell",
-        [n](const FieldMoment& moment) { return moment.powers[n].variance; });
+        [n](const FieldMoment& moment) { return moment.powers[n].variance; })
+        .nature = Nature::square;
     add(rows, "spectral_tail_" + field.name, "1",
         "fraction of the variance of " + words +
             " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
         [n](const FieldMoment& moment) {
             const FieldPowers& powers = moment.powers[n];
             return powers.variance != 0.0 ? powers.tail / powers.variance : 0.0;  // NaN stays NaN
-        });
+        })
+        .nature = Nature::ratio;
     const auto part = [&](const std::string& ending, const std::string& meaning,
                           std::vector<double> FieldPowers::*powers) {
         add(rows, structure_factor + ending, factor, {shell_axis(setting)},
             "structure factor of " + words + meaning + ": area |" + symbol + "_q|^2, mean over a shell of |q|",
-            [n, powers](const FieldMoment& moment) { return by_shell(moment.setting, moment.powers[n].*powers); });
+            [n, powers](const FieldMoment& moment) { return by_shell(moment.setting, moment.powers[n].*powers); })
+            .nature = Nature::square_area;
     };
     if (field.spin == 0) {
         part("", "", &FieldPowers::along);
@@ -213,7 +216,8 @@ void add_spectra(const FieldSetting& setting, std::size_t n,
             std::vector<double> means = numerics::sector_means(s.grid, s.shells, s.sectors, moment.powers[n].sum);
             for (double& mean : means) mean *= numerics::area(s.grid);
             return means;
-        });
+        })
+        .nature = Nature::square_area;
     add(rows, statistic_name(field, "correlation"), square, {separation_axis(setting)},
         "<" + symbol + "(r0) . " + symbol +
             "(r0 + r)>, averaged over r0 and over the directions of r; includes the square of the mean",
@@ -252,7 +256,8 @@ void add_pair(const FieldSetting& setting, const MeasuredField& a, const Measure
             for (std::size_t mode = 0; mode < one.size(); ++mode)
                 products.push_back((std::conj(one[mode]) * other[mode]).real());
             return by_shell(moment.setting, products);
-        });
+        })
+        .nature = Nature::square_area;
 }
 
 /// Of a density and the order of its bodies.
@@ -272,7 +277,8 @@ void add_cross(const FieldSetting& setting, FieldRows& rows) {
                 products[mode] = sigma[mode].imag() * along.real() - sigma[mode].real() * along.imag();
             });
             return by_shell(moment.setting, products);
-        });
+        })
+        .nature = Nature::square_area;
 }
 
 void add_energies(const FieldSetting& setting, FieldRows& rows) {
@@ -280,10 +286,12 @@ void add_energies(const FieldSetting& setting, FieldRows& rows) {
         const MeasuredEnergy& energy = setting.energies[n];
         add(rows, "energy_" + energy.name, energy.unit,
             text("energy of the {}: integral of {}", energy.of, energy.formula),
-            [n](const FieldMoment& moment) { return moment.energy->energies[n]; });
+            [n](const FieldMoment& moment) { return moment.energy->energies[n]; })
+            .nature = Nature::energy;
         add(rows, "power_" + energy.name, unit_product({energy.unit, "s-1"}), {term_axis(setting)},
             text("power of each term on the energy of the {}", energy.of),
-            [n](const FieldMoment& moment) { return moment.energy->powers[n]; });
+            [n](const FieldMoment& moment) { return moment.energy->powers[n]; })
+            .nature = Nature::energy;
     }
 }
 }  // namespace
@@ -325,7 +333,8 @@ Observables<FieldMoment> field_observables(const FieldSetting& setting) {
             "estimated error of the time steps so far: the largest of any field, relative to its deviation from its "
             "mean over the cell and time; with noise on the same path, without the direction of the mean order; NaN "
             "where accuracy.effort does not resolve it",
-            [](const FieldMoment& moment) { return moment.step_error; });
+            [](const FieldMoment& moment) { return moment.step_error; })
+            .nature = Nature::ratio;
     if (setting.terms) add_energies(setting, rows);
     std::erase_if(rows, [](const auto& row) { return size_of(row.axes) == 0; });  // a grid too small for any shell
     return rows;

@@ -41,23 +41,26 @@ struct Observable {
     bool accumulates = false;   ///< counted since the start of the run: the summary takes the mean of its rate
     bool is_direction = false;  ///< an angle [rad] of which 2 pi is none: the summary follows it beyond pi
     bool is_maximum = false;    ///< the largest value since the start of the run: the summary takes the last one
+    Nature nature = Nature::number;
 };
 
 template <class Moment>
 using Observables = std::vector<Observable<Moment>>;
 
-/// Adds the row of an observable that is one number.
+/// Adds, and returns, the row of an observable that is one number.
 template <class Moment>
-void add(Observables<Moment>& rows, std::string name, std::string unit, std::string formula,
-         std::type_identity_t<MeasureFunction<Moment>> function, bool accumulates = false) {
+Observable<Moment>& add(Observables<Moment>& rows, std::string name, std::string unit, std::string formula,
+                        std::type_identity_t<MeasureFunction<Moment>> function, bool accumulates = false) {
     rows.push_back({std::move(name), std::move(unit), {}, std::move(formula), std::move(function), accumulates});
+    return rows.back();
 }
 
-/// Adds the row of an observable that is an array.
+/// Adds, and returns, the row of an observable that is an array.
 template <class Moment>
-void add(Observables<Moment>& rows, std::string name, std::string unit, std::vector<Axis> axes, std::string formula,
-         std::type_identity_t<MeasureFunction<Moment>> function) {
+Observable<Moment>& add(Observables<Moment>& rows, std::string name, std::string unit, std::vector<Axis> axes,
+                        std::string formula, std::type_identity_t<MeasureFunction<Moment>> function) {
     rows.push_back({std::move(name), std::move(unit), std::move(axes), std::move(formula), std::move(function)});
+    return rows.back();
 }
 
 /// All axes of the rows, each once.  Rows are observables, recorded series or summary rows.

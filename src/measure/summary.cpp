@@ -42,7 +42,7 @@ void unwrap(std::vector<double>& angles) {
 }
 
 SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t skip) {
-    SummaryRow row{recorded.name, recorded.unit, "time mean: " + recorded.formula, recorded.axes, {}};
+    SummaryRow row{recorded.name, recorded.unit, "time mean: " + recorded.formula, recorded.axes, {}, recorded.nature};
     Samples samples = split(recorded, spacing, skip);
     for (std::size_t k = 0; k < samples.series.size(); ++k) {
         if (recorded.is_direction) unwrap(samples.series[k]);
@@ -137,12 +137,14 @@ void add_order_rows(const RecordedSeries& order, double area, double spacing, st
                     unit_product({"mm2", order.unit, order.unit}),
                     text("area (<P^2> - <P>^2), P = {} at one time", order.name),
                     {},
-                    {estimate_susceptibility(samples, 0, area)}});
+                    {estimate_susceptibility(samples, 0, area)},
+                    Nature::square_area});
     rows.push_back({order.name + "_binder",
                     "1",
                     text("Binder cumulant 1 - <P^4>/(3 <P^2>^2), P = {} at one time", order.name),
                     {},
-                    {estimate_binder_cumulant(samples, 0)}});
+                    {estimate_binder_cumulant(samples, 0)},
+                    Nature::ratio});
 }
 
 /// Number fluctuations in boxes of one shape.

@@ -18,12 +18,13 @@ struct RecordedSeries {
     bool accumulates = false;
     std::vector<double> values;  ///< [sample][size_of(axes)]
     bool is_direction = false, is_maximum = false;
+    Nature nature = Nature::number;
 };
 
 template <class Moment>
 RecordedSeries recorded_series(const Observable<Moment>& row, std::vector<double> values) {
-    return {row.name,        row.unit,          row.formula,      row.axes,
-            row.accumulates, std::move(values), row.is_direction, row.is_maximum};
+    return {row.name,          row.unit,         row.formula,    row.axes,  row.accumulates,
+            std::move(values), row.is_direction, row.is_maximum, row.nature};
 }
 
 /// A mean whose weight changes from sample to sample or may be zero (no pair in a bin, no bead near a rod): the time

@@ -9,6 +9,8 @@
 namespace drover::run {
 
 namespace {
+using measure::Nature;
+
 /// A number with at most five digits, and none below its rounding.
 std::string cell(double value, double rounding = 0.0) {
     if (!std::isfinite(value)) return text("{:>11}", "-");
@@ -17,15 +19,8 @@ std::string cell(double value, double rounding = 0.0) {
     return text("{:>11.{}g}", value, std::clamp(static_cast<int>(digits), 1, 5));
 }
 
-/// Whether a row is a ratio, whose value no other row of the unit 1 has a part in.
-bool is_ratio(const measure::SummaryRow& row) {
-    return row.name == "step_error" || row.name.starts_with("spectral_tail_") || row.name.ends_with("_binder");
-}
-
-/// The square of a field whose mean may be zero.
 bool is_square(const measure::SummaryRow& row) {
-    return row.name.starts_with("variance_") || row.name.starts_with("structure_factor_") ||
-           row.name.ends_with("_susceptibility");
+    return row.nature == Nature::square || row.nature == Nature::square_area;
 }
 
 /// The field of which a row is: that of the longest name in its own.
@@ -49,11 +44,10 @@ std::string unit_of(const Report& report, const measure::MeasuredField& field) {
 /// Which numbers one may be a difference of: those of the field, or of its unit, and energies and powers of it; "":
 /// of itself alone.
 std::string summands_of(const Report& report, const measure::SummaryRow& row) {
-    if (is_ratio(row) || is_square(row)) return "";
+    if (row.nature == Nature::ratio || is_square(row)) return "";
     const measure::MeasuredField* field = field_of(report, row);
     if (field != nullptr && row.unit == unit_of(report, *field)) return "field " + field->name;
-    const bool is_energy = row.name.starts_with("energy") || row.name.starts_with("power");
-    return is_energy || row.unit != "1" ? "unit " + row.unit : "";
+    return row.nature == Nature::energy || row.unit != "1" ? "unit " + row.unit : "";
 }
 
 /// The largest of these numbers in the table.
@@ -73,21 +67,20 @@ double rounding_of_square(const Report& report, const measure::SummaryRow& row) 
     const auto amplitude = [&](const measure::MeasuredField* field) {
         return rounding_error * (field ? largest_of(report, "field " + field->name) : 1.0);
     };
-    const bool is_variance = row.name.starts_with("variance_");
     const double area =
         io::has_grid(report.scene.kind) ? numerics::area(report.scene.grid) : dem::area(report.scene.particles.cell);
     for (const measure::MeasuredField& a : report.setting.fields)
         for (const measure::MeasuredField& b : report.setting.fields)
             if (row.name == measure::cross_name(a, b)) return amplitude(&a) * amplitude(&b) * area;
     const double one = amplitude(field_of(report, row));
-    return one * one * (is_variance ? 1.0 : area);
+    return one * one * (row.nature == Nature::square ? 1.0 : area);
 }
 
 /// What a number may be that would be zero without rounding: fields and energies are sums of terms as large as the
 /// largest of them, variances and structure factors are squares of fields.
 double rounding_of(const Report& report, const measure::SummaryRow& row) {
     if (is_square(row)) return rounding_of_square(report, row);
-    if (!row.axes.empty() || is_ratio(row)) return 0.0;
+    if (!row.axes.empty() || row.nature == Nature::ratio) return 0.0;
     const std::string summands = summands_of(report, row);
     if (!summands.empty()) return rounding_error * largest_of(report, summands);
     // Other numbers without a unit, such as an order parameter, are of the order of 1 where they are not zero.

@@ -40,6 +40,15 @@ inline std::vector<std::string> names_of(std::span<const Axis> axes) {
     return names;
 }
 
+/// What the rounding of a number is in proportion to.  Tables print 0 for what is not larger.
+enum class Nature {
+    number,       ///< the largest number of its field, or of its unit if that is not 1
+    energy,       ///< the largest number of its unit: energies and powers
+    square,       ///< the square of its field
+    square_area,  ///< the same times the area of the cell: structure factors, and products of two fields
+    ratio         ///< itself
+};
+
 /// One result: a single number, or an array over the axes.
 struct SummaryRow {
     std::string name;
@@ -47,6 +56,7 @@ struct SummaryRow {
     std::string formula;
     std::vector<Axis> axes;           ///< slowest first; none: a single number
     std::vector<Estimate> estimates;  ///< size_of(axes)
+    Nature nature = Nature::number;
 };
 
 /// The row of that name; nullptr when there is none.
@@ -107,7 +117,8 @@ struct RoughMean {
     double value = 0.0, error = 0.0;
 };
 RoughMean rough_mean(std::span<const double> values, std::size_t skip);
-/// Of a - b, sample by sample: two runs on one noise path differ by less than each fluctuates.
+/// Of a - b, sample by sample: two runs on one noise path differ by less than each fluctuates.  Throws an input Error
+/// for series of different lengths.
 RoughMean paired_difference(std::span<const double> a, std::span<const double> b, std::size_t skip);
 
 /// A smooth function of the means of all series (a susceptibility, a Binder cumulant, an exponent), bias and error by
