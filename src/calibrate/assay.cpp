@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
@@ -104,6 +103,7 @@ std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint
 }
 
 Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial) {
+    require(static_cast<bool>(assay.trial), {}, "{}: no function of a trial; expected an assay with one", assay.name);
     require(dem::is_periodic(conditions.setup.cell), {}, "{}: the cell shape is \"{}\"; expected \"periodic\"",
             assay.name, conditions.setup.cell.shape);
     if (assay.check) assay.check(conditions.setup, no_location);
@@ -116,21 +116,27 @@ Resampling resample(const Assay& assay, std::span<const Trial> trials) {
         require(trial.size() == trials.front().size(), {},
                 "{}: trials with {} and with {} numbers; expected equal lengths", assay.name, trials.front().size(),
                 trial.size());
+    require(static_cast<bool>(assay.estimator), {}, "{}: no estimator; expected an assay with one", assay.name);
     const Estimator estimator = assay.estimator(trials);
+    require(static_cast<bool>(estimator), {}, "{}: its estimator gives no function; expected one of the means",
+            assay.name);
+    const auto values_of = [&](const std::vector<double>& means) {
+        std::vector<double> values = estimator(means);
+        require(values.size() == assay.quantities.size(), {}, "{}: {} estimates of {} quantities; expected one of each",
+                assay.name, values.size(), assay.quantities.size());
+        return values;
+    };
     std::vector<std::size_t> chosen(trials.size());
     for (std::size_t t = 0; t < chosen.size(); ++t) chosen[t] = t;
     Resampling found;
-    for (const double value : estimator(means_of(trials, chosen)))
+    for (const double value : values_of(means_of(trials, chosen)))
         found.estimates.push_back({.mean = value, .samples = trials.size(), .blocks = trials.size()});
-    if (found.estimates.size() != assay.quantities.size())
-        throw std::logic_error(
-            text("{}: {} estimates of {} quantities", assay.name, found.estimates.size(), assay.quantities.size()));
     std::vector<double> drawn(trials.size());
     for (std::size_t r = 0; r < resamples; ++r) {
         fill_uniform({.stream = Stream::bootstrap, .step = r}, 0, 1, drawn);
         for (std::size_t t = 0; t < chosen.size(); ++t)
             chosen[t] = static_cast<std::size_t>(drawn[t] * static_cast<double>(trials.size()));
-        found.values.push_back(estimator(means_of(trials, chosen)));
+        found.values.push_back(values_of(means_of(trials, chosen)));
     }
     for (std::size_t q = 0; q < found.estimates.size(); ++q) set_error_and_bias(found.estimates[q], found.values, q);
     return found;
@@ -154,9 +160,11 @@ StoppingDecision judge(const Assay& assay, std::span<const Trial> trials, const 
 
 Measurement carry_out(const Assay& assay, const SystemFactory& make, const Conditions& conditions, const Goal& goal) {
     std::vector<Trial> trials;
+    Goal next = goal;
     for (;;) {
-        StoppingDecision decision = judge(assay, trials, goal);
+        StoppingDecision decision = judge(assay, trials, next);
         if (decision.measurement) return std::move(*decision.measurement);
+        next.min_rounds = decision.end / goal.round;  // evaluations that asked for more trials are not repeated
         for (std::size_t t = decision.begin; t < decision.end; ++t)
             trials.push_back(run_trial(assay, make, conditions, t));
     }

@@ -301,7 +301,9 @@ Bias TradeBench::difference(const TargetNumber& a, const TargetNumber& b) const 
     const double spacing = std::max(a.spacing, b.spacing);
     const std::vector<double> one = common_samples(a, spacing), other = common_samples(b, spacing);
     if (one.empty() || other.empty()) return apart;
-    Bias paired = measure::paired_difference(one, other, skip(a.spacing > b.spacing ? a : b));
+    const std::size_t common = std::min(one.size(), other.size());
+    Bias paired = measure::paired_difference(std::span(one).first(common), std::span(other).first(common),
+                                             skip(a.spacing > b.spacing ? a : b));
     if (!statistical) paired.error = 0.0;
     return paired.error < apart.error ? paired : apart;
 }

@@ -326,8 +326,10 @@ RoughMean rough_mean(std::span<const double> values, std::size_t skip) {
 }
 
 RoughMean paired_difference(std::span<const double> a, std::span<const double> b, std::size_t skip) {
+    require(a.size() == b.size(), {}, "a paired difference of {} and {} samples; expected equal numbers", a.size(),
+            b.size());
     std::vector<double> values;
-    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) values.push_back(a[i] - b[i]);
+    for (std::size_t i = 0; i < a.size(); ++i) values.push_back(a[i] - b[i]);
     return rough_mean(values, skip);
 }
 

@@ -96,6 +96,8 @@ Symbol CompiledEquations::form_symbol(const std::vector<LinearForm>& rows, const
 }
 
 Eigen::VectorXd Equations::uniform_rates(const UniformState& given, const std::vector<double>& factors) const {
+    require(factors.empty() || factors.size() == compiled_->terms.size(), {},
+            "{} factors of {} terms; expected one of each, or none", factors.size(), compiled_->terms.size());
     return compiled_->uniform_rates(given, factors);
 }
 
@@ -194,6 +196,7 @@ void CompiledEquations::visit_slopes(
 
 Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wavevector& q) const {
     const CompiledEquations& c = *compiled_;
+    require(n < c.terms.size(), {}, "term {}; expected less than {}, the number of terms", n, c.terms.size());
     const Term& term = c.terms[n];
     Symbol m = Symbol::Zero(c.components, c.components);
     c.visit_slopes(term, c.slots_at(c.balanced(about)), [&](int row, const Derivative& derivative, double coefficient) {

@@ -86,6 +86,8 @@ LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about
 LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about, LeftSides left)
     : equations_(equations), about_(about), left_(std::move(left)) {
     const CompiledEquations& c = *equations.compiled_;
+    require(left_.factors.empty() || left_.factors.size() == c.terms.size(), {},
+            "{} factors of {} terms; expected one of each, or none", left_.factors.size(), c.terms.size());
     powers_ = powers_of_terms(c, c.terms, about_, left_.factors);
     for (int k = 0; k < c.components; ++k) {
         if (c.is_given(k)) continue;
@@ -189,8 +191,8 @@ Eigen::RowVectorXcd LinearisedAt::of_forces(const Eigen::RowVectorXcd& of_rates,
 }
 
 Symbol LinearisedAt::term_symbol(std::size_t term, const Wavevector& q) const {
-    const double factor = left_.factors.empty() ? 1.0 : left_.factors[term];
-    return factor * equations_.term_symbol(term, about_, q);
+    const Symbol whole = equations_.term_symbol(term, about_, q);  // rejects a term that is not there
+    return (left_.factors.empty() ? 1.0 : left_.factors[term]) * whole;
 }
 
 Wavevector LinearisedAt::wavevector(double q, double angle) const {

@@ -91,6 +91,35 @@ TEST(AssayRule, stops_after_the_first_round_that_meets_the_goal_and_ignores_late
     EXPECT_EQ(whole.estimates[0].mean, decision.measurement->estimates[0].mean);
 }
 
+TEST(AssayRule, evaluates_each_round_once) {
+    int evaluations = 0;
+    Assay assay = plain(10.0);
+    assay.estimator = [&evaluations, whole = assay.estimator](std::span<const Trial> trials) {
+        ++evaluations;
+        return whole(trials);
+    };
+    const Goal goal{.relative_error = 0.001, .round = 4, .min_rounds = 2, .max_trials = 80};  // never reached
+    EXPECT_EQ(carry_out(assay, {}, {.setup = {}, .seed = 5}, goal).trials, 80u);
+    EXPECT_EQ(evaluations, 19);  // after 8, 12, ..., 80 trials
+}
+
+TEST(AssayRule, rejects_an_assay_that_lacks_a_function_or_gives_another_number_of_estimates) {
+    const Conditions conditions{.setup = {}, .seed = 5};
+    const std::vector<Trial> trials = trials_of(plain(1.0), 8);
+    Assay none = plain(1.0);
+    none.trial = nullptr;
+    EXPECT_THROW(run_trial(none, {}, conditions, 0), Error);
+    none.estimator = nullptr;
+    EXPECT_THROW(estimate(none, trials), Error);
+    none.estimator = [](std::span<const Trial>) { return Estimator(); };
+    EXPECT_THROW(estimate(none, trials), Error);
+    Assay other = plain(1.0);
+    other.quantities.pop_back();
+    EXPECT_THROW(estimate(other, trials), Error);
+    other.quantities.clear();
+    EXPECT_THROW(estimate(other, trials), Error);
+}
+
 TEST(AssayRule, reports_a_target_that_is_not_reached) {
     const Measurement far =
         carry_out(plain(10.0), {}, {.setup = {}, .seed = 5}, {.relative_error = 0.001, .max_trials = 40});

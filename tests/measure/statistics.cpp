@@ -427,5 +427,11 @@ TEST(WarmUp, of_a_steady_drift_is_half_the_series_and_of_a_constant_zero) {
     EXPECT_EQ(warm_up_length(drift), 0u);
 }
 
+TEST(PairedDifference, of_series_of_different_lengths_is_rejected) {
+    const std::vector<double> longer(10, 1.0), shorter(9, 1.0);
+    EXPECT_THROW(paired_difference(longer, shorter, 0), Error);
+    EXPECT_EQ(paired_difference(longer, longer, 0).value, 0.0);
+}
+
 }  // namespace
 }  // namespace drover::measure::statistics_tests

@@ -304,6 +304,23 @@ TEST(ModelFluctuations, along_and_across_q_do_not_depend_on_the_direction_of_q_a
     EXPECT_NEAR(found.at(mode, 2, 2).real(), 0.1 / (0.9 + 0.7 * square - 1.0 / (2.0 + square)), 1e-13);
 }
 
+TEST(ModelTerms, are_rejected_by_a_number_that_none_has_and_with_another_number_of_factors) {
+    const model::Equations equations(model::Model{.fields = {scalar("phi", "phi - phi^3 + lap phi")}});
+    const model::UniformState rest{0.5};
+    const std::size_t terms = equations.terms().size();
+    EXPECT_THROW(equations.term_symbol(terms, rest, {1.0, 0.0}), Error);
+    EXPECT_THROW(model::LinearisedAt(equations, rest).term_symbol(terms, {1.0, 0.0}), Error);
+    EXPECT_NO_THROW(equations.term_symbol(terms - 1, rest, {1.0, 0.0}));
+    for (const std::size_t count : {terms - 1, terms + 1}) {
+        const std::vector<double> factors(count, 1.0);
+        EXPECT_THROW(equations.uniform_rates(rest, factors), Error);
+        EXPECT_THROW(model::LinearisedAt(equations, rest,
+                                         {.factors = factors, .mass_density = Eigen::VectorXd::Ones(1)}),
+                     Error);
+    }
+    EXPECT_EQ(equations.uniform_rates(rest, std::vector<double>(terms, 1.0)), equations.uniform_rates(rest));
+}
+
 TEST(ModelFluctuations, have_no_stationary_state_where_a_mode_grows_or_a_marginal_one_has_noise) {
     model::Model model{.fields = {scalar("phi", "a phi + lap phi"), scalar("psi", "-psi + lap psi"),
                                   scalar("c", "-lap c")},

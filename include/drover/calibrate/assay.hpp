@@ -132,8 +132,8 @@ struct StoppingDecision {
 /// Seed of one trial: a pure function of its arguments, independent between trials and assays for all purposes.
 std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint64_t trial);
 
-/// Runs trial number `trial`.  Throws what the factory and its systems throw, and an input Error for a setup without a
-/// periodic cell or without the bodies that the assay needs.
+/// Runs trial number `trial`.  Throws what the factory and its systems throw, and an input Error for an assay without
+/// a trial, and for a setup without a periodic cell or without the bodies that the assay needs.
 Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial);
 
 /// Estimates with standard errors by the bootstrap over trials: whole trials are resampled, since everything within a
@@ -141,6 +141,8 @@ Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions&
 /// The spread of the resamples is multiplied by sqrt(n/(n - 1)), which makes it exact for a mean.  The difference
 /// between their mean and the estimate is the first-order bias in 1/n (a quotient of noisy means is biased) and is
 /// subtracted.  No error, and a refusal, if more than one resample in 50 gives no finite value.
+/// Throws an input Error for fewer than two trials, trials of different lengths, an assay without an estimator, and
+/// another number of estimates than of quantities.
 /// Source: Efron & Tibshirani, An introduction to the bootstrap (1993), ch. 6 and 10.
 std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials);
 

@@ -46,8 +46,8 @@ public:
     /// A uniform state with the values of fields in balance that follow from the others.  Throws as uniform_rates.
     UniformState completed(const UniformState& at) const;
     /// Rates of a uniform state; its values of fields in balance are replaced by those that follow from the others.
-    /// Throws an input Error for a state of another size.
     /// factors: of each term; empty: 1.
+    /// Throws an input Error for a state of another size, and for another number of factors than of terms.
     Eigen::VectorXd uniform_rates(const UniformState& at, const std::vector<double>& factors = {}) const;
     /// For each component the sum of the absolute values of its terms in a uniform state: rounding is relative to it.
     Eigen::VectorXd uniform_rate_sizes(const UniformState& at) const;
@@ -61,7 +61,7 @@ public:
     bool has_derivative(std::size_t term, const UniformState& at) const;
     /// Whether the linearisation of a term about the references exists, and commutes with turns and reflections.
     bool is_isotropic(std::size_t term) const;
-    /// What one term contributes, without elimination.
+    /// What one term contributes, without elimination.  Throws an input Error for a number that no term has.
     Symbol term_symbol(std::size_t term, const UniformState& about, const numerics::Wavevector& q) const;
     /// Strengths of the noise of all components at q in a uniform state: <f f^H> = noise delta(t - t') per area,
     /// Hermitian.

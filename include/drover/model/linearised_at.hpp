@@ -46,7 +46,7 @@ public:
     Symbol all_components(const numerics::Wavevector& q) const;
     /// The linearisation of all right sides without elimination; rows of balances that are solved at every point are 0.
     Symbol whole(const numerics::Wavevector& q) const;
-    /// The part of one of Equations::terms() in whole().
+    /// The part of one of Equations::terms() in whole().  Throws an input Error for a number that no term has.
     Symbol term_symbol(std::size_t term, const numerics::Wavevector& q) const;
     /// Strengths of the noise of the rows of symbol(): <f f^H> = noise delta(t - t') per area.
     Symbol noise(const numerics::Wavevector& q) const;
