@@ -211,6 +211,21 @@ std::optional<io::Scene> scene_not_begun(const std::filesystem::path& path, std:
     scene.output.file = path.string();
     return scene;
 }
+
+/// What `read` returns.  Files that another version of drover wrote may differ from what this one expects: then an
+/// input Error says so.
+template <class Read>
+auto read_of_version(const std::string& program, const std::filesystem::path& path, Read read) try {
+    return read();
+} catch (const MixedFiles&) {
+    throw;
+} catch (const Error& error) {
+    if (error.fault() != Fault::input || program.empty() || program == this_program()) throw;
+    fail_input({.file = path.string()},
+               "the run was written by another version of drover, {}, and {} cannot resume it: {}; restart with that "
+               "version, or run the scene again",
+               program, this_program(), error.message());
+}
 }  // namespace
 
 RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,
@@ -227,7 +242,9 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     io::Scene scene = io::parse_scene(checkpoint.scene, name, overrides, options.functions);
     scene.output.file = path.string();
     Threads threads(simulation_type_of(scene).threads(scene));
-    const std::unique_ptr<Simulation> made = simulation_type_of(scene).make(scene, threads, checkpoint.state);
+    const std::unique_ptr<Simulation> made = read_of_version(checkpoint.program, path, [&] {
+        return simulation_type_of(scene).make(scene, threads, checkpoint.state);
+    });
     require(
         checkpoint.step <= made->steps, {.file = path.string()},
         "the run has reached t = {:.10g} s, beyond time.end = {}; to continue, give a later end: --set time.end=...",
@@ -240,7 +257,9 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
         for (auto& [name_of, value] : attributes)  // the archive knows the file of its scene
             if (name_of == "title" || name_of == "scene_file") value = reader.text_attribute(name_of);
     };
-    files::Archive archive = files::Archive::resume(path, recordings_of(*made), attributes, rows, check_and_keep_names);
+    files::Archive archive = read_of_version(checkpoint.program, path, [&] {
+        return files::Archive::resume(path, recordings_of(*made), attributes, rows, check_and_keep_names);
+    });
     if (archive.row_checksums() != checkpoint.row_checksums)
         throw MixedFiles(path, text("the frames and samples up to t = {} s are not those that the run had when it "
                                     "wrote its checkpoint; expected the archive as the run left it: put it back, or "
