@@ -44,6 +44,14 @@ def test_every_file_that_it_names_is_there():
         assert any(path.is_file() for path in found), file
 
 
+def test_every_constant_that_it_names_is_in_its_file():
+    named = re.findall(r"`([A-Z]+)` of `([\w/]+\.py)`", PAGE)
+    assert len(named) >= 2
+    for name, file in named:
+        found = [path for path in (ROOT / file, ROOT / "src" / file) if path.is_file()]
+        assert found and re.search(rf"^{name} = ", found[0].read_text(encoding="utf-8"), re.M), f"{name} of {file}"
+
+
 def test_every_model_that_a_page_names_is_in_the_repository():
     tracked = rules.tracked_files(ROOT)
     pages = [(ROOT / path).read_text(encoding="utf-8") for path in tracked if path.suffix == ".md"]

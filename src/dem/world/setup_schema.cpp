@@ -78,8 +78,7 @@ Rows<RodSupply> RodSupply::rows() {
         {"bearing",
          &RodSupply::bearing,
          "spheres of a rod that can touch base and lid: hull: those on its convex hull, as in exact contact; "
-         "all: also those that overlaps bring into contact (contacts.law = \"pairwise\" or contacts.model = "
-         "\"spring-dashpot\")",
+         "all: also those that overlaps bring into contact (contacts.law = \"pairwise\" or a soft contacts.model)",
          "",
          any_number,
          {"hull", "all"}},
