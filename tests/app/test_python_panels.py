@@ -10,7 +10,7 @@ from support import MODELS
 
 import drover
 from drover import exact, run_view
-from drover.figures import model_film, model_panels, particle_motion as motion
+from drover.figures import model_film, model_panels, panels, particle_motion as motion
 from drover.roles import roles_of
 
 matplotlib.use("Agg")
@@ -155,3 +155,98 @@ def test_a_film_averages_a_noisy_field_as_its_figure_does_and_not_a_smooth_one()
     for run, expected in ((noisy, [2, 2]), (smooth, [1, 1])):
         seen = run_view.run_of(run)
         assert model_film.pixels_of(seen, roles_of(seen)[0], run.frame.arrays) == expected
+
+
+# --- maps, deviations and lengths of unusual runs
+
+def test_deviations_of_a_density_whose_mean_is_0_are_not_relative_to_it():
+    model = drover.Model([drover.Field("phi", "lap(phi^3 - phi - lap phi)", conserved=True, noise=0.01,
+                                       conserved_noise=True, reference=0.1)])
+    for start, label in (("0.1 cos(pi x / 8)", r"$\delta \phi$"), ("1 + 0.1 cos(pi x / 8)", r"$\delta \phi/\phi$")):
+        run = model.scene(points=16, side=16.0, dt=0.05, end=0.5, initial={"phi": start}).start()
+        run.advance()
+        axes = Figure().gca()
+        assert model_panels.draw_deviations(axes, run_view.run_of(run), roles_of(run_view.run_of(run)))
+        assert axes.lines[0].get_label() == label
+        # At a mean of 1 both are one number, up to the rounding of the mean.
+        assert axes.lines[0].get_ydata()[-1] == pytest.approx(float(np.std(run.frame.phi)), rel=1e-12)
+
+
+@pytest.mark.parametrize("points, side", [((64, 4), (64.0, 4.0)), ((32, 1), (32.0, 1.0)), ((32, 32), (32.0, 32.0))])
+def test_the_length_of_a_pattern_counts_the_modes_of_each_shell(points, side):
+    model = drover.Model([drover.Field("phi", "lap(phi^3 - phi - lap phi)", conserved=True)])
+    scene = model.scene(points=points, side=side, dt=0.1, end=2.0, initial={"kind": "random", "amplitude": 0.1})
+    run = scene.start()
+    run.advance()
+    axes = drover.plot.length(run)
+    x, y = (2.0 * np.pi * np.fft.fftfreq(count, length / count) for count, length in zip(points, side))
+    size = np.hypot(*np.meshgrid(x, y))
+    power = abs(np.fft.fft2(run.frame.phi))**2
+    power[(size == 0.0) | (size > (len(run.observables.wavenumber) + 0.5) * 2.0 * np.pi / max(side))] = 0.0
+    # Shells have the mean |q| of their modes: equal up to half of their width, of the third shell or longer here.
+    assert axes.lines[0].get_ydata()[-1] == pytest.approx(2.0 * np.pi * power.sum() / (power * size).sum(), rel=0.03)
+
+
+def test_a_map_of_one_column_or_row_has_a_width(tmp_path):
+    assert panels.edges_of([2.0]).tolist() == [1.0, 3.0] and panels.edges_of([0.0]).tolist() == [-0.5, 0.5]
+    assert panels.edges_of([1.0, 2.0, 4.0]).tolist() == [0.5, 1.5, 3.0, 5.0]
+    scene = drover.Scene.from_dict({"grid": {"nx": 8, "ny": 8, "lx": 8.0, "ly": 8.0}, "relaxation.rate": 0.5,
+                                    "noise.order": 0.1, "time.dt": 0.2, "time.end": 30.0, "output.frame_every": 0.4,
+                                    "output.sample_every": 0.2})
+    with scene.run(tmp_path / "one.h5") as run:
+        axes = drover.plot.dynamics(run, "polar_order_x", modes=1)
+        q = 2.0 * np.pi / 8.0
+        assert axes.get_xlim() == pytest.approx((0.5 * q, 1.5 * q))
+        linear = drover.plot.dynamics(run, "polar_order_x", modes=1, linear=True)
+        assert linear.collections and not linear.texts  # rods that neither decay nor are driven have no part in it
+    key = drover.sweep(scene.set("time.end", 1.0), {"relaxation.rate": [0.5], "noise.order": [0.1, 0.2]}, workers=1)
+    assert key.plot("polar_order").get_ylim() == (0.25, 0.75)
+
+
+def test_a_colour_bar_ends_at_the_few_pixels_that_differ():
+    spot = np.ones(1000)
+    assert panels.colour_range(spot) == (0.9, 1.1, "neither")
+    spot[7] = 6.0
+    assert panels.colour_range(spot) == (0.0, 6.0, "neither")
+    spot[7] = 1.2
+    assert panels.colour_range(spot) == (1.0, 1.2, "neither")
+    assert panels.colour_range(np.arange(1000.0) + 1e4)[2] == "both"
+
+
+def test_the_key_of_arrows_of_a_narrow_map_is_on_its_page():
+    scene = drover.Scene.from_dict({"grid": {"nx": 4, "ny": 60, "lx": 2.0, "ly": 60.0}, "noise.order": 0.1,
+                                    "relaxation.rate": 0.5, "time.dt": 0.1, "time.end": 1.0})
+    run = scene.start()
+    run.advance()
+    picture = drover.plot.figure(run)
+    picture.canvas.draw()
+    (words,) = (text for axes in picture.axes for text in axes.texts if text.get_text().startswith("arrow"))
+    assert words.get_window_extent().x0 > 0.0
+
+
+def test_beads_alone_are_compared_by_the_order_of_their_velocities():
+    scene = drover.Scene.load(MODELS / "bead-gas.toml").set({"cell.lx": 12, "cell.ly": 12, "time.end": 0.02,
+                                                             "output.sample_every": 0.005})
+    run = scene.start()
+    run.advance()
+    picture = drover.plot.compare(run, run, labels=("one", "other"))
+    (axes,) = (axes for axes in picture.axes if axes.get_title(loc="left") == "(c) bead velocity order")
+    assert np.array_equal(axes.lines[0].get_ydata(), run.observables.bead_velocity_order.values)
+
+
+@pytest.mark.parametrize("draw", [drover.plot.map, drover.plot.figure, lambda run, frame: drover.plot.compare(
+    run, run, frame=frame)])
+def test_a_frame_that_a_run_does_not_have_is_rejected(draw):
+    run = drover.Scene.from_dict({"grid": {"nx": 8, "ny": 8}, "time": {"dt": 0.1, "end": 1.0}}).start()
+    with pytest.raises(drover.Error, match="has no frame 99; expected 0 to 0"):
+        draw(run, frame=99)
+
+
+def test_the_figure_of_states_is_of_the_frame_that_is_asked_for(tmp_path):
+    scene = drover.Scene.load(MODELS / "kink.toml").set("grid.nx", 128)
+    states = scene.states(follow="driving.strength = 1.25", points=3)
+    assert states.groups["frames"].state.units == "1"
+    drawn = [drover.plot.figure(states, frame=frame).axes[0].lines[0].get_ydata() for frame in (0, -1)]
+    assert not np.array_equal(*drawn)
+    with pytest.raises(drover.Error, match="state = ordered does not apply, since drover states wrote this archive"):
+        drover.plot.figure(states, state="ordered")

@@ -5,7 +5,7 @@ from pathlib import Path
 import xarray
 
 from drover.attributes import about
-from drover.theory import NEEDED, Theory
+from drover.theory import NEEDED, Theory, of_states
 
 
 def dataset_of(parts, first=None):
@@ -27,7 +27,7 @@ def theory_of(result, scene_file):
     frames = result.frames()
     if frames is not None:
         count = len(next(iter(frames["arrays"].values()))[3])
-        kept["frames"] = dataset_of(frames, ("state", range(count)))
+        kept["frames"] = of_states(dataset_of(frames, ("state", range(count))))
     scene = result.scene
     attributes = {"title": f"drover {result.kind}", "scene_file": scene_file, **dict(result.attributes)}
     import tomllib

@@ -107,19 +107,24 @@ def draw_file(path, frame=None, state=None, dynamics=None):
     if Path(path).suffix == ".json":
         return trade_panel.draw(path)
     with open_any(path) as opened:
-        kind = "run" if isinstance(opened, (Run, ParticleRun)) else opened.kind
-        for option, value, its_kinds in (("--frame", frame, ("run", "states")), ("--state", state, ("stability",)),
-                                         ("--dynamics", dynamics, ("run",))):
-            if value is not None and kind not in its_kinds:
-                raise DroverError(f"{path}: {option} {value} does not apply, since drover {command_of(kind)} wrote "
-                                  f"this archive; only archives of drover {' and '.join(its_kinds)} have one: omit the "
-                                  "option")
-        if dynamics is not None:
-            return dynamics_figure.draw(opened, dynamics)
-        if kind == "run":
-            its_draw = particle_figure.draw if isinstance(opened, ParticleRun) else draw
-            return its_draw(opened, -1 if frame is None else frame)
-        return draw_theory(opened, state, frame)
+        return draw_opened(opened, {"--frame": frame, "--state": state, "--dynamics": dynamics})
+
+
+def draw_opened(opened, options):
+    """Draws an open run or a Theory with these options, of which it rejects those that do not apply."""
+    kind = "run" if isinstance(opened, (Run, ParticleRun)) else opened.kind
+    frame, state, dynamics = options.values()
+    for (option, value), its_kinds in zip(options.items(), (("run", "states"), ("stability",), ("run",))):
+        if value is not None and kind not in its_kinds:
+            raise DroverError(f"{opened.path}: {option} {value} does not apply, since drover {command_of(kind)} wrote "
+                              f"this archive; only archives of drover {' and '.join(its_kinds)} have one: omit the "
+                              "option")
+    if dynamics is not None:
+        return dynamics_figure.draw(opened, dynamics)
+    if kind == "run":
+        its_draw = particle_figure.draw if isinstance(opened, ParticleRun) else draw
+        return its_draw(opened, -1 if frame is None else frame)
+    return draw_theory(opened, state, frame)
 
 
 def title(run, frame):

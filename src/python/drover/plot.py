@@ -14,24 +14,20 @@ PAGE, CORNER, RIGHT, BESIDE, ABOVE = (5.0, 4.0), (0.9, 0.75), 0.2, 0.95, 0.35
 
 
 def figure(thing, frame=None, state=None):
-    """The figure of python3 -P -m drover.figure: of a run (at a frame), or of linear theory (of a state).
+    """The figure of python3 -P -m drover.figure: of a run or of drover states (at a frame), or of linear theory (of a
+    state).
 
     >>> import drover
     >>> run = drover.Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}}).start()
     >>> len(figure(run).axes) > 4
     True
     """
-    from drover import figure as figures
-    from drover.figures import particle_figure
-    from drover.figures.theory_figures import draw_theory
-    from drover.particles import ParticleRun
+    from drover.figure import draw_opened
     from drover.theory import Theory, open_any
     if hasattr(thing, "joinpath") or isinstance(thing, str):
         thing = open_any(thing)
-    if isinstance(thing, Theory):
-        return draw_theory(thing, state)
-    run = run_of(thing)
-    return (particle_figure if isinstance(run, ParticleRun) else figures).draw(run, -1 if frame is None else frame)
+    thing = thing if isinstance(thing, Theory) else run_of(thing)
+    return draw_opened(thing, {"frame =": frame, "state =": state, "dynamics =": None})
 
 
 def compare(first, second, labels=None, frame=-1):
@@ -47,9 +43,11 @@ def map(run, axes=None, frame=-1, field=None):
     """
     from drover.figures import model_panels, particle_figure
     from drover.particles import ParticleRun
+    from drover.figures.paper import require_frame
     from drover.roles import chosen, has_own_fields
     from drover.typeset import bracket
     run = run_of(run)
+    require_frame(run, frame)
     bar = None
     if axes is None and "grid" in run.scene and run.frames.sizes["y"] > 1:
         axes, bar = map_axes(run.scene["grid"]["lx"] / run.scene["grid"]["ly"])
@@ -165,8 +163,11 @@ def paths(run, axes=None, frame=-1):
     """The paths of the rods up to a frame, with the cell and the rods; of few rods in a large cell what is around them.
     """
     from drover.figures import particle_motion, particle_panels
+    from drover.figures.paper import require_frame
     from drover.particles import sides_of
-    run, axes = particles_of(run), axes_of(axes)
+    run = particles_of(run)
+    require_frame(run, frame)
+    axes = axes_of(axes)
     sides, places = sides_of(run), particle_motion.paths(run, frame, sides_of(run))
     view = particle_motion.view_in(run, places, sides)
     periodic = particle_panels.is_periodic(run) and view is None

@@ -3,6 +3,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from drover.archive import check_is_no_table, kind_of, opened, read_head, read_run
+from drover.attributes import about
 from drover.error import DroverError
 from drover.hdf5_reader import Store, StoreOwner, group_dataset
 
@@ -103,7 +104,7 @@ def read_theory(store, path):
     if kind == "states":
         groups = {name: group_dataset(store, name) for name in ("state", "curve") if f"/{name}" in store.groups}
         check_states(path, groups)
-        groups["frames"] = group_dataset(store, "/").rename(time="state")
+        groups["frames"] = of_states(group_dataset(store, "/").rename(time="state"))
         return Theory(path, kind, groups, scene, attributes, store)
     groups = {name: group_dataset(store, name) for name in store.groups_in("/")
               if kind == "stability" or name in NEEDED}
@@ -112,6 +113,12 @@ def read_theory(store, path):
     for name, group in groups.items():
         check_group(path, name, group, needed["stability" if kind == "stability" else name])
     return Theory(path, kind, groups, scene, attributes, store)
+
+
+def of_states(frames):
+    """Frames of states, whose axis is their number."""
+    frames["state"].attrs = about("state", "1", "number of the state, from 0")
+    return frames
 
 
 def check_states(path, groups):

@@ -6,7 +6,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
 
 from drover.dynamics import dynamic_structure_factor, kept_modes
-from drover.figures.panels import BLUE, STEPS, VERMILLION, minor_ticks, with_unit, write_instead
+from drover.figures.panels import BLUE, STEPS, VERMILLION, edges_of, minor_ticks, with_unit, write_instead
 from drover.figures.paper import STYLE, add_axes, bar_box, new_figure, write_title_and_caption
 from drover.text import drawable, scene_name
 from drover.typeset import spaced
@@ -52,8 +52,8 @@ def draw_map(axes, array, norm, reach):
         write_instead(axes, "no linear theory")
         return None
     q = array["wavenumber"].values
-    image = axes.pcolormesh(q, array["frequency"].values, numpy.maximum(array.values.T, norm.vmin), cmap="viridis",
-                            norm=norm, shading="nearest", rasterized=True)
+    image = axes.pcolormesh(edges_of(q), edges_of(array["frequency"].values), numpy.maximum(array.values.T, norm.vmin),
+                            cmap="viridis", norm=norm, rasterized=True)
     axes.set_ylim(-reach, reach)
     axes.set_xlabel(with_unit("wavenumber $q$", array["wavenumber"]))
     axes.set_ylabel(with_unit(r"frequency $\omega$", array["frequency"]))

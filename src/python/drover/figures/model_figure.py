@@ -66,7 +66,7 @@ def draw(run, frame=-1):
     words = textwrap.wrap(caption(run, roles, structure, frame), CAPTION_LETTERS)
     boxes = map_boxes(run, roles)
     above = [LINE + LEGEND_LINE * rows_of(labels) for labels in
-             ([role.symbol for role in roles], [panels.deviation_label(role) for role in roles],
+             ([role.symbol for role in roles], [panels.deviation_label(run, role) for role in roles],
               [key.get_label() for key in panels.structure_keys(structure)])]
     height = (0.08 + LINE * len(lines) + sum(box[-1] for box in boxes) + sum(above) + len(groups) * (MEAN + GAP)
               + DEVIATION + STRUCTURE + 3 * LABELLED + CAPTION_LINE * len(words) + 0.14)

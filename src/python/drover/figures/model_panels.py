@@ -261,19 +261,29 @@ def keep_off_rounding(axes, scale=0.0):
         axes.set_ylim(low - reach, high + reach)
 
 
-def deviation_label(role):
+def density_mean(run, role):
+    """The mean of a density, to which its deviations are relative; None of a field that has both signs."""
+    if not role.is_density:
+        return None
+    values = loaded(run.frames[role.name].isel(time=[0, -1]), run.path).values
+    mean = float(values[0].mean())
+    return mean if mean > UNIFORM * abs(values).max() and role.centre(values) is None else None
+
+
+def deviation_label(run, role):
     label = rf"\delta {role.symbol}"
-    return f"${label}/{role.symbol}$" if role.is_density else f"${label}$" + bracket(role.unit)
+    return f"${label}$" + bracket(role.unit) if density_mean(run, role) is None else f"${label}/{role.symbol}$"
 
 
 def draw_deviations(axes, run, roles):
-    """Draws standard deviations over time, of densities relative to their means; returns whether there are any."""
+    """Draws standard deviations over time, of densities above 0 relative to their means; returns whether there are any.
+    """
     drawn = []
     for role in roles:
         values = numpy.sqrt(numpy.maximum(loaded(run.observables[f"variance_{role.name}"], run.path).values, 0.0))
-        if role.is_density:
-            values = values / abs(float(run.frames[role.name].isel(time=0).mean()))
-        if values.max() > (ROUNDING if role.is_density else 0.0):
+        mean = density_mean(run, role)
+        values = values if mean is None else values / mean
+        if values.max() > (0.0 if mean is None else ROUNDING):
             drawn.append((role, numpy.where(values > DECADES * values.max(), values, numpy.nan)))
     axes.set_ylabel("deviation")
     if not drawn:
@@ -282,7 +292,7 @@ def draw_deviations(axes, run, roles):
     for place, (role, values) in enumerate(drawn):
         wide = excess(values, [other for _, other in drawn[place + 1:]])
         axes.plot(run.observables["time"], values, color=colour_of(role.number), linestyle=line_of(role.number),
-                  linewidth=1.1 + wide, label=deviation_label(role))
+                  linewidth=1.1 + wide, label=deviation_label(run, role))
     most, least = (extreme([extreme(values) for _, values in drawn]) for extreme in (numpy.nanmax, numpy.nanmin))
     if most > LOG_FROM * least:
         axes.set_yscale("log")

@@ -5,13 +5,14 @@ from . import model_panels, panels, particle_figure
 from drover.archive import loaded
 from drover.error import Error
 from drover.run_view import run_of
-from drover.figures.paper import STYLE, add_axes, bar_box, fitted, new_figure, write_title_and_caption
+from drover.figures.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
 from drover.particles import ORDER, ParticleRun
 from drover.roles import has_own_fields, roles_of
 from drover.text import drawable
 
 MAPS = ((0.8, 3.25, 3.65, 3.65), (6.5, 3.25, 3.65, 3.65))  # inches
 SERIES = (0.8, 1.2, 10.6, 1.2)
+BEAD_ORDER = "bead_velocity_order"
 MUCH_LONGER = 5.0  # ratio of durations from which times are drawn over them
 COLOURS = (panels.BLUE, panels.VERMILLION)
 
@@ -20,6 +21,8 @@ COLOURS = (panels.BLUE, panels.VERMILLION)
 def draw(first, second, labels=None, frame=-1):
     """Draws two runs as a matplotlib Figure."""
     runs = [run_of(first), run_of(second)]
+    for run in runs:
+        require_frame(run, frame)
     orders = [order_of(run) for run in runs]
     labels = labels or names_of(runs)
     figure = new_figure()
@@ -60,9 +63,15 @@ def is_plane(run):
 
 
 def order_of(run):
-    """Words for the order of a run, and its series; of a run without order the variance of its first field."""
+    """Words for the order of a run, and its series; of a run without order the variance of its first field.
+
+    Beads alone have the order of their velocities.
+    """
     if isinstance(run, ParticleRun):
-        return "polar order", loaded(run.observables[ORDER], run.path)
+        name = next((name for name in (ORDER, BEAD_ORDER) if name in run.observables), None)
+        if name is None:
+            raise Error(f"{run.path} has no order over time; expected a run with output.sample_every > 0")
+        return name.replace("_", " "), loaded(run.observables[name], run.path)
     label, _, series = next(iter(model_panels.orders_of(run)), (None,) * 3)
     if series is not None:
         return label, series

@@ -25,6 +25,7 @@ FROM_ZERO = 0.6                    # colours start at 0 where the least density 
 LONGEST_TICK = 5                   # letters; longer ones are written as 5e-4 where that is shorter
 FEW_DECADES, ONE_DECADE = 40.0, 4.0  # ratios of the ends of an axis below which labels are 0.5 and 2, and 3, 4, ... too
 DECADE_ROOM = 0.25                 # inches of an axis for each labelled decade
+PAGE_EDGE = 0.1                    # inches from the edge of a page to words
 LEAST_PIXELS = 12                  # along the longer side, of averages that make a noisy density positive
 
 
@@ -72,11 +73,25 @@ def is_resolved(run, pixel):
 def colour_range(values):
     """Ends of the colours of a density, which start at 0 where it comes near, and the ends that values exceed."""
     low, high = numpy.quantile(values, ((1.0 - COLOUR_PART) / 2, (1.0 + COLOUR_PART) / 2))
+    if not high - low > 1e-12 * abs(high):  # nearly all are equal: the ends are those of the few others
+        low, high = values.min(), values.max()
+        if 0.0 <= low < FROM_ZERO * high:
+            return 0.0, high, "neither"
+        if high - low > 1e-12 * abs(high):
+            return low, high, "neither"
     if not high - low > 1e-12 * abs(high):  # uniform field: middle colour
         return (0.9 * low, 1.1 * high, "neither") if high > 0.0 else (low - 1.0, high + 1.0, "neither")
     if 0.0 <= low < FROM_ZERO * high and values.min() >= 0.0:
         return 0.0, high, "max"
     return low, high, "both"
+
+
+def edges_of(values):
+    """The edges of cells around values along an axis; a single cell is as wide as its value is large, or 1 at 0."""
+    values = numpy.asarray(values, float)
+    steps = numpy.diff(values) if len(values) > 1 else numpy.array([abs(values[0]) or 1.0])
+    return numpy.concatenate([values[:1] - steps[:1] / 2, values[:-1] + numpy.diff(values) / 2,
+                              values[-1:] + steps[-1:] / 2])
 
 
 def add_arrow_key(axes, arrows, longest, length, symbol, array, above=None):
@@ -87,15 +102,22 @@ def add_arrow_key(axes, arrows, longest, length, symbol, array, above=None):
     inches, box, key = axes.figure.get_size_inches(), axes.get_position(), float(f"{longest:.0e}")
     part = key * length / longest / abs(numpy.diff(axes.get_xlim())[0])
     lift = -0.58 if above is None else above - box.y0 * inches[1]
-    draw_arrow_key(axes, arrows, (1.0 - part - 0.05 / (box.width * inches[0]), lift / (box.height * inches[1])), key,
-                   rf"arrow: $|{symbol}|={key:g}$" + spaced(array.attrs.get("units", "1")))
+    place = 1.0 - part - 0.05 / (box.width * inches[0]), lift / (box.height * inches[1])
+    drawn, words = draw_arrow_key(axes, arrows, place, key,
+                                  rf"arrow: $|{symbol}|={key:g}$" + spaced(array.attrs.get("units", "1")))
+    cut = PAGE_EDGE - words.get_window_extent().x0 / axes.figure.dpi  # below a narrow map words are wider than it
+    if cut > 0.0:
+        drawn.X = place[0] + cut / (box.width * inches[0])
+        words.xy = drawn.X, place[1]
 
 
 def draw_arrow_key(axes, arrows, place, value, words, coordinates="axes"):
-    """A key of arrows with words on its left, which a notebook keeps when it cuts the margins of a page."""
-    axes.quiverkey(arrows, *place, value, "", labelpos="W", coordinates=coordinates, color="black")
-    axes.annotate(words, place, (-0.6, 0.0), {"axes": "axes fraction"}.get(coordinates, coordinates), "offset fontsize",
-                  horizontalalignment="right", verticalalignment="center", annotation_clip=False)
+    """A key of arrows and the words on its left, which a notebook keeps when it cuts the margins of a page."""
+    key = axes.quiverkey(arrows, *place, value, "", labelpos="W", coordinates=coordinates, color="black")
+    text = axes.annotate(words, place, (-0.6, 0.0), {"axes": "axes fraction"}.get(coordinates, coordinates),
+                         "offset fontsize", horizontalalignment="right", verticalalignment="center",
+                         annotation_clip=False)
+    return key, text
 
 
 def shown_means(array, is_density=True):

@@ -11,6 +11,7 @@ from drover.fields import has_noise
 from drover.figures.model_panels import ENDS, draw_deviations, parts_of
 from drover.figures.panels import BLUE, STEPS
 from drover.roles import ZERO, roles_of
+from drover.spectra import shells_of
 from drover.typeset import named, spaced
 
 PROFILES, WIDEST = 4, 3.0  # frames drawn, and the width of the first: all show where they coincide
@@ -98,6 +99,14 @@ def spectra_of(run):
     return []
 
 
+def modes_of_shells(grid, count):
+    """Numbers of the modes in the first shells of |q|, of each pair q and -q one; on a line each shell has one."""
+    if grid["ny"] == 1:
+        return numpy.ones(count)
+    sides = numpy.array([grid["lx"], grid["ly"]])
+    return numpy.bincount(shells_of(sides, count * 2.0 * numpy.pi / max(sides)).shell, minlength=count)
+
+
 def draw_length(axes, run):
     """Draws the length of the pattern over time, 2 pi over the mean wavenumber of the spectrum of a field."""
     powers = spectra_of(run)
@@ -105,8 +114,7 @@ def draw_length(axes, run):
         panels.write_instead(axes, "uniform fields")
         return
     q, total = powers[0]["wavenumber"].values, sum(power.values for power in powers)
-    is_line = run.frames.sizes["y"] == 1 or run.frames.sizes["x"] == 1
-    weight = (numpy.gradient(q) if len(q) > 1 else numpy.ones(1)) * (1.0 if is_line else q)  # modes of a shell
+    weight = modes_of_shells(run.scene["grid"], len(q))
     with numpy.errstate(divide="ignore", invalid="ignore"):
         length = 2.0 * numpy.pi * (total @ weight) / (total @ (weight * q))
     axes.plot(powers[0]["time"], length, color=BLUE, linewidth=1.2)

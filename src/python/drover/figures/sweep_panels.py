@@ -2,8 +2,8 @@
 import numpy
 
 from drover.error import Error
-from drover.figures.panels import BLUE, GREEN, PURPLE, VERMILLION, with_unit
-from drover.typeset import bracket, order_unit, unit_text
+from drover.figures.panels import BLUE, GREEN, PURPLE, VERMILLION, edges_of, with_unit
+from drover.typeset import bracket, named, order_unit, unit_text
 
 COLOURS, MARKERS = (BLUE, VERMILLION, GREEN, PURPLE), "osD^"
 MAX_TICKS = 7  # of a map: ticks at the values of a key that has at most so many
@@ -56,6 +56,8 @@ def key_label(key, values=None):
         return f"{key} ({unit_text(unit)})"
     if "[" in unit:
         unit = order_unit(unit, values)
+    if values is not None and named(unit, values) != named(unit, {}):
+        unit = named(unit, values)
     return key + bracket(unit)
 
 
@@ -111,7 +113,7 @@ def draw_plane(axes, bar_axes, sweep, name):
     if "point" in mean.dims:
         draw_points(axes, bar_axes, sweep, name, mean)
         return
-    image = axes.pcolormesh(mean[x].values, mean[y].values, mean.transpose(y, x).values, shading="nearest",
+    image = axes.pcolormesh(edges_of(mean[x].values), edges_of(mean[y].values), mean.transpose(y, x).values,
                             cmap="viridis")
     axes.figure.colorbar(image, cax=bar_axes, ax=None if bar_axes is not None else axes, label=label(sweep, name))
     for axis, key in ((axes.xaxis, x), (axes.yaxis, y)):
