@@ -99,8 +99,11 @@ py::dict table_dict(const files::ResultTable& table) {
 }
 
 namespace {
-/// drover.Error(message, place, fault).
-void raise(const std::string& message, const std::string& place, Fault fault) {
+/// drover.Error(message, place, fault); messages of the library name the option of the commands.
+void raise(std::string message, const std::string& place, Fault fault) {
+    constexpr std::string_view option = "--overwrite";
+    if (const std::size_t at = message.find(option); at != std::string::npos)
+        message.replace(at, option.size(), "overwrite=True");
     const py::object type = py::module_::import("drover.error").attr("Error");
     const py::object value = type(message, place, fault_name(fault));
     PyErr_SetObject(type.ptr(), value.ptr());

@@ -1,7 +1,11 @@
 """tests/app/test_python_runs.py: runs in Python have the bytes of those of the program, for every shipped scene."""
+import copy
+import pickle
+
 import h5py
 import numpy as np
 import pytest
+import xarray
 from support import MODELS, SMALL, assert_same_bytes, drover as program, settings
 from test_particle_scenes import SHORT as PARTICLES
 from test_scenes import SHORT as FIELDS
@@ -135,3 +139,95 @@ def test_the_means_of_a_run_of_particles_are_those_of_its_archive_without_paths(
 def test_a_run_at_its_start_has_no_means():
     with pytest.raises(drover.Error, match="advance it first"):
         drover.Scene.from_dict(SMALL).start().summary  # pylint: disable=expression-not-assigned
+
+
+# --- copies, frames and keys
+
+SMALLEST = {"grid": {"nx": 8, "ny": 4, "lx": 8.0, "ly": 4.0}, "time": {"dt": 0.1, "end": 1.0}, "relaxation.rate": 0.5,
+            "noise.order": 0.1, "output.sample_every": 0.3, "output.frame_every": 0.5}
+
+
+def test_an_open_run_is_copied_and_pickled(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run = drover.Scene.from_dict(SMALLEST).run("small.h5")
+    copied, pickled = run.frames.copy(deep=True), pickle.dumps(run)
+    monkeypatch.chdir("/")
+    other = pickle.loads(pickled)
+    for frames in (copied, other.frames, run.frames.sortby("x")):
+        assert np.array_equal(frames.polar_order_x.values, run.frames.polar_order_x.values)
+    other.close()
+    assert run.observables.polar_order.interp(time=0.15) > 0.0  # still open
+    run.close()
+    with pytest.raises(drover.Error, match="is closed"):
+        pickle.loads(pickle.dumps(run)).observables.polar_order_mean_x.load()
+
+
+def test_a_model_and_a_frame_are_copied_and_pickled():
+    model = drover.Model([drover.Field("phi", "D lap mu", conserved=True, noise=0.5, conserved_noise=True)],
+                         define={"mu": "phi + s phi^3"}, D=2.0, s=0.3)
+    for other in (pickle.loads(pickle.dumps(model)), copy.deepcopy(model)):
+        assert repr(other) == repr(model) and other.coefficients == model.coefficients
+        assert np.array_equal(other.symbol((1.0, 0.5)), model.symbol((1.0, 0.5)))
+    run = drover.Scene.from_dict(SMALLEST).start()
+    frame = run.advance(0.5)
+    kept = [pickle.loads(pickle.dumps(frame)), copy.deepcopy(frame), copy.copy(frame)]
+    values = frame.polar_order_x.copy()
+    run.advance(0.5)
+    for one in kept:
+        assert one.time == 0.5 and np.array_equal(one.polar_order_x, values)
+        assert np.array_equal(one.to_xarray().polar_order_x, values)
+
+
+def test_a_field_that_is_set_by_a_data_array_is_taken_by_its_dimensions():
+    run = drover.Scene.from_dict(SMALLEST).start()
+    values = np.add.outer(np.zeros(4), 2.0 + np.cos(np.arange(8) * np.pi / 4))  # a wave that the run keeps
+    for given in (xarray.DataArray(values, dims=("y", "x")), xarray.DataArray(values.T, dims=("x", "y"))):
+        with run.edit() as fields:
+            fields.rod_density = given
+        assert np.allclose(run.frame.rod_density, values, atol=1e-10)
+    square = drover.Scene.from_dict({**SMALLEST, "grid": {"nx": 8, "ny": 8}}).start()
+    ramp = np.tile(np.cos(np.arange(8) * np.pi / 4), (8, 1))
+    with square.edit() as fields:
+        fields.rod_density = xarray.DataArray(ramp.T, dims=("x", "y"))
+    assert np.allclose(square.frame.rod_density, ramp, atol=1e-10)
+
+
+def test_an_observable_of_the_users_own_is_sampled_at_an_end_off_the_schedule():
+    run = drover.Scene.from_dict(SMALLEST).start()
+    run.observe(lambda frame: frame.time, "now")
+    run.advance()
+    assert run.observables.now.values.tolist() == run.observables.time.values.tolist() == pytest.approx(
+        [0.0, 0.3, 0.6, 0.9, 1.0])
+    assert float(run.summary.now) == pytest.approx(np.mean([0.0, 0.3, 0.6, 0.9]))  # samples at equal times
+    run.advance(0.5)
+    assert run.observables.now.values.tolist() == pytest.approx([0.0, 0.3, 0.6, 0.9, 1.2, 1.5])
+    assert run.observables.time.size == 6
+
+
+def test_frames_are_exported_by_their_number_from_the_end(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    drover.Scene.from_dict(SMALLEST).run("small.h5").close()
+    assert [path.name for path in drover.export("small.h5", "last.vtk", frame=-1)] == ["last.vtk"]
+    drover.export("small.h5", "third.vtk", frame=2)
+    assert (tmp_path / "last.vtk").read_bytes() == (tmp_path / "third.vtk").read_bytes()
+    for options, words in (({"frame": -4}, "has no frame -4; expected 0 to 2"),
+                           ({"frame": 1, "every": 2}, "frame = 1 and every = 2; expected one of them")):
+        with pytest.raises(drover.Error, match=words):
+            drover.export("small.h5", "none.vtk", **options)
+    with pytest.raises(drover.Error, match='none.txt: the name ends with ".txt"; expected .xyz of particles, or .vtk'):
+        drover.export("small.h5", "none.txt")
+    with pytest.raises(drover.Error, match="every = 2.5; expected a whole number of frames"):
+        drover.film("small.h5", "none.png", every=2.5)
+
+
+def test_a_scene_has_its_keys():
+    scene = drover.Scene.from_dict(SMALLEST)
+    assert "grid.nx" in scene and "grid.foo" not in scene and "foo" not in scene and list(scene) == scene.keys()
+
+
+def test_an_archive_that_exists_is_replaced_with_the_argument_that_the_error_names(tmp_path):
+    scene, file = drover.Scene.from_dict(SMALLEST), tmp_path / "small.h5"
+    scene.run(file).close()
+    with pytest.raises(drover.Error, match="exists; choose another name, or give overwrite=True;"):
+        scene.run(file)
+    scene.run(file, overwrite=True).close()

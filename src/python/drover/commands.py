@@ -78,7 +78,7 @@ def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=Fals
     """Writes frames for viewers, as `drover export`; returns the files.
 
     Particles as extended XYZ (`output` ends in .xyz; `bodies`: one line per body), fields as VTK images (.vtk, a
-    numbered file for each frame unless one `frame` is chosen) or as one table (.csv).
+    numbered file for each frame unless one `frame` is chosen, from 0 or, below 0, from the end) or as one table (.csv).
 
     >>> from drover import Scene
     >>> scene = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 1.0}})
@@ -86,7 +86,14 @@ def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=Fals
     >>> [path.name for path in export("flock.h5", "flock.vtk")]
     ['flock-0000.vtk', 'flock-0001.vtk']
     """
-    names, chosen = (os.fspath(archive), os.fspath(output)), -1 if frame is None else frame
+    names = os.fspath(archive), os.fspath(output)
+    if frame is not None and every != 1:
+        raise ArgumentError(f"frame = {frame} and every = {every}; expected one of them")
+    kind = Path(output).suffix
+    if kind not in (".vtk", ".csv", ".xyz", ".extxyz"):
+        raise ArgumentError(f'{output}: the name ends with "{kind}"; expected .xyz of particles, or .vtk or .csv of '
+                            "fields")
+    chosen = -1 if frame is None else from_start(archive, frame) if frame < 0 else frame  # -1: all
     with hdf5():
         if not names[1].endswith((".vtk", ".csv")):
             _drover.export_xyz(*names, chosen, every, bodies, overwrite)
@@ -94,3 +101,15 @@ def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=Fals
         if bodies:
             raise ArgumentError(f"bodies is for particles, and {output} is of fields; expected a .xyz, or no bodies")
         return list(_drover.export_fields(*names, chosen, every, overwrite))
+
+
+def from_start(archive, frame):
+    """The number of a frame that is counted from the end of an archive, from -1."""
+    from drover.theory import Theory, open_any
+    with open_any(archive) as found:
+        frames = found.groups.get("frames") if isinstance(found, Theory) else found.frames
+        count = 0 if frames is None else frames.sizes["state" if isinstance(found, Theory) else "time"]
+    if -frame > count:
+        raise ArgumentError(f"{archive} has no frame {frame}; expected 0 to {count - 1}, or a negative number counted "
+                            "from the end")
+    return count + frame

@@ -92,11 +92,13 @@ def predicted(run, field, along, wavenumber, frames, interval, window):
                 len(window))
     except Error as error:  # such as a term that is a function of Python, which an archive does not hold
         return nothing, f"no linear theory: {error}"
-    if why_none:
+    if why_none and not numpy.isfinite(lagged).any():
         return nothing, f"no linear theory: {why_none}"
-    return windowed(lagged, window, interval), \
-        f"S(q, omega) of the linear theory about the state \"{state}\", of frames {interval:g} s apart in windows of " \
-        f"{interval * len(window):g} s"
+    unit = named("s", run.scene)
+    unit = "" if unit == "1" else f" {unit}"
+    words = f"S(q, omega) of the linear theory about the state \"{state}\", of frames {interval:g}{unit} apart in " \
+            f"windows of {interval * len(window):g}{unit}"
+    return windowed(lagged, window, interval), words + (f"; NaN: {why_none}" if why_none else "")
 
 
 def frames_on_schedule(run, begin):

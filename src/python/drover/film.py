@@ -154,8 +154,8 @@ def frames_of(run, every, field):
     opened = run_of(run)
     how = drawing_of(opened, field)
     stride = 1 if every is None else int(every)
-    if stride < 1:
-        raise Error(f"every = {every}; expected at least 1, a number of frames of the archive")
+    if stride < 1 or stride != (every or 1):
+        raise Error(f"every = {every}; expected a whole number of frames of the archive, 1 or more")
     numbers = range(0, opened.frames.sizes["time"], stride)
     fixed = {name: array.values for name, array in opened.frames.items() if "time" not in array.dims}
     return Stored(opened, numbers, fixed), how[0], opened, how[1]

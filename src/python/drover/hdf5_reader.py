@@ -4,6 +4,7 @@ The library reads the file: it trusts none, and what it returns is of one commit
 """
 import os
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy
 import xarray
@@ -55,6 +56,20 @@ class Store:
 
     def close(self):
         self.reader = None
+
+    def __deepcopy__(self, _):
+        """A copy of what is lazily read from a file reads the same file."""
+        return self
+
+    def __getstate__(self):
+        return {**self.__dict__, "path": Path(self.path).absolute(), "reader": self.reader is not None}
+
+    def __setstate__(self, state):
+        self.__dict__.update(state)
+        if self.reader:
+            self.open()
+        else:
+            self.close()
 
     def arrays_in(self, group):
         """The arrays of a group, without those of groups in it."""

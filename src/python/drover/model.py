@@ -226,6 +226,11 @@ def check(fields, noises, tables, define, chiral, coefficients):
             raise Error(f"the coefficient {name} = {value!r}; expected a number")
 
 
+def remade(fields, options):
+    """A copy of a model, from a pickle."""
+    return Model(fields, **options)
+
+
 class Model:
     """Fields, the equations that couple them, named parts of these, and the values of their coefficients.
 
@@ -259,6 +264,11 @@ class Model:
                                     [vars(noise) for noise in self.noises],
                                     [vars(table) for table in self.tables], self.define,
                                     {key: float(value) for key, value in self.coefficients.items()}, chiral, list(more))
+
+    def __reduce__(self):
+        return remade, (self.fields, {"noises": self.noises, "tables": self.tables, "define": self.define,
+                                      "chiral": self.chiral, "calculus": self.calculus,
+                                      "coefficients": self.coefficients})
 
     @property
     def terms(self):

@@ -137,6 +137,16 @@ class Scene:
                     return values[name]
         raise KeyError(f"{key}; expected one of the keys of scene.keys()")
 
+    def __contains__(self, key):
+        try:
+            self[key]
+        except KeyError:
+            return False
+        return True
+
+    def __iter__(self):
+        return iter(self.keys())
+
     def keys(self):
         """The keys of this kind of scene, "section.key"; of its own fields also "field[1].noise", "coefficients.a"."""
         rows = described(self.kind)

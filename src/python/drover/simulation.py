@@ -1,5 +1,6 @@
 """drover/simulation.py: a run in memory: advanced step by step, its fields and bodies as NumPy arrays."""
 import math
+from copy import copy
 from contextlib import contextmanager
 from numbers import Integral
 
@@ -35,9 +36,17 @@ class Frame:
             return arrays[name]
         raise AttributeError(f"a frame of this run has no {name}; expected one of {', '.join(arrays)}, spheres")
 
+    def __getstate__(self):
+        """Of a copy: it does not change when the run goes on."""
+        return {**self.__dict__, "arrays": {name: array.copy() for name, array in self.arrays.items()},
+                "spheres": copy(self.spheres), "box": copy(self.box), "_step_now": None}
+
     def __setattr__(self, name, value):
-        """frame.rod_density = values is frame.rod_density[...] = values."""
+        """frame.rod_density = values is frame.rod_density[...] = values; a DataArray is taken by its dimensions."""
         if name in self.__dict__.get("arrays", {}):
+            dims = self._about[0][name][0] if name in self._about[0] else ()
+            if set(getattr(value, "dims", ())) == set(dims) != set():
+                value = value.transpose(*dims)
             self.arrays[name][...] = value
         elif name in self.OWN:
             super().__setattr__(name, value)
@@ -114,9 +123,13 @@ class Simulation:
         if self._sample_steps < 1:
             raise Error("the scene takes no samples; expected output.sample_every > 0")
         own = function, unit, [], []
-        if self.step % self._sample_steps == 0:
+        if self._is_sampled():
             self._sample({name: own})
         self._own[name] = own  # once it has given a number
+
+    def _is_sampled(self):
+        """Whether the run takes a sample now: on its schedule, and at time.end."""
+        return self.step % self._sample_steps == 0 or self.step == self.steps
 
     def _sample(self, observables):
         frame = self.frame
@@ -208,6 +221,11 @@ class Simulation:
 
     def _advance(self, last, progress):
         self._require_whole()
+        if self.step == self.steps and last > self.step and self.step % (self._sample_steps or 1):
+            for _, _, times, values in self._own.values():  # the sample of time.end is off the schedule, and left out
+                if times and times[-1] == self.time:
+                    times.pop()
+                    values.pop()
         chunk = 1
         try:
             while self.step < last:
@@ -215,8 +233,10 @@ class Simulation:
                 count = min(chunk, last - self.step)
                 if self._own:
                     count = min(count, self._sample_steps - self.step % self._sample_steps)
+                    if self.step < self.steps:
+                        count = min(count, self.steps - self.step)
                 self._session.advance(count)
-                if self._own and self.step % self._sample_steps == 0:
+                if self._own and self._is_sampled():
                     self._sample(self._own)
                 if now() - started < CHUNK:
                     chunk *= 2
@@ -337,6 +357,8 @@ class Simulation:
 
     def _summarise(self, found, name, unit, times, values, warm_up):
         """Adds the mean of an observable of the user's own, its error and its autocorrelation time."""
+        if self.step == self.steps and self.step % self._sample_steps and times and times[-1] == self.time:
+            times, values = times[:-1], values[:-1]  # means are of samples on the schedule
         skip = sum(time < warm_up for time in times)
         if len(values) - skip < 1:
             return
