@@ -100,10 +100,18 @@ namespace {
 /// The two components at points, one after the other.
 std::vector<double> values_of(const ProgramFunction& f, std::size_t size, std::span<const PointArgument> arguments) {
     if (f.written.call == nullptr) fail_missing(f);
+    // A function written for arrays gets them also in a uniform state, where a field is one number.
+    std::vector<PointArgument> given(arguments.begin(), arguments.end());
+    std::vector<std::vector<double>> uniform(given.size());
+    for (std::size_t a = 0; a < given.size(); ++a)
+        if (given[a].values == nullptr && f.arguments[a].kind == Argument::Kind::field) {
+            uniform[a].assign(size, given[a].number);
+            given[a].values = uniform[a].data();
+        }
     std::vector<double> out(2 * size, 0.0);
     const std::array<double*, 2> components{out.data(), out.data() + size};
     try {
-        (*f.written.call)(size, arguments, components);
+        (*f.written.call)(size, given, components);
     } catch (const Error& error) {
         fail_input(f.written.where, "{}: {}", f.name, error.message());
     }

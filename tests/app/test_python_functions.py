@@ -286,3 +286,16 @@ def test_a_scene_with_a_function_is_dropped_without_a_leak_or_a_crash():
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, env=environment(),
                            check=True)
     assert ended.stdout.strip() == "True"
+
+
+def test_fields_are_arrays_in_every_call_and_parameters_numbers():
+    def brake(order_x, order_y, W=0.7):
+        slow = np.zeros_like(order_x)
+        slow[np.hypot(order_x, order_y) > 0.1] = W  # of arrays alone
+        assert isinstance(W, float)
+        return -slow * order_x.copy(), -slow * order_y
+
+    scene = scene_of().term("order", brake)
+    scene.check()
+    assert scene.explain() and scene.start().advance(steps=2)
+    assert "isotropic" in scene.stability().groups
