@@ -193,8 +193,11 @@ Axis term_axis(const FieldSetting& setting) {
 }
 
 std::string shape_of(const BoxFamily& family, const FieldSetting& setting) {
+    if (setting.grid.ny == 1)
+        return family.along_x > family.along_y   ? "segment of the line, four times as long as long_box_side"
+               : family.along_x < family.along_y ? "segment of the line, as long as long_box_side"
+                                                 : "segment of the line";
     if (family.along_x != family.along_y) return family.shape;
-    if (setting.grid.ny == 1) return "segment of the line";
     return cell_width(setting) == cell_height(setting) ? "square box" : family.shape;
 }
 
@@ -206,7 +209,11 @@ Axis family_axis(const BoxFamily& family, const FieldSetting& setting) {
         return axis;
     }
     if (family.along_x == family.along_y) return box_axis(setting.*family.sides, cell);
-    Axis axis{"long_box_side", "mm", "shorter side, in cells as wide as along x, of a box with the aspect ratio 4", {}};
+    Axis axis{"long_box_side",
+              "mm",
+              setting.grid.ny == 1 ? "length of a segment of the line, or a quarter of it"
+                                   : "shorter side, in cells as wide as along x, of a box with the aspect ratio 4",
+              {}};
     for (const int cells : setting.*family.sides) axis.values.push_back(cell_width(setting) * cells);
     return axis;
 }

@@ -180,3 +180,14 @@ def test_a_cell_of_metres_has_noise_at_its_longest_waves(tmp_path):
     with h5py.File(tmp_path / "flock.h5") as file:
         order = file["polar_order_x"][-1]
     assert np.isfinite(order).all() and order.std() > 0.0
+
+
+def test_segments_of_a_line_are_called_so():
+    scene = drover_python.Scene.from_dict({"grid": {"nx": 32, "ny": 1, "lx": 32.0, "ly": 1.0}, "time.dt": 0.1,
+                                           "time.end": 1.0, "noise.rods": 0.1, "diffusion.rods": 0.1})
+    run = scene.start()
+    run.advance()
+    found = run.observables
+    assert "segment of the line, four times as long as" in found.rod_number_variance_long_x.comment
+    assert "segment of the line, as long as" in found.rod_number_variance_long_y.comment
+    assert found.long_box_side.comment == "length of a segment of the line, or a quarter of it"
