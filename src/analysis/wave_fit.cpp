@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "drover/theory/theory.hpp"
+#include "io/result_units.hpp"
 #include "io/scene_text.hpp"
 #include "measure/field_setting.hpp"
 #include "model/start.hpp"
@@ -212,7 +213,7 @@ bool add_numbers(const io::Scene& scene, const std::vector<std::string>& keys, c
         const double other = number.value + 0.5 * std::abs(number.value) + 1.0;
         is_in_noise = is_in_noise || noise_of(run::scene_with(scene, number.key, other)) != noise;
         problem.waves.numbers.push_back(std::move(fitted));
-        problem.units.push_back(number.unit);
+        problem.units.push_back(io::unit_in_results(scene, number.unit));
     }
     return is_in_noise;
 }

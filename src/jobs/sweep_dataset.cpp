@@ -5,6 +5,7 @@
 
 #include "base/constants.hpp"
 #include "files/archive.hpp"
+#include "io/result_units.hpp"
 #include "jobs/sweep_table.hpp"
 #include "measure/replicates.hpp"
 #include "run/provenance.hpp"
@@ -106,8 +107,8 @@ private:
             for (std::size_t k = 0; k < layout_.keys.size(); ++k) {
                 std::vector<double> values;
                 for (const SweepPoint& point : layout_.points) values.push_back(point.values[k]);
-                put(axis_name(layout_.keys[k]), io::unit_of(scene.kind, layout_.keys[k]), layout_.keys[k], key_axes_,
-                    std::move(values));
+                put(axis_name(layout_.keys[k]), io::unit_in_results(scene, io::unit_of(scene.kind, layout_.keys[k])),
+                    layout_.keys[k], key_axes_, std::move(values));
             }
             for (std::size_t p = 0; p < layout_.points.size(); ++p) places_.push_back(p);
             return;
@@ -123,7 +124,8 @@ private:
             point_shape_.push_back(values.size());
         };
         for (std::size_t k = 0; k < layout_.keys.size(); ++k)
-            add_axis_of(axis_name(layout_.keys[k]), io::unit_of(scene.kind, layout_.keys[k]), layout_.keys[k],
+            add_axis_of(axis_name(layout_.keys[k]),
+                        io::unit_in_results(scene, io::unit_of(scene.kind, layout_.keys[k])), layout_.keys[k],
                         [k](const SweepPoint& point) { return point.values[k]; });
         if (std::any_of(layout_.points.begin(), layout_.points.end(),
                         [](const SweepPoint& point) { return !point.branch.empty(); }))

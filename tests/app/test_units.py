@@ -75,3 +75,21 @@ def test_the_name_of_a_unit_is_one_word(name, tmp_path):
 def test_particles_have_their_units():
     with pytest.raises(drover.Error, match="units"):
         drover.Scene.load(MODELS / "bead-gas.toml").set("units.length", "cm")
+
+
+def test_units_of_sweeps_fits_and_spectra_are_called_as_the_scene_says(tmp_path):
+    scene = drover.Scene.from_dict({**SMALL, **NONE, "output.frame_every": 0.5, "run.threads": 1})
+    with scene.run(tmp_path / "none.h5") as run:
+        words = drover.dynamic_structure_factor(run, "rod_density").dynamic_structure_factor_rod_density_linear.comment
+        assert "of frames 0.5 apart in windows of" in words and " s" not in words.split("of frames")[1]
+    fitted = drover.fit(tmp_path / "none.h5", ["relaxation.rate", "noise.order"])["coefficients"]
+    assert [row["unit"] for row in fitted] == ["1", "1"]
+    for names, of_rate, of_noise in ((NONE, "", ""), ({"units.time": "h"}, " [h$^{-1}$]", None)):
+        table = drover.sweep(scene.set({**SMALL, "time.end": 2.0, "units.length": "mm", "units.time": "s",
+                                        "units.mass": "mg", **names}),
+                             {"relaxation.rate": [0.5, 1.0], "noise.order": [0.05, 0.1]}, workers=1)
+        axes = table.plot("polar_order")
+        assert axes.get_ylabel() == "relaxation.rate" + of_rate
+        if of_noise is not None:
+            assert axes.get_xlabel() == "noise.order" + of_noise
+            assert [table.data[key].units for key in table.keys] == ["1", "1"]
