@@ -91,9 +91,13 @@ LaggedWaves lagged_waves(const io::Scene& scene, const Means& means, const std::
     const double c = std::cos(about.turn), s = std::sin(about.turn);
     for (const numerics::Wavevector& wave : waves) {
         const numerics::Wavevector q{c * wave.x + s * wave.y, c * wave.y - s * wave.x};
-        const std::vector<model::Symbol> lagged = theory::lagged_covariances(*about.linear, q, interval, lags);
-        if (lagged.empty()) result.values.insert(result.values.end(), lags, std::numeric_limits<double>::quiet_NaN());
-        for (const model::Symbol& matrix : lagged) result.values.push_back(element_of(matrix, component, about.turn));
+        const theory::Correlations lagged = theory::lagged_covariances(*about.linear, q, interval, lags);
+        if (!lagged.why_none.empty()) {
+            result.values.insert(result.values.end(), lags, std::numeric_limits<double>::quiet_NaN());
+            if (result.why_none.empty()) result.why_none = lagged.why_none;
+        }
+        for (const model::Symbol& matrix : lagged.matrices)
+            result.values.push_back(element_of(matrix, component, about.turn));
     }
     return result;
 }

@@ -135,9 +135,11 @@ void add_structure_factors(const Mapped& mapped, files::ResultTable& table) {
         }
     });
     for (std::size_t p = 0; p < parts.size(); ++p)
-        add_map("structure_factor_" + parts[p].name, parts[p].unit,
-                "equal-time structure factor of the linear theory; NaN where a mode grows", {"angle", "wavenumber"},
-                std::move(values[p]), table);
+        add_map(
+            "structure_factor_" + parts[p].name, parts[p].unit,
+            "equal-time structure factor of the linear theory; NaN without a stationary state: where a mode grows, or "
+            "noise drives one that does not decay",
+            {"angle", "wavenumber"}, std::move(values[p]), table);
 }
 
 void add_dynamic_structure(const Mapped& mapped, double q, const std::vector<double>& frequencies,
@@ -146,35 +148,42 @@ void add_dynamic_structure(const Mapped& mapped, double q, const std::vector<dou
     const std::vector<StructurePart>& parts = mapped.state.parts;
     const std::size_t width = frequencies.size(), size = mapped.angles.size() * width;
     std::vector<std::vector<double>> values(parts.size(), std::vector<double>(size, nan));
+    std::vector<std::string> why_none(mapped.angles.size());
     mapped.threads.for_chunks(mapped.angles.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t a = begin; a < end; ++a) {
-            if (!(theory::growth_rate(at, q, mapped.angles[a]) < 0.0)) continue;
             const numerics::Wavevector wave = at.wavevector(q, mapped.angles[a]);
-            for (std::size_t k = 0; k < width; ++k) {
-                const model::Symbol s = theory::dynamic_structure(at, wave, frequencies[k]);
-                for (std::size_t p = 0; p < parts.size(); ++p) values[p][a * width + k] = parts[p].value(s, wave);
-            }
+            const theory::Correlations found = theory::dynamic_structures(at, wave, frequencies);
+            why_none[a] = found.why_none;
+            for (std::size_t k = 0; k < found.matrices.size(); ++k)
+                for (std::size_t p = 0; p < parts.size(); ++p)
+                    values[p][a * width + k] = parts[p].value(found.matrices[k], wave);
         }
     });
+    const auto first_why = std::find_if(why_none.begin(), why_none.end(), [](const auto& why) { return !why.empty(); });
+    const std::string why = first_why == why_none.end() ? "" : "; NaN: " + *first_why;
     add_map("sound_wavenumber", "mm-1", "wavenumber |q| of the dynamic structure factors", {}, {q}, table);
     for (std::size_t p = 0; p < parts.size(); ++p)
         add_map("dynamic_structure_factor_" + parts[p].name, parts[p].unit + " s",
-                "S(q, omega) at |q| = sound_wavenumber; its integral over omega/(2 pi) is S(q)",
+                "S(q, omega) at |q| = sound_wavenumber; its integral over omega/(2 pi) is S(q)" + why,
                 {"angle", "frequency_axis"}, std::move(values[p]), table);
 }
 
 /// `count` angular frequencies [1/s], symmetric about 0, up to twice that of the fastest wave of wavenumber q; if no
-/// wave propagates, up to twice the slowest rate.
+/// wave propagates, up to twice the slowest rate that is not 0.
 std::vector<double> structure_frequencies(const Mapped& mapped, double q, int count) {
     const model::LinearisedAt& at = mapped.state.linear;
-    double largest = 0.0;
-    for (const double angle : mapped.angles)
-        for (const std::complex<double> s : theory::mode_rates(at, at.wavevector(q, angle)))
+    double fastest = 0.0, slowest = 0.0;
+    for (const double angle : mapped.angles) {
+        const theory::Modes modes = theory::modes(at, at.wavevector(q, angle));
+        for (Eigen::Index k = 0; k < modes.rates.size(); ++k) {
+            const std::complex<double> s = modes.rates(k);
+            if (std::abs(s) <= modes.roundings(k)) continue;
             if (std::abs(s.imag()) > 1e-9 * std::abs(s))  // smaller ones are rounding errors
-                largest = std::max(largest, std::abs(s.imag()));
-    if (largest == 0.0)
-        for (const std::complex<double> s : theory::mode_rates(at, at.wavevector(q, 0.0)))
-            largest = largest == 0.0 ? std::abs(s) : std::min(largest, std::abs(s));
+                fastest = std::max(fastest, std::abs(s.imag()));
+            if (angle == 0.0) slowest = slowest == 0.0 ? std::abs(s) : std::min(slowest, std::abs(s));
+        }
+    }
+    const double largest = fastest > 0.0 ? fastest : slowest;
     std::vector<double> result;
     for (int k = 0; k < count; ++k) result.push_back(2.0 * largest * (2.0 * k / (count - 1.0) - 1.0));
     return result;

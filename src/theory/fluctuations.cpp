@@ -15,32 +15,62 @@ using Complex = std::complex<double>;
 
 std::string mode_text(const Wavevector& q) { return text("a mode at q = ({:.4g}, {:.4g})", q.x, q.y); }
 
-/// Modes that decay, added up one by one: those that neither grow nor decay must not be driven.
-Covariance by_modes(const Modes& all, const model::Symbol& noise, const Wavevector& q) {
+/// Modes of a wave of which some neither grow nor decay, and are not driven.
+struct DrivenModes {
+    Modes all;
+    Eigen::VectorXd decays;  ///< 1, or 0 for a mode that neither grows nor decays
+    model::Symbol drive;     ///< noise of the amplitudes of the modes
+    std::string why_none;    ///< why there is no stationary state; empty if there is one
+};
+
+DrivenModes driven_modes(const model::LinearisedAt& at, const Wavevector& q) {
     constexpr double epsilon = std::numeric_limits<double>::epsilon();
-    const Eigen::Index n = all.rates.size();
-    const model::Symbol drive = all.duals * noise * all.duals.adjoint();
-    std::vector<bool> decays;
-    for (Eigen::Index k = 0; k < n; ++k) {
+    const model::Symbol noise = at.noise(q);
+    DrivenModes result{.all = modes(at, q), .decays = {}, .drive = {}, .why_none = {}};
+    const Modes& all = result.all;
+    result.drive = all.duals * noise * all.duals.adjoint();
+    result.decays = Eigen::VectorXd::Zero(all.rates.size());
+    for (Eigen::Index k = 0; k < all.rates.size(); ++k) {
         const double rate = all.rates(k).real(), rounding = all.roundings(k);
-        if (rate > rounding)
-            return {.matrix = {},
-                    .why_none = text("no stationary state: {} grows at the rate {:.3g}", mode_text(q), rate)};
-        decays.push_back(rate < -rounding);
+        if (rate > rounding) {
+            result.why_none = text("no stationary state: {} grows at the rate {:.3g}", mode_text(q), rate);
+            break;
+        }
+        if (rate < -rounding) result.decays(k) = 1.0;
         const Eigen::RowVectorXd sizes = all.duals.row(k).cwiseAbs();
         const double parts = sizes * noise.cwiseAbs() * sizes.transpose();
-        if (!decays.back() && drive(k, k).real() > 16.0 * epsilon * parts)
-            return {.matrix = {},
-                    .why_none = text("no stationary state: noise drives {}, which does not decay: its rate of {:.2g} "
-                                     "is 0 within a rounding error of {:.2g}",
-                                     mode_text(q), rate, rounding)};
+        if (result.decays(k) == 0.0 && result.drive(k, k).real() > 16.0 * epsilon * parts) {
+            result.why_none = text(
+                "no stationary state: noise drives {}, which does not decay: its rate of {:.2g} "
+                "is 0 within a rounding error of {:.2g}",
+                mode_text(q), rate, rounding);
+            break;
+        }
     }
+    return result;
+}
+
+/// Modes that decay, added up one by one: those that neither grow nor decay must not be driven.
+Covariance by_modes(const DrivenModes& driven) {
+    if (!driven.why_none.empty()) return {.matrix = {}, .why_none = driven.why_none};
+    const Modes& all = driven.all;
+    const Eigen::Index n = all.rates.size();
     model::Symbol amplitudes = model::Symbol::Zero(n, n);
     for (Eigen::Index i = 0; i < n; ++i)
         for (Eigen::Index j = 0; j < n; ++j)
-            if (decays[static_cast<std::size_t>(i)] && decays[static_cast<std::size_t>(j)])
-                amplitudes(i, j) = -drive(i, j) / (all.rates(i) + std::conj(all.rates(j)));
+            if (driven.decays(i) * driven.decays(j) != 0.0)
+                amplitudes(i, j) = -driven.drive(i, j) / (all.rates(i) + std::conj(all.rates(j)));
     return {.matrix = all.shapes * amplitudes * all.shapes.adjoint(), .why_none = {}};
+}
+
+/// Whether the largest growth rate is certainly below 0: close to 0 its sign is one of rounding errors.
+bool all_decay(double largest, const model::Symbol& m) { return largest < -1e-10 * m.norm(); }
+
+/// That of the components with a rate.
+Covariance covariance_of_state(const model::LinearisedAt& at, const Wavevector& q) {
+    Covariance result;
+    if (all_decay(solve_covariance(at, q, result.matrix), at.symbol(q))) return result;
+    return by_modes(driven_modes(at, q));
 }
 }  // namespace
 
@@ -60,10 +90,7 @@ Covariance covariance(const model::LinearisedAt& at, const Wavevector& q) {
         if ((conserved * noise * conserved.adjoint()).norm() > 1e-12 * noise.norm() * conserved.squaredNorm())
             return {.matrix = {}, .why_none = "no stationary state: noise drives a mean that the equations conserve"};
     }
-    Covariance result;
-    const double largest = solve_covariance(at, q, result.matrix);
-    // Close to 0 the sign of the rate is not certain.
-    if (!(largest < -1e-10 * at.symbol(q).norm())) result = by_modes(modes(at, q), at.noise(q), q);
+    Covariance result = covariance_of_state(at, q);
     if (!result.why_none.empty()) return result;
     const model::Symbol all = at.all_components(q);
     result.matrix = all * result.matrix * all.adjoint();
@@ -80,15 +107,36 @@ model::Symbol dynamic_structure(const model::LinearisedAt& at, const Wavevector&
     return response * at.noise(q) * response.adjoint();
 }
 
-std::vector<model::Symbol> lagged_covariances(const model::LinearisedAt& at, const Wavevector& q, double interval,
-                                              std::size_t lags) {
+Correlations dynamic_structures(const model::LinearisedAt& at, const Wavevector& q,
+                                const std::vector<double>& frequencies) {
+    Correlations result;
+    model::Symbol ignored;
+    if (all_decay(solve_covariance(at, q, ignored), at.symbol(q))) {
+        for (const double omega : frequencies) result.matrices.push_back(dynamic_structure(at, q, omega));
+        return result;
+    }
+    const DrivenModes driven = driven_modes(at, q);
+    result.why_none = driven.why_none;
+    if (!result.why_none.empty()) return result;
+    const model::Symbol shapes = at.all_components(q) * driven.all.shapes;
+    for (const double omega : frequencies) {
+        Eigen::VectorXcd response = Eigen::VectorXcd::Zero(driven.decays.size());
+        for (Eigen::Index k = 0; k < response.size(); ++k)
+            if (driven.decays(k) != 0.0) response(k) = 1.0 / (Complex(0.0, -omega) - driven.all.rates(k));
+        const model::Symbol parts = shapes * response.asDiagonal();
+        result.matrices.emplace_back(parts * driven.drive * parts.adjoint());
+    }
+    return result;
+}
+
+Correlations lagged_covariances(const model::LinearisedAt& at, const Wavevector& q, double interval, std::size_t lags) {
     const model::Symbol all = at.all_components(q), step = numerics::exponential(interval * at.symbol(q));
-    model::Symbol lagged;
-    if (!(solve_covariance(at, q, lagged) < 0.0)) return {};
-    std::vector<model::Symbol> result;
+    Covariance lagged = covariance_of_state(at, q);
+    Correlations result{.matrices = {}, .why_none = lagged.why_none};
+    if (!result.why_none.empty()) return result;
     for (std::size_t n = 0; n < lags; ++n) {
-        result.emplace_back(all * lagged * all.adjoint());
-        lagged = step * lagged;
+        result.matrices.emplace_back(all * lagged.matrix * all.adjoint());
+        lagged.matrix = step * lagged.matrix;
     }
     return result;
 }

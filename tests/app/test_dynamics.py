@@ -208,3 +208,16 @@ def test_a_wave_that_stands_still_has_its_power_at_frequency_0():
     assert powers.shape == (5, 1, 32)
     numpy.testing.assert_allclose(powers[:, 0, 16], 0.125 * window.sum()**2 / (window**2).sum(),
                                   rtol=1e-13)
+
+
+def test_rods_that_neither_decay_nor_are_driven_leave_the_spectrum_of_the_order(tmp_path):
+    # The scene of the docstring: of the order alone S = noise/(2 a) exp(-a t), a = 1 /s.
+    scene = drover.Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 60.0}, "relaxation.rate":
+                                    1.0, "noise.order": 0.1, "output.frame_every": 0.2})
+    with scene.run(tmp_path / "waves.h5") as run:
+        found = drover.dynamic_structure_factor(run, "polar_order_x", modes=2)
+    linear = found.dynamic_structure_factor_polar_order_x_linear
+    omega = found.frequency.values
+    expected = mean_power(omega, 0.2, len(omega), 0.05 * numpy.exp(-0.2 * numpy.arange(len(omega))))
+    assert linear.values == pytest.approx(numpy.broadcast_to(expected, linear.shape), rel=1e-9)
+    assert linear.comment.endswith(f"of frames 0.2 s apart in windows of {0.2 * len(omega):g} s")

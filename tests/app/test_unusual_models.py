@@ -213,3 +213,36 @@ def test_waves_that_grow_in_one_direction_alone_are_named_until_the_grid_keeps_t
 def test_small_coefficients_beside_large_ones_are_shown(tmp_path):
     scene = write(tmp_path, [P], ['p = "p - b p.p p + h e_x + lap p"'], "b = 1e8\nh = 5e-6")
     assert re.search(r"\n *h +5e-06\n", program(tmp_path, "explain", scene).stdout)
+
+
+@pytest.mark.parametrize("k, l", [(0.245, 0.973), (0.136, 0.576), (0.561, 0.955), (0.31, 0.17)])
+def test_what_two_fields_exchange_has_the_spectrum_of_their_difference(tmp_path, k, l):
+    # a + b neither decays nor is driven; rounding errors give its rate either sign, by k and l.
+    model = drover.Model([drover.Field("a", "-k a + l b + s xi"), drover.Field("b", "k a - l b - s xi"),
+                          drover.Field("c", "0.9 a - c")], noises=[drover.Noise("xi")], k=k, l=l, s=0.7)
+    scene = model.scene(points=(8, 8), side=(8.0, 8.0), dt=0.1, end=20.0).set({"output.frame_every": 0.4})
+    theory = scene.stability()
+    found = theory.main.dynamic_structure_factor_a
+    omega = found.frequency_axis.values
+    assert np.ptp(omega) == pytest.approx(4.0 * min(1.0, k + l))  # twice the slowest rate that is not 0, both signs
+    exact = 0.49 / (omega**2 + (k + l)**2)
+    assert abs(found.values / exact - 1.0).max() < 1e-12
+    assert "NaN" not in found.comment
+    with scene.run(tmp_path / "exchange.h5") as run:
+        measured = drover.dynamic_structure_factor(run, "a")
+    linear = measured.dynamic_structure_factor_a_linear.values[0]
+    assert linear.min() > 0.0
+    width = measured.frequency.values[1] - measured.frequency.values[0]
+    assert linear.sum() * width / (2.0 * np.pi) == pytest.approx(0.49 / (2.0 * (k + l)), rel=1e-12)  # S(q)
+
+
+def test_a_spectrum_that_is_not_there_says_why(tmp_path):
+    model = drover.Model([drover.Field("a", "s xi"), drover.Field("b", "-b + a + lap b")], noises=[drover.Noise("xi")],
+                         s=0.7)
+    scene = model.scene(points=(8, 8), side=(8.0, 8.0), dt=0.1, end=20.0).set({"output.frame_every": 0.4})
+    found = scene.stability(tmp_path / "maps.h5").main.dynamic_structure_factor_b
+    why = "no stationary state: noise drives a mode at q = (0.7854, 0), which does not decay"
+    assert np.isnan(found.values).all() and f"; NaN: {why}" in found.comment
+    with scene.run(tmp_path / "driven.h5") as run:
+        linear = drover.dynamic_structure_factor(run, "b").dynamic_structure_factor_b_linear
+    assert np.isnan(linear.values).all() and linear.comment.startswith(f"no linear theory: {why}")

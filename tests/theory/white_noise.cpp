@@ -50,6 +50,46 @@ TEST(WhiteNoise, that_two_fields_share_correlates_them) {
     EXPECT_LT(std::abs(found(0, 1).imag()), 1e-14);
 }
 
+TEST(WhiteNoise, that_exchanges_two_fields_has_spectra_though_their_sum_neither_decays_nor_is_driven) {
+    // Of a - b: d_t (a - b) = -(k + l)(a - b) + 2 s xi + (l - k)(a + b), and a + b is 0.  The rate 0 of a + b is one of
+    // rounding errors, on either side of 0 by the coefficients.
+    const double s = 0.7, tau = 0.2, omega = 0.3;
+    const Wavevector q{0.785, 0.0};
+    for (const auto& [k, l] : {std::pair{0.245, 0.973}, {0.136, 0.576}, {0.561, 0.955}, {0.4, 0.9}, {0.31, 0.17}}) {
+        const Model exchange{.fields = {scalar("a", "-k a + l b + s xi"), scalar("b", "k a - l b - s xi"),
+                                        scalar("c", "0.9 a - c")},
+                             .definitions = {},
+                             .coefficients = {{"k", k}, {"l", l}, {"s", s}},
+                             .noises = {{.symbol = "xi"}}};
+        const Equations equations(exchange);
+        const LinearisedAt rest(equations, equations.reference());
+        const double decay = k + l, size = s * s / (2.0 * decay);
+        const theory::Correlations lagged = theory::lagged_covariances(rest, q, tau, 4);
+        ASSERT_EQ(lagged.why_none, "");
+        for (int n = 0; n < 4; ++n)
+            EXPECT_NEAR(lagged.matrices[static_cast<std::size_t>(n)](0, 0).real(), size * std::exp(-decay * tau * n),
+                        1e-12 * size);
+        const theory::Correlations spectra = theory::dynamic_structures(rest, q, {0.0, omega});
+        ASSERT_EQ(spectra.why_none, "");
+        EXPECT_NEAR(spectra.matrices[0](0, 0).real() * decay * decay, s * s, 1e-12 * s * s);
+        EXPECT_NEAR(spectra.matrices[1](0, 0).real() * (omega * omega + decay * decay), s * s, 1e-12 * s * s);
+    }
+}
+
+TEST(WhiteNoise, that_drives_a_wave_which_does_not_decay_has_no_spectra_and_says_why) {
+    const Model drift{.fields = {scalar("a", "s xi")},
+                      .definitions = {},
+                      .coefficients = {{"s", 1.0}},
+                      .noises = {{.symbol = "xi"}}};
+    const Equations equations(drift);
+    const LinearisedAt rest(equations, equations.reference());
+    const theory::Correlations lagged = theory::lagged_covariances(rest, {0.5, 0.0}, 0.1, 4),
+                               spectra = theory::dynamic_structures(rest, {0.5, 0.0}, {1.0});
+    EXPECT_TRUE(lagged.matrices.empty() && spectra.matrices.empty());
+    EXPECT_TRUE(lagged.why_none.starts_with("no stationary state: noise drives a mode at q = (0.5, 0)"));
+    EXPECT_EQ(lagged.why_none, spectra.why_none);
+}
+
 TEST(WhiteNoise, correlates_the_modes_of_a_run_as_theory_says) {
     const numerics::Grid grid{.nx = 16, .ny = 16, .lx = 12.0, .ly = 12.0};
     Evolution run(Equations(shared()), {.grid = grid, .dt = 4.0});

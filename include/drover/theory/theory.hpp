@@ -157,10 +157,19 @@ double solve_covariance(const model::LinearisedAt& at, const numerics::Wavevecto
 /// Throws a run Error where a mode has the rate -i omega.
 model::Symbol dynamic_structure(const model::LinearisedAt& at, const numerics::Wavevector& q, double omega);
 
-/// Correlations of two times, <a_q(t + n interval) a_q(t)^H>/area for n = 0 .. lags - 1, of all components; interval:
-/// [s].  Empty where not all modes decay.
-std::vector<model::Symbol> lagged_covariances(const model::LinearisedAt& at, const numerics::Wavevector& q,
-                                              double interval, std::size_t lags);
+/// Of one wave: one matrix of all components for each frequency or lag.
+struct Correlations {
+    std::vector<model::Symbol> matrices;  ///< empty without a stationary state
+    std::string why_none;                 ///< as Covariance
+};
+/// dynamic_structure() of the stationary state at these frequencies.  As in covariance(), modes that neither grow nor
+/// decay, and that no noise drives, do not contribute.
+Correlations dynamic_structures(const model::LinearisedAt& at, const numerics::Wavevector& q,
+                                const std::vector<double>& frequencies);
+
+/// Correlations of two times in that state, <a_q(t + n interval) a_q(t)^H>/area for n = 0 .. lags - 1; interval: [s].
+Correlations lagged_covariances(const model::LinearisedAt& at, const numerics::Wavevector& q, double interval,
+                                std::size_t lags);
 
 /// The names of the parts of LinearisedAt::along_and_across: "phi", "p_along", "p_across".
 std::vector<std::string> part_names(const model::Equations& equations);
