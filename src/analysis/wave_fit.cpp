@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "drover/theory/theory.hpp"
-#include "io/result_units.hpp"
 #include "io/scene_text.hpp"
 #include "measure/field_setting.hpp"
 #include "model/start.hpp"

@@ -248,5 +248,8 @@ std::vector<SectionDescription> scene_schema(const physics::ModelFile& file = ph
 std::vector<SectionDescription> scene_schema(SceneKind kind);
 /// UDUNITS text of a key of a scene; "1" for a pure number and for a coefficient of a model of one's own.
 std::string unit_of(SceneKind kind, const std::string& key);
+/// A unit of a key in results: [p] is that of the order, "mm^2/s" of "[p]^2 mm^2/s" where it has none, and others have
+/// the names of the scene.
+std::string unit_in_results(const Scene& scene, const std::string& unit);
 
 }  // namespace drover::io

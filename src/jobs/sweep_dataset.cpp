@@ -5,7 +5,6 @@
 
 #include "base/constants.hpp"
 #include "files/archive.hpp"
-#include "io/result_units.hpp"
 #include "jobs/sweep_table.hpp"
 #include "measure/replicates.hpp"
 #include "run/provenance.hpp"
