@@ -276,7 +276,8 @@ TEST(ParticleSummary, a_running_maximum_has_its_last_value_without_an_error) {
                            {{.name = "overlap_largest", .unit = "1", .formula = "", .is_maximum = true}});
     for (int i = 0; i < 400; ++i) recorded.series[0].values.push_back(1.0 - 1.0 / (1.0 + i));
     recorded.warm_up = 0;
-    const Estimate& largest = row_of(summarise(recorded), "overlap_largest").estimates.front();
+    const Summary summary = summarise(recorded);
+    const Estimate& largest = row_of(summary, "overlap_largest").estimates.front();
     EXPECT_EQ(largest.mean, 1.0 - 1.0 / 400.0);
     EXPECT_FALSE(largest.error);
     // Seeds scatter, and none is said to be too short for an error.
