@@ -220,7 +220,7 @@ def test_what_two_fields_exchange_has_the_spectrum_of_their_difference(tmp_path,
     # a + b neither decays nor is driven; rounding errors give its rate either sign, by k and l.
     model = drover.Model([drover.Field("a", "-k a + l b + s xi"), drover.Field("b", "k a - l b - s xi"),
                           drover.Field("c", "0.9 a - c")], noises=[drover.Noise("xi")], k=k, l=l, s=0.7)
-    scene = model.scene(points=(8, 8), side=(8.0, 8.0), dt=0.1, end=20.0).set({"output.frame_every": 0.4})
+    scene = model.scene(points=(8, 8), side=(8.0, 8.0), dt=0.1, end=80.0).set({"output.frame_every": 0.4})
     theory = scene.stability()
     found = theory.main.dynamic_structure_factor_a
     omega = found.frequency_axis.values
@@ -239,7 +239,7 @@ def test_what_two_fields_exchange_has_the_spectrum_of_their_difference(tmp_path,
 def test_a_spectrum_that_is_not_there_says_why(tmp_path):
     model = drover.Model([drover.Field("a", "s xi"), drover.Field("b", "-b + a + lap b")], noises=[drover.Noise("xi")],
                          s=0.7)
-    scene = model.scene(points=(8, 8), side=(8.0, 8.0), dt=0.1, end=20.0).set({"output.frame_every": 0.4})
+    scene = model.scene(points=(8, 8), side=(8.0, 8.0), dt=0.1, end=80.0).set({"output.frame_every": 0.4})
     found = scene.stability(tmp_path / "maps.h5").main.dynamic_structure_factor_b
     why = "no stationary state: noise drives a mode at q = (0.7854, 0), which does not decay"
     assert np.isnan(found.values).all() and f"; NaN: {why}" in found.comment

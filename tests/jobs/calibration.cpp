@@ -46,7 +46,7 @@ frame = 0.01
     options.workers = 1;
     options.quiet = true;
     const CalibrationLayout layout = plan_calibration(scene);
-    const std::string older = without(layout.manifest, "track_slip"), older_plan = without(layout.plans[0], "releases");
+    const std::string older = without(layout.manifest, "skin"), older_plan = without(layout.plans[0], "releases");
     files::join_folder(options.folder, "calibrate.toml", "# made by drover 0.1", older);
     EXPECT_EQ(run_calibration(scene, options).trials, 8u);
 
@@ -64,7 +64,7 @@ frame = 0.01
     EXPECT_EQ(resumed.already, 8u);
     EXPECT_EQ(resumed.trials, 0u);
 
-    const io::Scene other = io::changed(scene, {"contacts.track_slip=false"});
+    const io::Scene other = io::changed(scene, {"contacts.skin=0.3"});
     EXPECT_THROW(run_calibration(other, options), Error);  // its value there was the default
     const io::Scene other_plan = io::changed(scene, {"calibrate.damping.releases=1"});
     EXPECT_THROW(run_calibration(other_plan, options), Error);
