@@ -114,10 +114,12 @@ bool is_unused(const fs::path& folder, const std::string& beginning) {
 /// A new file that has all of its content when it has its name.  False where another process gives it the name first.
 bool appear(const fs::path& file, const fs::path& beside, const std::string& content) {
     const Descriptor open = open_file(beside, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
+    Cleanup cleanup{beside};
     write_at(open, 0, std::as_bytes(std::span(content)));
     sync(open);
-    const Cleanup cleanup{beside};
     const bool is_first = link_to(open, beside, file);
+    remove_if_exists(beside);
+    cleanup.is_needed = false;
     sync_folder_of(file);
     return is_first;
 }

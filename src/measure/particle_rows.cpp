@@ -193,14 +193,15 @@ void add_energy(ParticleRows& rows) {
         "work of gravity and of the constant forces on bodies, forces.bead_x to forces.rod_y, since the start; without "
         "those forces minus the change of m g z (of the pairwise law less m a^2 h^2/2 in each step h of a body)",
         work(&dem::EnergyBalance::gravity), true);
-    add(rows, "work_plates", unit, "work of base and lid since the start, that of removing overlaps with them included",
+    add(rows, "work_plates", unit,
+        "work of base and lid since the start, and what bodies gain against gravity and forces where overlaps are "
+        "removed",
         work(&dem::EnergyBalance::plates), true);
     add(rows, "work_forces", unit, "work of torques, push, hold_beads and edits by a program since the start",
         work(&dem::EnergyBalance::forces), true);
     add(rows, "work_kicks", unit, "work of the kicks since the start", work(&dem::EnergyBalance::kicks), true);
     add(rows, "work_impact", unit,
-        "work of impacts along the normals since the start: what they lose, and the work against gravity and forces of "
-        "removing overlaps, of first order in time.dt",
+        "work of impacts along the normals since the start, <= 0 for the laws that create no energy",
         work(&dem::EnergyBalance::impact), true);
     add(rows, "work_friction", unit, "work of friction since the start, <= 0", work(&dem::EnergyBalance::friction),
         true);

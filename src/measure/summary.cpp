@@ -193,13 +193,14 @@ std::size_t forgotten_after(std::span<const double> indicator, std::size_t cut) 
     return std::min(cut + static_cast<std::size_t>(std::ceil(times)), std::max(cut, indicator.size() / 2));
 }
 
-/// Non-empty when an automatic warm-up of so many of the samples may not have ended.
-std::string warm_up_note(std::size_t automatic, std::size_t samples) {
-    if (automatic == 0 || 2 * automatic + 10 <= samples) return "";  // the last cut tried, up to the length of a batch
+/// Non-empty when an automatic warm-up may not have ended: the best cut of so many of the samples is the last one
+/// tried, up to the length of a batch, or more than half would have to be left out.
+std::string warm_up_note(std::size_t cut, std::size_t automatic, std::size_t samples) {
+    if ((cut == 0 || 2 * cut + 10 <= samples) && (automatic <= cut || automatic < samples / 2)) return "";
     return text(
-        "the warm-up may not have ended: half of {} samples are left out, and never more; run longer or set the "
-        "warm-up",
-        samples);
+        "the warm-up may not have ended: {} of {} samples are left out, and never more than half; run longer or set "
+        "the warm-up",
+        automatic, samples);
 }
 
 }  // namespace
@@ -214,7 +215,7 @@ Summary summarise(const Recorded& recorded) {
             automatic = std::max(automatic, forgotten_after(indicator, cut));
     const double spacing = recorded.spacing;
     const std::size_t skip = summary.warm_up = std::min(recorded.warm_up.value_or(automatic), summary.samples);
-    summary.note = warm_up_note(automatic, summary.samples);
+    summary.note = warm_up_note(cut, automatic, summary.samples);
     for (const RecordedSeries& series : recorded.series) summary.rows.push_back(row_of(series, spacing, skip));
     for (const Product& product : recorded.products) {
         const std::array squares{find_row(recorded.series, product.squares[0]),

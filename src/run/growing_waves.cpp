@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "drover/base/text.hpp"
-#include "drover/theory/theory.hpp"
+#include "drover/model/linearised_at.hpp"
+#include "numerics/algebra/dense.hpp"
 
 namespace drover::run {
 
@@ -31,7 +32,6 @@ public:
         : system_(system), linear_(linearised(equations)) {
         const numerics::Grid& grid = system.grid;
         if (grid.ny == 1) angles_ = {0.0};
-        else if (grid.nx == 1) angles_ = {0.5 * pi};
         else if (!linear_ || linear_->is_isotropic()) angles_ = {cut_at(0.0) <= cut_at(0.5 * pi) ? 0.0 : 0.5 * pi};
         else
             for (int n = 0; n < directions; ++n) angles_.push_back(pi * n / directions);
@@ -63,7 +63,8 @@ private:
     std::vector<numerics::Complex> rates_of(double q, double angle) const {
         std::vector<numerics::Complex> rates;
         if (linear_) {
-            const Eigen::VectorXcd found = theory::mode_rates(*linear_, {q * std::cos(angle), q * std::sin(angle)});
+            const model::Symbol at = linear_->symbol({q * std::cos(angle), q * std::sin(angle)});
+            const Eigen::VectorXcd found = numerics::dense_eigenvalues(numerics::balanced(at));
             rates.assign(found.begin(), found.end());
             return rates;
         }

@@ -242,6 +242,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     io::Scene scene = io::parse_scene(checkpoint.scene, name, overrides, options.functions);
     scene.output.file = path.string();
     Threads threads(simulation_type_of(scene).threads(scene));
+    files::ArchiveReader{path};  // throws what is wrong with the file itself
     const std::unique_ptr<Simulation> made = read_of_version(checkpoint.program, path, [&] {
         return simulation_type_of(scene).make(scene, threads, checkpoint.state);
     });

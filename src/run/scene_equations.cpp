@@ -37,6 +37,7 @@ bool stands_still(const io::Scene& scene, const model::Equations& equations, con
 model::Integrated integrated_in_run(const io::Scene& scene) {
     model::Integrated what = integrated_of(scene);
     if (scene.kind != io::SceneKind::model || scene.initial.formulas.empty()) return what;
+    if (!what.equations.has_nonlinear_part() || what.equations.placed_term() != nullptr) return what;
     const model::UniformState means = model::means_of_start(scene.initial, what.equations, scene.grid);
     if (stands_still(scene, what.equations, means)) what.equations = what.equations.about(means);
     return what;

@@ -361,7 +361,7 @@ void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene,
         if (mean != series.back()) far.push_back(text("{} = {:.3g}", components[c].name, series.back()));
         mean = series.back();
     }
-    if (!stands_still(scene, equations, means)) return;
+    if (far.empty() || !stands_still(scene, equations, means)) return;
     warnings.push_back(
         text("a step of time.dt = {} makes less than half of the slow changes about the last means ({}): the exact "
              "linear part is that about other values, fast here, and the other terms nearly cancel it, which "

@@ -149,7 +149,8 @@ def test_a_table_of_two_fields_says_that_this_is_not_known():
     assert any("whether n + m left the table" in one for one in run.warnings)
 
 
-def test_the_recommended_run_has_the_name_of_its_scene(tmp_path):
+def test_the_recommended_run_has_the_name_of_its_scene(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     scene = drover.Scene.load(tmp_path / write_scene(tmp_path, {
         "relaxation.rate": 0.5, "noise.order": 0.1, "time.dt": 0.5, "time.end": 200.0, "output.sample_every": 1.0},
         "mine.toml"))

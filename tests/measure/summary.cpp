@@ -192,7 +192,7 @@ TEST(Summary, a_warm_up_that_does_not_end_is_reported) {
     for (double& value : slow) value = last = 0.99 * last + std::sqrt(1.0 - 0.99 * 0.99) * value;
     const Summary half = summarise({.series = {{.name = "x", .values = slow}}, .indicators = {slow}});
     EXPECT_EQ(half.warm_up, 500u);
-    EXPECT_THAT(half.note, testing::HasSubstr("half of 1000 samples are left out"));
+    EXPECT_THAT(half.note, testing::HasSubstr("500 of 1000 samples are left out"));
 }
 
 TEST(Summary, directions_without_modes_are_reported_as_undefined) {

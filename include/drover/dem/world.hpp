@@ -17,10 +17,10 @@ struct EnergyBalance {
     /// Work of gravity and of the constant forces on bodies: the sum of (m g + F).(displacement), of the pairwise law
     /// less m a^2 h^2/2 for each step h of a body.
     double gravity = 0.0;
-    double plates = 0.0;    ///< work of base and lid on the bodies, that of removing overlaps included
+    double plates = 0.0;    ///< work of base and lid on the bodies, and that of removing overlaps of any
     double forces = 0.0;    ///< work of the torque, the push and the control of the mean velocity
     double kicks = 0.0;     ///< work of the kicks
-    double impact = 0.0;    ///< lost along the normals, and the work against gravity and forces of removing overlaps
+    double impact = 0.0;    ///< lost along the normals, <= 0
     double friction = 0.0;  ///< lost to friction, <= 0; friction along the slip before an impact can gain some of what
                             ///< is lost along the normals
     double elastic = 0.0;   ///< stored in soft contacts at this moment, counted as a loss: <= 0

@@ -121,8 +121,8 @@ void resolve_beads(Overlap& overlap, Spheres& spheres, const StepRules& rules, C
     Vec4d &pa = spheres.position[overlap.first], &pb = spheres.position[overlap.second];
     set_vector(pa, vector_of(pa) + overlap.since * da);
     set_vector(pb, vector_of(pb) + overlap.since * db);
-    // The weights cancel in the position correction; the work of other forces on it is at the expense of the impact.
-    report.balance.impact -= overlap.since * dot(rules.bead_force, da + db);
+    // The weights cancel in the position correction; the work of other forces on it is of no impulse.
+    report.balance.plates -= overlap.since * dot(rules.bead_force, da + db);
     report.balance.impact += 0.5 * impact.normal * (opening + opening + mass_inverse * impact.normal);
     report.balance.friction += impact.friction_work;
     if (opening < -counted_speed) ++report.counts.bead_bead;
@@ -243,21 +243,21 @@ private:
         report.counts.residual = std::max(report.counts.residual, outcome.residual / outcome.approach);
         if (outcome.left > rules_.law.tolerance * outcome.approach) ++report.counts.unresolved;
     }
-    /// Moves a body by a vector over its mass: the work of gravity and forces on it is at the expense of the impact.
+    /// Moves a body by a vector over its mass: the work of gravity and forces on it is of no impulse.
     void move(std::uint32_t body, const Vector& mass_shift, ContactReport& report) {
         const auto beads = static_cast<std::uint32_t>(spheres_.beads.size());
         if (body < beads) {
             Vec4d& position = spheres_.position[body];
             const double inverse = spheres_.beads.velocity[body][3];
             set_vector(position, vector_of(position) + inverse * mass_shift);
-            report.balance.impact -= dot(rules_.acceleration + inverse * rules_.bead_force, mass_shift);
+            report.balance.plates -= dot(rules_.acceleration + inverse * rules_.bead_force, mass_shift);
         } else {
             const std::uint32_t r = body - beads;
             Rod& rod = spheres_.rods.rod[r];
             const double mass = spheres_.shape_of_rod(r).mass, work = dot(rules_.rod_acceleration(mass), mass_shift);
             rod.position = rod.position + 1.0 / mass * mass_shift;
             report.balance.gravity += work;
-            report.balance.impact -= work;
+            report.balance.plates -= work;
         }
     }
 

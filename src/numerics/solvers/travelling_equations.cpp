@@ -97,10 +97,10 @@ void TravellingSolver::choose_shift() {
                 sizes.push_back(std::abs(s));
             }
         constexpr double rounding = 1e-12;  // of a conserved mean, beside the fastest
-        const double least = rounding * *std::max_element(sizes.begin(), sizes.end());
+        const double smallest = rounding * *std::max_element(sizes.begin(), sizes.end());
         if (std::isfinite(slowest)) continue;
         for (const double size : sizes)
-            if (size > least) slowest = std::min(slowest, size);
+            if (size > smallest) slowest = std::min(slowest, size);
     }
     shift_ = 2.0 * growth + (std::isfinite(slowest) ? slowest : 1.0);
 }

@@ -109,6 +109,8 @@ def from_start(archive, frame):
     with open_any(archive) as found:
         frames = found.groups.get("frames") if isinstance(found, Theory) else found.frames
         count = 0 if frames is None else frames.sizes["state" if isinstance(found, Theory) else "time"]
+    if count == 0:
+        raise ArgumentError(f"{archive} has no frames; expected an archive that has")
     if -frame > count:
         raise ArgumentError(f"{archive} has no frame {frame}; expected 0 to {count - 1}, or a negative number counted "
                             "from the end")

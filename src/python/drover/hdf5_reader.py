@@ -57,9 +57,11 @@ class Store:
     def close(self):
         self.reader = None
 
-    def __deepcopy__(self, _):
-        """A copy of what is lazily read from a file reads the same file."""
-        return self
+    def __deepcopy__(self, memo):
+        """A copy of what is lazily read from a file reads the same file, until it is closed by itself."""
+        copy = memo[id(self)] = Store.__new__(Store)
+        copy.__setstate__(self.__getstate__())
+        return copy
 
     def __getstate__(self):
         return {**self.__dict__, "path": Path(self.path).absolute(), "reader": self.reader is not None}
