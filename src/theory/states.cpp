@@ -184,7 +184,8 @@ bool are_connected(const UniformEquations& equations, const Vector& from, const 
         const Matrix neutral = neutral_changes(equations, here);
         if (neutral.cols() == 0) return false;
         const Vector way = to - here;
-        if (way.norm() <= 1e-6 * to.norm()) return true;
+        constexpr double arrived = 1e-4;  // nearer, Newton's method moves along the family by more than the step
+        if (way.norm() <= arrived * to.norm()) return true;
         Vector step = neutral * (neutral.transpose() * way);
         if (step.norm() < 0.05 * way.norm()) {  // opposite members of a ring: sideways
             if (n > 0) return false;
