@@ -156,6 +156,8 @@ def test_an_open_run_is_copied_and_pickled(tmp_path, monkeypatch):
     for frames in (copied, other.frames, run.frames.sortby("x")):
         assert np.array_equal(frames.polar_order_x.values, run.frames.polar_order_x.values)
     other.close()
+    with copy.deepcopy(run):
+        pass
     assert run.observables.polar_order.interp(time=0.15) > 0.0  # still open
     run.close()
     with pytest.raises(drover.Error, match="is closed"):

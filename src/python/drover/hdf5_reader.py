@@ -42,17 +42,17 @@ class Store:
     """An archive open for reading, while its run may continue to write: its contents when it was opened."""
 
     def __init__(self, path):
-        self.path = path
-        self.open()
+        self.path, self.absolute = path, Path(path).absolute()
+        self.open(path)
         with hdf5():
             attributes, groups, arrays = self.reader.contents()
         self.attributes = without_format(attributes)
         self.groups = ["/", *groups]
         self.arrays = {row[0]: Stored(*row[:-1], without_format(row[-1])) for row in arrays}
 
-    def open(self):
+    def open(self, path):
         with hdf5():
-            self.reader, self.process = _drover.Archive(os.fspath(self.path)), os.getpid()
+            self.reader, self.process = _drover.Archive(os.fspath(path)), os.getpid()
 
     def close(self):
         self.reader = None
@@ -64,12 +64,12 @@ class Store:
         return copy
 
     def __getstate__(self):
-        return {**self.__dict__, "path": Path(self.path).absolute(), "reader": self.reader is not None}
+        return {**self.__dict__, "reader": self.reader is not None}
 
     def __setstate__(self, state):
         self.__dict__.update(state)
         if self.reader:
-            self.open()
+            self.open(self.absolute)
         else:
             self.close()
 
@@ -90,7 +90,7 @@ class Store:
             raise DroverError(f"{self.path} is closed and {array.path} had not been read; open it again with "
                               "drover.open_run")
         if self.process != os.getpid():  # after a fork: the file has one position and one lock for both
-            self.open()
+            self.open(self.absolute)
         with hdf5():
             values = self.reader.read(array.path, rows)
         return values.astype(numpy.int64) if array.is_integer else values
