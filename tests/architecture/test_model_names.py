@@ -17,7 +17,7 @@ SECTIONS = {row["key"].partition(".")[0] for row in MODEL["coefficient"]}
 # Files, and definitions in them, that may name them: what they have is of particles, of a calibration, or of the demo.
 ALL = None
 ALLOWED = {
-    "particles.py": {"ORDER"},                    # a measure of particles
+    "particles.py": {"ORDER", "BEAD_ORDER"},      # measures of particles
     "particle_figure.py": ALL,
     "particle_panels.py": {"WORDS"},
     "onset_figure.py": {"draw_onset"},            # runs of particles by their order

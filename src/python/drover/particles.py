@@ -14,6 +14,7 @@ BODIES = {"/bodies/beads": ("bead_", "bead"), "/bodies/rods": ("rod_", "rod")}
 SPHERES, SERIES = "/particles/spheres", "/series"
 COMPONENTS = ["x", "y", "z"]
 ORDER = "polar_order"  # the series of the order of the rods
+BEAD_ORDER = "bead_velocity_order"  # the same of the velocities of beads
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,12 @@ from drover.archive import loaded
 from drover.error import Error
 from drover.run_view import run_of
 from drover.figures.paper import STYLE, add_axes, bar_box, fitted, new_figure, require_frame, write_title_and_caption
-from drover.particles import ORDER, ParticleRun
+from drover.particles import BEAD_ORDER, ORDER, ParticleRun
 from drover.roles import has_own_fields, roles_of
 from drover.text import drawable
 
 MAPS = ((0.8, 3.25, 3.65, 3.65), (6.5, 3.25, 3.65, 3.65))  # inches
 SERIES = (0.8, 1.2, 10.6, 1.2)
-BEAD_ORDER = "bead_velocity_order"
 MUCH_LONGER = 5.0  # ratio of durations from which times are drawn over them
 COLOURS = (panels.BLUE, panels.VERMILLION)
 
