@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
 
 #include "drover/base/text.hpp"
 #include "drover/model/linearised_at.hpp"
+#include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
 
 namespace drover::run {
@@ -50,21 +52,29 @@ public:
     }
 
     bool grow(double q, double angle) const {
-        const std::vector<numerics::Complex> rates = rates_of(q, angle);
-        double size = 0.0;
-        for (const numerics::Complex s : rates) size = std::max(size, std::abs(s));
-        constexpr double rounding = 1e-12;  // of the largest
-        return std::ranges::any_of(rates, [&](const numerics::Complex s) { return s.real() > rounding * size; });
+        // Of the largest: of reliable rates, and of others, where two modes that do not decay are nearly one.
+        constexpr double rounding = 1e-12, doubtful = 1e-6;
+        const double growth = growth_of(rates_of(q, angle, false));
+        return std::abs(growth) > doubtful ? growth > 0.0 : growth_of(rates_of(q, angle, true)) > rounding;
     }
 
 private:
     static constexpr int directions = 12;  // of half a turn, as waves are real
 
-    std::vector<numerics::Complex> rates_of(double q, double angle) const {
+    /// The largest growth rate over the largest rate.
+    static double growth_of(const std::vector<numerics::Complex>& rates) {
+        double size = 0.0, growth = -std::numeric_limits<double>::infinity();
+        for (const numerics::Complex s : rates) size = std::max(size, std::abs(s)), growth = std::max(growth, s.real());
+        return size > 0.0 ? growth / size : 0.0;
+    }
+
+    std::vector<numerics::Complex> rates_of(double q, double angle, bool reliable) const {
         std::vector<numerics::Complex> rates;
         if (linear_) {
-            const model::Symbol at = linear_->symbol({q * std::cos(angle), q * std::sin(angle)});
-            const Eigen::VectorXcd found = numerics::dense_eigenvalues(numerics::balanced(at));
+            const numerics::Wavevector at{q * std::cos(angle), q * std::sin(angle)};
+            const Eigen::VectorXcd found = reliable
+                                               ? Eigen::VectorXcd(theory::mode_rates(*linear_, at))
+                                               : numerics::dense_eigenvalues(numerics::balanced(linear_->symbol(at)));
             rates.assign(found.begin(), found.end());
             return rates;
         }

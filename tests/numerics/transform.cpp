@@ -98,27 +98,6 @@ TEST(Transform, long_lines_have_the_coefficients_of_the_definition_and_are_inver
         }
 }
 
-TEST(Transform, a_field_beside_one_in_another_unit_keeps_its_digits) {
-    Threads threads(1);
-    for (const Grid grid : {Grid{16, 12, 1, 1}, Grid{24, 1, 1, 1}, Grid{6, 10, 1, 1}})
-        for (const double unit : {1e-30, 1e-9, 1e9, 1e200}) {
-            Fields fields = random_fields(grid, 2), alone(grid, 1);
-            for (double& value : fields[1]) value *= unit;
-            std::copy(fields[1].begin(), fields[1].end(), alone.values.begin());
-            Spectra spectra(grid, 2), of_alone(grid, 1);
-            const Transform transform(grid, 1, threads);
-            transform.forward(fields, spectra);
-            transform.forward(alone, of_alone);
-            Fields back(grid, 2), back_alone(grid, 1);
-            transform.backward(spectra, back);
-            transform.backward(of_alone, back_alone);
-            // Rounding of some hundred sums of numbers of size 1, of each in its unit.
-            for (std::size_t m = 0; m < spectra.size; ++m)
-                EXPECT_NEAR(std::abs(spectra[1][m] - of_alone[0][m]) / unit, 0.0, 1e-15);
-            for (std::size_t i = 0; i < back.size; ++i) EXPECT_NEAR((back[1][i] - back_alone[0][i]) / unit, 0.0, 2e-14);
-        }
-}
-
 TEST(Transform, modes_that_are_not_kept_count_as_zero_and_the_input_is_unchanged) {
     Threads threads(1);
     const Grid grid{16, 16, 1, 1};

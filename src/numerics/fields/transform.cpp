@@ -5,16 +5,14 @@
 #include <fftw3.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <mutex>
 #include <numbers>
-#include <tuple>
 #include <vector>
 
 #include "drover/base/error.hpp"
-#include "numerics/fields/paired_rows.hpp"
+#include "numerics/fields/complex_registers.hpp"
 #include "numerics/fields/per_thread.hpp"
 
 namespace drover::numerics {
@@ -22,6 +20,7 @@ namespace drover::numerics {
 namespace {
 constexpr std::size_t columns_in_strip = 8;    // 128 bytes of each row of modes: two cache lines
 constexpr std::size_t rows_ahead = 8;          // of modes: to prefetch
+constexpr std::size_t line_rows = 4;           // of one column: a cache line
 constexpr std::size_t points_in_strip = 1024;  // of rows: fifteen arrays of it are in the second-level cache
 
 fftw_complex* raw(Complex* values) { return reinterpret_cast<fftw_complex*>(values); }
@@ -75,6 +74,16 @@ Workspace& workspace() {
     return workspaces.get();
 }
 
+using Order [[gnu::vector_size(32)]] = std::int64_t;
+template <class Value>
+Quad load_quad(const Value* from) {
+    return load_as<Quad>(from);
+}
+void store_quad(const Quad& quad, double* to) { std::memcpy(to, &quad, sizeof(quad)); }
+void store_quad(const Quad& quad, Complex* to) { store_quad(quad, reinterpret_cast<double*>(to)); }
+Quad swap_parts(const Quad& a) { return __builtin_shuffle(a, Order{1, 0, 3, 2}); }
+constexpr Quad sign_of_real{-1.0, 1.0, -1.0, 1.0}, sign_of_imaginary{1.0, -1.0, 1.0, -1.0};
+
 /// A strip of a row of modes of two arrays; the second may be absent.
 template <int ToWrite>
 void prefetch_modes(std::size_t at, const Complex* a, const Complex* b) {
@@ -90,6 +99,27 @@ void collect_line(const Complex* from, std::size_t row, Complex* to) {
     for (std::size_t j = 0; j < line_rows; ++j) store(load(from + j * row), to + j);
 }
 
+void split_parts(const Complex* from, std::size_t count, double* real, double* imaginary) {
+    std::size_t i = 0;
+    for (; i + 4 <= count; i += 4) {
+        const Quad a = load_quad(from + i), b = load_quad(from + i + 2);
+        store_quad(__builtin_shuffle(a, b, Order{0, 2, 4, 6}), real + i);
+        if (imaginary) store_quad(__builtin_shuffle(a, b, Order{1, 3, 5, 7}), imaginary + i);
+    }
+    for (; i < count; ++i) {
+        real[i] = from[i].real();
+        if (imaginary) imaginary[i] = from[i].imag();
+    }
+}
+void join_parts(const double* real, const double* imaginary, std::size_t count, Complex* to) {
+    std::size_t i = 0;
+    for (; i + 4 <= count; i += 4) {
+        const Quad a = load_quad(real + i), b = imaginary ? load_quad(imaginary + i) : Quad{};
+        store_quad(__builtin_shuffle(a, b, Order{0, 4, 1, 5}), to + i);
+        store_quad(__builtin_shuffle(a, b, Order{2, 6, 3, 7}), to + i + 2);
+    }
+    for (; i < count; ++i) to[i] = {real[i], imaginary ? imaginary[i] : 0.0};
+}
 /// Of lines of complex numbers at a distance that is a multiple of 32 bytes, or of single numbers.  The plans are
 /// estimated, not measured: which plan is fastest varies between runs, and with it the last bits of the results.
 class LineTransform {
@@ -186,8 +216,9 @@ void LineTransform::in_two_passes(const Complex* from, Complex* to) const {
 }
 }  // namespace
 
-/// Along rows, two real fields a, b are the parts of a complex one.  Of each pair the kept columns k >= 0 of A, then,
-/// at `kept` + k, those of B.  Between rows and columns, a column is contiguous, a few rows of it being a cache line.
+/// Two real fields a, b are the parts of a complex one, Z = A + i B.  Of each pair, all columns k >= 0 of Z that are
+/// kept, then, at `kept` + k, column -k, which is conj(A - i B) of the rows in reverse order.  A field without a
+/// partner has no columns -k.  Between rows and columns, a column is contiguous, and a few rows of it are a cache line.
 struct Transform::Plans {
     Grid grid;
     Threads& threads;
@@ -243,56 +274,74 @@ Transform::Plans::Plans(const Grid& the_grid, int degree, Threads& the_threads) 
 
 void Transform::Plans::backward_columns(std::span<const Complex* const> from, Complex* scratch) {
     for_columns(from.size(), [&](std::size_t pair, std::size_t first, std::size_t count) {
-        const bool is_pair = 2 * pair + 1 < from.size();
-        const Complex *a = from[2 * pair] + first, *b = is_pair ? from[2 * pair + 1] + first : nullptr;
-        Complex* of_a = workspace().columns.buffer(2 * strip_columns * pitch);
-        Complex* of_b = of_a + strip_columns * pitch;
+        const Complex *a = from[2 * pair] + first, *b = nullptr;
+        if (2 * pair + 1 < from.size()) b = from[2 * pair + 1] + first;
+        Complex* plus = workspace().columns.buffer(2 * strip_columns * pitch);
+        Complex* minus = plus + strip_columns * pitch;
         for (std::size_t i = 0; i < count; ++i)
-            for (Complex* column : {of_a, of_b})
+            for (Complex* column : {plus, minus})
                 std::fill_n(column + i * pitch + first_cut_row, ny - kept_rows.size(), Complex(0.0));
         for (std::size_t r = 0; r < kept_rows.size(); ++r) {
-            const std::size_t j = kept_rows[r];
+            const std::size_t j = kept_rows[r], reverse = j == 0 ? 0 : ny - j;
             if (r + rows_ahead < kept_rows.size()) prefetch_modes<0>(kept_rows[r + rows_ahead] * width, a, b);
+            if (!b) {
+                for (std::size_t i = 0; i < count; ++i) plus[i * pitch + j] = a[j * width + i];
+                continue;
+            }
             // Two columns at a time: behind the last there is a column, which is not kept, and room for it.
-            const auto gap = static_cast<std::ptrdiff_t>(pitch);
             for (std::size_t i = 0; i < count; i += 2) {
-                store_modes(load_quad(a + j * width + i), of_a + i * pitch + j, gap);
-                if (is_pair) store_modes(load_quad(b + j * width + i), of_b + i * pitch + j, gap);
+                const Quad of_a = load_quad(a + j * width + i),
+                           of_b = sign_of_real * swap_parts(load_quad(b + j * width + i)), sum = of_a + of_b,
+                           difference = sign_of_imaginary * (of_a - of_b);
+                store(Pair{sum[0], sum[1]}, plus + i * pitch + j);
+                store(Pair{sum[2], sum[3]}, plus + (i + 1) * pitch + j);
+                store(Pair{difference[0], difference[1]}, minus + i * pitch + reverse);
+                store(Pair{difference[2], difference[3]}, minus + (i + 1) * pitch + reverse);
             }
         }
+        // Of column 0, the part that belongs to real fields.
+        if (first == 0)
+            for (const std::size_t j : kept_rows) {
+                const std::size_t reverse = j == 0 ? 0 : ny - j;
+                plus[j] = b ? 0.5 * (plus[j] + minus[j]) : 0.5 * (a[j * width] + std::conj(a[reverse * width]));
+            }
         Complex* out = scratch + pair * pair_size() + first * pitch;
-        for (const auto& [array, column, to] : {std::tuple{a, of_a, out}, {b, of_b, out + kept * pitch}}) {
-            if (!array) continue;
-            if (first == 0)  // of column 0, the part that belongs to real fields
-                for (const std::size_t j : kept_rows)
-                    column[j] = 0.5 * (array[j * width] + std::conj(array[(j == 0 ? 0 : ny - j) * width]));
-            column_backward(count, column, to);
-        }
+        column_backward(count, plus, out);
+        if (b) column_backward(count, minus, out + kept * pitch);
     });
 }
 
 void Transform::Plans::forward_columns(const Complex* scratch, std::span<Complex* const> to) {
-    const double scale = 1.0 / static_cast<double>(points(grid));
+    const double scale = 1.0 / static_cast<double>(points(grid)), half = 0.5 * scale;
     for_columns(to.size(), [&](std::size_t pair, std::size_t first, std::size_t count) {
-        const bool is_pair = 2 * pair + 1 < to.size();
-        Complex *a = to[2 * pair] + first, *b = is_pair ? to[2 * pair + 1] + first : nullptr;
-        Complex* of_a = workspace().columns.buffer(2 * strip_columns * pitch);
-        Complex* of_b = of_a + strip_columns * pitch;
+        Complex *a = to[2 * pair] + first, *b = nullptr;
+        if (2 * pair + 1 < to.size()) b = to[2 * pair + 1] + first;
+        Complex* plus = workspace().columns.buffer(2 * strip_columns * pitch);
+        Complex* minus = plus + strip_columns * pitch;
         const Complex* in = scratch + pair * pair_size() + first * pitch;
-        column_forward(count, in, of_a);
-        if (is_pair) column_forward(count, in + kept * pitch, of_b);
+        column_forward(count, in, plus);
+        const std::size_t skipped = first == 0 ? 1 : 0;  // -0
+        if (b) column_forward(count - skipped, in + (kept + skipped) * pitch, minus + skipped * pitch);
+        if (b && first == 0) std::copy_n(plus, ny, minus);
         for (std::size_t r = 0; r < kept_rows.size(); ++r) {
-            const std::size_t j = kept_rows[r];
+            const std::size_t j = kept_rows[r], reverse = j == 0 ? 0 : ny - j;
             if (r + rows_ahead < kept_rows.size()) prefetch_modes<1>(kept_rows[r + rows_ahead] * width, a, b);
-            const auto gap = static_cast<std::ptrdiff_t>(pitch);
-            for (std::size_t i = 0; i < count / 2 * 2; i += 2) {
-                store_quad(scale * load_modes<Quad>(of_a + i * pitch + j, gap), a + j * width + i);
-                if (is_pair) store_quad(scale * load_modes<Quad>(of_b + i * pitch + j, gap), b + j * width + i);
+            if (!b) {
+                for (std::size_t i = 0; i < count; ++i) a[j * width + i] = scale * plus[i * pitch + j];
+                continue;
             }
-            if (count % 2 == 0) continue;
-            const std::size_t last = count - 1;
-            store(scale * load(of_a + last * pitch + j), a + j * width + last);
-            if (is_pair) store(scale * load(of_b + last * pitch + j), b + j * width + last);
+            std::size_t i = 0;
+            for (; i + 2 <= count; i += 2) {
+                const Quad z = joined(load(plus + i * pitch + j), load(plus + (i + 1) * pitch + j)),
+                           other = sign_of_imaginary *
+                                   joined(load(minus + i * pitch + reverse), load(minus + (i + 1) * pitch + reverse));
+                store_quad(half * (z + other), a + j * width + i);
+                store_quad(half * (sign_of_imaginary * swap_parts(z - other)), b + j * width + i);
+            }
+            if (i == count) continue;
+            const Complex z = plus[i * pitch + j], other = std::conj(minus[i * pitch + reverse]);
+            a[j * width + i] = half * (z + other);
+            b[j * width + i] = half * Complex(0.0, -1.0) * (z - other);
         }
     });
 }
@@ -305,25 +354,30 @@ void Transform::Plans::backward_rows(const Complex* scratch, std::size_t strip, 
     for (std::size_t c = 0; c < arrays.size(); c += 2) {
         const bool is_pair = c + 1 < arrays.size();
         for (std::size_t row = 0; row < count; row += line_rows) {
-            const Complex* of_a = scratch + c / 2 * pair_size() + first + row;
-            const Complex* of_b = of_a + kept * pitch;
+            const Complex* plus = scratch + c / 2 * pair_size() + first + row;
+            const Complex* minus = plus + kept * pitch;
             const std::size_t lines = std::min(line_rows, count - row);
-            std::array<double, line_rows> scales;
-            in_lines(lines, [&](auto n, std::size_t j) {
-                if (is_pair) scales[j] = join_modes<n>(of_a + j, of_b + j, pitch, kept, nx, block + j * nx);
-                else spread_modes<n>(of_a + j, pitch, kept, nx, block + j * nx);
-            });
+            if (lines == line_rows) {
+                for (std::size_t k = 0; k < kept; ++k) spread_line(plus + k * pitch, block + k, nx);
+                if (is_pair)
+                    for (std::size_t k = 1; k < kept; ++k) spread_line(minus + k * pitch, block + nx - k, nx);
+                else
+                    for (std::size_t j = 0; j < lines; ++j)
+                        for (std::size_t k = 1; k < kept; ++k) block[j * nx + nx - k] = std::conj(block[j * nx + k]);
+            } else
+                for (std::size_t j = 0; j < lines; ++j) {
+                    for (std::size_t k = 0; k < kept; ++k) block[j * nx + k] = plus[k * pitch + j];
+                    for (std::size_t k = 1; k < kept; ++k)
+                        block[j * nx + nx - k] = is_pair ? minus[k * pitch + j] : std::conj(plus[k * pitch + j]);
+                }
             // The next lines to the cache while these are transformed.
             const Complex* next =
-                row + line_rows < count ? of_a + line_rows : scratch + (c / 2 + 1) * pair_size() + first;
+                row + line_rows < count ? plus + line_rows : scratch + (c / 2 + 1) * pair_size() + first;
             if (row + line_rows < count || c + 2 < arrays.size())
                 for (std::size_t k = 0; k < 2 * kept; ++k) __builtin_prefetch(next + k * pitch);
             row_backward(lines, block, line);
             const std::size_t at = row * nx;
             split_parts(line, lines * nx, arrays[c] + at, is_pair ? arrays[c + 1] + at : nullptr);
-            in_lines(is_pair ? lines : 0, [&](auto n, std::size_t j) {
-                if (scales[j] != 1.0) multiply(1.0 / scales[j], arrays[c + 1] + at + j * nx, n * nx);
-            });
         }
     }
 }
@@ -334,17 +388,21 @@ void Transform::Plans::forward_rows(std::span<const double* const> arrays, std::
     for (std::size_t c = 0; c < arrays.size(); c += 2) {
         const bool is_pair = c + 1 < arrays.size();
         for (std::size_t row = 0; row < count; row += line_rows) {
-            Complex* of_a = scratch + c / 2 * pair_size() + first + row;
-            Complex* of_b = of_a + kept * pitch;
-            const std::size_t lines = std::min(line_rows, count - row), at = row * nx;
-            for (std::size_t k = 0; k < 2 * kept; ++k) __builtin_prefetch(of_a + k * pitch, 1);
-            const double *a = arrays[c] + at, *b = is_pair ? arrays[c + 1] + at : nullptr;
-            const double scale = join_parts(a, b, lines * nx, line);
+            Complex* plus = scratch + c / 2 * pair_size() + first + row;
+            Complex* minus = plus + kept * pitch;
+            const std::size_t lines = std::min(line_rows, count - row);
+            for (std::size_t k = 0; k < 2 * kept; ++k) __builtin_prefetch(plus + k * pitch, 1);
+            const std::size_t at = row * nx;
+            join_parts(arrays[c] + at, is_pair ? arrays[c + 1] + at : nullptr, lines * nx, line);
             row_forward(lines, line, block);
-            in_lines(lines, [&](auto n, std::size_t j) {
-                if (is_pair) split_modes<n>(block + j * nx, nx, kept, scale, pitch, of_a + j, of_b + j);
-                else collect_modes<n>(block + j * nx, nx, kept, pitch, of_a + j);
-            });
+            if (lines == line_rows) {
+                for (std::size_t k = 0; k < kept; ++k) collect_line(block + k, nx, plus + k * pitch);
+                for (std::size_t k = 1; k < kept && is_pair; ++k) collect_line(block + nx - k, nx, minus + k * pitch);
+            } else
+                for (std::size_t j = 0; j < lines; ++j) {
+                    for (std::size_t k = 0; k < kept; ++k) plus[k * pitch + j] = block[j * nx + k];
+                    for (std::size_t k = 1; k < kept && is_pair; ++k) minus[k * pitch + j] = block[j * nx + nx - k];
+                }
         }
     }
 }
