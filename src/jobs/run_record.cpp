@@ -78,8 +78,10 @@ UnitResult encode(const RunResults& results) {
         for (const measure::Estimate& estimate : row.estimates) {
             numbers(estimate.mean);
             if (estimate.error) numbers(*estimate.error);
-            marks(static_cast<std::uint8_t>((estimate.error ? has_error : 0) | (estimate.is_direction ? is_angle : 0) |
-                                            (estimate.is_maximum ? is_largest : 0)),
+            const auto is = [&](measure::Averaging one) { return estimate.averaging == one; };
+            marks(static_cast<std::uint8_t>((estimate.error ? has_error : 0) |
+                                            (is(measure::Averaging::direction) ? is_angle : 0) |
+                                            (is(measure::Averaging::maximum) ? is_largest : 0)),
                   index_in(extents, {estimate.warm_up, estimate.samples, estimate.blocks}));
             if (row.axes.empty()) marks(index_in(reasons, estimate.why_no_error), estimate.autocorrelation_time);
         }
@@ -108,8 +110,8 @@ RunResults decode(const UnitResult& result) {
             measure::Estimate estimate{.mean = numbers.take<double>()};
             const auto kind = marks.take<std::uint8_t>();
             if ((kind & has_error) != 0) estimate.error = numbers.take<double>();
-            estimate.is_direction = (kind & is_angle) != 0;
-            estimate.is_maximum = (kind & is_largest) != 0;
+            if ((kind & is_angle) != 0) estimate.averaging = measure::Averaging::direction;
+            if ((kind & is_largest) != 0) estimate.averaging = measure::Averaging::maximum;
             const auto extent = marks.take<std::uint16_t>();
             const auto reason = row.axes.empty() ? marks.take<std::uint16_t>() : std::uint16_t{0};
             if (row.axes.empty()) estimate.autocorrelation_time = marks.take<double>();

@@ -38,7 +38,8 @@ void add_warnings(const SweepRow& row, bool finds_warm_up, SweepTable& table) {
         const std::string& name = table.names[column];
         if (measure::contradicts(result)) (result.chi_squared > 1.0 ? wide : narrow).push_back(name);
         // Components of a direction wander, and have no start to forget.
-        const bool wanders = result.mean.is_direction || name.ends_with("_x") || name.ends_with("_y");
+        const bool wanders =
+            result.mean.averaging == measure::Averaging::direction || name.ends_with("_x") || name.ends_with("_y");
         if (finds_warm_up && row.seeds > 1 && result.mean.error && result.without_error > 0 && !wanders)
             unknown.push_back(name);
     }

@@ -38,9 +38,7 @@ struct Observable {
     std::vector<Axis> axes;  ///< slowest first; none: a single number
     std::string formula;     ///< for people
     MeasureFunction<Moment> measure;
-    bool accumulates = false;   ///< counted since the start of the run: the summary takes the mean of its rate
-    bool is_direction = false;  ///< an angle [rad] of which 2 pi is none: the summary follows it beyond pi
-    bool is_maximum = false;    ///< the largest value since the start of the run: the summary takes the last one
+    Averaging averaging = Averaging::mean;
     Nature nature = Nature::number;
 };
 
@@ -50,8 +48,8 @@ using Observables = std::vector<Observable<Moment>>;
 /// Adds, and returns, the row of an observable that is one number.
 template <class Moment>
 Observable<Moment>& add(Observables<Moment>& rows, std::string name, std::string unit, std::string formula,
-                        std::type_identity_t<MeasureFunction<Moment>> function, bool accumulates = false) {
-    rows.push_back({std::move(name), std::move(unit), {}, std::move(formula), std::move(function), accumulates});
+                        std::type_identity_t<MeasureFunction<Moment>> function, Averaging averaging = Averaging::mean) {
+    rows.push_back({std::move(name), std::move(unit), {}, std::move(formula), std::move(function), averaging});
     return rows.back();
 }
 

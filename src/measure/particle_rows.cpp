@@ -38,9 +38,10 @@ auto work(double dem::EnergyBalance::*entry) {
 void add_rod_order(const ParticleSetting& setting, ParticleRows& rows) {
     add(rows, "rod_direction_mean_x", "1", "mean over the rods of n_x", rods(&RodMeans::order_x));
     add(rows, "rod_direction_mean_y", "1", "mean over the rods of n_y", rods(&RodMeans::order_y));
-    add(rows, "polar_order_direction", "rad", "direction of <n> from x, -pi to pi",
-        [](const ParticleMoment& moment) { return std::atan2(moment.rods.order_y, moment.rods.order_x); });
-    rows.back().is_direction = true;
+    add(
+        rows, "polar_order_direction", "rad", "direction of <n> from x, -pi to pi",
+        [](const ParticleMoment& moment) { return std::atan2(moment.rods.order_y, moment.rods.order_x); },
+        Averaging::direction);
     add(rows, "nematic_order", "1", "|<exp(2 i theta)>|, theta the direction of n of each rod",
         rods(&RodMeans::order_nematic));
     if (!setting.round) return;
@@ -192,19 +193,20 @@ void add_energy(ParticleRows& rows) {
     add(rows, "work_gravity", unit,
         "work of gravity and of the constant forces on bodies, forces.bead_x to forces.rod_y, since the start; without "
         "those forces minus the change of m g z (of the pairwise law less m a^2 h^2/2 in each step h of a body)",
-        work(&dem::EnergyBalance::gravity), true);
+        work(&dem::EnergyBalance::gravity), Averaging::rate);
     add(rows, "work_plates", unit,
         "work of base and lid since the start, and what bodies gain against gravity and forces where overlaps are "
         "removed",
-        work(&dem::EnergyBalance::plates), true);
+        work(&dem::EnergyBalance::plates), Averaging::rate);
     add(rows, "work_forces", unit, "work of torques, push, hold_beads and edits by a program since the start",
-        work(&dem::EnergyBalance::forces), true);
-    add(rows, "work_kicks", unit, "work of the kicks since the start", work(&dem::EnergyBalance::kicks), true);
+        work(&dem::EnergyBalance::forces), Averaging::rate);
+    add(rows, "work_kicks", unit, "work of the kicks since the start", work(&dem::EnergyBalance::kicks),
+        Averaging::rate);
     add(rows, "work_impact", unit,
         "work of impacts along the normals since the start, <= 0 for the laws that create no energy",
-        work(&dem::EnergyBalance::impact), true);
+        work(&dem::EnergyBalance::impact), Averaging::rate);
     add(rows, "work_friction", unit, "work of friction since the start, <= 0", work(&dem::EnergyBalance::friction),
-        true);
+        Averaging::rate);
 }
 
 /// Impacts since the start and the largest overlap.
@@ -226,7 +228,7 @@ void add_impact_counts(const ParticleSetting& setting, ParticleRows& rows) {
             [per_body, count](const ParticleMoment& moment) {
                 return per_body * static_cast<double>(moment.counts.*count);
             },
-            true);
+            Averaging::rate);
     };
     add_impacts("bead_bead", "bead with beads", beads, 2.0, &dem::Counts::bead_bead);
     if (beads > 0) add_impacts("rod_bead", "rod with beads", rods, 1.0, &dem::Counts::rod_bead);
@@ -240,14 +242,14 @@ void add_impact_counts(const ParticleSetting& setting, ParticleRows& rows) {
     add(
         rows, "impacts_unresolved", "1",
         "groups of contacts whose approach the group law did not end (its rest ended without rebound) since the start",
-        [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.unresolved); }, true);
+        [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.unresolved); }, Averaging::rate);
     add(
         rows, "impacts_limited", "1",
         "pairwise law: impulses since the start whose friction was reduced, or they would have created energy",
-        [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.limited); }, true);
-    add(rows, "overlap_largest", "1", "largest overlap of two bodies since the start, over the smaller radius",
-        [](const ParticleMoment& moment) { return moment.counts.overlap; });
-    rows.back().is_maximum = true;
+        [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.limited); }, Averaging::rate);
+    add(
+        rows, "overlap_largest", "1", "largest overlap of two bodies since the start, over the smaller radius",
+        [](const ParticleMoment& moment) { return moment.counts.overlap; }, Averaging::maximum);
 }
 
 std::vector<Quotient> quotients(const ParticleSetting& setting) {

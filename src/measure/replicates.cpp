@@ -64,7 +64,7 @@ Replicates combined(std::span<const Estimate> runs) {
         mean.warm_up = std::max(mean.warm_up, run.warm_up);
         mean.samples += run.samples;
         if (!run.why_no_error.empty()) mean.why_no_error = run.why_no_error;
-        if (!run.error && !run.is_maximum) ++result.without_error;
+        if (!run.error && run.averaging != Averaging::maximum) ++result.without_error;
     }
     mean.blocks = runs.size();
     if (!std::isfinite(mean.mean)) return result;
@@ -88,10 +88,10 @@ Replicates combined(std::span<const Estimate> runs) {
 
 Replicates combine(std::span<const Estimate> runs) {
     require(!runs.empty(), {}, "no runs to combine; expected at least one");
-    if (!runs.front().is_direction) return combined(runs);
+    if (runs.front().averaging != Averaging::direction) return combined(runs);
     Replicates result = combined(unwrapped(runs));
     result.mean.mean = std::remainder(result.mean.mean, turn);
-    result.mean.is_direction = true;
+    result.mean.averaging = Averaging::direction;
     constexpr double by_chance = 3.0, common = 0.9;  // n R^2 of random directions is larger in one of twenty cases
     const auto count = static_cast<double>(runs.size());
     if (const double sum = std::abs(resultant(runs)); sum * sum < by_chance * count && sum < common * count) {

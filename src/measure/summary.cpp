@@ -45,23 +45,23 @@ SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t 
     SummaryRow row{recorded.name, recorded.unit, "time mean: " + recorded.formula, recorded.axes, {}, recorded.nature};
     Samples samples = split(recorded, spacing, skip);
     for (std::size_t k = 0; k < samples.series.size(); ++k) {
-        if (recorded.is_direction) unwrap(samples.series[k]);
-        row.estimates.push_back(estimate_mean(samples, k));
-        double& mean = row.estimates.back().mean;
-        if (recorded.is_direction) mean = std::remainder(mean, 2.0 * std::numbers::pi);
-        row.estimates.back().is_direction = recorded.is_direction;
+        const bool is_direction = recorded.averaging == Averaging::direction;
+        if (is_direction) unwrap(samples.series[k]);
+        Estimate& estimate = row.estimates.emplace_back(estimate_mean(samples, k));
+        if (is_direction) estimate.mean = std::remainder(estimate.mean, 2.0 * std::numbers::pi);
+        estimate.averaging = recorded.averaging;
     }
     return row;
 }
 
 /// The last value of a running maximum.
 SummaryRow maximum_row(const RecordedSeries& recorded, double spacing, std::size_t skip) {
-    SummaryRow row{recorded.name, recorded.unit, recorded.formula, recorded.axes, {}};
+    SummaryRow row{recorded.name, recorded.unit, recorded.formula, recorded.axes, {}, recorded.nature};
     for (const std::vector<double>& values : split(recorded, spacing, skip).series)
         row.estimates.push_back({.mean = values.empty() ? nan : values.back(),
                                  .samples = values.size(),
                                  .why_no_error = "no error estimate: it is the largest value of the run",
-                                 .is_maximum = true});
+                                 .averaging = Averaging::maximum});
     return row;
 }
 
@@ -88,7 +88,6 @@ void take_memory(const RecordedSeries& product, const std::array<const RecordedS
     }
 }
 
-/// The mean rate of an observable that accumulates.
 SummaryRow rate_row(RecordedSeries series, double spacing, std::size_t skip) {
     series.values = rates(series.values, spacing);
     series.name += "_rate";
@@ -107,8 +106,11 @@ SummaryRow rate_row(RecordedSeries series, double spacing, std::size_t skip) {
 }
 
 SummaryRow row_of(const RecordedSeries& recorded, double spacing, std::size_t skip) {
-    if (recorded.is_maximum) return maximum_row(recorded, spacing, skip);
-    return recorded.accumulates ? rate_row(recorded, spacing, skip) : mean_row(recorded, spacing, skip);
+    switch (recorded.averaging) {
+        case Averaging::maximum: return maximum_row(recorded, spacing, skip);
+        case Averaging::rate: return rate_row(recorded, spacing, skip);
+        default: return mean_row(recorded, spacing, skip);
+    }
 }
 
 SummaryRow quotient_row(const Quotient& quotient, const RecordedSeries& sum, const RecordedSeries& weight,

@@ -15,16 +15,14 @@ namespace drover::measure {
 struct RecordedSeries {
     std::string name, unit, formula;
     std::vector<Axis> axes;  ///< slowest first
-    bool accumulates = false;
+    Averaging averaging = Averaging::mean;
     std::vector<double> values;  ///< [sample][size_of(axes)]
-    bool is_direction = false, is_maximum = false;
     Nature nature = Nature::number;
 };
 
 template <class Moment>
 RecordedSeries recorded_series(const Observable<Moment>& row, std::vector<double> values) {
-    return {row.name,          row.unit,         row.formula,    row.axes,  row.accumulates,
-            std::move(values), row.is_direction, row.is_maximum, row.nature};
+    return {row.name, row.unit, row.formula, row.axes, row.averaging, std::move(values), row.nature};
 }
 
 /// A mean whose weight changes from sample to sample or may be zero (no pair in a bin, no bead near a rod): the time
@@ -86,7 +84,7 @@ inline const SummaryRow* find_row(const Summary& summary, const std::string& nam
     return find_row(summary.rows, name);
 }
 
-/// Of a series that accumulates: (a[i + 1] - a[i])/spacing, one value fewer than samples.
+/// Of a count: (a[i + 1] - a[i])/spacing, one value fewer than samples.
 std::vector<double> rates(std::span<const double> accumulated, double spacing);
 
 }  // namespace drover::measure

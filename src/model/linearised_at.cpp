@@ -205,27 +205,29 @@ Symbol LinearisedAt::along_and_across(const Symbol& of_components, const Wavevec
     return equations_.compiled_->in_frame(of_components, q.x / size, q.y / size);
 }
 
-namespace {
-/// Those of one total order: see by_order.
-std::map<int, std::vector<LinearisedAt::Power>> by_order(const std::vector<LinearisedAt::Power>& powers) {
-    std::map<int, std::vector<LinearisedAt::Power>> parts;
-    for (const LinearisedAt::Power& power : powers) parts[power.x + power.y].push_back(power);
-    return parts;
+std::map<int, Eigen::MatrixXd> LinearisedAt::factors_by_order(double angle) const {
+    std::map<int, Eigen::MatrixXd> result;
+    for (const auto& [x, y, factors] : powers_)
+        result.try_emplace(x + y, Eigen::MatrixXd::Zero(factors.rows(), factors.cols())).first->second +=
+            std::pow(std::cos(angle), x) * std::pow(std::sin(angle), y) * factors;
+    return result;
 }
 
-Eigen::MatrixXd sizes_of(const CompiledEquations& c, const std::vector<LinearisedAt::Power>& powers) {
-    Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(c.components, c.components);
-    for (const LinearisedAt::Power& power : powers) sizes += power.factors.cwiseAbs();
-    return c.over_fields(sizes);
+std::map<int, Eigen::MatrixXd> LinearisedAt::sizes_by_order() const {
+    std::map<int, Eigen::MatrixXd> result;
+    for (const auto& [x, y, factors] : powers_)
+        result.try_emplace(x + y, Eigen::MatrixXd::Zero(factors.rows(), factors.cols())).first->second +=
+            equations_.compiled_->over_fields(factors.cwiseAbs());
+    return result;
 }
-}  // namespace
 
 bool LinearisedAt::is_isotropic() const {
-    const CompiledEquations& c = *equations_.compiled_;
-    const auto parts = by_order(powers_);
-    return std::all_of(parts.begin(), parts.end(), [&c](const auto& one) {
-        return c.is_same_in_all_directions([&](const Wavevector& q) { return sum_of(one.second, c.components, q); },
-                                           sizes_of(c, one.second));
+    const auto sizes = sizes_by_order();
+    return std::all_of(sizes.begin(), sizes.end(), [this](const auto& one) {
+        const auto factors = [&](const Wavevector& q) {
+            return Symbol(factors_by_order(std::atan2(q.y, q.x)).at(one.first).template cast<std::complex<double>>());
+        };
+        return equations_.compiled_->is_same_in_all_directions(factors, one.second);
     });
 }
 
@@ -234,17 +236,17 @@ bool LinearisedAt::is_mirrored() const {
     Eigen::VectorXd parity = Eigen::VectorXd::Ones(c.components);  // in the frame of the direction
     for (int k = 0; k < c.components; ++k) parity(k) = c.is_odd(k) ? -1.0 : 1.0;
     const double cosine = std::cos(direction()), sine = std::sin(direction());
-    for (const auto& [order, powers] : by_order(powers_)) {
-        const Eigen::MatrixXd rounding = 1e-12 * sizes_of(c, powers);
-        for (const double angle : some_angles) {
-            const auto at = [&](double from) {
-                return c.in_frame(sum_of(powers, c.components, wavevector(1.0, from)), cosine, sine);
+    const auto sizes = sizes_by_order();
+    return std::all_of(some_angles.begin(), some_angles.end(), [&](double angle) {
+        const auto ahead = factors_by_order(direction() + angle), mirrored = factors_by_order(direction() - angle);
+        return std::all_of(sizes.begin(), sizes.end(), [&](const auto& one) {
+            const auto in_frame = [&](const std::map<int, Eigen::MatrixXd>& factors) {
+                return c.in_frame(factors.at(one.first).template cast<std::complex<double>>(), cosine, sine);
             };
-            const Symbol difference = at(angle) - parity.asDiagonal() * at(-angle) * parity.asDiagonal();
-            if (!(difference.cwiseAbs().array() <= rounding.array()).all()) return false;
-        }
-    }
-    return true;
+            const Symbol difference = in_frame(ahead) - parity.asDiagonal() * in_frame(mirrored) * parity.asDiagonal();
+            return (difference.cwiseAbs().array() <= 1e-12 * one.second.array()).all();
+        });
+    });
 }
 
 }  // namespace drover::model

@@ -231,7 +231,8 @@ std::string report_text(const Report& report) {
     if (!summary.note.empty()) out += "\nnote: " + summary.note + "\n";
     const measure::SummaryRow* slowest = nullptr;  // the one that needs the longest run
     for (const measure::SummaryRow& row : summary.rows)
-        if (row.axes.empty() && !row.estimates.front().error && !row.estimates.front().is_maximum &&
+        if (row.axes.empty() && !row.estimates.front().error &&
+            row.estimates.front().averaging != measure::Averaging::maximum &&
             row.name != "energy_balance" &&  // rounding alone
             (slowest == nullptr ||
              row.estimates.front().autocorrelation_time > slowest->estimates.front().autocorrelation_time))

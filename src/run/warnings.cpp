@@ -349,19 +349,26 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
 }
 
 /// Means so far from the state of the exact linear part that the fields stand still: their step error cannot tell.
-void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene, std::vector<std::string>& warnings) {
-    const model::Equations equations = integrated_in_run(scene).equations;
-    model::UniformState means = equations.reference();
-    std::vector<std::string> far;
-    const std::vector<model::StateComponent> components = model::components_of_state(equations);
+void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene, const model::Equations& compiled,
+                    std::vector<std::string>& warnings) {
+    const std::vector<model::StateComponent> components = model::components_of_state(compiled);
+    model::UniformState means = compiled.reference();
+    const auto mean_of = [&](std::size_t c) -> double& {
+        return means[static_cast<std::size_t>(compiled.state_components()[c])];
+    };
     for (std::size_t c = 0; c < components.size(); ++c) {
         const std::vector<double> series = series_of(archive, "mean_" + components[c].name);
         if (series.empty() || !std::isfinite(series.back())) return;
-        double& mean = means[static_cast<std::size_t>(equations.state_components()[c])];
-        if (mean != series.back()) far.push_back(text("{} = {:.3g}", components[c].name, series.back()));
-        mean = series.back();
+        mean_of(c) = series.back();
     }
-    if (far.empty() || !stands_still(scene, equations, means)) return;
+    if (scene.initial.formulas.empty() && means == compiled.reference()) return;
+    const model::Equations equations = integrated_in_run(scene).equations;
+    if (!stands_still(scene, equations, means)) return;
+    std::vector<std::string> far;
+    for (std::size_t c = 0; c < components.size(); ++c)
+        if (mean_of(c) != equations.reference()[static_cast<std::size_t>(equations.state_components()[c])])
+            far.push_back(text("{} = {:.3g}", components[c].name, mean_of(c)));
+    if (far.empty()) return;
     warnings.push_back(
         text("a step of time.dt = {} makes less than half of the slow changes about the last means ({}): the exact "
              "linear part is that about other values, fast here, and the other terms nearly cancel it, which "
@@ -380,7 +387,7 @@ std::vector<std::string> field_warnings(const files::ArchiveReader& archive, con
     add_few_particles(archive, scene, what, warnings);
     add_step_error(archive, scene, what.equations.has_product_noise(), warnings);
     add_late_order(archive, scene, what, warnings);
-    add_standstill(archive, scene, warnings);
+    add_standstill(archive, scene, what.equations, warnings);
     return warnings;
 }
 

@@ -129,36 +129,6 @@ UniformEquations::Vector UniformEquations::relative(const Vector& f, const Vecto
     return (f.array() == 0.0).select(0.0, f.array().abs() / sizes.array());
 }
 
-namespace {
-/// Where q enters as often, the factors of (i q)^n at one angle, of all components.
-std::map<int, Eigen::MatrixXd> factors_by_order(const model::LinearisedAt& at, double angle) {
-    std::map<int, Eigen::MatrixXd> result;
-    for (const auto& [x, y, factors] : at.powers()) {
-        Eigen::MatrixXd& sum =
-            result.try_emplace(x + y, Eigen::MatrixXd::Zero(factors.rows(), factors.cols())).first->second;
-        sum += std::pow(std::cos(angle), x) * std::pow(std::sin(angle), y) * factors;
-    }
-    return result;
-}
-
-/// The largest factor of each order between the fields of two components, at any angle.
-std::map<int, Eigen::MatrixXd> sizes_by_order(const model::LinearisedAt& at,
-                                              const std::vector<model::PlacedField>& of) {
-    std::map<int, Eigen::MatrixXd> result;
-    const auto field = [&](Eigen::Index k) { return static_cast<Eigen::Index>(of[static_cast<std::size_t>(k)].first); };
-    for (const auto& [x, y, factors] : at.powers()) {
-        const Eigen::Index n = factors.rows();
-        Eigen::MatrixXd& sizes = result.try_emplace(x + y, Eigen::MatrixXd::Zero(n, n)).first->second;
-        Eigen::MatrixXd between = Eigen::MatrixXd::Zero(n, n);  // at the first components
-        for (Eigen::Index i = 0; i < n; ++i)
-            for (Eigen::Index k = 0; k < n; ++k) between(field(i), field(k)) += std::abs(factors(i, k));
-        for (Eigen::Index i = 0; i < n; ++i)
-            for (Eigen::Index k = 0; k < n; ++k) sizes(i, k) += between(field(i), field(k));
-    }
-    return result;
-}
-}  // namespace
-
 bool UniformEquations::commutes_with_turns() const {
     Numbers numbers;
     bool is_tested = false;
@@ -175,11 +145,22 @@ bool UniformEquations::commutes_with_turns() const {
         const model::UniformState there = turned_state(model(), state, angle);
         const std::optional<bool> is_same = are_turned(state, there, angle);
         if (!is_same) continue;
-        // Where rounding errors of the state alone make a difference, it tells nothing.
-        if (!*is_same && are_turned(state, turned_state(model(), there, -angle), 0.0).value_or(false)) return false;
+        if (!*is_same && is_well_conditioned(state, numbers)) return false;
         is_tested = is_tested || *is_same;
     }
     return is_tested;
+}
+
+/// False where rounding errors of a state alone make a difference, so that a comparison there tells nothing.
+bool UniformEquations::is_well_conditioned(const model::UniformState& state, Numbers& numbers) const {
+    constexpr int trials = 4;
+    constexpr double rounding = 1e-14;
+    for (int trial = 0; trial < trials; ++trial) {
+        model::UniformState nudged = state;
+        for (double& value : nudged) value *= 1.0 + rounding * numbers.between(-1.0, 1.0);
+        if (!are_turned(state, nudged, 0.0).value_or(false)) return false;
+    }
+    return true;
 }
 
 /// Whether the rates of the second state, and the linear parts about it, are those of the first turned; nothing where
@@ -222,15 +203,15 @@ bool UniformEquations::waves_are_turned(const model::LinearisedAt& from, const m
         turn.col(k) = Eigen::Map<const Vector>(column.data(), n);
     }
     const double rounding = rounding_of_slopes(model());
-    const std::map<int, Matrix> sizes = sizes_by_order(from, places_);
+    const std::map<int, Matrix> sizes = from.sizes_by_order();
     const auto sizes_of = [&](int order) -> Matrix {
         const auto found = sizes.find(order);
         return found != sizes.end() ? found->second : Matrix::Zero(n, n);
     };
     for (const double of_wave : {0.4, 1.9}) {
-        std::map<int, Matrix> missed = factors_by_order(to, of_wave + angle);
+        std::map<int, Matrix> missed = to.factors_by_order(of_wave + angle);
         for (auto& [order, factors] : missed) factors *= turn;
-        for (const auto& [order, factors] : factors_by_order(from, of_wave))
+        for (const auto& [order, factors] : from.factors_by_order(of_wave))
             missed.try_emplace(order, Matrix::Zero(n, n)).first->second -= turn * factors;
         for (const auto& [order, difference] : missed)
             if (!(difference.cwiseAbs().array() <= rounding * sizes_of(order).array()).all()) return false;

@@ -221,8 +221,9 @@ TEST(ParticleBalance, is_the_kinetic_energy_less_all_work) {
     EXPECT_EQ(scene("impacts_rod_bead"), 2.5);
     EXPECT_EQ(scene("impacts_rod_rod"), 7.0);
     for (const auto& row : particle_observables(scene.setting()))
-        EXPECT_EQ(row.accumulates, row.name.starts_with("impacts_") || row.name.starts_with("work_")) << row.name;
-    EXPECT_TRUE(find_row(particle_observables(scene.setting()), "overlap_largest")->is_maximum);
+        EXPECT_EQ(row.averaging == Averaging::rate, row.name.starts_with("impacts_") || row.name.starts_with("work_"))
+            << row.name;
+    EXPECT_TRUE(find_row(particle_observables(scene.setting()), "overlap_largest")->averaging == Averaging::maximum);
 }
 
 TEST(ParticleBalance, rates_are_differences_over_the_spacing) {

@@ -134,20 +134,20 @@ TEST(Replicates, directions_have_the_mean_direction_and_not_the_mean_of_their_nu
     for (const double by : away) {
         angles.push_back({.mean = by, .error = 0.03});
         directions.push_back({.mean = std::remainder(3.0 + by + 0.2, 2.0 * std::numbers::pi), .error = 0.03});
-        directions.back().is_direction = true;
+        directions.back().averaging = Averaging::direction;
     }
     const Replicates found = combine(directions), expected = combine(angles);
     EXPECT_NEAR(std::remainder(found.mean.mean - 3.2 - expected.mean.mean, 2.0 * std::numbers::pi), 0.0, 1e-14);
     EXPECT_LE(std::abs(found.mean.mean), std::numbers::pi);
     EXPECT_NEAR(*found.mean.error, *expected.mean.error, 1e-14);
-    EXPECT_TRUE(found.mean.is_direction);
+    EXPECT_EQ(found.mean.averaging, Averaging::direction);
 }
 
 TEST(Replicates, directions_without_a_common_one_have_no_error) {
     std::vector<Estimate> around;
     for (int i = 0; i < 12; ++i) {
         around.push_back({.mean = std::remainder(2.0 * std::numbers::pi * i / 12.0, 2.0 * std::numbers::pi)});
-        around.back().is_direction = true;
+        around.back().averaging = Averaging::direction;
     }
     const Replicates found = combine(around);
     EXPECT_FALSE(found.mean.error);
@@ -156,7 +156,7 @@ TEST(Replicates, directions_without_a_common_one_have_no_error) {
         std::vector<Estimate> alike;
         for (std::size_t i = 0; i < few; ++i) {
             alike.push_back({.mean = 3.1 + 0.01 * static_cast<double>(i)});
-            alike.back().is_direction = true;
+            alike.back().averaging = Averaging::direction;
         }
         EXPECT_TRUE(combine(alike).mean.error) << few;
     }

@@ -85,12 +85,12 @@ TEST(Summary, the_mean_of_a_direction_follows_its_turns) {
     // It drifts evenly from 3.0 to 3.6 rad, beyond pi: the mean is 3.3 rad, which is 3.3 - 2 pi.
     RecordedSeries direction{.name = "direction", .unit = "rad", .formula = {}, .axes = {}, .values = {}};
     for (int i = 0; i <= 60; ++i) direction.values.push_back(std::remainder(3.0 + 0.01 * i, 2.0 * std::numbers::pi));
-    for (const bool is_direction : {true, false}) {
-        direction.is_direction = is_direction;
+    for (const Averaging averaging : {Averaging::direction, Averaging::mean}) {
+        direction.averaging = averaging;
         Recorded recorded{.series = {direction}};
         recorded.warm_up = 0;
         const double mean = summarise(recorded).rows.front().estimates.front().mean;
-        if (is_direction) EXPECT_NEAR(mean, 3.3 - 2.0 * std::numbers::pi, 1e-12);  // rounding
+        if (averaging == Averaging::direction) EXPECT_NEAR(mean, 3.3 - 2.0 * std::numbers::pi, 1e-12);  // rounding
         else EXPECT_GT(std::abs(mean - (3.3 - 2.0 * std::numbers::pi)), 0.5);
     }
 }
@@ -246,8 +246,9 @@ ParticleSetting plain_setting() {
 }
 
 TEST(ParticleSummary, a_series_has_its_mean_and_an_accumulating_one_its_rate) {
-    std::vector<RecordedSeries> series{{.name = "polar_order", .unit = "1", .formula = ""},
-                                       {.name = "impacts_rod_plate", .unit = "1", .formula = "", .accumulates = true}};
+    std::vector<RecordedSeries> series{
+        {.name = "polar_order", .unit = "1", .formula = ""},
+        {.name = "impacts_rod_plate", .unit = "1", .formula = "", .averaging = Averaging::rate}};
     for (int i = 0; i < 4000; ++i) {
         series[0].values.push_back(0.5 + 0.1 * std::sin(12.9898 * i * i));  // all different, uncorrelated
         series[1].values.push_back(3.0 * i);
@@ -273,7 +274,7 @@ TEST(ParticleSummary, a_series_has_its_mean_and_an_accumulating_one_its_rate) {
 TEST(ParticleSummary, a_running_maximum_has_its_last_value_without_an_error) {
     Recorded recorded =
         particle_recording(plain_setting(),
-                           {{.name = "overlap_largest", .unit = "1", .formula = "", .is_maximum = true}});
+                           {{.name = "overlap_largest", .unit = "1", .formula = "", .averaging = Averaging::maximum}});
     for (int i = 0; i < 400; ++i) recorded.series[0].values.push_back(1.0 - 1.0 / (1.0 + i));
     recorded.warm_up = 0;
     const Summary summary = summarise(recorded);
@@ -291,7 +292,7 @@ TEST(ParticleSummary, a_running_maximum_has_its_last_value_without_an_error) {
 TEST(ParticleSummary, a_rate_of_nothing_that_happened_has_no_error) {
     Recorded recorded =
         particle_recording(plain_setting(),
-                           {{.name = "impacts_rod_rod", .unit = "1", .formula = "", .accumulates = true}});
+                           {{.name = "impacts_rod_rod", .unit = "1", .formula = "", .averaging = Averaging::rate}});
     recorded.series[0].values.assign(400, 0.0);
     recorded.spacing = 0.5;
     recorded.warm_up = 0;

@@ -54,6 +54,25 @@ TEST(StationaryStates, are_unchanged_by_the_solver_in_every_form) {
     EXPECT_GE(ordered, 16);
 }
 
+TEST(StationaryStates, with_coefficients_from_a_table_turn_freely) {
+    // The slopes of a table are differences of large numbers in some states, where they have rounding errors alone.
+    Model linear{.fields = {.bead_density = true, .bead_velocity = "dynamic"},
+                 .uniform = {.rod_density = 0.03, .bead_density = 1.0, .rod_area = 4.0, .bead_area = 0.5},
+                 .drag = {.coefficient = 1.0},
+                 .relaxation = {.saturation = 1.0},
+                 .weathercock = {.strength = 1.0}};
+    linear.table = {.bead_density = {0.4, 1.0, 1.6},
+                    .rod_density = {0.01, 0.05},
+                    .columns = {{"relaxation.rate", {{1.0, 1.0, 1.0, 1.0, 1.0, 1.0}, {}}},
+                                {"driving.strength", {{0.4, 0.4, 1.0, 1.0, 1.6, 1.6}, {}}}}};
+    Model curved = tabulated().model;
+    curved.force.kind = "none";
+    curved.orienting_field = {};
+    for (const Model& model : {linear, curved}) EXPECT_TRUE(theory::turns_freely(Equations(model).solver()));
+    curved.orienting_field = tabulated().model.orienting_field;
+    EXPECT_FALSE(theory::turns_freely(Equations(curved).solver()));
+}
+
 TEST(StationaryStates, in_a_weak_field_are_three_and_in_a_strong_one_one) {
     // p^3 - p = h: three real roots below h = 2/sqrt(27).
     Model model{.uniform = {.rod_density = 1.0}, .relaxation = {.rate = -1.0, .saturation = 1.0}};

@@ -12,6 +12,14 @@
 
 namespace drover::measure {
 
+/// How the samples of a run become one number.
+enum class Averaging {
+    mean,
+    rate,       ///< the mean rate of what is counted since the start of the run
+    direction,  ///< of an angle [rad] of which 2 pi is none, followed beyond pi
+    maximum     ///< the last of the largest values since the start: one run gives it no error
+};
+
 /// A mean over time with its standard error.
 struct Estimate {
     double mean = 0.0;
@@ -21,8 +29,7 @@ struct Estimate {
     std::size_t samples = 0;            ///< samples used
     std::size_t blocks = 0;         ///< used for the error: (mean - truth)/error is Student's t with blocks - 1 degrees
     std::string why_no_error = {};  ///< why there is no error, with the run length needed; else ""
-    bool is_direction = false;      ///< an angle [rad] of which 2 pi is none
-    bool is_maximum = false;        ///< the largest value of a run, instead of a mean: one run gives it no error
+    Averaging averaging = Averaging::mean;
 };
 
 using drover::Axis;

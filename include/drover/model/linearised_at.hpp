@@ -1,6 +1,7 @@
 // model/linearised_at.hpp: the linearisation of equations about one uniform state, as a polynomial in the wavevector.
 #pragma once
 #include <Eigen/Core>
+#include <map>
 #include <vector>
 
 #include "drover/model/equations.hpp"
@@ -77,6 +78,10 @@ public:
         Eigen::MatrixXd factors;
     };
     const std::vector<Power>& powers() const { return powers_; }
+    /// The factors of (i q)^n in whole(), for each n, of waves at an angle from the x axis.
+    std::map<int, Eigen::MatrixXd> factors_by_order(double angle) const;
+    /// For each n, the sum of the sizes of these factors in all directions, between the fields of two components.
+    std::map<int, Eigen::MatrixXd> sizes_by_order() const;
     /// Components with a rate or in a linear balance, in the order of the fields: those of factors().
     const std::vector<int>& members() const { return members_; }
     /// The members() of waves at an angle from the x axis, one column each: of a divergence-free field the part across.
