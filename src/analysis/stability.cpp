@@ -151,7 +151,8 @@ StabilityProblem stability_problem(const io::Scene& scene) {
     if (!found.why_incomplete.empty()) problem.footer.push_back("\nnote: " + found.why_incomplete);
     if (!is_own) add_slow_order(scene, problem);
     for (const auto& [name, why] : {std::pair{"no_state", found.why_none}, std::pair{"no_order", found.why_no_order},
-                                    std::pair{"incomplete", found.why_incomplete}})
+                                    std::pair{"incomplete", found.why_incomplete},
+                                    std::pair{"no_theory", found.why_none.empty() ? found.kink : ""}})
         problem.entries.push_back(run::data_only(run::words(name, "", why)));
     for (const theory::StationaryState& state : found.states)
         problem.states.push_back(analysed(scene, equations, state, problem.states.size() + 1));

@@ -337,6 +337,7 @@ void add_end_of_curve(const std::vector<TravellingState>& curve, const FollowedN
 /// The fields on the points of the scene, the same on every row.
 run::Frames frames_of(const io::Scene& scene, const std::vector<Point>& points) {
     run::Frames frames{.recording = run::frame_recording(scene), .rows = {}};
+    frames.recording.time_unit = "1";  // the number of the state
     const auto rows = static_cast<std::size_t>(scene.grid.ny);
     for (const Point& point : points) {
         std::vector<std::vector<double>>& frame = frames.rows.emplace_back();

@@ -12,7 +12,7 @@ using Kind = Formula::Kind;
 using NameWriter = std::function<std::string(const std::string&)>;
 
 /// How strongly the outermost operation of a text binds.
-enum LatexBinding { latex_sum, latex_product, latex_chain, latex_atom };
+enum LatexBinding { latex_sum, latex_product, latex_dot, latex_operation, latex_power, latex_atom };
 
 struct Typeset {
     std::string text;
@@ -42,15 +42,16 @@ public:
             case Kind::sum: return sum(f);
             case Kind::product: return product(f);
             case Kind::negative: return {"-" + enclosed(argument(0), latex_product), latex_sum};
-            case Kind::power: return {enclosed(argument(0), latex_atom) + "^{" + argument(1).text + "}"};
+            case Kind::power: return {enclosed(argument(0), latex_atom) + "^{" + argument(1).text + "}", latex_power};
             case Kind::dot:
             case Kind::double_dot:
-                return {enclosed(argument(0), latex_chain) + (f.kind == Kind::dot ? " \\cdot " : " : ") +
-                            enclosed(argument(1), latex_chain),
-                        latex_chain};
+                // "(grad p).w" needs parentheses, or it would be the gradient of p.w.
+                return {enclosed(argument(0), f.arguments[0].kind == Kind::operation ? latex_power : latex_dot) +
+                            (f.kind == Kind::dot ? " \\cdot " : " : ") + enclosed(argument(1), latex_dot),
+                        latex_dot};
             case Kind::norm: return {"\\left|" + argument(0).text + "\\right|"};
             case Kind::call: return call(f);
-            case Kind::operation: return {operation(f.name) + enclosed(argument(0), latex_chain), latex_chain};
+            case Kind::operation: return {operation(f.name) + enclosed(argument(0), latex_operation), latex_operation};
         }
         return {};
     }
@@ -77,15 +78,14 @@ private:
             }
             const bool minus = i == 0 && part.kind == Kind::negative;
             is_negative = is_negative || minus;
-            const std::string next = enclosed(of(minus ? part.arguments[0] : part), latex_chain);
+            const std::string next = enclosed(of(minus ? part.arguments[0] : part), latex_dot);
             written += (written.empty() ? "" : "\\, ") + next;
         }
         return {(is_negative ? "-" : "") + written, is_negative ? latex_sum : latex_product};
     }
     Typeset call(const Formula& f) const {
         if (f.name == "outer")
-            return {enclosed(of(f.arguments[0]), latex_chain) + " \\otimes " +
-                        enclosed(of(f.arguments[1]), latex_chain),
+            return {enclosed(of(f.arguments[0]), latex_dot) + " \\otimes " + enclosed(of(f.arguments[1]), latex_dot),
                     latex_product};
         if (f.name == "explicit") return of(f.arguments[0]);  // says how it is solved
         if (f.name == "sqrt") return {"\\sqrt{" + of(f.arguments[0]).text + "}"};

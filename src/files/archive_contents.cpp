@@ -126,8 +126,18 @@ Objects objects_of(hid_t file, const Hdf5Errors& errors) {
     return objects;
 }
 
+NamesOfReferences names_of_references(hid_t file, const std::vector<std::string>& datasets, const Hdf5Errors& errors) {
+    NamesOfReferences names;
+    for (const std::string& path : datasets) {
+        hobj_ref_t reference{};
+        errors.check(H5Rcreate(&reference, file, path.c_str(), H5R_OBJECT, -1), "reading the axes of " + path);
+        names.emplace(reference, last_name(path));
+    }
+    return names;
+}
+
 std::vector<std::string> axes_of(hid_t dataset, const std::string& path, std::size_t rank, std::uint64_t file_bytes,
-                                 const Hdf5Errors& errors) {
+                                 const NamesOfReferences& datasets, const Hdf5Errors& errors) {
     if (rank == 1 && is_axis(dataset, file_bytes, errors)) return {last_name(path)};
     if (H5Aexists(dataset, "DIMENSION_LIST") <= 0) return {};
     const std::string doing = "reading the axes of " + path;
@@ -140,11 +150,9 @@ std::vector<std::string> axes_of(hid_t dataset, const std::string& path, std::si
     errors.check(H5Aread(attribute, type, lists.data()), doing);
     std::vector<std::string> names;
     for (const hvl_t& list : lists) {
-        std::array<char, 256> name{};
         if (list.len != 1) continue;
-        const Handle axis = errors.own(H5Rdereference2(dataset, H5P_DEFAULT, H5R_OBJECT, list.p), H5Oclose, doing);
-        errors.check(H5Iget_name(axis, name.data(), name.size()), doing);
-        names.push_back(last_name(name.data()));
+        const auto found = datasets.find(*static_cast<const hobj_ref_t*>(list.p));
+        if (found != datasets.end()) names.push_back(found->second);
     }
     H5Dvlen_reclaim(type, space, H5P_DEFAULT, lists.data());
     return names;

@@ -1,6 +1,7 @@
 // files/archive_contents.hpp: the objects, attributes and axes in an HDF5 file that is not trusted.
 #pragma once
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,8 +28,12 @@ struct Objects {
 /// Rejects links, and a file with more than some thousand objects.
 Objects objects_of(hid_t file, const Hdf5Errors& errors);
 
+/// The datasets that references lead to, by their last names: HDF5 would walk through the file for each.
+using NamesOfReferences = std::map<hobj_ref_t, std::string>;
+NamesOfReferences names_of_references(hid_t file, const std::vector<std::string>& datasets, const Hdf5Errors& errors);
+
 /// The names of the dimension scales of a dataset: its own if it is one, one for each axis if it is sound.
 std::vector<std::string> axes_of(hid_t dataset, const std::string& path, std::size_t rank, std::uint64_t file_bytes,
-                                 const Hdf5Errors& errors);
+                                 const NamesOfReferences& datasets, const Hdf5Errors& errors);
 
 }  // namespace drover::files

@@ -289,12 +289,13 @@ Contents ArchiveReader::contents() const {
         const std::uint64_t length = view.hdf5->overlay->length;
         const Objects objects = objects_of(file, errors);
         Contents all{.groups = objects.groups, .arrays = {}, .attributes = attributes_of(file, length, errors)};
+        const NamesOfReferences names = names_of_references(file, objects.datasets, errors);
         for (const std::string& path : objects.datasets) {
             const Handle dataset = open_dataset(file, path, errors).id;
             const bool is_integer = check_type(dataset, path, errors);
             StoredArray array{.path = path, .shape = shape_of(dataset, path, errors), .is_integer = is_integer};
             check_inflation(dataset, array, errors);
-            array.axes = axes_of(dataset, path, array.shape.size(), length, errors);
+            array.axes = axes_of(dataset, path, array.shape.size(), length, names, errors);
             array.attributes = attributes_of(dataset, length, errors);
             all.arrays.push_back(std::move(array));
         }

@@ -120,8 +120,8 @@ std::vector<double> CompiledEquations::slots_at(const UniformState& at, bool wit
 }
 
 namespace {
-/// Whether a function vanishes where all derivatives of fields do.
-bool vanishes(const CompiledEquations& c, Expression value) {
+/// Whether a function vanishes where all derivatives of fields do.  One that is not defined there does not.
+bool vanishes(const CompiledEquations& c, Expression value) try {
     for (const int slot : slots_of(value)) {
         if (slot < first_atom || c.call_at(slot) != nullptr) continue;
         const LinearForm& form = c.atoms[static_cast<std::size_t>(slot - first_atom)];
@@ -129,6 +129,9 @@ bool vanishes(const CompiledEquations& c, Expression value) {
             value = bind(value, slot, 0.0);
     }
     return is_zero(value);
+} catch (const Error& error) {
+    if (error.fault() != Fault::input) throw;
+    return false;
 }
 }  // namespace
 

@@ -196,7 +196,16 @@ void SummandReader::check_product(const Summand& summand) const {
     const auto check = [&](bool holds, const char* what, const char* expected) {
         require(holds, summand.summary.where, "the term \"{}\" {}; expected {}", summand.summary.text, what, expected);
     };
-    constexpr const char *once = "noise as a factor, once", *apart = "noise as a summand of its own";
+    constexpr const char *once = "noise as a factor, once", *apart = "noise as a summand of its own",
+                         *not_linear = "is not proportional to its noise";
+    const auto without_noise = [&](Expression value, int slot) {
+        try {
+            return bind(value, slot, 0.0);
+        } catch (const Error&) {  // such as a quotient by the noise
+            check(false, not_linear, once);
+            throw;
+        }
+    };
     for (const Component& rate : summand.value.components) {
         for (const auto& [derivative, coefficient] : rate.linear)
             check(is_noise(derivative), "adds noise to what is none", apart);
@@ -214,12 +223,12 @@ void SummandReader::check_product(const Summand& summand) const {
                     std::all_of(form.begin(), form.end(), [this](const auto& e) { return is_noise(e.first); });
                 check(all, "adds noise to fields in a factor", once);
                 slots.insert(slot);
-                without = bind(without, slot, 0.0);
+                without = without_noise(without, slot);
             }
             check(drover::is_zero(without), "has noise and what is none", apart);
             for (const int slot : slots)
                 for (const int other : slots_of(derivative(value, slot, summand.summary.where)))
-                    check(!slots.contains(other), "is not proportional to its noise", once);
+                    check(!slots.contains(other), not_linear, once);
         }
     }
 }

@@ -126,7 +126,8 @@ std::string not_finite(const ProgramFunction& f, std::size_t size, std::span<con
     const std::size_t point = static_cast<std::size_t>(bad - values.begin()) % size;
     std::vector<std::string> at;
     for (std::size_t a = 0; a < arguments.size(); ++a)
-        if (arguments[a].values) at.push_back(text("{} = {:.6g}", f.written.arguments[a], arguments[a].values[point]));
+        if (const PointArgument& one = arguments[a]; one.values || f.arguments[a].kind == Argument::Kind::field)
+            at.push_back(text("{} = {:.6g}", f.written.arguments[a], one.values ? one.values[point] : one.number));
     return text("{} is {} at {}; expected finite numbers", f.name, *bad, joined(at));
 }
 

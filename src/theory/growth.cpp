@@ -28,7 +28,7 @@ std::pair<double, double> climbed(const model::LinearisedAt& at, std::pair<doubl
     const auto rate = [&](double log_q, double angle) {
         return growth_rate(at, std::exp(std::clamp(log_q, low, high)), angle);
     };
-    std::pair<double, double> found = numerics::climbed(rate, from, steps);
+    std::pair<double, double> found = numerics::climbed(rate, from, steps, {low, high});
     found.first = std::clamp(found.first, low, high);
     return rate(found.first, found.second) >= rate(from.first, from.second) ? found : from;
 }

@@ -193,8 +193,9 @@ std::vector<Instability> anisotropic_instabilities(const Landscape& land, const 
         if (quarter && (a == 0 || a == steps)) {
             add(numerics::refined_maximum(log_q, x, land.along(angle)), angle);  // symmetry keeps a wave at its angle
         } else if (rate(a) > rate(a - 1) && rate(a) >= (quarter && a + 1 == steps ? best.back().value : rate(a + 1))) {
-            auto [fine, turned] = numerics::climbed([&](double one, double other) { return land.at(one, other); },
-                                                    {x, angle}, {0.3 * (log_q[1] - log_q[0]), 0.3 * step_angle});
+            auto [fine, turned] =
+                numerics::climbed([&](double one, double other) { return land.at(one, other); }, {x, angle},
+                                  {0.3 * (log_q[1] - log_q[0]), 0.3 * step_angle}, {log_q.front(), log_q.back()});
             fine = std::clamp(fine, log_q.front(), log_q.back());
             if (land.at(fine, turned) <= best[static_cast<std::size_t>(a)].value) fine = x, turned = angle;
             // A maximum that moves to an end is already listed as that of the end.

@@ -352,25 +352,7 @@ SlowGrowth slow_growth(const LongWaves& waves, double angle) {
 }
 
 namespace {
-/// The largest difference between s and its expansion over q^2, at the q where it is smallest: at large q the next term
-/// of the series limits it, at small q rounding.
-double error_of(const model::LinearisedAt& at, double angle, const std::vector<SlowMode>& slow) {
-    double smallest = std::numeric_limits<double>::infinity();
-    for (double q = 1.0; q > 1e-6; q *= 0.2) {
-        const VectorXcd exact = mode_rates(at, at.wavevector(q, angle));
-        double largest = 0.0;
-        for (const SlowMode& mode : slow) {
-            if (std::isnan(mode.damping.real())) return not_a_number;
-            const Complex series = Complex(0.0, -q) * mode.speed - q * q * mode.damping;
-            largest = std::max(largest, (exact.array() - series).abs().minCoeff() / (q * q));
-        }
-        smallest = std::min(smallest, largest);
-    }
-    return smallest;
-}
-}  // namespace
 
-namespace {
 /// Waves of one direction as if along x, without the parts along q of divergence-free fields; `parts` has the others
 /// as columns, by members.
 Expansion along_one_direction(const model::LinearisedAt& at, double angle, const MatrixXd& parts) {
@@ -382,10 +364,16 @@ Expansion along_one_direction(const model::LinearisedAt& at, double angle, const
         fields.push_back(fields_of_members(at)[static_cast<std::size_t>(member)]);
     }
     return {.factors = [&at, parts, c, s](int x, int y) -> MatrixXd {
-                MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows());
-                for (int n = 0; n <= x && y == 0; ++n)
-                    sum += std::pow(c, n) * std::pow(s, x - n) * factors_of(at, n, x - n);
-                return parts.transpose() * sum * parts;
+                MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows()), sizes = sum;
+                for (int n = 0; n <= x && y == 0; ++n) {
+                    const MatrixXd summand = std::pow(c, n) * std::pow(s, x - n) * factors_of(at, n, x - n);
+                    sum += summand;
+                    sizes += summand.cwiseAbs();
+                }
+                constexpr double rounding = 1e-14;  // of parts along q that cancel
+                const MatrixXd result = parts.transpose() * sum * parts,
+                               size = parts.transpose().cwiseAbs() * sizes * parts.cwiseAbs();
+                return (result.array().abs() <= rounding * size.array()).select(0.0, result);
             },
             .mass_density = parts.transpose().cwiseAbs2() * at.mass_density()(at.members()),
             .fields = fields};
@@ -412,7 +400,6 @@ SlowModes slow_modes(const model::LinearisedAt& at, double angle) {
         if (std::abs(a.speed.real() - b.speed.real()) > 1e-9 * fastest) return a.speed.real() < b.speed.real();
         return a.damping.real() < b.damping.real();
     });
-    result.error = error_of(at, angle, result.modes);
     return result;
 }
 

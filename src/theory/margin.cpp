@@ -104,7 +104,7 @@ public:
         if (!std::isfinite(best.value)) return best.value < 0.0 ? best : lowest;
         std::pair<double, double> place{std::log(best.q), best.angle};
         const auto rate = [&](double x, double angle) { return -wave(x, angle).value; };
-        if (angles > 1) place = numerics::climbed(rate, place, {step, step_angle});
+        if (angles > 1) place = numerics::climbed(rate, place, {step, step_angle}, {log_q.front(), log_q.back()});
         const double fine =
             numerics::refined_maximum(log_q, place.first, [&](double x) { return rate(x, place.second); });
         for (const Margin& refined : {wave(place.first, place.second), wave(fine, place.second)})

@@ -120,6 +120,29 @@ Attempt cleaned(const UniformEquations& equations, const Attempt& root) {
     return without_rounding(equations, is_rounding ? clean : root);
 }
 
+/// Whether a state has small rates only because it is large, such as s = 10^12 of 1 - s + sqrt(s^2 + 1): its equations
+/// do not place it, and it is not stationary when what they do not place is made smaller.  Of a family, others are.
+bool is_far_away(const UniformEquations& equations, const Attempt& root) {
+    const Matrix j = equations.jacobian(root.z);
+    const Vector scale = row_scales(equations, j),
+                 rounding = std::numeric_limits<double>::epsilon() * equations.sizes(root.z, j).cwiseProduct(scale);
+    const auto [left, values, right] = numerics::dense_svd(Matrix(scale.asDiagonal() * j));
+    const Vector of_mode = (left.leftCols(values.size()).cwiseAbs().transpose() * rounding).cwiseQuotient(values),
+                 shift = right.leftCols(values.size()).cwiseAbs() * of_mode;  // infinite or NaN: anywhere
+    const auto largest_rate = [&](double factor) {
+        Vector z = root.z;
+        for (Eigen::Index k = 0; k < z.size(); ++k)
+            if (!(shift(k) <= 1e-6 * std::abs(z(k)))) z(k) *= factor;
+        return equations.relative(z, equations.jacobian(z)).maxCoeff();
+    };
+    constexpr double near = 0.01;
+    if (largest_rate(1.0 + near) > 10.0 * accepted_residual && largest_rate(1.0 - near) > 10.0 * accepted_residual)
+        return false;  // a root of several roots in one
+    for (double factor = 0.1; factor > 1e-18; factor *= 0.1)
+        if (largest_rate(factor) > 1e-9) return true;
+    return false;
+}
+
 bool equal_states(const UniformEquations& equations, const Vector& a, const Vector& b) {
     const Vector sizes = field_sizes(equations, a).cwiseMax(field_sizes(equations, b));
     return ((a - b).cwiseAbs().array() <= 1e-6 * sizes.array() + 1e-12).all();
@@ -162,7 +185,7 @@ Matrix neutral_changes(const UniformEquations& equations, const Vector& z) {
 
 /// The stationary state near a point beside another one, if it is a member of a family as well.
 std::optional<Vector> member_near(const UniformEquations& equations, const Vector& from, const Vector& step) {
-    const Attempt next = newton(equations, from + step);
+    const Attempt next = cleaned(equations, newton(equations, from + step));
     if (!next.is_root() || (next.z - from - step).norm() > 0.5 * step.norm()) return {};
     return next.z;
 }
@@ -232,6 +255,7 @@ private:
         if (root.residual < nearest_.residual) nearest_ = root;
         if (!root.is_root()) return;
         if (equations_.turns_freely()) root.z = turned_along_x(equations_, root.z);
+        if (is_far_away(equations_, root)) return;
         for (const Root& other : roots_) {
             if (turned_copies(equations_, root.z, other.at.z)) return;
             if (other.is_of_family && are_connected(equations_, root.z, other.at.z)) return;
@@ -359,9 +383,7 @@ std::vector<Vector> changes_of_sign(const UniformEquations& equations, const std
 double order_of(const model::Model& model, const model::UniformState& state) {
     return std::sqrt(squared_order(model, state));
 }
-}  // namespace
 
-namespace {
 /// From these states, or by the whole search.
 StationaryStates found_states(const model::Equations& equations, const model::UniformState& means,
                               const std::vector<model::UniformState>* guesses) {
@@ -438,10 +460,6 @@ StationaryStates stationary_states(const model::Equations& equations, const mode
 StationaryStates stationary_states_near(const model::Equations& equations, const model::UniformState& means,
                                         const std::vector<model::UniformState>& guesses) {
     return found_states(equations, means, &guesses);
-}
-
-bool turns_freely(const model::Equations& equations) {
-    return UniformEquations(equations, equations.reference()).turns_freely();
 }
 
 const StationaryState* nearest_state(const StationaryStates& found, const model::Model& model,

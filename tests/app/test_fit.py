@@ -44,6 +44,13 @@ def test_a_linear_run_gives_its_coefficients_back_from_other_starting_values(lin
     assert result["waves"] == 15  # the mean, and half of the 28 integer vectors up to 3
 
 
+def test_a_conserved_field_alone_gives_its_coefficients_back(tmp_path):
+    drover(tmp_path, "run", str(MODELS / "model-b.toml"), "--quiet", "-o", "b.h5", *overrides(
+        {"coefficients.u": 0.0, "grid.nx": 32, "grid.ny": 32, "output.frame_every": 1, "time.end": 5000}))
+    found, _ = found_in(tmp_path, "b.h5", "coefficients.r")
+    assert abs(found["coefficients.r"]["value"] - 0.1) < 3.5 * found["coefficients.r"]["error"] < 0.1
+
+
 def test_more_waves_and_more_frames_give_smaller_errors(linear):
     errors = [found_in(linear, "linear.h5", "relaxation.rate", "elasticity.stiffness", *words)[0] for words in
               (["--max-wavenumber", "1.1"], ["--max-wavenumber", "2.1"], ["--max-wavenumber", "2.1", "--to", "250"])]

@@ -71,6 +71,7 @@ def test_a_plane_wave_has_its_exact_speed_amplitude_and_stability(tmp_path):
         assert rate["rate"] == pytest.approx(one.real, rel=1e-7)
     with h5py.File(tmp_path / "wave.h5") as archive:
         real, imaginary = archive["real"][0], archive["imaginary"][0]
+        assert archive["time"].attrs["units"] == b"1"  # the number of the state
     assert real.shape == (4, 64) and np.abs(np.hypot(real, imaginary) - amplitude).max() < 1e-11
     # A run that starts from the frame goes on with it: after 2 s the wave has moved by 2 speeds.
     line = next(line for line in GINZBURG_LANDAU.splitlines() if line.startswith("initial"))

@@ -125,6 +125,18 @@ def test_a_nonlinear_function_is_linearised_about_the_ordered_state():
     assert any("by differences" in note for note in functions.check())
 
 
+@pytest.mark.parametrize("size", [lambda rods, order: order, lambda rods, order: order * np.sqrt(rods)],
+                         ids=["kink at 0", "no value below 0"])
+def test_a_function_of_the_size_of_order_keeps_its_direction_free(size):
+    # Slopes by differences are far off where fields are large, and a density below 0 has no root.
+    quick = scene_of(**{"relaxation.rate": -0.5, "stability.wavenumbers": 8, "stability.angles": 3,
+                        "stability.frequencies": 5})
+    functions = quick.term("order", lambda rod_density, order_x, order_y: tuple(
+        -size(rod_density, np.hypot(order_x, order_y)) * p for p in (order_x, order_y)))
+    ordered = [state for state in functions.stability().values["states"] if state["name"] == "ordered"]
+    assert len(ordered) == 1 and ordered[0]["free_direction"]
+
+
 def test_a_function_that_is_not_smooth_is_flagged():
     scene = scene_of().term("order", lambda order_x: (np.where(order_x > 0, 1.0, -0.5) * order_x, 0.0), degree=None)
     assert "not smooth" in " ".join(scene.stability().text.split())

@@ -187,6 +187,27 @@ def test_a_model_shows_its_equations():
     assert model.terms[0] == ("rho", "-div(rho v)") and model.components == ("rho", "v_x", "v_y")
 
 
+@pytest.mark.parametrize("one, other", [
+    ("(s^2)^3", "s^(2^3)"), ("grad p.w", "(grad p).w"), ("div Q.p", "(div Q).p")])
+def test_formulas_that_differ_are_shown_differently(one, other):
+    def shown(term):
+        rank = 1 if term.startswith(("grad", "(grad")) else 0
+        scalar, vector = ("", f" + {term}") if rank else (f" + {term}", "")
+        return Model([Field("s", "-s" + scalar), Field("p", "-p" + vector, spin=1), Field("w", "-w", spin=1),
+                      Field("Q", "-Q", spin=2)]).latex
+    assert shown(one) != shown(other)
+    assert "}^{" not in shown("(s^2)^3").replace("\\right)^{", "")  # no double superscript
+
+
+def test_a_quotient_by_a_derivative_is_a_term():
+    # (lap s)^2/lap s is lap s: of a wave that decays by exp(-q^2 t), no zero of which is a point of the grid.
+    run = Model([Field("s", "(lap s)^2/lap s")]).start(16, 2 * np.pi, dt=1e-3, method="etdrk4-krogstad")
+    wave = np.cos(run.fields.x.values + 0.1)[None, :] * np.ones((16, 1))
+    assert np.abs(run.set(s=wave).advance(0.2).fields.s.values / (wave * np.exp(-0.2)) - 1).max() < 1e-11
+    for term in ("p.grad s/|grad s|", "s^2/(curl p)^2", "log(lap s)"):  # undefined without gradients
+        Model([Field("s", f"-s + {term}"), Field("p", "-p", spin=1)])
+
+
 def test_a_word_that_an_equation_does_not_know_is_an_operator_or_a_coefficient_to_be_given():
     for equation in ("laplace u", "-decay u"):
         with pytest.raises(drover.Error, match="expected one of .* an operator such as grad or lap, a function, or a "

@@ -115,6 +115,19 @@ D = 1
 """
 
 
+@pytest.mark.parametrize("term", ["s/xi", "log(xi)", "xi^2/xi"])
+def test_noise_in_a_divisor_is_rejected_at_its_place(term):
+    with pytest.raises(library.Error, match=r"s\.equation:1:4: .*is not proportional to its noise"):
+        library.Model([library.Field("s", f"-s + {term}")], noises=[library.Noise("xi")])
+
+
+def test_noise_without_a_value_in_a_state_is_said():
+    model = library.Model([library.Field("s", "-s + lap s + sqrt(s) xi")], noises=[library.Noise("xi")])
+    assert model.structure_factors([1.0], state={"s": 0.5}).item() == pytest.approx(0.5 / 4)  # s/(2 (1 + q^2))
+    with pytest.raises(library.Error, match=r"sqrt\(s\) xi.*is nan in the uniform state"):
+        model.structure_factors([1.0], state={"s": -0.5})
+
+
 @pytest.mark.parametrize("density", [40.0, 1.0])
 def test_a_density_of_few_particles_for_each_mode_is_said(tmp_path, density):
     """Fluctuations of independent particles: c0 area/modes = 5.2 c0 for 7 by 7 modes in a cell of 256."""

@@ -145,5 +145,12 @@ TEST(DenseMatrices, in_other_units_have_the_same_exponential) {
     EXPECT_LT((u.cwiseInverse().asDiagonal() * found * u.asDiagonal() - expected).norm(), rounding * expected.norm());
 }
 
+TEST(DenseMatrices, without_rows_have_no_exponential_and_no_scales) {  // as at q = 0 of fields that are conserved
+    const Eigen::MatrixXcd none(0, 0);
+    EXPECT_EQ(exponential(none).size(), 0);
+    EXPECT_EQ(balanced(none).size(), 0);
+    EXPECT_EQ(even_scales(none).rows.size(), 0);
+}
+
 }  // namespace
 }  // namespace drover::numerics::dense_tests

@@ -2,7 +2,9 @@
 #pragma once
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -29,6 +31,22 @@ inline model::LinearisedAt about(const model::Model& model, std::size_t state = 
     const StationaryStates found = stationary_states(equations);
     EXPECT_LT(state, found.states.size()) << found.why_none;
     return {equations, found.states.at(state).values};
+}
+
+/// The largest error of a damping: the difference between s and its expansion over q^2, at the q where it is smallest;
+/// at large q the next term of the series limits it, at small q rounding.
+inline double damping_error(const model::LinearisedAt& at, double angle, const std::vector<SlowMode>& slow) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (double q = 1.0; q > 1e-6; q *= 0.2) {
+        const Eigen::VectorXcd exact = mode_rates(at, at.wavevector(q, angle));
+        double largest = 0.0;
+        for (const SlowMode& mode : slow) {
+            const Complex series = Complex(0.0, -q) * mode.speed - q * q * mode.damping;
+            largest = std::max(largest, (exact.array() - series).abs().minCoeff() / (q * q));
+        }
+        smallest = std::min(smallest, largest);
+    }
+    return smallest;
 }
 
 inline std::vector<std::string> names(const StationaryStates& found) {

@@ -160,6 +160,52 @@ TEST(ModelStates, keep_the_sum_of_densities_that_turn_into_each_other) {
                 1e-14);  // not the sum's 0
 }
 
+TEST(ModelStates, are_none_where_rates_are_small_for_large_values_alone) {
+    // Rates that tend to 0 or to a number while their terms grow: 10^12 is no root of 1 - s + sqrt(s^2 + 1) > 1.
+    for (const char* rate :
+         {"1 - s + sqrt(s^2 + 1)", "1 - s + s^2/(1 + s)", "0.5 - s + sqrt(s^2 + 0.01)", "exp(-s)", "tanh(s) - 1"}) {
+        const model::Equations equations(model::Model{.fields = {scalar("s", std::string(rate) + " + lap s")}});
+        EXPECT_EQ(names(stationary_states(equations)), std::vector<std::string>{}) << rate;
+    }
+    const model::Equations kink(model::Model{.fields = {scalar("s", "-s + 0.5 + abs(s - 1) + lap s")}});
+    const StationaryStates found = stationary_states(kink);
+    ASSERT_EQ(found.states.size(), 1u);
+    EXPECT_NEAR(found.states[0].values[0], 0.75, 1e-15);
+    // Roots that coincide are placed by what they are beside each other: to the root, or the cube root, of rounding.
+    for (const char* rate : {"-(s - 3)^2", "-(s - 3)^3"}) {
+        const model::Equations multiple(model::Model{.fields = {scalar("s", std::string(rate) + " + lap s")}});
+        const StationaryStates roots = stationary_states(multiple);
+        ASSERT_FALSE(roots.states.empty()) << rate;
+        for (const StationaryState& state : roots.states) EXPECT_NEAR(state.values[0], 3.0, 3e-4) << rate;
+    }
+}
+
+TEST(ModelStates, of_an_epidemic_that_ends_are_one_family) {
+    // Any number that was never infected, with none infected: the sum is 1.2.
+    model::Model model{.fields = {scalar("S", "-b S I + lap S"), scalar("I", "b S I - g I + lap I"),
+                                  scalar("R", "g I + lap R")},
+                       .coefficients = {{"b", 0.5}, {"g", 0.2}}};
+    model.fields[0].reference = 1.0, model.fields[1].reference = model.fields[2].reference = 0.1;
+    const StationaryStates found = stationary_states(model::Equations(model));
+    ASSERT_EQ(found.states.size(), 1u) << testing::PrintToString(names(found));
+    EXPECT_TRUE(found.states[0].is_of_family);
+    EXPECT_EQ(found.why_incomplete, "");
+}
+
+TEST(ModelStates, of_functions_with_a_narrow_domain_are_found_in_it) {
+    // The gain of order exists for densities within 0.001 of the reference.
+    model::Model model{
+        .fields = {scalar("n", "lap n"), spin(1, "p", "(1 + sqrt(1e-6 - (n - 1)^2)) p - p.p p + lap p")}};
+    model.fields[0].reference = 1.0;
+    const model::Equations equations(model);
+    EXPECT_TRUE(turns_freely(equations));
+    EXPECT_EQ(conserved_means(equations).rows(), 1);
+    const StationaryStates found = stationary_states(equations);
+    ASSERT_EQ(found.states.size(), 2u) << found.why_none;
+    EXPECT_NEAR(found.states[1].values[1], std::sqrt(1.001), 1e-14);
+    EXPECT_TRUE(found.states[1].has_free_direction);
+}
+
 TEST(ModelStates, have_the_conserved_means_that_are_asked_for) {
     // An order that begins above a density of 1.
     model::Model model{.fields = {scalar("n", "-div(n p)"), spin(1, "p", "(n - 1 - p.p) p + lap p - grad n")}};

@@ -227,8 +227,7 @@ SlowGrowth slow_growth(const LongWaves& waves, double angle);
 
 struct SlowModes {
     std::vector<SlowMode> modes;  ///< by speed, then by damping; shapes of all components
-    double error = 0.0;  ///< largest error of a damping: from the eigenvalues at a small q; NaN with a defective speed
-    std::string why_none;  ///< as LongWaves
+    std::string why_none;         ///< as LongWaves
 };
 /// angle: from the direction of the state [rad].
 SlowModes slow_modes(const model::LinearisedAt& at, double angle = 0.0);

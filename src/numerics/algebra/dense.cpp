@@ -39,14 +39,18 @@ Scales even_scales(const MatrixXcd& a) {
         return largest > 0.0 && std::isfinite(largest) ? std::exp2(-std::round(0.5 * std::log2(largest))) : 1.0;
     };
     constexpr int rounds = 8;  // each halves the exponents
-    for (int round = 0; round < rounds; ++round) {
+    bool changes = a.size() > 0;
+    for (int round = 0; changes && round < rounds; ++round) {
+        changes = false;
         for (Eigen::Index i = 0; i < a.rows(); ++i) {
             const double factor = power(size.row(i).maxCoeff());
             size.row(i) *= factor, result.rows(i) *= factor;
+            changes = changes || factor != 1.0;
         }
         for (Eigen::Index k = 0; k < a.cols(); ++k) {
             const double factor = power(size.col(k).maxCoeff());
             size.col(k) *= factor, result.columns(k) *= factor;
+            changes = changes || factor != 1.0;
         }
     }
     return result;
@@ -109,6 +113,7 @@ VectorXcd eigenvalues_of(const typename Solver::MatrixType& a) {
 }  // namespace
 
 Eigen::VectorXd balance(const Eigen::MatrixXcd& a) {
+    if (a.rows() == 0) return {};
     Eigen::ArrayXXd size = a.real().array().abs() + a.imag().array().abs();
     const double largest = size.matrix().diagonal().maxCoeff();
     size.matrix().diagonal().setZero();

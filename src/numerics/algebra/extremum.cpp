@@ -16,7 +16,7 @@ std::vector<double> even_logarithms(double min, double max, int count) {
 }
 
 std::pair<double, double> climbed(const std::function<double(double, double)>& function, std::pair<double, double> from,
-                                  std::pair<double, double> steps) {
+                                  std::pair<double, double> steps, std::pair<double, double> range) {
     using Function = std::function<double(double, double)>;
     gsl_multimin_function downhill{.f =
                                        [](const gsl_vector* v, void* f) {
@@ -36,9 +36,17 @@ std::pair<double, double> climbed(const std::function<double(double, double)>& f
     const std::unique_ptr<gsl_multimin_fminimizer, void (*)(gsl_multimin_fminimizer*)> simplex(
         gsl_multimin_fminimizer_alloc(gsl_multimin_fminimizer_nmsimplex2, 2), gsl_multimin_fminimizer_free);
     gsl_multimin_fminimizer_set(simplex.get(), &downhill, start.get(), first_steps.get());
-    for (int i = 0; i < 400; ++i)
+    constexpr int max_steps = 400, max_without_gain = 30;
+    constexpr double beyond = 2.0;  // whence the simplex may come back
+    double best = simplex->fval;
+    for (int i = 0, without_gain = 0; i < max_steps && without_gain < max_without_gain; ++i) {
         if (gsl_multimin_fminimizer_iterate(simplex.get()) != 0 || gsl_multimin_fminimizer_size(simplex.get()) < 1e-8)
             break;
+        const double x = gsl_vector_get(simplex->x, 0);
+        if (x < range.first - beyond || x > range.second + beyond) break;
+        without_gain = simplex->fval < best ? 0 : without_gain + 1;
+        best = simplex->fval;
+    }
     return {gsl_vector_get(simplex->x, 0), gsl_vector_get(simplex->x, 1)};
 }
 

@@ -64,9 +64,9 @@ double boundary_between(double low, double high, double precision, Holds holds) 
 }
 
 /// Climbs from a place to the nearest maximum of a function of two variables, by the simplex of Nelder and Mead with
-/// these first steps.
+/// these first steps.  Ends where nothing more is gained, and soon after the first variable has left `range`.
 std::pair<double, double> climbed(const std::function<double(double, double)>& function, std::pair<double, double> from,
-                                  std::pair<double, double> steps);
+                                  std::pair<double, double> steps, std::pair<double, double> range);
 
 /// y = at_zero + slope x.
 struct Line {
