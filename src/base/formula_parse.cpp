@@ -150,7 +150,7 @@ private:
             operand_in_parentheses_ = true;
             return raised(std::move(result));
         }
-        const bool is_link = std::exchange(in_chain_, false);
+        const bool is_link = in_chain_;  // so is an operator that it applies to
         if (!starts_operand(next())) fail(text("the operand of {}", name));
         Formula operand = is_link ? link() : chain();
         if (operand.kind == Kind::power)

@@ -150,11 +150,11 @@ std::vector<std::string> axes_of(hid_t dataset, const std::string& path, std::si
     errors.check(H5Aread(attribute, type, lists.data()), doing);
     std::vector<std::string> names;
     for (const hvl_t& list : lists) {
-        if (list.len != 1) continue;
-        const auto found = datasets.find(*static_cast<const hobj_ref_t*>(list.p));
+        const auto found = list.len == 1 ? datasets.find(*static_cast<const hobj_ref_t*>(list.p)) : datasets.end();
         if (found != datasets.end()) names.push_back(found->second);
     }
     H5Dvlen_reclaim(type, space, H5P_DEFAULT, lists.data());
+    if (names.size() != rank) return {};
     return names;
 }
 

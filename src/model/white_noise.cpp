@@ -62,14 +62,9 @@ Symbol CompiledEquations::product_symbol(const UniformState& uniform, const Wave
                 for (const PointFunction& function : term.rows[k].functions)
                     for (const PointFunction::Slope& slope : function.slopes) {
                         const LinearForm& form = driven.atoms[static_cast<std::size_t>(slope.slot - first_atom)];
-                        if (std::none_of(form.begin(), form.end(),
-                                         [&](const auto& e) { return e.first.component >= components; }))
-                            continue;
-                        const double strength = driven.limit_at(slope.value, slots);
-                        require(std::isfinite(strength), term.summary.where,
-                                "the noise \"{}\" is {} in the uniform state; expected a finite number",
-                                term.summary.text, strength);
-                        add(k, form, function.order, strength);
+                        if (std::any_of(form.begin(), form.end(),
+                                        [&](const auto& e) { return e.first.component >= components; }))
+                            add(k, form, function.order, driven.limit_at(slope.value, slots));
                     }
             }
         }

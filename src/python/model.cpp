@@ -179,6 +179,8 @@ void bind_model(py::module_& module) {
                              "{}; expected a state in which all modes decay, where the noise is balanced",
                              found.why_none);
                      matrices.push_back(found.matrix(e.state_components(), e.state_components()));
+                     require(matrices.back().allFinite(), {},
+                             "the noise of the model is not finite in this uniform state; expected another state");
                  }
                  return matrices;
              })

@@ -352,7 +352,6 @@ SlowGrowth slow_growth(const LongWaves& waves, double angle) {
 }
 
 namespace {
-
 /// Waves of one direction as if along x, without the parts along q of divergence-free fields; `parts` has the others
 /// as columns, by members.
 Expansion along_one_direction(const model::LinearisedAt& at, double angle, const MatrixXd& parts) {

@@ -120,26 +120,27 @@ Attempt cleaned(const UniformEquations& equations, const Attempt& root) {
     return without_rounding(equations, is_rounding ? clean : root);
 }
 
-/// Whether a state has small rates only because it is large, such as s = 10^12 of 1 - s + sqrt(s^2 + 1): its equations
-/// do not place it, and it is not stationary when what they do not place is made smaller.  Of a family, others are.
+/// Whether a state has small rates only beside large terms, such as s = 10^12 of 1 - s + sqrt(s^2 + 1): its equations
+/// do not place it, and where what they do not place is made smaller, the rates stay, and the terms do not.
 bool is_far_away(const UniformEquations& equations, const Attempt& root) {
     const Matrix j = equations.jacobian(root.z);
-    const Vector scale = row_scales(equations, j),
-                 rounding = std::numeric_limits<double>::epsilon() * equations.sizes(root.z, j).cwiseProduct(scale);
+    constexpr double epsilon = std::numeric_limits<double>::epsilon(), near = 0.01, not_small = 1e-9;
+    const Vector scale = row_scales(equations, j), sizes = equations.sizes(root.z, j);
     const auto [left, values, right] = numerics::dense_svd(Matrix(scale.asDiagonal() * j));
-    const Vector of_mode = (left.leftCols(values.size()).cwiseAbs().transpose() * rounding).cwiseQuotient(values),
-                 shift = right.leftCols(values.size()).cwiseAbs() * of_mode;  // infinite or NaN: anywhere
-    const auto largest_rate = [&](double factor) {
+    const Vector rounding = left.leftCols(values.size()).cwiseAbs().transpose() * scale.cwiseProduct(epsilon * sizes),
+                 shift = right.leftCols(values.size()).cwiseAbs() * rounding.cwiseQuotient(values);  // NaN: anywhere
+    const auto scaled = [&](double factor) {
         Vector z = root.z;
         for (Eigen::Index k = 0; k < z.size(); ++k)
             if (!(shift(k) <= 1e-6 * std::abs(z(k)))) z(k) *= factor;
-        return equations.relative(z, equations.jacobian(z)).maxCoeff();
+        return z;
     };
-    constexpr double near = 0.01;
-    if (largest_rate(1.0 + near) > 10.0 * accepted_residual && largest_rate(1.0 - near) > 10.0 * accepted_residual)
-        return false;  // a root of several roots in one
+    const auto largest_rate = [&](const Vector& z) { return equations.relative(z, equations.jacobian(z)).maxCoeff(); };
+    const double located = 10.0 * std::max(root.residual, epsilon);
+    if (largest_rate(scaled(1.0 + near)) > located && largest_rate(scaled(1.0 - near)) > located) return false;
     for (double factor = 0.1; factor > 1e-18; factor *= 0.1)
-        if (largest_rate(factor) > 1e-9) return true;
+        if (const Vector z = scaled(factor); largest_rate(z) > not_small)
+            return (equations.values(z).array().abs() <= 10.0 * accepted_residual * sizes.array()).all();
     return false;
 }
 
@@ -380,10 +381,6 @@ std::vector<Vector> changes_of_sign(const UniformEquations& equations, const std
     return starts;
 }
 
-double order_of(const model::Model& model, const model::UniformState& state) {
-    return std::sqrt(squared_order(model, state));
-}
-
 /// From these states, or by the whole search.
 StationaryStates found_states(const model::Equations& equations, const model::UniformState& means,
                               const std::vector<model::UniformState>* guesses) {
@@ -420,7 +417,7 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
         result.states.push_back(std::move(state));
     }
     const auto key = [&](const StationaryState& state) {
-        return std::tuple(!state.is_isotropic, order_of(model, state.values));
+        return std::tuple(!state.is_isotropic, std::sqrt(squared_order(model, state.values)));
     };
     std::sort(result.states.begin(), result.states.end(), [&](const StationaryState& a, const StationaryState& b) {
         const auto [a_kind, a_order] = key(a);

@@ -60,9 +60,9 @@ public:
 
 private:
     bool commutes_with_turns() const;
-    bool is_well_conditioned(const model::UniformState& state, Numbers& numbers) const;
-    std::optional<bool> are_turned(const model::UniformState& one, const model::UniformState& other,
-                                   double angle) const;
+    bool is_well_conditioned(const model::UniformState& state, bool with_waves, Numbers& numbers) const;
+    std::optional<bool> are_turned(const model::UniformState& one, const model::UniformState& other, double angle,
+                                   bool with_waves) const;
     bool waves_are_turned(const model::LinearisedAt& from, const model::LinearisedAt& to, double angle) const;
 
     model::Equations equations_;

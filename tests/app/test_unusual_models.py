@@ -246,3 +246,10 @@ def test_a_spectrum_that_is_not_there_says_why(tmp_path):
     with scene.run(tmp_path / "driven.h5") as run:
         linear = drover.dynamic_structure_factor(run, "b").dynamic_structure_factor_b_linear
     assert np.isnan(linear.values).all() and linear.comment.startswith(f"no linear theory: {why}")
+
+
+def test_a_stationary_state_without_a_derivative_is_said_in_data_and_text(tmp_path):
+    scene = write(tmp_path, ['{symbol = "s"}'], ['s = "s (0.74 - 0.96 s^2) + lap s + 0.3 |s|"'])
+    found = drover_json(tmp_path, "stability", scene)
+    assert len(found["states"]) == 2 and "a term has no derivative there" in found["no_theory"]
+    assert found["no_theory"] in " ".join(program(tmp_path, "stability", scene).stdout.split())

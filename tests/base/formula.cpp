@@ -67,6 +67,8 @@ TEST(Formula, rejects_what_can_be_read_in_two_ways) {
         return refusal_of([&] { static_cast<void>(shape(written)); });
     };
     EXPECT_NE(why_no_error("p.grad p.q").find("parentheses that show what grad applies to"), std::string::npos);
+    // An operator that another one applies to within a chain is of that chain: not p.grad(div(Q.p)).
+    EXPECT_NE(why_no_error("p.grad div Q.p").find("parentheses that show what grad applies to"), std::string::npos);
     EXPECT_NE(why_no_error("lap phi^2").find("(lap phi)^..."), std::string::npos);
     EXPECT_NE(why_no_error("|p").find("ends the norm"), std::string::npos);
     EXPECT_NE(why_no_error("grad").find("the operand of grad"), std::string::npos);
