@@ -2,7 +2,6 @@
 #include "files/archive_contents.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace drover::files {
 

@@ -256,11 +256,11 @@ private:
         if (root.residual < nearest_.residual) nearest_ = root;
         if (!root.is_root()) return;
         if (equations_.turns_freely()) root.z = turned_along_x(equations_, root.z);
-        if (is_far_away(equations_, root)) return;
         for (const Root& other : roots_) {
             if (turned_copies(equations_, root.z, other.at.z)) return;
             if (other.is_of_family && are_connected(equations_, root.z, other.at.z)) return;
         }
+        if (is_far_away(equations_, root)) return;
         roots_.push_back({.at = root, .is_of_family = is_of_family(equations_, root.z)});
     }
 
