@@ -43,7 +43,7 @@ struct PlaneOfScene {
     const PlannedBoundary& planned;
     const numerics::Rectangle rectangle;
     const std::vector<io::Scene> draws;
-    const std::vector<model::UniformState> guesses;                ///< from which lines of states search theirs
+    const theory::KnownStates known;                               ///< from which lines of states search theirs
     const std::unique_ptr<run::PointProgress> progress = nullptr;  ///< of models of one's own, whose points take long
 };
 
@@ -89,18 +89,19 @@ MarginAt limit_margin(Limit limit) {
 }
 
 /// The states at the corners and middles of a plane, which lead to the others: states differ little over a plane.
-std::vector<model::UniformState> guesses_over(const io::Scene& scene, const PlannedBoundary& planned) {
+theory::KnownStates states_over(const io::Scene& scene, const PlannedBoundary& planned) {
     const numerics::Rectangle plane = planned.rectangle();
     const PlaneModels models(scene, planned.x, planned.y);
-    std::vector<model::UniformState> guesses;
+    theory::KnownStates known;
     for (const double x : {0.5, 0.0, 1.0})
         for (const double y : {0.5, 0.0, 1.0}) {
             const model::Equations equations =
                 models.equations({plane.x0 + x * (plane.x1 - plane.x0), plane.y0 + y * (plane.y1 - plane.y0)});
-            for (const theory::StationaryState& state : theory::stationary_states(equations).states)
-                guesses.push_back(state.values);
+            const theory::StationaryStates found = theory::stationary_states(equations);
+            for (const theory::StationaryState& state : found.states) known.values.push_back(state.values);
+            known.ordered = std::max(known.ordered, theory::ordered_states(found));
         }
-    return guesses;
+    return known;
 }
 
 /// Margins of states against waves of all lengths.
@@ -110,7 +111,7 @@ MarginAt state_margin(const PlaneOfScene& plane, MarginState which) {
     search.wavenumbers = 41;  // the least stable wave is refined: these find it
     search.angles = 18;
     return [=, &plane](const PlaneModels& at, const numerics::PlanePoint& point) {
-        return theory::margin(at.equations(point), which, plane.guesses, search);
+        return theory::margin(at.equations(point), which, plane.known, search);
     };
 }
 
@@ -142,17 +143,18 @@ using PointValues = std::function<std::vector<double>(const numerics::PlanePoint
 
 /// The regime at a point, and the decay rate of the order.
 PointValues regime_at(const PlaneOfScene& plane, const std::string& convention) {
-    const auto models = models_of_scene(plane, convention);
-    std::vector<theory::MarginOf> over;
-    for (const std::string& name : theory::limit_names())
-        over.push_back(margin_over(plane, models, limit_margin(theory::limit_of(name))));
-    const bool has_order = analysis::has_order(plane.scene);
-    return [over, has_order](const numerics::PlanePoint& point) -> std::vector<double> {
-        std::array<double, 4> margins{infinite, nan, nan, nan};  // without a field that turns no order sets in
-        for (std::size_t n = has_order ? 0 : 1; n < (has_order ? over.size() : 2); ++n)
-            margins[n] = over[n](point).value;
-        return {static_cast<double>(theory::regime_of(margins[0], margins[1], margins[2], margins[3])),
-                has_order ? margins[0] : nan};
+    return [&plane, models = models_of_scene(plane, convention),
+            has_order = analysis::has_order(plane.scene)](const numerics::PlanePoint& point) {
+        run::check_stop_signal();
+        if (plane.progress) plane.progress->add();
+        std::vector<double> result;
+        models->visit(point, [&](const PlaneModels::MarginOfLimit& margin) {
+            const auto value = [&](Limit limit) {  // without a field that turns no order sets in
+                return !has_order && limit == Limit::onset ? infinite : margin(limit).value;
+            };
+            result = {static_cast<double>(theory::regime_of(value)), has_order ? margin(Limit::onset).value : nan};
+        });
+        return result;
     };
 }
 
@@ -211,7 +213,9 @@ files::ResultTable map_table(const PlaneMap& map, const MapPoints& on, Threads& 
 /// The samples of each contour, at the corners and centres of its cells, and those of the map.
 std::int64_t min_points(const io::Scene& scene, const PlannedBoundary& planned) {
     const std::int64_t cells = scene.boundary.cells, side = scene.boundary.map;
-    return static_cast<std::int64_t>(planned.lines.size()) * ((cells + 1) * (cells + 1) + cells * cells + side * side);
+    const auto lines = static_cast<std::int64_t>(planned.lines.size());
+    const std::int64_t on_map = std::ranges::all_of(planned.lines, is_of_state) ? lines : 1;
+    return lines * ((cells + 1) * (cells + 1) + cells * cells) + on_map * side * side;
 }
 
 PlaneOfScene plane_of(const io::Scene& scene, const PlannedBoundary& planned, bool quiet) {
@@ -223,8 +227,8 @@ PlaneOfScene plane_of(const io::Scene& scene, const PlannedBoundary& planned, bo
             .planned = planned,
             .rectangle = planned.rectangle(),
             .draws = drawn_scenes(scene, planned.errors),
-            .guesses = std::ranges::any_of(planned.lines, is_of_state) ? guesses_over(scene, planned)
-                                                                       : std::vector<model::UniformState>{},
+            .known =
+                std::ranges::any_of(planned.lines, is_of_state) ? states_over(scene, planned) : theory::KnownStates(),
             .progress = std::move(progress)};
 }
 

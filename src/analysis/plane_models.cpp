@@ -142,7 +142,14 @@ model::UniformState PlaneModels::means_of(const physics::ModelValues& model) con
     return means;
 }
 
-theory::Margin PlaneModels::margin_of_changes(const numerics::PlanePoint& point, theory::Limit limit) const {
+void PlaneModels::visit_theory(const theory::PointTheory& theory, const model::UniformState& means,
+                               const std::function<void(const MarginOfLimit&)>& use) const {
+    theory::PointMargins margins(theory, means, search_);
+    use([&](theory::Limit limit) { return margins.at(limit); });
+}
+
+void PlaneModels::visit_changes(const numerics::PlanePoint& point,
+                                const std::function<void(const MarginOfLimit&)>& use) const {
     model::UniformState means = means_;
     std::vector<double> factors(compiled_->terms().size(), 1.0);
     for (const auto& [change, number, value] :
@@ -150,27 +157,34 @@ theory::Margin PlaneModels::margin_of_changes(const numerics::PlanePoint& point,
         if (change->component >= 0) means[static_cast<std::size_t>(change->component)] = value / number->area;
         for (const std::size_t n : change->terms) factors[n] *= value / change->base;
     }
-    if (x_change_->terms.empty() && y_change_->terms.empty()) return theory::margin(*theory_, means, limit, search_);
+    if (x_change_->terms.empty() && y_change_->terms.empty()) return visit_theory(*theory_, means, use);
     const auto solver = [this, point] { return physics::Equations(changed(point).model).solver(); };
-    return theory::margin(theory_->scaled(factors, solver), means, limit, search_);
+    visit_theory(theory_->scaled(factors, solver), means, use);
 }
 
-theory::Margin PlaneModels::margin(const numerics::PlanePoint& point, theory::Limit limit) const {
+void PlaneModels::visit(const numerics::PlanePoint& point, const std::function<void(const MarginOfLimit&)>& use) const {
     try {
-        if (x_change_ && y_change_) return margin_of_changes(point, limit);
+        if (x_change_ && y_change_) return visit_changes(point, use);
         const io::Scene here = changed(point);
         if (base_.kind == io::SceneKind::model) {
             const model::Equations equations(io::model_of(here.declared));
-            return theory::margin(theory::PointTheory(equations), equations.reference(), limit, search_);
+            return visit_theory(theory::PointTheory(equations), equations.reference(), use);
         }
         const model::UniformState means = means_of(here.model);
-        if (!theory_->rates(means).allFinite()) return {.value = nan};  // beyond a table
+        if (!theory_->rates(means).allFinite())  // beyond a table
+            return use([](theory::Limit) { return theory::Margin{.value = nan}; });
         const auto equations = std::make_shared<const physics::Equations>(here.model, *compiled_);
-        return theory::margin(physics::Equations::theory(equations), means, limit, search_);
+        visit_theory(physics::Equations::theory(equations), means, use);
     } catch (const Error& error) {
         if (!is_of_scene(error.fault())) throw;
         fail_input({}, "{}: {}", place_of(point), error.what());
     }
+}
+
+theory::Margin PlaneModels::margin(const numerics::PlanePoint& point, theory::Limit limit) const {
+    theory::Margin result;
+    visit(point, [&](const MarginOfLimit& margin) { result = margin(limit); });
+    return result;
 }
 
 model::Equations PlaneModels::equations(const numerics::PlanePoint& point) const {

@@ -43,14 +43,19 @@ public:
     /// plane has no valid model.
     PlaneModels(io::Scene base, PlaneAxis x, PlaneAxis y, const PlaneModels* like = nullptr);
 
-    /// The margin of a limit.  Throws an input Error that names a point whose model is invalid.
-    theory::Margin margin(const numerics::PlanePoint& point, theory::Limit limit) const;
+    /// use(margin): what margin(limit) gives is of one model, whose states are searched once.  Throws an input Error
+    /// that names a point whose model is invalid.
+    using MarginOfLimit = std::function<theory::Margin(theory::Limit)>;
+    void visit(const numerics::PlanePoint& point, const std::function<void(const MarginOfLimit&)>& use) const;
+    theory::Margin margin(const numerics::PlanePoint& point, theory::Limit limit) const;  ///< throws the same
     /// The equations at a point.  Throws the same.
     model::Equations equations(const numerics::PlanePoint& point) const;
 
 private:
     io::Scene changed(const numerics::PlanePoint& point) const;
-    theory::Margin margin_of_changes(const numerics::PlanePoint& point, theory::Limit limit) const;
+    void visit_changes(const numerics::PlanePoint& point, const std::function<void(const MarginOfLimit&)>& use) const;
+    void visit_theory(const theory::PointTheory& theory, const model::UniformState& means,
+                      const std::function<void(const MarginOfLimit&)>& use) const;
     std::string place_of(const numerics::PlanePoint& point) const;
     /// Of rods and beads: with the mean densities of a model.
     model::UniformState means_of(const physics::ModelValues& model) const;

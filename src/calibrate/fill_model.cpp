@@ -98,7 +98,7 @@ void set_number(const std::vector<physics::ModelSection>& sections, const std::s
 
 FilledModel fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
                        physics::ModelValues& model) {
-    const std::vector<physics::ModelSection> sections = physics::model_sections();
+    const std::vector<physics::ModelSection>& sections = physics::model_sections();
     const std::vector<std::string> numbers = without_nodes(keys);
     const std::vector<FieldNumber> found = field_numbers(table, numbers, point, order_kind(model));
     FilledModel result;
@@ -119,7 +119,7 @@ FilledModel fill_model(const Table& table, const StatePoint& point, const std::v
 std::vector<physics::ModelValues> redrawn_models(const Table& table, const StatePoint& point,
                                                  const std::vector<std::string>& keys,
                                                  const physics::ModelValues& model, int count) {
-    const std::vector<physics::ModelSection> sections = physics::model_sections();
+    const std::vector<physics::ModelSection>& sections = physics::model_sections();
     std::vector<std::string> numbers = without_nodes(keys), rows;
     // A resolved scene may have been changed since: numbers that are not those of the table have no error from it.
     const auto is_of_table = [&](const std::string& key) {

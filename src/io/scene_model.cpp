@@ -123,7 +123,7 @@ void read_model(const LocatedTables& tables, physics::ModelValues& model,
 
 bool is_model_table(const std::string& name) {
     if (name == parameter_table || name.starts_with("terms[")) return true;
-    const auto sections = physics::model_sections();
+    const auto& sections = physics::model_sections();
     return std::any_of(sections.begin(), sections.end(),
                        [&](const physics::ModelSection& section) { return section.name == name; });
 }

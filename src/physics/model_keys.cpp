@@ -159,6 +159,11 @@ std::vector<ModelSection> model_sections(const ModelFile& file) {
     return sections;
 }
 
+const std::vector<ModelSection>& model_sections() {
+    static const std::vector<ModelSection> sections = model_sections(shipped_model());
+    return sections;
+}
+
 std::vector<CoefficientValue> coefficient_values(const ModelValues& model) {
     const ModelFile& file = *model.file;
     std::vector<CoefficientValue> result;

@@ -23,7 +23,9 @@ struct ModelSection {
 };
 
 /// All sections of a model with their keys, in the order in which a scene is written.
-std::vector<ModelSection> model_sections(const ModelFile& file = shipped_model());
+std::vector<ModelSection> model_sections(const ModelFile& file);
+/// Those of the shipped model.
+const std::vector<ModelSection>& model_sections();
 
 /// What a symbol in the equations of a model stands for.
 struct CoefficientValue {

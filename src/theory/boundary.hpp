@@ -47,12 +47,21 @@ MarginOf where_valid(MarginOf margin);
 /// The state of a margin: the isotropic one nearest to the references, or the one of the largest order.
 enum class MarginState { isotropic, ordered };
 
+/// How many states are not isotropic.
+std::size_t ordered_states(const StationaryStates& found);
+
+/// States of some models like the one of a margin, by whole searches.
+struct KnownStates {
+    std::vector<model::UniformState> values;
+    std::size_t ordered = 0;  ///< the number of ordered states in a model that has the largest number
+};
+
 /// Of all waves of a search, of uniform changes and of the limit of long waves, where a conserved density or a turn of
 /// the order changes slowly: at most 0 as soon as one of them grows.  Modes that neither grow nor decay at q = 0 count
-/// through that limit.  An isotropic state is searched from `guesses`, which are states of like models: see
-/// stationary_states_near; an ordered one by the whole search, which takes tens of milliseconds.  Throws as
+/// through that limit.  The state is searched from those of like models: see stationary_states_near; an ordered one by
+/// the whole search, which takes tens of milliseconds, where that finds fewer ordered states than they have.  Throws as
 /// stationary_states and as LinearisedAt.
-Margin margin(const model::Equations& equations, MarginState which, const std::vector<model::UniformState>& guesses,
+Margin margin(const model::Equations& equations, MarginState which, const KnownStates& known,
               const GrowthSearch& search);
 
 }  // namespace drover::theory

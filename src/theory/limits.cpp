@@ -81,17 +81,6 @@ bool is_mirrored(const model::LinearisedAt& at, const OrderSearch& search) {
     }
     return true;
 }
-
-Margin isotropic_margin(const PointTheory& theory, const model::UniformState& means, Limit limit) {
-    const std::optional<PointState> rest = isotropic_state(theory, means);
-    if (!rest) return {.value = no_margin};
-    const bool has_order = order_component(theory.equations()) >= 0;
-    const double relaxation = has_order ? relaxation_of_order(theory, *rest) : no_margin;
-    if (limit == Limit::onset) return {.value = relaxation};
-    if (has_order && !(relaxation > 0.0)) return {.value = no_margin};
-    const SlowMargin slow(rest->linear);
-    return {.value = slow.has_modes() ? slow.at(0.0) : no_margin};
-}
 }  // namespace
 
 std::string limit_name(Limit limit) {
@@ -115,14 +104,31 @@ Limit limit_of(const std::string& name) {
     fail_input({}, "unknown stability boundary \"{}\"; expected one of {}", name, joined(limit_names()));
 }
 
-Margin margin(const PointTheory& theory, const model::UniformState& means, Limit limit, const OrderSearch& search) {
-    if (limit == Limit::onset || limit == Limit::phase_separation) return isotropic_margin(theory, means, limit);
-    const std::optional<PointState> flock = ordered_state(theory, means, search);
+Margin PointMargins::of_isotropic(Limit limit) {
+    if (!isotropic_) isotropic_ = isotropic_state(theory_, means_);
+    const std::optional<PointState>& rest = *isotropic_;
+    if (!rest) return {.value = no_margin};
+    const bool has_order = order_component(theory_.equations()) >= 0;
+    const double relaxation = has_order ? relaxation_of_order(theory_, *rest) : no_margin;
+    if (limit == Limit::onset) return {.value = relaxation};
+    if (has_order && !(relaxation > 0.0)) return {.value = no_margin};
+    const SlowMargin slow(rest->linear);
+    return {.value = slow.has_modes() ? slow.at(0.0) : no_margin};
+}
+
+Margin PointMargins::at(Limit limit) {
+    if (limit == Limit::onset || limit == Limit::phase_separation) return of_isotropic(limit);
+    if (!ordered_) ordered_ = ordered_state(theory_, means_, search_);
+    const std::optional<PointState>& flock = *ordered_;
     if (!flock) return {.value = no_margin};
     const SlowMargin slow(flock->linear);
     if (!slow.has_modes()) return {.value = no_margin};
-    if (limit == Limit::oblique) return min_over_angles(slow, is_mirrored(flock->linear, search));
+    if (limit == Limit::oblique) return min_over_angles(slow, is_mirrored(flock->linear, search_));
     return {.value = slow.at(0.0)};
+}
+
+Margin margin(const PointTheory& theory, const model::UniformState& means, Limit limit, const OrderSearch& search) {
+    return PointMargins(theory, means, search).at(limit);
 }
 
 std::string regime_legend() {
@@ -132,12 +138,14 @@ std::string regime_legend() {
     return result;
 }
 
-Regime regime_of(double onset, double phase_separation, double banding, double oblique) {
+Regime regime_of(const std::function<double(Limit)>& margin) {
+    const double onset = margin(Limit::onset);
     if (std::isnan(onset)) return Regime::undefined;
-    if (onset >= 0.0) return phase_separation < 0.0 ? Regime::separating : Regime::isotropic;
+    if (onset >= 0.0) return margin(Limit::phase_separation) < 0.0 ? Regime::separating : Regime::isotropic;
+    const double banding = margin(Limit::banding);
     if (std::isnan(banding)) return Regime::undefined;
     if (banding < 0.0) return Regime::banding;
-    return oblique < 0.0 ? Regime::oblique : Regime::flock;
+    return margin(Limit::oblique) < 0.0 ? Regime::oblique : Regime::flock;
 }
 
 }  // namespace drover::theory

@@ -1,5 +1,7 @@
 // theory/limits.hpp: limits of stability in the limit of long waves, and the regimes between them.
 #pragma once
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,13 +28,29 @@ const std::vector<std::string>& limit_names();
 /// of all components, whose conserved means count.  Throws as LinearisedAt.
 Margin margin(const PointTheory& theory, const model::UniformState& means, Limit limit, const OrderSearch& search = {});
 
+/// The margins of one point, whose states are searched once, when they are needed first.
+class PointMargins {
+public:
+    /// Keeps references to all.
+    PointMargins(const PointTheory& theory, const model::UniformState& means, const OrderSearch& search)
+        : theory_(theory), means_(means), search_(search) {}
+    Margin at(Limit limit);
+
+private:
+    Margin of_isotropic(Limit limit);
+    const PointTheory& theory_;
+    const model::UniformState& means_;
+    const OrderSearch& search_;
+    std::optional<std::optional<PointState>> isotropic_, ordered_;
+};
+
 /// The uniform state at a point, and whether long waves grow on it.
 enum class Regime { undefined = -1, isotropic = 0, separating = 1, flock = 2, banding = 3, oblique = 4 };
 
 /// "-1 not defined, 0 isotropic, ...": the codes and their meanings.
 std::string regime_legend();
 
-/// From the margins of the four limits; NaN: the state that the limit concerns does not exist.
-Regime regime_of(double onset, double phase_separation, double banding, double oblique);
+/// From the margins of those limits that tell; NaN: the state that the limit concerns does not exist.
+Regime regime_of(const std::function<double(Limit)>& margin);
 
 }  // namespace drover::theory

@@ -72,8 +72,7 @@ public:
     }
     Margin wave(double log_q, double angle) const {
         const double q = std::exp(std::clamp(log_q, std::log(search_.min), std::log(search_.max)));
-        const Growth found = growth(at_, q, angle);
-        return {.value = -found.rate * (1.0 + weight_ / (q * q)), .angle = angle, .q = q, .frequency = found.frequency};
+        return {.value = -growth_rate(at_, q, angle) * (1.0 + weight_ / (q * q)), .angle = angle, .q = q};
     }
     /// The least stable wave at all |q| and angles of the search.
     Margin lowest() const {
@@ -109,7 +108,9 @@ public:
             numerics::refined_maximum(log_q, place.first, [&](double x) { return rate(x, place.second); });
         for (const Margin& refined : {wave(place.first, place.second), wave(fine, place.second)})
             if (refined.value < best.value) best = refined;
-        return best.value < lowest.value ? best : lowest;
+        if (lowest.value <= best.value) return lowest;
+        best.frequency = growth(at_, best.q, best.angle).frequency;
+        return best;
     }
 
 private:
@@ -119,11 +120,19 @@ private:
 };
 }  // namespace
 
-Margin margin(const model::Equations& equations, MarginState which, const std::vector<model::UniformState>& guesses,
+std::size_t ordered_states(const StationaryStates& found) {
+    return static_cast<std::size_t>(std::count_if(found.states.begin(), found.states.end(),
+                                                  [](const StationaryState& state) { return !state.is_isotropic; }));
+}
+
+Margin margin(const model::Equations& equations, MarginState which, const KnownStates& known,
               const GrowthSearch& search) {
-    const StationaryStates found = which == MarginState::isotropic
-                                       ? stationary_states_near(equations, equations.reference(), guesses)
-                                       : stationary_states(equations);
+    const bool is_ordered = which == MarginState::ordered;
+    StationaryStates found;
+    if (!is_ordered || known.ordered > 0)
+        found = stationary_states_near(equations, equations.reference(), known.values);
+    if (is_ordered && (known.ordered == 0 || ordered_states(found) < known.ordered))
+        found = stationary_states(equations);
     const StationaryState* state = state_of(equations, found, which);
     if (state == nullptr) return {.value = none};
     const model::LinearisedAt at(equations, state->values);

@@ -17,10 +17,11 @@ def first_of(kind, count, sample):
     return int(hashlib.sha256((kind + commit.stdout).encode()).hexdigest(), 16) % (count - sample)
 
 
-@pytest.mark.parametrize("kind, count, sample", [("fields", 2000, 24), ("theory", 200, 4), ("particles", 500, 16)])
+@pytest.mark.parametrize("kind, count, sample", [("fields", 2000, 16), ("theory", 200, 4), ("particles", 500, 16)])
 def test_no_extreme_scene_is_wrong_in_silence(tmp_path, kind, count, sample):
     first = first_of(kind, count, sample)
-    words = [kind, "--drover", DROVER, "--output", tmp_path, "--count", sample, "--first", first]
+    words = [kind, "--drover", DROVER, "--output", tmp_path, "--count", sample, "--first", first,
+             "--seconds", 5]  # slow scenes are for whole atlases
     ended = subprocess.run([sys.executable, ATLAS, *map(str, words)], capture_output=True, text=True, check=False,
                            env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
     assert ended.returncode == 0, f"scenes from {first}:\n{ended.stdout}{ended.stderr}"

@@ -81,7 +81,7 @@ def test_boundary_draws_both_binodals_over_the_rate(tmp_path):
     """With the rate a = r - sigma, all densities of the band shift with r: r - 1/6 and r + 1/3."""
     plane = ["--x", "uniform.rod_density = 0.5:1.5", "--y", "relaxation.rate = 0.8:1.1"]
     found = json.loads(drover(tmp_path, "boundary", BAND, *LONG, *plane, "--set", 'boundary.lines=["binodal"]',
-                              "--json").stdout)
+                              "--set", "boundary.map=8", "--json").stdout)
     low, high = found["traced"][0]["lines"]
     for line, shift in ((low, -1 / 6), (high, 1 / 3)):
         points = np.array([(point["x"], point["y"]) for point in line["points"]])

@@ -48,7 +48,7 @@ TABLE = {"fields.bead_density": True, "fields.bead_velocity": "dynamic", "unifor
          "pressure.rods": 40.0, "table.bead_density": [0.5, 1.0, 1.5], "table.rod_density": [0.01, 0.1],
          "table.relaxation_rate": [0.45, 0.40, 0.38, 0.28, 0.30, 0.20],
          "table.driving_strength": [10.0, 15.0, 18.0, 30.0, 26.0, 44.0],
-         "table.driving_strength_error": [0.5] * 6, "boundary.cells": 24, "boundary.chord": 0.001, "boundary.map": 24,
+         "table.driving_strength_error": [0.5] * 6, "boundary.cells": 12, "boundary.chord": 0.002, "boundary.map": 12,
          "boundary.x": "bead_area_fraction = 0.26:0.74", "boundary.y": "rod_area_fraction = 0.03:0.19",
          "boundary.conventions": ["mean", "single-rod"]}
 NO_LINE = {**POLAR, "boundary.x": "relaxation.rate = 0.1:1", "boundary.y": "elasticity.stiffness = 0.5:2",

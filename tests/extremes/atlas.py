@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """tests/extremes/atlas.py: what drover answers at the extremes of its scenes.
 
-    atlas.py fields|theory|particles --drover PROGRAM --output FOLDER [--count N] [--first N]
+    atlas.py fields|theory|particles --drover PROGRAM --output FOLDER [--count N] [--first N] [--seconds S]
 
 draws scenes (number n is the same for everyone) in which one to three keys have extreme values: coefficients times
 1e-12 to 1e12, grids of 1 to 2048 points, steps times 1e-12 to 1e6, vacua, noise from 0 to huge, impacts without loss or
@@ -15,7 +15,7 @@ outcome of each scene:
     refused    the scene was rejected with a sentence (status 2)
     undecided  no warning, but what it would be compared with failed
     SILENT     no warning, and wrong
-    slow       no end within a minute
+    slow       no end within a minute (--seconds)
     CRASH      any other end: a signal, no sentence
 
 Rows that exist are kept: re-run to resume.  The status is 1 when an outcome is SILENT or CRASH.
@@ -29,6 +29,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import bodies  # noqa: E402
 import plane_waves  # noqa: E402
+import program  # noqa: E402
 import waves  # noqa: E402
 from studies import KeptTable  # noqa: E402
 
@@ -36,10 +37,10 @@ KINDS = {"fields": waves, "theory": plane_waves, "particles": bodies}
 COLUMNS = ("scene", "outcome", "measure", "what", "message")
 
 
-def row_of(kind, program, number):
+def row_of(kind, drover, number):
     with tempfile.TemporaryDirectory() as folder:
         keys, changed = KINDS[kind].scene(number)
-        outcome, measure, message = KINDS[kind].judge(program, Path(folder), keys)
+        outcome, measure, message = KINDS[kind].judge(drover, Path(folder), keys)
     return {"scene": number, "outcome": outcome, "measure": measure, "what": changed,
             "message": " ".join(message[:160].split())}
 
@@ -51,7 +52,9 @@ def main():
     parser.add_argument("--output", type=Path, required=True)
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--seconds", type=float, default=program.limit["seconds"], help="of a run of the program")
     options = parser.parse_args()
+    program.limit["seconds"] = options.seconds
     table = KeptTable(options.output / f"{options.kind}.csv", COLUMNS)
     known = {int(row["scene"]) for row in table.rows}
     outcomes = collections.Counter()

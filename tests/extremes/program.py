@@ -3,7 +3,7 @@ import subprocess
 
 from studies import settings_of
 
-SECONDS = 60
+limit = {"seconds": 60}
 
 
 def call(program, folder, command, keys, *words):
@@ -11,7 +11,7 @@ def call(program, folder, command, keys, *words):
     (folder / "empty.toml").write_text("")
     try:
         ended = subprocess.run([program, command, "empty.toml", *settings_of(keys), *words], cwd=folder,
-                               capture_output=True, text=True, errors="replace", timeout=SECONDS, check=False)
+                               capture_output=True, text=True, errors="replace", timeout=limit["seconds"], check=False)
     except subprocess.TimeoutExpired:
         return None, "", ""
     return ended.returncode, ended.stdout, ended.stderr
@@ -24,7 +24,7 @@ def failure(status, errors):
     said = errors.strip().splitlines()
     sentence = said[-1] if said else ""
     if status is None:
-        return "slow", "", f"no end within {SECONDS} s"
+        return "slow", "", f"no end within {limit['seconds']} s"
     if status not in (1, 2) or not sentence.startswith("error: ") or len(sentence) < 40:
         return "CRASH", "", f"status {status}: {sentence}"
     return "refused" if status == 2 else "stopped", "", sentence

@@ -14,16 +14,15 @@ namespace {
 /// The model with two coefficients as the axes of a plane, and the margin of a state.
 MarginOf plane_of(const model::Model& model, const std::string& x, const std::string& y, MarginState state,
                   const std::string& changed = {}, double by = 0.0) {
-    std::vector<model::UniformState> guesses;
-    for (const StationaryState& known : stationary_states(model::Equations(model)).states)
-        guesses.push_back(known.values);
+    const StationaryStates found = stationary_states(model::Equations(model));
+    KnownStates known{.values = {}, .ordered = ordered_states(found)};
+    for (const StationaryState& one : found.states) known.values.push_back(one.values);
     return [=](const numerics::PlanePoint& point) {
         model::Model at = model;
         at.coefficients[x] = point.x;
         at.coefficients[y] = point.y;
         if (!changed.empty()) at.coefficients[changed] += by;
-        return margin(model::Equations(at), state, guesses,
-                      {.min = 1e-2, .max = 10.0, .wavenumbers = 31, .angles = 12});
+        return margin(model::Equations(at), state, known, {.min = 1e-2, .max = 10.0, .wavenumbers = 31, .angles = 12});
     };
 }
 
@@ -109,6 +108,19 @@ TEST(ModelBoundaryLong, OfAnOrderedStateIsNoPlaceOfItsFreeDirection) {
     EXPECT_TRUE(std::isnan(plane_of(model, "m", "k", MarginState::ordered)({-0.2, 0.5}).value));
 }
 
+// Turns of the order decay as q^2, the slowest of all; long waves are weighted by min max of the search.
+TEST(ModelBoundary, OfAnOrderedStateThatKnownStatesDoNotLeadToIsThatOfTheWholeSearch) {
+    const model::Equations equations(
+        {.fields = {spin(1, "p", "(m - p.p) p + lap p")}, .definitions = {}, .coefficients = {{"m", 0.25}}});
+    const GrowthSearch search{.min = 1e-2, .max = 10.0, .wavenumbers = 31, .angles = 12};
+    const KnownStates found{.values = {{1.0, 0.0}}, .ordered = 1},
+        isotropic_alone{.values = {{0.0, 0.0}}, .ordered = 1}, none{.values = {{1.0, 0.0}}, .ordered = 0};
+    const Margin whole = margin(equations, MarginState::ordered, {}, search);
+    EXPECT_NEAR(whole.value, search.min * search.max, 1e-12);
+    for (const KnownStates& known : {found, isotropic_alone, none})
+        EXPECT_NEAR(margin(equations, MarginState::ordered, known, search).value, whole.value, 1e-12);
+}
+
 /// The margin with each of `count` draws of a number.
 template <class MarginWith>
 std::vector<MarginOf> drawn(MarginWith margin_with, double value, double error, std::size_t count,
@@ -127,9 +139,9 @@ TEST(ModelBoundaryLong, MovesByTheErrorOfACoefficient) {
     std::vector<MarginOf> draws;
     for (const double normal : normal_draws(0, 0, 40))
         draws.push_back(plane_of(brusselator(), "a", "b", MarginState::isotropic, "Du", 0.3 * normal));
-    const Boundary found = trace_boundary({.x0 = 2.5, .x1 = 4.0, .y0 = 5.0, .y1 = 13.0},
+    const Boundary found = trace_boundary({.x0 = 3.1, .x1 = 4.0, .y0 = 8.0, .y1 = 13.2},
                                           plane_of(brusselator(), "a", "b", MarginState::isotropic), draws,
-                                          {.cells = 40, .chord = 1e-2}, on_threads(threads));
+                                          {.cells = 26, .chord = 1e-2}, on_threads(threads));
     ASSERT_EQ(found.lines.size(), 1U);
     const auto turing = [](double a, double diffusion) { return std::pow(1.0 + a * std::sqrt(diffusion / 12.0), 2.0); };
     for (const BoundaryPoint& point : found.lines[0].points) {

@@ -131,13 +131,21 @@ TEST(Limits, HaveNames) {
 }
 
 TEST(Regime, FollowsFromTheSignsOfTheMargins) {
-    EXPECT_EQ(regime_of(NAN, NAN, NAN, NAN), Regime::undefined);
-    EXPECT_EQ(regime_of(1.0, 1.0, NAN, NAN), Regime::isotropic);
-    EXPECT_EQ(regime_of(1.0, -1.0, NAN, NAN), Regime::separating);
-    EXPECT_EQ(regime_of(-1.0, NAN, NAN, NAN), Regime::undefined);
-    EXPECT_EQ(regime_of(-1.0, NAN, 1.0, 1.0), Regime::flock);
-    EXPECT_EQ(regime_of(-1.0, NAN, -1.0, -1.0), Regime::banding);
-    EXPECT_EQ(regime_of(-1.0, NAN, 1.0, -1.0), Regime::oblique);
+    const auto of = [](double onset, double separation, double banding, double oblique) {
+        return regime_of([=](Limit limit) {
+            return limit == Limit::onset              ? onset
+                   : limit == Limit::phase_separation ? separation
+                   : limit == Limit::banding          ? banding
+                                                      : oblique;
+        });
+    };
+    EXPECT_EQ(of(NAN, NAN, NAN, NAN), Regime::undefined);
+    EXPECT_EQ(of(1.0, 1.0, NAN, NAN), Regime::isotropic);
+    EXPECT_EQ(of(1.0, -1.0, NAN, NAN), Regime::separating);
+    EXPECT_EQ(of(-1.0, NAN, NAN, NAN), Regime::undefined);
+    EXPECT_EQ(of(-1.0, NAN, 1.0, 1.0), Regime::flock);
+    EXPECT_EQ(of(-1.0, NAN, -1.0, -1.0), Regime::banding);
+    EXPECT_EQ(of(-1.0, NAN, 1.0, -1.0), Regime::oblique);
     EXPECT_TRUE(regime_legend().starts_with("-1 not defined, 0 isotropic, "));
 }
 

@@ -60,15 +60,17 @@ struct Rotation {
         if (length > 0) c = (1 / length) * x, s = (1 / length) * y;
         else c = {1, 0};
     }
-    void turn_rows(Matrix& t, int i) const {
-        for (int j = 0; j < t.rows; ++j) {
+    /// Rows i and i + 1, from a column on: they are zero before it.
+    void turn_rows(Matrix& t, int i, int first) const {
+        for (int j = first; j < t.rows; ++j) {
             const Number a = t(i, j), b = t(i + 1, j);
             t(i, j) = conj(c) * a + conj(s) * b;
             t(i + 1, j) = c * b - s * a;
         }
     }
-    void turn_columns(Matrix& t, int i) const {
-        for (int k = 0; k < t.rows; ++k) {
+    /// Columns i and i + 1, up to a row: they are zero below it.
+    void turn_columns(Matrix& t, int i, int last) const {
+        for (int k = 0; k <= last; ++k) {
             const Number a = t(k, i), b = t(k, i + 1);
             t(k, i) = c * a + s * b;
             t(k, i + 1) = conj(c) * b - conj(s) * a;
@@ -76,15 +78,15 @@ struct Rotation {
     }
 };
 
-/// t becomes upper Hessenberg; u t u^H stays as it is.
+/// t becomes upper Hessenberg; u t u^H stays as it is, for a u that has rows.
 void reduce_to_hessenberg(Matrix& t, Matrix& u) {
     for (int column = 0; column + 2 < t.rows; ++column)
         for (int row = t.rows - 2; row > column; --row) {
             const Rotation turn(t(row, column), t(row + 1, column));
-            turn.turn_rows(t, row);
+            turn.turn_rows(t, row, column);
             t(row + 1, column) = {};  // exactly: rounding errors below would stop tiny blocks from converging
-            turn.turn_columns(t, row);
-            turn.turn_columns(u, row);
+            turn.turn_columns(t, row, t.rows - 1);
+            turn.turn_columns(u, row, u.rows - 1);
         }
 }
 
@@ -99,7 +101,7 @@ Number wilkinson_shift(Matrix& t, int last) {
     return d - product / larger;
 }
 
-/// t becomes upper triangular; u t u^H stays as it is.
+/// t becomes upper triangular; u t u^H stays as it is, for a u that has rows.
 void triangularise(Matrix& t, Matrix& u) {
     constexpr int max_iterations = 60;
     for (int last = t.rows - 1, iterations = 0; last > 0;) {
@@ -122,10 +124,10 @@ void triangularise(Matrix& t, Matrix& u) {
         Number x = t(first, first) - shift, y = t(first + 1, first);
         for (int i = first; i < last; ++i) {
             const Rotation turn(x, y);
-            turn.turn_rows(t, i);
+            turn.turn_rows(t, i, std::max(i - 1, first));
             if (i > first) t(i + 1, i - 1) = {};
-            turn.turn_columns(t, i);
-            turn.turn_columns(u, i);
+            turn.turn_columns(t, i, std::min(i + 2, last));
+            turn.turn_columns(u, i, u.rows - 1);
             if (i + 2 <= last) x = t(i + 1, i), y = t(i + 2, i);
         }
     }
@@ -151,17 +153,23 @@ bool loses_slow_modes(const Eigen::MatrixXcd& m, const Eigen::VectorXcd& values)
     return std::any_of(values.begin(), values.end(),
                        [&](const std::complex<double>& value) { return std::abs(value.real()) < digits * rounding; });
 }
+/// The triangular matrix; u: identity(m.rows()), or of no rows where the vectors are not wanted.
+Matrix schur_form(const Eigen::MatrixXcd& m, Matrix& u) {
+    Matrix t{static_cast<int>(m.rows()), {}};
+    for (int i = 0; i < t.rows; ++i)
+        for (int j = 0; j < t.rows; ++j) t.values.push_back({m(i, j).real(), m(i, j).imag()});
+    reduce_to_hessenberg(t, u);
+    triangularise(t, u);
+    return t;
+}
+
+std::complex<double> rounded(Number a) { return {static_cast<double>(a.re), static_cast<double>(a.im)}; }
 }  // namespace
 
 DenseEigen precise_eigen(const Eigen::MatrixXcd& m) {
     const int rows = static_cast<int>(m.rows());
-    Matrix t{rows, {}}, u = identity(rows);
-    for (int i = 0; i < rows; ++i)
-        for (int j = 0; j < rows; ++j) t.values.push_back({m(i, j).real(), m(i, j).imag()});
-    reduce_to_hessenberg(t, u);
-    triangularise(t, u);
+    Matrix u = identity(rows), t = schur_form(m, u);
     DenseEigen result{.values = Eigen::VectorXcd(rows), .vectors = Eigen::MatrixXcd(rows, rows)};
-    const auto rounded = [](Number a) { return std::complex(static_cast<double>(a.re), static_cast<double>(a.im)); };
     const Quad smallest = Quad(unit_roundoff) * Quad(m.norm()) + Quad(std::numeric_limits<double>::min());
     for (int k = 0; k < rows; ++k) {
         result.values(k) = rounded(t(k, k));
@@ -187,7 +195,10 @@ DenseEigen reliable_eigen(const Eigen::MatrixXcd& m) {
 
 Eigen::VectorXcd reliable_eigenvalues(const Eigen::MatrixXcd& m) {
     Eigen::VectorXcd values = dense_eigenvalues(m);
-    return loses_slow_modes(m, values) ? precise_eigen(m).values : values;
+    if (!loses_slow_modes(m, values)) return values;
+    Matrix none{0, {}}, t = schur_form(m, none);
+    for (int k = 0; k < t.rows; ++k) values(k) = rounded(t(k, k));
+    return values;
 }
 
 }  // namespace drover::numerics
