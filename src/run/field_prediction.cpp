@@ -56,12 +56,12 @@ UniformState turned(const model::Model& model, UniformState state, double angle)
 /// Adds up the real parts of some structure factors over the directions; returns why there are none.
 std::string add_directions(const model::Equations& equations, const UniformState& state,
                            const std::vector<Direction>& directions, const numerics::Grid& grid, int degree,
-                           const std::vector<PartPair>& pairs, Threads& threads,
+                           const std::vector<PartPair>& pairs, Threads& threads, const theory::IsWanted& is_wanted,
                            std::vector<std::vector<double>>& powers) {
     powers.assign(pairs.size(), std::vector<double>(numerics::modes(grid), 0.0));
     for (const Direction& direction : directions) {
         const model::LinearisedAt at(equations, turned(equations.model(), state, direction.angle));
-        const theory::StructureFactors one = theory::structure_factors(at, grid, degree, threads);
+        const theory::StructureFactors one = theory::structure_factors(at, grid, degree, threads, is_wanted);
         if (!one.why_none.empty()) return one.why_none;
         for (std::size_t k = 0; k < pairs.size(); ++k)
             for (std::size_t m = 0; m < powers[k].size(); ++m)
@@ -146,7 +146,7 @@ theory::StationaryStates states_of_run(const io::Scene& scene, const model::Equa
 
 FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations& equations,
                                  const std::vector<UniformState>& samples, const std::vector<PartPair>& pairs,
-                                 int degree, Threads& threads) {
+                                 int degree, Threads& threads, const theory::IsWanted& is_wanted) {
     FieldPrediction result;
     if (!equations.has_noise()) {
         result.why_none = "without noise the stationary state of the linear theory is uniform";
@@ -173,8 +173,8 @@ FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations&
     const bool turns = state.has_free_direction && !state.is_isotropic && !samples.empty();
     const std::vector<Direction> directions = turns ? directions_of(equations.model(), state.values, samples)
                                                     : std::vector<Direction>{{.angle = 0.0, .share = 1.0}};
-    const std::string none =
-        add_directions(equations, state.values, directions, scene.grid, degree, pairs, threads, result.powers);
+    const std::string none = add_directions(equations, state.values, directions, scene.grid, degree, pairs, threads,
+                                            is_wanted, result.powers);
     if (!none.empty()) {
         result.why_none = text("the linear theory about {} has none: {}; see drover stability", result.about, none);
         result.about.clear();

@@ -40,9 +40,10 @@ struct FieldPrediction {
 };
 
 /// Of a scene and its equations_of(): about the state nearest to the means of samples, with their conserved means.
-/// Where its direction is free, averaged over those of the samples.  degree: of the modes that are kept.
+/// Where its direction is free, averaged over those of the samples.  degree: of the modes that are kept.  is_wanted: as
+/// for theory::structure_factors.
 FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations& equations,
                                  const std::vector<model::UniformState>& samples, const std::vector<PartPair>& pairs,
-                                 int degree, Threads& threads);
+                                 int degree, Threads& threads, const theory::IsWanted& is_wanted = {});
 
 }  // namespace drover::run

@@ -102,15 +102,18 @@ std::optional<TailPowers> tail_powers(const io::Scene& scene, const model::Equat
         const auto series = [&](const std::string& name) { return series_of(archive, name); };
         std::vector<PartPair> parts;
         for (std::size_t k = 0; k < powers.size(); ++k) parts.emplace_back(k, k);
+        const auto is_in_tail = [&](std::size_t m) {
+            return numerics::is_kept(grid, system.degree, m % width, m / width) &&
+                   measure::is_in_tail(grid, system.degree, m % width, m / width);
+        };
         const FieldPrediction predicted =
             predicted_fields(scene, equations,
                              sampled_means(equations, series, count / 2,
                                            std::max<std::size_t>(1, count / 2 / max_samples)),
-                             parts, system.degree, one);
+                             parts, system.degree, one, is_in_tail);
         if (predicted.why_none.empty()) {
             for (std::size_t m = 0; m < numerics::modes(grid); ++m)
-                if (numerics::is_kept(grid, system.degree, m % width, m / width) &&
-                    measure::is_in_tail(grid, system.degree, m % width, m / width))
+                if (is_in_tail(m))
                     for (std::size_t k = 0; k < powers.size(); ++k)
                         powers[k] +=
                             numerics::mode_weight(grid, m % width) * predicted.powers[k][m] / numerics::area(grid);

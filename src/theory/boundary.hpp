@@ -58,9 +58,9 @@ struct KnownStates {
 
 /// Of all waves of a search, of uniform changes and of the limit of long waves, where a conserved density or a turn of
 /// the order changes slowly: at most 0 as soon as one of them grows.  Modes that neither grow nor decay at q = 0 count
-/// through that limit.  The state is searched from those of like models: see stationary_states_near; an ordered one by
-/// the whole search, which takes tens of milliseconds, where that finds fewer ordered states than they have.  Throws as
-/// stationary_states and as LinearisedAt.
+/// through that limit.  The state is searched from those of like models: see stationary_states_near; an ordered one
+/// elsewhere too, and by the whole search, which takes tens of milliseconds, where that finds fewer ordered states than
+/// they have.  Throws as stationary_states and as LinearisedAt.
 Margin margin(const model::Equations& equations, MarginState which, const KnownStates& known,
               const GrowthSearch& search);
 

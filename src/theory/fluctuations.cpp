@@ -151,18 +151,22 @@ std::vector<std::string> part_names(const model::Equations& equations) {
 }
 
 StructureFactors structure_factors(const model::LinearisedAt& at, const numerics::Grid& grid, int degree,
-                                   Threads& threads) {
+                                   Threads& threads, const IsWanted& is_wanted) {
     StructureFactors result{.names = part_names(at.equations()), .values = {}, .why_none = {}};
     const std::size_t width = numerics::columns(grid), parts = result.names.size();
     const numerics::DistinctWavenumbers distinct = numerics::distinct_wavenumbers(grid, degree);
     // Where all directions are equivalent, the parts depend on |q| alone.
     const bool is_isotropic = at.is_isotropic();
     const std::size_t count = is_isotropic ? distinct.q.size() : numerics::modes(grid);
+    std::vector<char> wanted(count);
+    for (std::size_t mode = 0; mode < numerics::modes(grid); ++mode)
+        if (distinct.of_mode[mode] > 0 && (!is_wanted || is_wanted(mode)))  // kept, and not q = 0
+            wanted[is_isotropic ? static_cast<std::size_t>(distinct.of_mode[mode]) : mode] = 1;
     std::vector<std::complex<double>> of_place(count * parts * parts, 0.0);
     std::vector<std::string> why_none(count);
     threads.for_chunks(count, 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
-            if (is_isotropic ? n == 0 : distinct.of_mode[n] <= 0) continue;
+            if (wanted[n] == 0) continue;
             const Wavevector q = is_isotropic ? Wavevector{.x = distinct.q[n], .y = 0.0}
                                               : numerics::wavevector(grid, n % width, n / width);
             const Covariance found = covariance(at, q);
@@ -186,7 +190,7 @@ StructureFactors structure_factors(const model::LinearisedAt& at, const numerics
     }
     result.values.assign(numerics::modes(grid) * parts * parts, 0.0);
     for (std::size_t mode = 0; mode < numerics::modes(grid); ++mode)
-        if (distinct.of_mode[mode] > 0)  // kept, and not q = 0
+        if (distinct.of_mode[mode] > 0 && (!is_wanted || is_wanted(mode)))
             std::copy_n(&of_place[static_cast<std::size_t>(distinct.of_mode[mode]) * parts * parts], parts * parts,
                         &result.values[mode * parts * parts]);
     return result;

@@ -130,7 +130,7 @@ Margin margin(const model::Equations& equations, MarginState which, const KnownS
     const bool is_ordered = which == MarginState::ordered;
     StationaryStates found;
     if (!is_ordered || known.ordered > 0)
-        found = stationary_states_near(equations, equations.reference(), known.values);
+        found = stationary_states_near(equations, equations.reference(), known.values, is_ordered);
     if (is_ordered && (known.ordered == 0 || ordered_states(found) < known.ordered))
         found = stationary_states(equations);
     const StationaryState* state = state_of(equations, found, which);

@@ -381,9 +381,11 @@ std::vector<Vector> changes_of_sign(const UniformEquations& equations, const std
     return starts;
 }
 
-/// From these states, or by the whole search.
-StationaryStates found_states(const model::Equations& equations, const model::UniformState& means,
-                              const std::vector<model::UniformState>* guesses) {
+/// From guesses alone, from points in all directions too, or beside what these lead to as well.
+enum class Depth { guesses, points, whole };
+
+StationaryStates found_states(const model::Equations& equations, const model::UniformState& means, Depth depth,
+                              const std::vector<model::UniformState>& guesses = {}) {
     StationaryStates result;
     if (const model::TermSummary* placed = equations.placed_term()) {
         result.why_none = text("the term \"{}\" of {} depends on position or time, so no uniform state satisfies it",
@@ -392,11 +394,10 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
     }
     const UniformEquations uniform(equations, means);
     Roots roots(uniform);
-    if (guesses != nullptr) {
-        roots.try_from(uniform.reference(), false);
-        for (const model::UniformState& guess : *guesses) roots.try_from(uniform.of_state(guess), false);
-    } else {
-        for (const Vector& start : starting_points(uniform)) roots.try_from(start, true);
+    if (depth == Depth::guesses) roots.try_from(uniform.reference(), false);
+    for (const model::UniformState& guess : guesses) roots.try_from(uniform.of_state(guess), false);
+    if (depth != Depth::guesses) {
+        for (const Vector& start : starting_points(uniform)) roots.try_from(start, depth == Depth::whole);
         for (std::size_t before = 0, rounds = 0; rounds < 4 && roots.found().size() > before; ++rounds) {
             before = roots.found().size();
             for (const Vector& start : changes_of_sign(uniform, roots.found())) roots.try_from(start, false);
@@ -447,16 +448,16 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
 }  // namespace
 
 StationaryStates stationary_states(const model::Equations& equations) {
-    return found_states(equations, equations.reference(), nullptr);
+    return found_states(equations, equations.reference(), Depth::whole);
 }
 
 StationaryStates stationary_states(const model::Equations& equations, const model::UniformState& means) {
-    return found_states(equations, means, nullptr);
+    return found_states(equations, means, Depth::whole);
 }
 
 StationaryStates stationary_states_near(const model::Equations& equations, const model::UniformState& means,
-                                        const std::vector<model::UniformState>& guesses) {
-    return found_states(equations, means, &guesses);
+                                        const std::vector<model::UniformState>& guesses, bool elsewhere) {
+    return found_states(equations, means, elsewhere ? Depth::points : Depth::guesses, guesses);
 }
 
 const StationaryState* nearest_state(const StationaryStates& found, const model::Model& model,

@@ -121,6 +121,18 @@ TEST(ModelBoundary, OfAnOrderedStateThatKnownStatesDoNotLeadToIsThatOfTheWholeSe
         EXPECT_NEAR(margin(equations, MarginState::ordered, known, search).value, whole.value, 1e-12);
 }
 
+// Beside p^2 = 1, which the known state leads to, p^2 = 3.4 is stationary, and its short waves grow as (1.7 - 1) q^2.
+TEST(ModelBoundary, OfTheLargestOrderIsFoundBesideAKnownOne) {
+    const model::Equations equations(
+        {.fields = {spin(1, "p", "(1 - p.p) ((p.p - 3)^2 - 0.16) p + lap p - 0.5 p.p lap p")},
+         .definitions = {},
+         .coefficients = {}});
+    const GrowthSearch search{.min = 1e-2, .max = 10.0, .wavenumbers = 31, .angles = 12};
+    const Margin found = margin(equations, MarginState::ordered, {.values = {{1.0, 0.0}}, .ordered = 1}, search);
+    // Across the order, which turns without decay, the rate is .7 q^2 exactly; q = max grows fastest.
+    EXPECT_NEAR(found.value, -0.7 * (search.max * search.max + search.min * search.max), 1e-9);
+}
+
 /// The margin with each of `count` draws of a number.
 template <class MarginWith>
 std::vector<MarginOf> drawn(MarginWith margin_with, double value, double error, std::size_t count,

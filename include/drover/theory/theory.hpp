@@ -4,6 +4,7 @@
 // model: rates per time, wavenumbers per length.
 #pragma once
 #include <complex>
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -58,9 +59,10 @@ const StationaryState* nearest_state(const StationaryStates& found, const model:
                                      const std::vector<model::UniformState>& samples);
 
 /// Only what Newton's method finds from these means and from these guesses of all components, which take the conserved
-/// means of the first: for models that differ little from one whose states are known.
+/// means of the first: for models that differ little from one whose states are known.  elsewhere: and from the starting
+/// points of stationary_states, without its search beside what they lead to, which takes most of the time.
 StationaryStates stationary_states_near(const model::Equations& equations, const model::UniformState& means,
-                                        const std::vector<model::UniformState>& guesses);
+                                        const std::vector<model::UniformState>& guesses, bool elsewhere = false);
 
 /// Whether turned copies of every state are equivalent, for uniform states and waves: tried at random states.
 bool turns_freely(const model::Equations& equations);
@@ -183,9 +185,11 @@ struct StructureFactors {
         return values[(mode * names.size() + i) * names.size() + j];
     }
 };
-/// degree: of products, as for numerics::is_kept.
+/// Of the modes that are wanted alone; the values of others are 0.
+using IsWanted = std::function<bool(std::size_t mode)>;
+/// degree: of products, as for numerics::is_kept.  is_wanted: empty for all.
 StructureFactors structure_factors(const model::LinearisedAt& at, const numerics::Grid& grid, int degree,
-                                   Threads& threads);
+                                   Threads& threads, const IsWanted& is_wanted = {});
 
 // ---- Long waves
 

@@ -153,6 +153,7 @@ bool loses_slow_modes(const Eigen::MatrixXcd& m, const Eigen::VectorXcd& values)
     return std::any_of(values.begin(), values.end(),
                        [&](const std::complex<double>& value) { return std::abs(value.real()) < digits * rounding; });
 }
+
 /// The triangular matrix; u: identity(m.rows()), or of no rows where the vectors are not wanted.
 Matrix schur_form(const Eigen::MatrixXcd& m, Matrix& u) {
     Matrix t{static_cast<int>(m.rows()), {}};
