@@ -235,7 +235,8 @@ TEST(ModelFluctuations, of_edwards_wilkinson_and_of_model_b_are_their_closed_for
     Threads threads(2);
     const model::LinearisedAt flat(model::Equations(surface), {0.0}), mixed(model::Equations(separation), {0.5});
     const StructureFactors h = structure_factors(flat, grid, 3, threads),
-                           phi = structure_factors(mixed, grid, 3, threads);
+                           phi = structure_factors(mixed, grid, 3, threads),
+                           some = structure_factors(mixed, grid, 3, threads, [](std::size_t m) { return m % 2 == 0; });
     ASSERT_EQ(h.why_none + phi.why_none, "");
     EXPECT_EQ(phi.names, std::vector<std::string>{"phi"});
     for (std::size_t row = 0; row < 12; ++row)
@@ -247,6 +248,7 @@ TEST(ModelFluctuations, of_edwards_wilkinson_and_of_model_b_are_their_closed_for
             const double expected_h = kept ? 0.3 / (2.0 * 0.7 * square) : 0.0;
             const double expected_phi = kept ? 0.3 / (2.0 * (0.4 + 3.0 * 0.25 + 1.7 * square)) : 0.0;
             EXPECT_NEAR(h.at(mode, 0, 0).real(), expected_h, 1e-14 * expected_h);
+            EXPECT_EQ(some.at(mode, 0, 0), mode % 2 == 0 ? phi.at(mode, 0, 0) : 0.0);
             EXPECT_NEAR(phi.at(mode, 0, 0).real(), expected_phi, 1e-14 * expected_phi);
         }
 }
