@@ -2,7 +2,6 @@
 #include "analysis/boundary.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>

@@ -103,8 +103,7 @@ std::optional<TailPowers> tail_powers(const io::Scene& scene, const model::Equat
         std::vector<PartPair> parts;
         for (std::size_t k = 0; k < powers.size(); ++k) parts.emplace_back(k, k);
         const auto is_in_tail = [&](std::size_t m) {
-            return numerics::is_kept(grid, system.degree, m % width, m / width) &&
-                   measure::is_in_tail(grid, system.degree, m % width, m / width);
+            return measure::is_in_tail(grid, system.degree, m % width, m / width);
         };
         const FieldPrediction predicted =
             predicted_fields(scene, equations,
@@ -113,10 +112,8 @@ std::optional<TailPowers> tail_powers(const io::Scene& scene, const model::Equat
                              parts, system.degree, one, is_in_tail);
         if (predicted.why_none.empty()) {
             for (std::size_t m = 0; m < numerics::modes(grid); ++m)
-                if (is_in_tail(m))
-                    for (std::size_t k = 0; k < powers.size(); ++k)
-                        powers[k] +=
-                            numerics::mode_weight(grid, m % width) * predicted.powers[k][m] / numerics::area(grid);
+                for (std::size_t k = 0; k < powers.size(); ++k)
+                    powers[k] += numerics::mode_weight(grid, m % width) * predicted.powers[k][m] / numerics::area(grid);
             return powers;
         }
     }

@@ -108,7 +108,7 @@ public:
             numerics::refined_maximum(log_q, place.first, [&](double x) { return rate(x, place.second); });
         for (const Margin& refined : {wave(place.first, place.second), wave(fine, place.second)})
             if (refined.value < best.value) best = refined;
-        if (lowest.value <= best.value) return lowest;
+        if (!(best.value < lowest.value)) return lowest;
         best.frequency = growth(at_, best.q, best.angle).frequency;
         return best;
     }
