@@ -182,8 +182,8 @@ PlaneMap map_of(const PlaneOfScene& plane) {
     if (!std::all_of(lines.begin(), lines.end(), is_of_state))
         return {.quantities = {{"regime", "1", theory::regime_legend(), axes},
                                {"effective_relaxation", "s-1",
-                                "rate at which order decays in the isotropic state; of rods and beads abar = a - "
-                                "lambda alpha/Gamma",
+                                "rate at which order decays in the isotropic state; of rods and beads abar = a - c "
+                                "sigma - lambda alpha/Gamma",
                                 axes}},
                 .at = regime_at(plane, convention)};
     const auto models = models_of_scene(plane, convention);

@@ -2,9 +2,9 @@
 #include "analysis/lagged_waves.hpp"
 
 #include <cmath>
-#include <limits>
 #include <optional>
 
+#include "base/constants.hpp"
 #include "drover/theory/theory.hpp"
 #include "run/field_prediction.hpp"
 #include "run/scene_equations.hpp"
@@ -93,7 +93,7 @@ LaggedWaves lagged_waves(const io::Scene& scene, const Means& means, const std::
         const numerics::Wavevector q{c * wave.x + s * wave.y, c * wave.y - s * wave.x};
         const theory::Correlations lagged = theory::lagged_covariances(*about.linear, q, interval, lags);
         if (!lagged.why_none.empty()) {
-            result.values.insert(result.values.end(), lags, std::numeric_limits<double>::quiet_NaN());
+            result.values.insert(result.values.end(), lags, nan);
             if (result.why_none.empty()) result.why_none = lagged.why_none;
         }
         for (const model::Symbol& matrix : lagged.matrices)

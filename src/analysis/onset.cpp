@@ -1,12 +1,12 @@
 // analysis/onset.cpp: the flocking thresholds of a table, described.
 #include "analysis/onset.hpp"
 
+#include "base/constants.hpp"
 #include "io/calibration.hpp"
 #include "io/scene_text.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace drover::analysis {
 
@@ -23,15 +23,13 @@ std::string convention_text(Convention convention) {
     return convention == Convention::mean ? "lambda = lambda_s/2, g = 2" : "lambda_s in place of lambda, g = 1";
 }
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
-
 /// The first crossing from few beads to many at which flocks begin, and how many there are.
 run::Record crossing_record(const calibrate::Crossings& crossings, Convention convention) {
     const std::string words = ", " + convention_text(convention);
     const auto& all = crossings.all;
     const auto found = std::find_if(all.begin(), all.end(), [](const calibrate::Crossing& one) { return one.begins; });
     const calibrate::Crossing first =
-        found != all.end() ? *found : calibrate::Crossing{.bead_fraction = none, .low = none, .high = none};
+        found != all.end() ? *found : calibrate::Crossing{.bead_fraction = nan, .low = nan, .high = nan};
     const auto entry = [&](const char* name, const std::string& meaning, double value, int digits) {
         return run::number(name, "1", meaning + words, value, digits);
     };
@@ -72,7 +70,7 @@ std::string threshold_text(const calibrate::Crossings& crossings) {
     std::string words = "flocks " + (parts.empty() ? "are not predicted in the table" : joined(parts));
     const bool is_sure = std::all_of(crossings.all.begin(), crossings.all.end(),
                                      [](const calibrate::Crossing& one) { return one.is_alone; });
-    if (!is_sure) words += "; thresholds with a common band are within errors of none";
+    if (!is_sure) words += "; thresholds within one error band are consistent, within errors, with no threshold";
     const std::size_t count = crossings.all.size();
     words += count == 0 ? text("; {} of the draws have a threshold", percent(crossings.any))
                         : text("; {} of the draws have {} threshold{}, {} more", percent(crossings.as_many), count,
@@ -145,7 +143,8 @@ run::List crossing_list(const calibrate::Onset& onset) {
                                  run::number("high", "1", "upper end of its error band; NaN above the table", one.high),
                                  run::flag("begins", "1: flocks are predicted above it; 0: below it", one.begins),
                                  run::flag("alone",
-                                           "1: no other threshold is in its error band; 0: within errors of none",
+                                           "1: no other threshold is in its error band; 0: consistent, within "
+                                           "errors, with no threshold",
                                            one.is_alone)}});
     return list;
 }

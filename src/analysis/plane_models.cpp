@@ -27,10 +27,8 @@ PlaneNumber number_of_model(const physics::ModelValues& model, const std::string
 
 /// The area of one body, "uniform.bead_area": a number of the scene that the equations do not have.
 double area_of_body(const physics::ModelValues& model, const std::string& name) {
-    for (const physics::ModelSection& section : physics::model_sections())
-        for (const physics::ModelKey& key : section.keys)
-            if (mean_of == section.name + "." && key.description.name == name) return std::get<double>(key.get(model));
-    return 0.0;
+    const physics::ModelKey* key = physics::find_key(mean_of + name);
+    return key == nullptr ? 0.0 : std::get<double>(key->get(model));
 }
 }  // namespace
 
@@ -190,9 +188,7 @@ theory::Margin PlaneModels::margin(const numerics::PlanePoint& point, theory::Li
 model::Equations PlaneModels::equations(const numerics::PlanePoint& point) const {
     const io::Scene here = changed(point);
     try {
-        if (base_.kind == io::SceneKind::model) return model::Equations(io::model_of(here.declared));
-        const physics::Equations equations(here.model);
-        return equations.solver();
+        return run::equations_of(here);
     } catch (const Error& error) {
         throw Error(error.fault(), {}, text("{}: {}", place_of(point), error.what()));
     }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "analysis/analysed_state.hpp"
@@ -23,7 +22,7 @@ using std::numbers::pi;
 bool is_described(const model::Field& field) { return !field.observed.short_name.empty(); }
 /// The order, the first that turns of the fields as they are drawn; nullptr: no field has a direction.
 const model::Field* order_of(const model::Model& model) {
-    for (const std::size_t n : theory::drawn_fields(model))
+    for (const std::size_t n : model::drawn_fields(model))
         if (model.fields[n].spin > 0) return &model.fields[n];
     return nullptr;
 }
@@ -66,7 +65,7 @@ std::vector<StructurePart> parts_by_state(const model::LinearisedAt& at) {
     const model::Model& model = at.equations().model();
     const model::Field* const order = order_of(model);
     std::vector<StructurePart> parts;
-    for (const std::size_t n : theory::drawn_fields(model)) {
+    for (const std::size_t n : model::drawn_fields(model)) {
         const model::Field& field = model.fields[n];
         const int x = model::first_components(model)[n], y = x + 1;
         const std::string unit = measure::unit_product({field.unit, field.unit, "mm2"});
@@ -180,14 +179,13 @@ run::Record instability_record(const theory::Instability& found, const std::stri
             run::number("angle", "degree", "angle of q from " + direction, found.angle / radians_per_degree),
             run::number(
                 "grows_from", "mm-1",
-                "smallest |q| that grows at this angle, or of the uniform state at any; 0: the smallest |q| searched "
-                "grows",
+                "lower end of the band of growing |q| at this angle (for a uniform instability: at any angle); 0: the "
+                "band extends below the smallest |q| searched",
                 found.min),
-            run::number(
-                "grows_to", "mm-1",
-                "largest |q| that grows at this angle, or of the uniform state at any; infinite: the largest |q| "
-                "searched grows",
-                found.max),
+            run::number("grows_to", "mm-1",
+                        "upper end of the band of growing |q| at this angle (for a uniform instability: at any angle); "
+                        "infinite: the band extends beyond the largest |q| searched",
+                        found.max),
             run::data_only(run::flag("at_longest", "1: the growth rate is largest at the smallest |q| searched",
                                      found.at_longest)),
             run::data_only(run::flag("at_shortest", "1: the growth rate still increases at the largest |q| searched",
@@ -303,8 +301,8 @@ run::Record state_record(const Analysis& of, const AnalysedState& state) {
     for (const run::Entry& entry : state.entries) record.entries.push_back(run::data_only(entry));
     record.entries.insert(
         record.entries.end(),
-        {run::data_only(
-             run::flag("free_direction", "1: turned copies of the state are states too", state.has_free_direction)),
+        {run::data_only(run::flag("free_direction", "1: rotated copies of the state are stationary too",
+                                  state.has_free_direction)),
          run::data_only(run::flag("stable", "1: no wave of the search grows", found.empty())),
          run::data_only(run::number("fastest_rate", "s-1", "the largest growth rate", fastest.growth.rate)),
          run::data_only(run::number("fastest_wavenumber", "mm-1", "its |q|", fastest.q)),

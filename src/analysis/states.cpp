@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "drover/numerics/transform.hpp"
 #include "measure/fields.hpp"
 #include "model/start.hpp"
+#include "numerics/algebra/extremum.hpp"
 #include "run/field_simulation.hpp"
 #include "run/number_lists.hpp"
 #include "run/scene_equations.hpp"
@@ -199,9 +200,7 @@ void add_unresolved(const std::vector<TravellingState>& states, const StatesProb
         where, tail_of(worst, problem), max_tail, 2 * problem.grid().nx));
 }
 
-double growth_of(const Point& point) {
-    return point.perturbations.empty() ? std::numeric_limits<double>::quiet_NaN() : point.perturbations.front().real();
-}
+double growth_of(const Point& point) { return point.perturbations.empty() ? nan : point.perturbations.front().real(); }
 
 std::vector<run::Entry> state_entries(const Point& point, const StatesProblem& problem) {
     std::vector<run::Entry> entries{{.name = "speed",
@@ -270,13 +269,8 @@ double turn_of(const std::vector<Point>& points, std::size_t i, std::size_t neig
         if (k == i + 1) to = at.back();
     }
     const double sign = points[i].at.parameter > points[i - 1].at.parameter ? 1.0 : -1.0;
-    constexpr int thirds = 60;  // to rounding
-    for (int n = 0; n < thirds; ++n) {
-        const double low = (2.0 * from + to) / 3.0, high = (from + 2.0 * to) / 3.0;
-        if (sign * interpolated(at, values, low) < sign * interpolated(at, values, high)) from = low;
-        else to = high;
-    }
-    return interpolated(at, values, 0.5 * (from + to));
+    const auto height = [&](double part) { return sign * interpolated(at, values, from + part * (to - from)); };
+    return sign * height(numerics::golden_maximum(0.0, 1.0, height));
 }
 
 run::List turn_list(const std::vector<Point>& points, const StatesProblem& problem) {

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
 
+#include "base/constants.hpp"
 #include "drover/theory/theory.hpp"
 #include "io/scene_text.hpp"
 #include "measure/field_setting.hpp"
@@ -280,7 +280,6 @@ WaveProblem wave_problem(const io::Scene& scene, const std::vector<std::string>&
 
 run::Record row_of(const std::string& key, const std::string& unit, double start, const FittedValue& found,
                    const std::optional<FittedValue>& sparse) {
-    const double nothing = std::numeric_limits<double>::quiet_NaN();
     const auto entry = [](const char* name, const char* meaning, double value) {
         return run::number(name, "", meaning, value, 4);
     };
@@ -292,11 +291,11 @@ run::Record row_of(const std::string& key, const std::string& unit, double start
                          found.error),
                    entry("error_of_model", "the standard error that the model predicts", found.error_of_model),
                    entry("scene", "value in the scene", start),
-                   entry("at_twice_the_spacing", "estimate from every second frame", sparse ? sparse->value : nothing),
+                   entry("at_twice_the_spacing", "estimate from every second frame", sparse ? sparse->value : nan),
                    run::words("unit", "of the number", unit),
                    run::data_only(run::flag("at_bound",
-                                            "1: the value is the least allowed, and the waves would prefer a smaller "
-                                            "one",
+                                            "1: the value is at its lower bound, towards which the likelihood "
+                                            "increases",
                                             found.at_bound)),
                    {.name = "correlations",
                     .unit = "1",
@@ -313,7 +312,8 @@ std::vector<std::string> remarks_of(const std::vector<calibrate::FittedNumber>& 
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         const FittedValue& found = fit.values[i];
         const std::string& key = numbers[i].key;
-        if (found.at_bound) remarks.push_back(text("{} is at its least value: the waves would prefer less", key));
+        if (found.at_bound)
+            remarks.push_back(text("{} is at its lower bound, towards which the likelihood increases", key));
         if (found.error > 2.0 * found.error_of_model)
             remarks.push_back(
                 text("{}: its values in segments of time scatter {:.2g} times as much as the model "
@@ -342,7 +342,7 @@ std::vector<run::Entry> entries_of(const WaveProblem& problem, double largest,
                                     run::number("max_wavenumber", "mm-1", "largest |q|", largest),
                                     run::count("frames", "frames used", record.frames),
                                     run::number("spacing", "s", "time between them", record.spacing),
-                                    run::words("remarks", "what the estimates do not show by themselves", remarks)})
+                                    run::words("remarks", "remarks on the reliability of the estimates", remarks)})
         entries.push_back(run::data_only(entry));
     return entries;
 }

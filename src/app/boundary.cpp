@@ -28,7 +28,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
          {std::pair{"--varied", options.varied.has_value()}, std::pair{"--cell", options.cell.has_value()},
           std::pair{"--point", !options.points.empty()}})
         require(!is_given, {.file = options.scene},
-                "{} is for a table of coefficients, and this is a scene; expected the command without it", name);
+                "{} applies to a table of coefficients, and this is a scene; omit it", name);
     std::vector<std::string> overrides = options.overrides;
     if (options.draws) overrides.push_back(text("boundary.draws={}", *options.draws));
     const io::Scene scene = io::read_scene(options.scene, overrides);
@@ -80,15 +80,15 @@ analysis::AreaFractions point_of(const std::string& written) {
 int print_table_boundary(const BoundaryOptions& options) {
     const SourceLocation file{.file = options.scene};
     require(options.share.empty() && !options.collect && !options.status && options.slurm == 0, file,
-            "--share, --collect, --status and --slurm are for scenes, and this is a table of coefficients, whose "
-            "threshold takes seconds; expected the command without them");
+            "--share, --collect, --status and --slurm apply to scenes, and this is a table of coefficients, whose "
+            "threshold takes seconds; expected none of them");
     require(options.overrides.empty(), file,
-            "--set, --x, --y and --convention are for scenes, and this is a table of coefficients, whose plane is "
-            "that of its area fractions; expected the command without them");
+            "--set, --x, --y and --convention apply to scenes, and this is a table of coefficients, whose plane is "
+            "that of its area fractions; expected none of them");
     require(!options.draws || *options.draws >= min_draws, {},
             "--draws {} for a table of coefficients; expected at least {}, from which its errors follow",
             *options.draws, min_draws);
-    require(options.cell || options.points.empty(), {}, "--point is for --cell; expected the side of a cell too");
+    require(options.cell || options.points.empty(), {}, "--point applies to --cell; expected the side of a cell too");
     std::vector<analysis::AreaFractions> points;
     for (const std::string& written : options.points) points.push_back(point_of(written));
     analysis::TableOnset onset =
@@ -127,20 +127,20 @@ void add_boundary(CLI::App& program, Action& action) {
         ->type_name("VALUE");
     command
         ->add_option("--cell", options->cell,
-                     "For a table: also the order of the rods of a square cell of this side [mm], as of few rods")
+                     "For a table: also the order of the rods in a square cell of this side [mm], with the effect of "
+                     "their finite number")
         ->type_name("MM")
         ->check(CLI::PositiveNumber);
     command
         ->add_option("--point", options->points,
                      "For --cell: area fractions of beads and rods in place of those of the table; repeatable")
         ->type_name("BEADS,RODS");
-    command->add_option("--threads", options->threads, "Number of threads; overrides run.threads")
-        ->check(CLI::Range(1, 1024));
+    add_threads(*command, options->threads);
     command->add_flag("--overwrite", options->overwrite, "Replace an existing archive");
     add_job_options(*command, *options,
                     {.output = "Also write the result to this archive (HDF5)",
                      .work = "points of the lines",
-                     .workers = "Number of processes that compute the points of a share, or of what shares have left",
+                     .workers = "Number of processes that compute the points of a share, or those left by the shares",
                      .collect = "Compute no lines: take those that all processes have computed",
                      .status = "Print how far all processes have come",
                      .slurm = "Print a script that runs N shares on Slurm and writes the archive",

@@ -37,9 +37,11 @@ void add_set_option(CLI::App& command, SceneOptions& options) {
 
 void add_output_options(CLI::App& command, SceneOptions& options) {
     command.add_option("-o,--output", options.output, "Archive to write; overrides output.file");
-    command
-        .add_option("--threads", options.threads,
-                    "Number of threads; overrides run.threads and does not change results")
+    add_threads(command, options.threads);
+}
+
+void add_threads(CLI::App& command, int& threads) {
+    command.add_option("--threads", threads, "Number of threads; overrides run.threads and does not change results")
         ->check(CLI::Range(1, 1024));
 }
 
@@ -80,8 +82,8 @@ bool answers(const JobCommand& options, const char* command, const std::filesyst
         print(how.status() + "\n");
     } else if (options.slurm > 0) {
         require(options.workers == 0, {},
-                "--workers with --slurm, whose jobs have a worker for each core that sbatch gives them; expected the "
-                "command without it, and --cpus-per-task={} where the script is run",
+                "--workers with --slurm, whose jobs have a worker for each core that sbatch gives them; omit it, and "
+                "give --cpus-per-task={} where the script is run",
                 options.workers);
         how.check();
         print(jobs::slurm_script({.command = command,
@@ -98,8 +100,8 @@ void add_max_time(CLI::App& command) {
     command
         .add_option_function<std::string>(
             "--max-time", [](const std::string& time) { run::stop_after(seconds_of(time, "--max-time")); },
-            "Stop after this time, with all that is needed to resume, and with status 3: 3600, 90m, 2h, mm:ss, "
-            "hh:mm:ss or d-hh:mm:ss")
+            "Stop in a resumable state after this time, with status 3: 3600, 90m, 2h, mm:ss, hh:mm:ss or "
+            "d-hh:mm:ss")
         ->type_name("TIME");
 }
 
@@ -108,14 +110,13 @@ void add_stop_options(CLI::App& command) {
     command
         .add_option_function<std::vector<std::string>>(
             "--stop-when", [](const std::vector<std::string>& rules) { jobs::set_stop_rules(rules); },
-            "Stop as at --max-time when a rule is met; repeatable.  " + jobs::stop_rules_help())
+            "Stop in the same way as with --max-time when a rule is met; repeatable.  " + jobs::stop_rules_help())
         ->type_name("RULE=LIMIT");
 }
 
 void add_result_options(CLI::App& command, ResultOptions& options, const std::string& output_help) {
     command.add_option("-o,--output", options.output, output_help);
-    command.add_option("--threads", options.threads, "Number of threads; overrides run.threads")
-        ->check(CLI::Range(1, 1024));
+    add_threads(command, options.threads);
     command.add_flag("--overwrite", options.overwrite, "Replace an existing archive");
     command.add_flag("--json", options.json, "Print the result as JSON");
 }

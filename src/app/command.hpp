@@ -46,6 +46,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options);
 void add_set_option(CLI::App& command, SceneOptions& options);
 /// --output and --threads, which override keys of the scene.
 void add_output_options(CLI::App& command, SceneOptions& options);
+void add_threads(CLI::App& command, int& threads);
 /// An option that overrides a key of the scene.
 template <class Value>
 CLI::Option* add_key(CLI::App& command, SceneOptions& options, const char* option, const char* key,

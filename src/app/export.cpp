@@ -16,7 +16,7 @@ struct ExportOptions {
 
 int export_fields(const ExportOptions& options) {
     require(!options.bodies, {.file = options.output},
-            "--bodies is for particles, and a file .vtk or .csv for fields; expected the command without it");
+            "--bodies applies to particles, and a .vtk or .csv file holds fields; omit --bodies");
     const std::vector<std::filesystem::path> written =
         io::write_fields(files::ArchiveReader(options.archive), options.archive, options.frames, options.output,
                          options.overwrite);

@@ -30,8 +30,8 @@ void add_fit(CLI::App& program, Action& action) {
         ->allow_extra_args(false);
     command
         ->add_option("--max-wavenumber", options->choice.max_wavenumber,
-                     "Largest |q| of the waves [1/mm], among those that the run kept: below the smallest of the cell "
-                     "the means of v and p alone; default: three times the smallest")
+                     "Largest |q| of the waves used [1/mm]; below the smallest |q| of the cell only the means of v and "
+                     "p are used; default: three times the smallest |q|")
         ->check(CLI::Range(0.0, 1e9));
     command->add_option("--from", options->choice.begin, "Use frames from this time on [s]")
         ->check(CLI::Range(0.0, 1e15));

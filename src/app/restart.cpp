@@ -18,10 +18,7 @@ void add_restart(CLI::App& program, Action& action) {
     command->add_option("archive", options->archive, "Archive of the run, such as isotropic.h5")->required();
     command->add_option("--set", options->overrides, "Override time.end, output.checkpoint_minutes or run.threads")
         ->type_name("KEY=VALUE");
-    command
-        ->add_option("--threads", options->threads,
-                     "Number of threads; overrides run.threads and does not change results")
-        ->check(CLI::Range(1, 1024));
+    add_threads(*command, options->threads);
     add_max_time(*command);
     command->add_flag("--json", options->json, "Print the results as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log and no progress");

@@ -14,11 +14,11 @@ void add_serve(CLI::App& program, Action& action) {
     };
     const auto options = std::make_shared<Options>();
     CLI::App* command = program.add_subcommand(
-        "serve", "Show a run in a browser of this machine, and steer one that starts here; needs python3");
+        "serve", "Show a run in a browser on this machine; a scene runs in memory and can be steered; needs python3");
     command->add_option("run", options->run, "Scene (.toml), which is run in memory, or archive of a run")->required();
-    command->add_option("--set", options->settings, "Of a scene: section.key=value, for one of its keys")
+    command->add_option("--set", options->settings, "Override a key of the scene, section.key=value; repeatable")
         ->type_name("KEY=VALUE");
-    command->add_option("--port", options->port, "Port at 127.0.0.1; default: a free one")->check(CLI::Range(1, 65535));
+    command->add_option("--port", options->port, "Port on 127.0.0.1; default: a free one")->check(CLI::Range(1, 65535));
     command->callback([options, &action] {
         action = [options] {
             std::vector<std::string> words;

@@ -70,7 +70,7 @@ void add_sweep(CLI::App& program, Action& action) {
                    "repeatable")
         ->type_name("NAME=CHANGE");
     add_key<int>(*command, *options, "--refine-levels", "sweep.refine_levels",
-                 "Times that their distance is halved at most")
+                 "Maximum number of times that --refine halves the distance of points")
         ->check(CLI::Range(1, 20));
     add_key<int>(*command, *options, "--seeds", "sweep.seeds", "Number of runs at each point")
         ->check(CLI::Range(1, 1000000));

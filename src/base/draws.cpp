@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 
+#include "base/constants.hpp"
 #include "drover/base/random.hpp"
 
 namespace drover {
@@ -46,7 +46,7 @@ double quantile(const std::vector<double>& values, double part) {
 
 double half_width(std::vector<double> values) {
     std::erase_if(values, [](double value) { return std::isnan(value); });
-    if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+    if (values.empty()) return nan;
     std::sort(values.begin(), values.end());
     return 0.5 * (quantile(values, 1.0 - below_one_sigma) - quantile(values, below_one_sigma));
 }

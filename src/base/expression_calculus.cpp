@@ -11,13 +11,13 @@ namespace drover {
 namespace {
 Expression simplified(const Expression& expression) {
     GraphBuilder graph(Folding::lenient);
-    return graph.expression(graph.import(expression.graph()).back());
+    return graph.expression(graph.import(expression.graph()));
 }
 
 Expression combined(Operation operation, const Expression& a, const Expression& b) {
     GraphBuilder graph(Folding::simplified);
-    const int left = graph.import(a.graph()).back();
-    return graph.expression(graph.make(operation, left, graph.import(b.graph()).back()));
+    const int left = graph.import(a.graph());
+    return graph.expression(graph.make(operation, left, graph.import(b.graph())));
 }
 
 /// Derivatives of the nodes of a graph; `slopes` are those of the arguments.
@@ -172,19 +172,16 @@ int chain_rule(GraphBuilder& graph, int root, const std::function<int(int slot)>
 
 Expression derivative(const Expression& expression, int slot, const SourceLocation& where) {
     GraphBuilder graph(Folding::simplified, where);
-    const int root = graph.import(expression.graph()).back();
+    const int root = graph.import(expression.graph());
     return graph.expression(
         chain_rule(graph, root, [&](int other) { return graph.number(other == slot ? 1.0 : 0.0); }));
 }
 
 Expression bind(const Expression& expression, int slot, double value, const SourceLocation& where) {
     require(std::isfinite(value), where, "the value {} is put into an expression; expected a finite number", value);
-    auto bound = std::make_shared<Expression::Graph>(expression.graph());
-    for (Node& node : bound->nodes)
-        if (node.operation == Operation::slot && node.left == slot)
-            node = {.operation = Operation::number, .value = value};
     GraphBuilder graph(Folding::simplified, where);
-    return graph.expression(graph.import(*bound).back());
+    const auto node_of = [&](int other) { return other == slot ? graph.number(value) : graph.slot(other); };
+    return graph.expression(graph.import(expression.graph(), node_of));
 }
 
 std::set<int> slots_of(const Expression& expression) {

@@ -18,25 +18,16 @@ constexpr std::size_t max_joining = 20;    // products of a sum that joins sever
 /// Remakes the nodes of `from_` in `graph_`.
 class Factoring {
 public:
-    explicit Factoring(const GraphBuilder& from, const std::vector<int>& roots) : from_(from) {
-        count_uses(roots);
+    explicit Factoring(const GraphBuilder& from, const std::vector<int>& roots) : from_(from), uses_(from.uses(roots)) {
+        for (int node = 0; node < from_.size(); ++node)
+            if (from_[node].operation == Operation::divide && uses_[static_cast<std::size_t>(node)] > 0)
+                ++quotients_[from_[node].right];
         for (int node = 0; node < from_.size(); ++node)
             made_.push_back(uses_[static_cast<std::size_t>(node)] > 0 ? make(node) : -1);
     }
     Expression result(int root) const { return graph_.expression(at(root)); }
 
 private:
-    void count_uses(const std::vector<int>& roots) {
-        uses_.assign(static_cast<std::size_t>(from_.size()), 0);
-        for (const int root : roots) ++uses_[static_cast<std::size_t>(root)];
-        for (int i = from_.size() - 1; i >= 0; --i) {
-            const Node& node = from_[i];
-            if (uses_[static_cast<std::size_t>(i)] == 0 || is_leaf(node)) continue;
-            ++uses_[static_cast<std::size_t>(node.left)];
-            if (is_binary(node)) ++uses_[static_cast<std::size_t>(node.right)];
-            if (node.operation == Operation::divide) ++quotients_[node.right];
-        }
-    }
     bool is_used_once(int node) const { return uses_[static_cast<std::size_t>(node)] == 1; }
     int at(int node) const { return node < 0 ? -1 : made_[static_cast<std::size_t>(node)]; }
 
@@ -239,7 +230,7 @@ private:
 std::vector<Expression> factored(std::span<const Expression> expressions) {
     GraphBuilder graph(Folding::lenient);
     std::vector<int> roots;
-    for (const Expression& expression : expressions) roots.push_back(graph.import(expression.graph()).back());
+    for (const Expression& expression : expressions) roots.push_back(graph.import(expression.graph()));
     std::vector<Expression> result(expressions.begin(), expressions.end());
     if (graph.size() > max_size) return result;
     const Factoring factoring(graph, roots);

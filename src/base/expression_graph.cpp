@@ -128,16 +128,15 @@ int GraphBuilder::simplified_negative(int node) {
     return intern({.operation = Operation::negate, .left = node});
 }
 
-std::vector<int> GraphBuilder::import(const Expression::Graph& graph) {
-    std::vector<int> here;
-    here.reserve(graph.nodes.size());
-    for (const Node& node : graph.nodes) {
-        const auto at = [&](int there) { return there < 0 ? -1 : here[static_cast<std::size_t>(there)]; };
-        if (node.operation == Operation::number) here.push_back(number(node.value));
-        else if (node.operation == Operation::slot) here.push_back(slot(node.left));
-        else here.push_back(make(node.operation, at(node.left), at(node.right)));
+std::vector<int> GraphBuilder::uses(const std::vector<int>& roots) const {
+    std::vector<int> result(nodes_.size(), 0);
+    for (const int root : roots) ++result[static_cast<std::size_t>(root)];
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+        if (result[i] == 0 || is_leaf(nodes_[i])) continue;
+        ++result[static_cast<std::size_t>(nodes_[i].left)];
+        if (is_binary(nodes_[i])) ++result[static_cast<std::size_t>(nodes_[i].right)];
     }
-    return here;
+    return result;
 }
 
 Expression GraphBuilder::expression(int root) const {

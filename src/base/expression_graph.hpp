@@ -126,8 +126,27 @@ public:
     /// The node of an operation on nodes.  Throws an input Error at `where` for more than max_nodes nodes and, unless
     /// lenient, for an infinite or undefined constant.
     int make(Operation operation, int left, int right = -1);
-    /// The nodes of the graph here, made anew: simplified if this builder simplifies.
-    std::vector<int> import(const Expression::Graph& graph);
+    /// The root of a graph here, made anew: simplified if this builder simplifies.  slot_node(slot) and
+    /// make_node(operation, left, right) stand in for slot and make.
+    template <class SlotNode, class MakeNode>
+    int import(const Expression::Graph& graph, SlotNode slot_node, MakeNode make_node) {
+        std::vector<int> here;
+        here.reserve(graph.nodes.size());
+        for (const Node& node : graph.nodes) {
+            const auto at = [&](int there) { return there < 0 ? -1 : here[static_cast<std::size_t>(there)]; };
+            if (node.operation == Operation::number) here.push_back(number(node.value));
+            else if (node.operation == Operation::slot) here.push_back(slot_node(node.left));
+            else here.push_back(make_node(node.operation, at(node.left), at(node.right)));
+        }
+        return here.back();
+    }
+    template <class SlotNode>
+    int import(const Expression::Graph& graph, SlotNode slot_node) {
+        return import(graph, slot_node, [this](Operation o, int left, int right) { return make(o, left, right); });
+    }
+    int import(const Expression::Graph& graph) {
+        return import(graph, [this](int index) { return slot(index); });
+    }
 
     const Node& operator[](int node) const { return nodes_[static_cast<std::size_t>(node)]; }
     bool is_number(int node) const { return (*this)[node].operation == Operation::number; }
@@ -135,6 +154,8 @@ public:
     int size() const { return static_cast<int>(nodes_.size()); }
     /// The expression of a node, with the nodes that it needs.
     Expression expression(int node) const;
+    /// How often each node is an argument of those that these roots need, or a root.
+    std::vector<int> uses(const std::vector<int>& roots) const;
 
     static constexpr int max_nodes = 20000;
     SourceLocation where;  ///< for errors

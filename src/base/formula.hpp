@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drover/base/error.hpp"
@@ -50,6 +51,11 @@ public:
     [[noreturn]] void fail(std::size_t at, const std::string& expected) const;
     /// Throws an input Error at a character, with a message after the quoted text.
     [[noreturn]] void fail_with(std::size_t at, const std::string& message) const;
+    /// pattern: as of text(), never a text of the user.
+    template <class... Values>
+    [[noreturn]] void fail_with(std::size_t at, std::string_view pattern, const Values&... values) const {
+        fail_with(at, drover::text(pattern, values...));
+    }
 
 private:
     const std::string& text_;

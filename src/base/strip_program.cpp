@@ -37,7 +37,7 @@ class Compiler {
 public:
     explicit Compiler(std::span<const Expression> outputs) : graph_(Folding::lenient) {
         for (const Expression& output : outputs) roots_.push_back(lowered(output.graph()));
-        count_uses();
+        uses_ = graph_.uses(roots_);
         emitted_.assign(static_cast<std::size_t>(graph_.size()), -1);
         for (std::size_t k = 0; k < roots_.size(); ++k) accumulate(static_cast<int>(k), roots_[k]);
         allocate_registers();
@@ -53,15 +53,11 @@ private:
 
     /// The root of a graph in ours, with natural powers as products.
     int lowered(const Expression::Graph& graph) {
-        std::vector<int> here;
-        for (const Node& node : graph.nodes) {
-            const auto at = [&](int there) { return there < 0 ? -1 : here[static_cast<std::size_t>(there)]; };
-            if (node.operation == Operation::number) here.push_back(graph_.number(node.value));
-            else if (node.operation == Operation::slot) here.push_back(graph_.slot(node.left));
-            else if (node.operation == Operation::power) here.push_back(power(at(node.left), at(node.right)));
-            else here.push_back(graph_.make(node.operation, at(node.left), at(node.right)));
-        }
-        return here.back();
+        const auto make = [this](Operation operation, int left, int right) {
+            return operation == Operation::power ? power(left, right) : graph_.make(operation, left, right);
+        };
+        const auto slot = [this](int index) { return graph_.slot(index); };
+        return graph_.import(graph, slot, make);
     }
     int power(int base, int exponent) {
         constexpr double max_factors = 64.0;
@@ -80,16 +76,6 @@ private:
         return n > 0.0 ? result : graph_.make(Operation::divide, graph_.number(1.0), result);
     }
 
-    void count_uses() {
-        uses_.assign(static_cast<std::size_t>(graph_.size()), 0);
-        for (const int root : roots_) ++uses_[static_cast<std::size_t>(root)];
-        for (int i = graph_.size() - 1; i >= 0; --i) {
-            const Node& node = graph_[i];
-            if (uses_[static_cast<std::size_t>(i)] == 0 || is_leaf(node)) continue;
-            ++uses_[static_cast<std::size_t>(node.left)];
-            if (is_binary(node)) ++uses_[static_cast<std::size_t>(node.right)];
-        }
-    }
     bool is_used_once(int node) const { return uses_[static_cast<std::size_t>(node)] == 1; }
     /// A product that no one else needs is part of the sum that needs it.
     bool is_fused(int node) const { return graph_[node].operation == Operation::multiply && is_used_once(node); }

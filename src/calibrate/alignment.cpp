@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 
 namespace drover::calibrate {
@@ -69,7 +69,7 @@ double saturation_of_alignment(double alignment, double cubic) {
 
 double concentration_of_order(double order) {
     const double size = std::abs(order);
-    if (!(size < 1.0)) return std::numeric_limits<double>::quiet_NaN();
+    if (!(size < 1.0)) return nan;
     // Newton's method from the approximation of Banerjee et al., J. Mach. Learn. Res. 6, 1345 (2005).
     double x = size * (2.0 - size * size) / (1.0 - size * size);
     constexpr int steps = 20;

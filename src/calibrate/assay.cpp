@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
 
@@ -57,7 +57,7 @@ void check(const Goal& goal) {
 
 /// Error divided by the target: at most 1 if the target is met.
 double excess(const measure::Estimate& estimate, const Goal& goal) {
-    if (!estimate.error || !std::isfinite(estimate.mean)) return std::numeric_limits<double>::infinity();
+    if (!estimate.error || !std::isfinite(estimate.mean)) return infinite;
     if (*estimate.error == 0.0) return 0.0;
     return *estimate.error / (goal.relative_error * std::abs(estimate.mean));
 }

@@ -2,11 +2,11 @@
 #pragma once
 #include <array>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "calibrate/table.hpp"
 
 namespace drover::calibrate {
@@ -65,7 +65,7 @@ struct ClosureNumbers {
     /// d_t psi_1 = -s psi_2 psi_1*.  NaN where psi_2 does not decay.
     double second_rate() const {
         const double rate = 4.0 * numbers[relaxation] - numbers[scattered_second] * rod_density();
-        return rate > 0.0 ? rate : std::numeric_limits<double>::quiet_NaN();
+        return rate > 0.0 ? rate : nan;
     }
     double excitation() const {
         return numbers[relaxation] * alignment_by_flow() + numbers[scattered_excitation] * rod_density();

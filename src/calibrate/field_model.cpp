@@ -177,7 +177,7 @@ void check_nodes(const Table& table, const StatePoint& point, OrderKind kind) {
 }
 
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind) {
-    require(!table.rod_fractions.empty(), {}, "the table has no area fractions of rods; expected a table that has");
+    require(!table.rod_fractions.empty(), {}, "the table has no area fractions of rods; expected a table with them");
     const std::vector<Closure> wanted = closures_for(node_keys, kind);
     const Interpolated rows(table, inputs_of(wanted), point);
     const auto values_at = [&](double bead, double rod) {

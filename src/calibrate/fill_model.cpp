@@ -17,17 +17,9 @@ std::string number_text(const Uncertain& number) {
     return number.error > 0.0 ? text("{:.4g} +- {:.2g}", number.value, number.error) : text("{:.4g}", number.value);
 }
 
-/// The number of a model under a key; nullptr where it has none.
-const physics::ModelKey* find_key(const std::vector<physics::ModelSection>& sections, const std::string& key) {
-    for (const physics::ModelSection& section : sections)
-        for (const physics::ModelKey& one : section.keys)
-            if (section.name + "." + one.description.name == key) return &one;
-    return nullptr;
-}
-
 bool has_field(const std::string& key, const physics::ModelValues& model) {
     const auto& rows = model.file->coefficients;
-    const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& one) { return one.key() == key; });
+    const auto row = std::ranges::find(rows, key, &physics::CoefficientRow::key);
     return row == rows.end() || physics::has_fields(model, row->needs);
 }
 
@@ -87,9 +79,8 @@ bool has_nodes_of(const Table& table, const StatePoint& point, const physics::Mo
     return true;
 }
 
-void set_number(const std::vector<physics::ModelSection>& sections, const std::string& key, const Uncertain& number,
-                physics::ModelValues& model) {
-    const physics::ModelKey* place = find_key(sections, key);
+void set_number(const std::string& key, const Uncertain& number, physics::ModelValues& model) {
+    const physics::ModelKey* place = physics::find_key(key);
     require(place != nullptr, {}, "{} is not a number of the model", key);
     check_range(place->description.range, key, number);
     place->set(model, number.value);
@@ -98,14 +89,13 @@ void set_number(const std::vector<physics::ModelSection>& sections, const std::s
 
 FilledModel fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
                        physics::ModelValues& model) {
-    const std::vector<physics::ModelSection>& sections = physics::model_sections();
     const std::vector<std::string> numbers = without_nodes(keys);
     const std::vector<FieldNumber> found = field_numbers(table, numbers, point, order_kind(model));
     FilledModel result;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         const double factor = lambda_factor(model, numbers[i]);
         const Uncertain number{.value = factor * found[i].number.value, .error = factor * found[i].number.error};
-        set_number(sections, numbers[i], number, model);
+        set_number(numbers[i], number, model);
         result.filled.push_back(numbers[i] + ": " + origin_name(found[i].origin) + ", " + number_text(number));
     }
     if (numbers.size() < keys.size()) {
@@ -119,12 +109,11 @@ FilledModel fill_model(const Table& table, const StatePoint& point, const std::v
 std::vector<physics::ModelValues> redrawn_models(const Table& table, const StatePoint& point,
                                                  const std::vector<std::string>& keys,
                                                  const physics::ModelValues& model, int count) {
-    const std::vector<physics::ModelSection>& sections = physics::model_sections();
     std::vector<std::string> numbers = without_nodes(keys), rows;
     // A resolved scene may have been changed since: numbers that are not those of the table have no error from it.
     const auto is_of_table = [&](const std::string& key) {
         const double value = field_values(table, {key}, point, order_kind(model)).front() * lambda_factor(model, key);
-        const physics::ModelKey* place = find_key(sections, key);
+        const physics::ModelKey* place = physics::find_key(key);
         if (place == nullptr) return false;
         const Value held = place->get(model);
         const auto* number = std::get_if<double>(&held);
@@ -139,7 +128,7 @@ std::vector<physics::ModelValues> redrawn_models(const Table& table, const State
             physics::ModelValues one = model;
             const std::vector<double> values = field_values(redrawn, numbers, point, order_kind(model));
             for (std::size_t i = 0; i < numbers.size(); ++i)
-                set_number(sections, numbers[i], {.value = lambda_factor(model, numbers[i]) * values[i]}, one);
+                set_number(numbers[i], {.value = lambda_factor(model, numbers[i]) * values[i]}, one);
             if (has_nodes) fill_nodes(redrawn, point, one);
             models.push_back(std::move(one));
         } catch (const Error& error) {

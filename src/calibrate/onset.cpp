@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 
+#include "base/constants.hpp"
 #include "base/draws.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
@@ -17,7 +17,6 @@ namespace drover::calibrate {
 const char* convention_name(Convention convention) { return convention == Convention::mean ? "mean" : "single-rod"; }
 
 namespace {
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<const char*, 5> rows{"drag", "relaxation_rate", "weathercock", "contact_alignment", "rod_area"};
 
 std::optional<SmoothCoefficient> if_present(const Table& table, const char* name, std::size_t varied) {
@@ -84,8 +83,8 @@ std::vector<Crossing> crossings_of(const Coefficients& coefficients, const std::
             const double part = numerics::sign_change(at, before, at(0.5), here, tolerance, calls);
             found.push_back({.bead_fraction = beads[i - 1] + part * (beads[i] - beads[i - 1]),
                              .begins = before < 0.0,
-                             .low = none,
-                             .high = none});
+                             .low = nan,
+                             .high = nan});
         }
         before = here;
     }
@@ -124,13 +123,10 @@ void add_intervals(const std::vector<Coefficients>& drawn, const std::vector<dou
 Crossings find_all(const Coefficients& measured, const std::vector<Coefficients>& drawn,
                    const std::vector<double>& beads, double rod, Convention convention) {
     Crossings found{.all = crossings_of(measured, beads, rod, convention),
-                    .above_all = measured.excess(beads.front(), rod, convention) >= 0.0,
-                    .excess = {},
-                    .share = {},
-                    .deviation = {}};
+                    .above_all = measured.excess(beads.front(), rod, convention) >= 0.0};
     for (const double bead : beads) found.excess.push_back(measured.excess(bead, rod, convention));
     if (drawn.empty()) {
-        found.share = found.deviation = std::vector<double>(beads.size(), none);
+        found.share = found.deviation = std::vector<double>(beads.size(), nan);
         return found;
     }
     const auto count = static_cast<double>(drawn.size());
@@ -176,7 +172,7 @@ std::vector<OnsetPlace> find_crossings(const Table& table, std::size_t varied, c
     for (const double rod : rod_fractions) {
         const std::vector<Crossing> all = crossings_of(measured, beads, rod, Convention::mean);
         const auto first = std::find_if(all.begin(), all.end(), [](const Crossing& one) { return one.begins; });
-        OnsetPlace place{.bead_fraction = first == all.end() ? none : first->bead_fraction,
+        OnsetPlace place{.bead_fraction = first == all.end() ? nan : first->bead_fraction,
                          .excess = measured.excess(beads.front(), rod, Convention::mean)};
         place.above_all = place.excess >= 0.0;
         constexpr double step = 1e-4;
@@ -184,7 +180,7 @@ std::vector<OnsetPlace> find_crossings(const Table& table, std::size_t varied, c
                      high = std::min(place.bead_fraction + step, beads.back());
         place.slope =
             std::isnan(place.bead_fraction)
-                ? none
+                ? nan
                 : (measured.excess(high, rod, Convention::mean) - measured.excess(low, rod, Convention::mean)) /
                       (high - low);
         if (!place.above_all)
@@ -202,12 +198,9 @@ Onset find_onset(const Table& table, std::size_t varied, int subdivisions, int d
     const Coefficients measured(table, varied);
     std::vector<Coefficients> drawn;
     for (const Table& one : redrawn_tables(table, {rows.begin(), rows.end()}, draws)) drawn.emplace_back(one, varied);
-    Onset onset{.draws = draws,
-                .bead_fractions = refined(table.bead_fractions, subdivisions),
-                .curves = {},
-                .plane = {}};
+    Onset onset{.draws = draws, .bead_fractions = refined(table.bead_fractions, subdivisions)};
     const auto point_of = [&](double rod) {
-        OnsetCurve point{.rod_fraction = rod, .drag = {}, .threshold = {}, .alignment = {}};
+        OnsetCurve point{.rod_fraction = rod};
         for (const Convention convention : {Convention::mean, Convention::single_rod})
             point.crossings[static_cast<int>(convention)] =
                 find_all(measured, drawn, onset.bead_fractions, rod, convention);

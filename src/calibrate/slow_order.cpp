@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/constants.hpp"
 #include "drover/model/linearised_at.hpp"
 #include "physics/program_functions.hpp"
 
@@ -141,7 +142,7 @@ SlowOrder slow_order(const physics::Equations& e) {
     const double square =
         product == 0.0 ? -c.a.value / stiffness : -2.0 * drag * r.relaxation / (middle + std::sqrt(under));
     if (square < 0.0) r.correlation_length = 1.0 / std::sqrt(-square);
-    else if (square == 0.0) r.correlation_length = std::numeric_limits<double>::infinity();
+    else if (square == 0.0) r.correlation_length = infinite;
     else if (r.relaxation < 0.0) r.neutral_wavenumber = std::sqrt(square);
     return r;
 }
@@ -151,8 +152,8 @@ std::vector<ResultRow> slow_order_rows(const physics::Equations& equations, cons
                velocity = has_fields(equations.model, {"v"});
     return {
         {"relaxation", "s-1",
-         velocity ? "abar = a - lambda alpha/Gamma; a flock forms where it is negative"
-                  : "abar = a; a flock forms where it is negative",
+         velocity ? "abar = a - c sigma - lambda alpha/Gamma; a flock forms where it is negative"
+                  : "abar = a - c sigma; a flock forms where it is negative",
          of.relaxation},
         {"relaxation_by_beads", "mm2 s-1", "d abar/d rho", of.relaxation_by_beads, beads},
         {"relaxation_by_rods", "mm2 s-1", "d abar/d sigma", of.relaxation_by_rods, rods},

@@ -1,9 +1,9 @@
 // calibrate/slow_order.hpp: what only rods and beads have: the effective coefficients of their slow order.
 #pragma once
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "physics/equations.hpp"
 
 namespace drover::calibrate {
@@ -13,7 +13,7 @@ namespace drover::calibrate {
 /// modes of p.  In a form without bead velocity they are those of the order alone.
 struct SlowOrder {
     double inertia = 1.0;              ///< chi = 1 + m rho lambda alpha/Gamma^2; 1 when v is slaved or absent
-    double relaxation = 0.0;           ///< abar = a - lambda alpha/Gamma [1/s]; < 0: a flock
+    double relaxation = 0.0;           ///< abar = a - c sigma - lambda alpha/Gamma [1/s]; < 0: a flock
     double relaxation_by_beads = 0.0;  ///< d abar/d rho [mm^2/s]
     double relaxation_by_rods = 0.0;   ///< d abar/d sigma [mm^2/s]
     double pressure_beads = 0.0;       ///< Abar = A + lambda E/Gamma
@@ -24,9 +24,9 @@ struct SlowOrder {
     double sound_stiffness = 0.0;  ///< C0 [mm^2/s^2]: sound transverse to a flock has the speed sqrt(C0/chi)
     /// xi [mm]: the order transverse to q is neutral at q^2 = -1/xi^2.  Infinite at abar = 0; NaN at abar < 0, where
     /// `neutral_wavenumber` is defined instead.
-    double correlation_length = std::numeric_limits<double>::quiet_NaN();
+    double correlation_length = nan;
     /// q_c [1/mm] of the isotropic state at abar < 0.
-    double neutral_wavenumber = std::numeric_limits<double>::quiet_NaN();
+    double neutral_wavenumber = nan;
 };
 
 /// At the mean densities of the model.  Throws an input Error if they are outside a table, and for a term that depends

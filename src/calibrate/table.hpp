@@ -1,10 +1,10 @@
 // calibrate/table.hpp: tables of coefficients over area fractions, with errors and origins.
 #pragma once
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 #include "numerics/algebra/spline_table.hpp"
 
@@ -31,10 +31,9 @@ struct TableEntry {
     std::string remark = {};  ///< diagnosis, unmet target or reason why it is missing; may be empty
 };
 
-/// One without a value, and why.
-inline TableEntry missing(const std::string& why) {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    return {.value = none, .error = none, .origin = Origin::missing, .remark = why};
+/// One without a value, why, and the trials that were made.
+inline TableEntry missing(const std::string& why, int trials = 0) {
+    return {.value = nan, .error = nan, .trials = trials, .origin = Origin::missing, .remark = why};
 }
 
 /// One coefficient over the table.

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
+#include "base/constants.hpp"
 #include "base/draws.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/onset.hpp"
@@ -13,7 +13,6 @@
 namespace drover::calibrate {
 
 namespace {
-constexpr double not_known = std::numeric_limits<double>::quiet_NaN(), beyond = std::numeric_limits<double>::infinity();
 
 constexpr int subdivisions = 5;  // enough to see a crossing and a fall back between two area fractions
 
@@ -21,8 +20,8 @@ bool is_onset(const TableTarget& target) { return target.row.empty(); }
 
 /// A target in one table.
 struct Value {
-    double value = not_known;
-    double excess = not_known, slope = not_known;  ///< of an onset, see OnsetPlace
+    double value = nan;
+    double excess = nan, slope = nan;  ///< of an onset, see OnsetPlace
 };
 
 /// Those of the onset that share a value of the varied key are found together.
@@ -41,8 +40,8 @@ void add_onsets(const std::vector<TableTarget>& targets, const Table& table, std
             const OnsetPlace& place = places[i];
             const bool crosses = !std::isnan(place.bead_fraction);
             values[which[i]] = {.value = crosses           ? place.bead_fraction
-                                         : place.above_all ? -beyond
-                                                           : beyond,
+                                         : place.above_all ? -infinite
+                                                           : infinite,
                                 .excess = place.excess,
                                 .slope = place.slope};
         }
@@ -181,7 +180,7 @@ void set_error(const TableTarget& target, const std::vector<Value>& redrawn, Tar
     const auto same = static_cast<double>(std::count(values.begin(), values.end(), median));
     constexpr double nearly_all = 0.975;
     result.is_beyond = std::isinf(median) && same >= nearly_all * static_cast<double>(values.size());
-    result.error = std::isfinite(low) && std::isfinite(high) ? 0.5 * (high - low) : beyond;
+    result.error = std::isfinite(low) && std::isfinite(high) ? 0.5 * (high - low) : infinite;
     result.allowed = target.error * (target.is_relative ? std::abs(median) : 1.0);
     if (slopes.empty()) return;
     result.slope_error = half_width(slopes) / quantile(slopes, 0.5);
@@ -198,9 +197,9 @@ std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, cons
         centre = values_of(targets, table);
     } catch (const Error& error) {
         for (std::size_t k = 0; k < targets.size(); ++k)
-            results[k] = {.value = not_known,
-                          .error = beyond,
-                          .allowed = targets[k].is_relative ? not_known : targets[k].error,
+            results[k] = {.value = nan,
+                          .error = infinite,
+                          .allowed = targets[k].is_relative ? nan : targets[k].error,
                           .parts = std::move(results[k].parts),
                           .missing = error.what()};
         return results;

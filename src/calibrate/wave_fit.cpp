@@ -9,6 +9,7 @@
 #include <numeric>
 #include <optional>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
 #include "numerics/algebra/dense.hpp"
@@ -154,11 +155,11 @@ public:
         for (const Wave& wave : waves_) {
             const Step step = step_of(e, wave);
             const std::optional<Whitening> white = whitening_of(step.noise);
-            if (!white) return std::numeric_limits<double>::infinity();
+            if (!white) return infinite;
             sum += wave.weight * (wave.all.pairs * white->log_determinant +
                                   product(white->inverse, residual(wave.all, step.propagator)).trace().real());
         }
-        return std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
+        return std::isfinite(sum) ? sum : infinite;
     }
 
     /// The first wave with an amplitude that no noise reaches, for messages.
@@ -342,7 +343,7 @@ double value_of(const VectorXd& values, const Likelihood& likelihood) {
         return likelihood.value(values);
     } catch (const Error& error) {
         if (error.fault() != Fault::input) throw;
-        return std::numeric_limits<double>::infinity();
+        return infinite;
     }
 }
 
@@ -355,7 +356,7 @@ WaveFit fit_at(const VectorXd& values, const Likelihood& likelihood, const Vecto
     const MatrixXd centred = slopes.by_segment.colwise() - slopes.gradient / count;
     const MatrixXd scatter = centred * centred.transpose() * (count / (count - 1.0));
     const MatrixXd errors = covariance * scatter * covariance;
-    WaveFit fit{.values = {}, .iterations = iterations};
+    WaveFit fit{.iterations = iterations};
     for (Eigen::Index i = 0; i < values.size(); ++i)
         fit.values.push_back({.value = values(i),
                               .error = std::sqrt(std::max(errors(i, i), covariance(i, i))),

@@ -2,10 +2,10 @@
 #pragma once
 #include <complex>
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "drover/model/symbol.hpp"
 #include "drover/numerics/grid.hpp"
 
@@ -28,7 +28,7 @@ WaveRecord thinned(const WaveRecord& record, std::size_t every);
 struct FittedNumber {
     std::string key;
     double start = 0.0;
-    double min = -std::numeric_limits<double>::infinity();
+    double min = -infinite;
 };
 
 /// The linear equations of waves about a uniform state: d/dt of the fields of a record at q, and the strengths of their
@@ -55,8 +55,8 @@ struct FittedValue {
     /// Standard error, from the scatter of segments of time, which also holds where waves do not follow the model
     /// exactly, or error_of_model where that is larger.
     double error = 0.0;
-    double error_of_model = 0.0;  ///< the one that the model predicts, by its Fisher information
-    bool at_bound = false;        ///< the value is the least allowed, and the waves would prefer a smaller one
+    double error_of_model = 0.0;            ///< the one that the model predicts, by its Fisher information
+    bool at_bound = false;                  ///< the value is its lower bound, towards which the likelihood increases
     std::vector<double> correlations = {};  ///< of its error with those of all values
 };
 struct WaveFit {

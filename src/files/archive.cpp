@@ -149,9 +149,7 @@ void write_chunk(hid_t dataset, const std::vector<hsize_t>& corner, std::span<co
 
 /// The Error for a file that cannot be created or opened.
 Error opening_failure(const std::filesystem::path& file, const std::system_error& cause) {
-    if (is_of_disk(cause)) return disk_failure(file, cause);
-    return Error(fault_of(cause), {file.string()},
-                 text("cannot be written: {}; expected a file in a writable folder", std::string(cause.what())));
+    return access_failure(file, cause, "cannot be written", "expected a file in a writable folder");
 }
 
 /// Locks the file that is about to be replaced, if there is one.

@@ -20,6 +20,10 @@ Handle text_type(std::size_t size, H5T_str_t padding, H5T_cset_t letters, const 
     return type;
 }
 
+Handle line_space(hsize_t count, const Hdf5Errors& errors) {
+    return errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "creating a dataspace");
+}
+
 void write_raw(hid_t object, const char* name, hid_t type, hid_t space, const void* value, const Hdf5Errors& errors) {
     const std::string doing = text("writing attribute {}", name);
     const Handle attribute =
@@ -60,8 +64,7 @@ void write_uses(hid_t scale, const std::vector<ScaleUse>& uses, const Hdf5Errors
     const Handle type = errors.own(H5Tcreate(H5T_COMPOUND, sizeof(ScaleUse)), H5Tclose, "creating a type");
     errors.check(H5Tinsert(type, "dataset", HOFFSET(ScaleUse, dataset), H5T_STD_REF_OBJ), "creating a type");
     errors.check(H5Tinsert(type, "dimension", HOFFSET(ScaleUse, axis), H5T_NATIVE_INT), "creating a type");
-    const hsize_t count = uses.size();
-    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "creating a dataspace");
+    const Handle space = line_space(uses.size(), errors);
     write_raw(scale, "REFERENCE_LIST", type, space, uses.data(), errors);
 }
 
@@ -69,8 +72,7 @@ void write_axes_of(hid_t dataset, std::vector<hobj_ref_t> scales, const Hdf5Erro
     std::vector<hvl_t> lists;
     for (hobj_ref_t& scale : scales) lists.push_back({1, &scale});
     const Handle type = errors.own(H5Tvlen_create(H5T_STD_REF_OBJ), H5Tclose, "creating a type");
-    const hsize_t count = lists.size();
-    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "creating a dataspace");
+    const Handle space = line_space(lists.size(), errors);
     write_raw(dataset, "DIMENSION_LIST", type, space, lists.data(), errors);
 }
 
@@ -294,8 +296,7 @@ void write_attribute(hid_t object, const Attribute& attribute, const Hdf5Errors&
 }
 
 void write_list(hid_t object, const char* name, std::span<const std::int64_t> values, const Hdf5Errors& errors) {
-    const hsize_t count = values.size();
-    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "creating a dataspace");
+    const Handle space = line_space(values.size(), errors);
     write_raw(object, name, H5T_STD_I64LE, space, values.data(), errors);
 }
 
@@ -304,9 +305,8 @@ void write_list(hid_t object, const char* name, std::span<const std::string> val
     for (const std::string& value : values) longest = std::max(longest, value.size());
     std::string letters;
     for (const std::string& value : values) letters += value + std::string(longest - value.size(), '\0');
-    const hsize_t count = values.size();
     const Handle type = text_type(longest, H5T_STR_NULLPAD, H5T_CSET_ASCII, errors);
-    const Handle space = errors.own(H5Screate_simple(1, &count, nullptr), H5Sclose, "creating a dataspace");
+    const Handle space = line_space(values.size(), errors);
     write_raw(object, name, type, space, letters.data(), errors);
 }
 

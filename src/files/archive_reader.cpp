@@ -96,9 +96,7 @@ struct ArchiveReader::File {
                            "is being written faster than it can be read; try again, or wait for the end of its run");
         }
     } catch (const std::system_error& cause) {
-        if (is_of_disk(cause)) throw disk_failure(path, cause);
-        throw Error(fault_of(cause), {path.string()},
-                    text("cannot be read: {}; expected a readable archive of drover", std::string(cause.what())));
+        throw access_failure(path, cause, "cannot be read", "expected a readable archive of drover");
     }
 };
 

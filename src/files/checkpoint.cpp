@@ -1,6 +1,8 @@
 // files/checkpoint.cpp: "drvchkp1", version, file length, write counter, the members of Checkpoint, checksum.
 #include "files/checkpoint.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -69,9 +71,7 @@ std::optional<Stored> read_stored(const std::filesystem::path& file, Part part) 
     if (!bytes) return std::nullopt;
     return decoded(*bytes, file, part);
 } catch (const std::system_error& cause) {
-    if (is_of_disk(cause)) throw disk_failure(file, cause);
-    throw Error(fault_of(cause), {file.string()},
-                text("cannot be read: {}; expected a checkpoint", std::string(cause.what())));
+    throw access_failure(file, cause, "cannot be read", "expected a checkpoint");
 }
 
 bool is_newer(const Stored& a, const Stored& b) {
@@ -106,6 +106,15 @@ Slot next_slot(const std::filesystem::path& archive) {
 std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path& archive) {
     const std::string file = behind_links(archive).string();
     return {file + ".checkpoint-a", file + ".checkpoint-b"};
+}
+
+void require_checkpoint_names(const std::filesystem::path& archive) {
+    const std::filesystem::path longest = partial_name(checkpoint_files(archive).front());
+    const long limit = ::pathconf(folder_of(longest).c_str(), _PC_NAME_MAX);  // -1: none
+    const auto length = static_cast<long>(longest.filename().string().size());
+    require(limit < 0 || length <= limit, {archive.string()},
+            "the names of its checkpoints are {} bytes too long; expected a shorter name of the archive",
+            length - limit);
 }
 
 bool has_checkpoint(const std::filesystem::path& archive) {

@@ -129,11 +129,14 @@ std::string claim_name(const std::string& key, int generation) { return text("{}
 
 }  // namespace
 
+std::string host_name() {
+    std::array<char, 256> name{};
+    return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
+}
+
 Claimant this_process(std::int64_t share, std::int64_t shares, std::int64_t workers) {
-    std::array<char, 256> host{};
-    ::gethostname(host.data(), host.size() - 1);
     Claimant claimant{.id = draw_run_id(),
-                      .host = host.data(),
+                      .host = host_name(),
                       .machine = {},
                       .process = ::getpid(),
                       .start = 0,
@@ -265,7 +268,7 @@ bool Claims::claim(const std::string& key) try {
         const auto seen = look(folder_->path / name);
         if (!seen || folder_->is_alive(*seen)) return false;  // released a moment ago, or held
     }
-    fail_environment("{}: {} processes died at {}; see why, then remove its files there", folder_->path.string(),
+    fail_environment("{}: {} processes died at {}; find out why, then remove its files there", folder_->path.string(),
                      max_generations, key);
 } catch (const std::system_error& cause) {
     fail(folder_->path, cause);

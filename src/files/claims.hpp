@@ -77,6 +77,8 @@ struct ClaimHolder {
 /// Writes nothing but a file that it removes again, for the time of the file server, if the folder may be written.
 std::vector<ClaimHolder> claim_holders(const std::filesystem::path& folder, ClaimTimes times = {});
 
+std::string host_name();  ///< "unknown" if it has none
+
 /// This process, for Claims.
 Claimant this_process(std::int64_t share, std::int64_t shares, std::int64_t workers);
 

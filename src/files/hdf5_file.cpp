@@ -184,6 +184,7 @@ void commit(Hdf5File& hdf5) {
                     text("HDF5 failed ({}); the last changes may be incomplete and are not written: the file stays as "
                          "it was at the last commit; restart",
                          std::string(hdf5.failure.message.data())));
+    require_in_place(*hdf5.overlay);  // the flush may have taken long
     commit_overlay(*hdf5.overlay);
 }
 

@@ -7,7 +7,6 @@
 #include <cerrno>
 
 #include "files/bytes.hpp"
-#include "files/system_calls.hpp"
 
 namespace drover::files {
 
@@ -16,15 +15,12 @@ constexpr std::size_t block_bytes = 1 << 16;
 constexpr std::size_t max_line = 1 << 20;
 
 Descriptor open_input(const std::filesystem::path& file, const std::string& expected) {
-    const SourceLocation where{.file = file.string()};
     Descriptor from = try_open(file, O_RDONLY);
     if (from.is_open()) return from;
     const std::system_error cause(errno, std::generic_category(), "open");
     const int error = cause.code().value();
-    require(error != ENOENT && error != ENOTDIR, where, "no such file; expected {}", expected);
-    if (is_of_disk(cause)) throw disk_failure(file, cause);
-    throw Error(fault_of(cause), where,
-                text("cannot be read: {}; check its permissions; expected {}", std::string(cause.what()), expected));
+    require(error != ENOENT && error != ENOTDIR, {file.string()}, "no such file; expected {}", expected);
+    throw access_failure(file, cause, "cannot be read", "check its permissions; expected " + expected);
 }
 
 /// The next bytes of a file, "" at its end.
@@ -40,7 +36,7 @@ std::string read_block(const Descriptor& from, std::uint64_t offset, const std::
 }
 }  // namespace
 
-std::string read_text(const std::filesystem::path& file, std::uint64_t max_bytes, const std::string& expected) {
+std::string read_text(const std::filesystem::path& file, const std::string& expected, std::uint64_t max_bytes) {
     const SourceLocation where{.file = file.string()};
     const Descriptor from = open_input(file, expected);
     std::string content;
@@ -83,39 +79,27 @@ std::uint64_t file_checksum(const std::filesystem::path& file, const std::string
     }
 }
 
-struct LineReader::File {
-    std::filesystem::path path;
-    Descriptor from;
-    std::uint64_t offset = 0;  ///< of the next block
-    std::string block = {};
-    std::size_t done = 0;  ///< bytes of the block that were returned
-    int number = 0;        ///< of the last line
-
-    bool fill() {
-        block = read_block(from, offset, path);
-        offset += block.size();
-        done = 0;
-        return !block.empty();
-    }
-};
-
 LineReader::LineReader(const std::filesystem::path& file, const std::string& expected)
-    : file_(std::make_unique<File>(File{.path = file, .from = open_input(file, expected)})) {}
-LineReader::LineReader(LineReader&&) noexcept = default;
-LineReader::~LineReader() = default;
+    : file_(file), from_(open_input(file, expected)) {}
+
+bool LineReader::fill() {
+    block_ = read_block(from_, offset_, file_);
+    offset_ += block_.size();
+    done_ = 0;
+    return !block_.empty();
+}
 
 bool LineReader::next(std::string& line) {
-    File& file = *file_;
     line.clear();
-    if (file.done == file.block.size() && !file.fill()) return false;
-    ++file.number;
+    if (done_ == block_.size() && !fill()) return false;
+    ++number_;
     for (;;) {
-        const std::size_t end = std::min(file.block.find('\n', file.done), file.block.size());
-        line.append(file.block, file.done, end - file.done);
-        file.done = std::min(end + 1, file.block.size());
-        require(line.size() <= max_line, {file.path.string(), file.number},
+        const std::size_t end = std::min(block_.find('\n', done_), block_.size());
+        line.append(block_, done_, end - done_);
+        done_ = std::min(end + 1, block_.size());
+        require(line.size() <= max_line, {file_.string(), number_},
                 "a line of more than 1 MiB; expected shorter lines");
-        if (end < file.block.size() || !file.fill()) return true;
+        if (end < block_.size() || !fill()) return true;
     }
 }
 

@@ -3,8 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
+
+#include "files/system_calls.hpp"
 
 namespace drover::files {
 
@@ -13,7 +14,8 @@ namespace drover::files {
 // sentence: "a scene in TOML".
 
 /// The content of a file of at most max_bytes.
-std::string read_text(const std::filesystem::path& file, std::uint64_t max_bytes, const std::string& expected);
+std::string read_text(const std::filesystem::path& file, const std::string& expected,
+                      std::uint64_t max_bytes = 1 << 24);
 
 /// The first `count` bytes, fewer of a shorter file; "" if there is no plain file of this name or it may not be read.
 /// Throws an environment Error when a read fails.
@@ -26,15 +28,19 @@ std::uint64_t file_checksum(const std::filesystem::path& file, const std::string
 class LineReader {
 public:
     LineReader(const std::filesystem::path& file, const std::string& expected);
-    LineReader(LineReader&&) noexcept;
-    ~LineReader();
 
     /// The next line without its end; false at the end of the file.  Rejects a line of more than 1 MiB.
     bool next(std::string& line);
 
 private:
-    struct File;
-    std::unique_ptr<File> file_;
+    bool fill();
+
+    std::filesystem::path file_;
+    Descriptor from_;
+    std::uint64_t offset_ = 0;  ///< of the next block
+    std::string block_;
+    std::size_t done_ = 0;  ///< bytes of the block that were returned
+    int number_ = 0;        ///< of the last line
 };
 
 }  // namespace drover::files

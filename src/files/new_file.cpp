@@ -1,8 +1,6 @@
 // files/new_file.cpp: writes to a temporary name, syncs and renames.
 #include "files/new_file.hpp"
 
-#include "files/system_calls.hpp"
-
 namespace drover::files {
 
 std::filesystem::path behind_links(std::filesystem::path name) {
@@ -32,58 +30,45 @@ std::filesystem::path plain_file(const std::filesystem::path& name) {
 
 }  // namespace
 
-struct NewFile::File {
-    std::filesystem::path file, partial;
-    Descriptor to;
-    std::uint64_t offset = 0;
-    bool is_finished = false, is_new = true;
-
-    ~File() {
-        std::error_code ignored;
-        if (to.is_open() && !is_finished && is_at(to, partial)) std::filesystem::remove(partial, ignored);
-    }
-
-    template <class Work>
-    void guarded(std::uint64_t bytes, Work work) {
-        try {
-            work();
-        } catch (const std::system_error& cause) {
-            throw write_failure(file, cause, bytes, is_new ? "nothing of it is left" : "the file stays as it was");
-        }
-    }
-};
-
-NewFile::NewFile(const std::filesystem::path& name) : file_(std::make_unique<File>()) {
-    const std::filesystem::path file = plain_file(name);
-    file_->file = file;
-    file_->partial = partial_name(file);
+NewFile::NewFile(const std::filesystem::path& name) : file_(plain_file(name)), partial_(partial_name(file_)) {
     std::error_code unknown;
-    file_->is_new = !std::filesystem::exists(file, unknown);
+    is_new_ = !std::filesystem::exists(file_, unknown);
     try {
-        file_->to = create_file(file_->partial);
+        to_ = create_file(partial_);
     } catch (const std::system_error& cause) {
-        throw Error(fault_of(cause), {file.string()},
+        throw Error(fault_of(cause), {file_.string()},
                     text("cannot be written: {}; expected a file in a writable folder", std::string(cause.what())));
     }
 }
 
-NewFile::NewFile(NewFile&&) noexcept = default;
-NewFile::~NewFile() = default;
+NewFile::~NewFile() {
+    std::error_code ignored;
+    if (!is_finished_ && is_at(to_, partial_)) std::filesystem::remove(partial_, ignored);
+}
+
+template <class Work>
+void NewFile::guarded(std::uint64_t bytes, Work work) {
+    try {
+        work();
+    } catch (const std::system_error& cause) {
+        throw write_failure(file_, cause, bytes, is_new_ ? "nothing of it is left" : "the file stays as it was");
+    }
+}
 
 void NewFile::write(const std::string& part) {
-    file_->guarded(part.size(), [&] { write_at(file_->to, file_->offset, std::as_bytes(std::span(part))); });
-    file_->offset += part.size();
+    guarded(part.size(), [&] { write_at(to_, offset_, std::as_bytes(std::span(part))); });
+    offset_ += part.size();
 }
 
 void NewFile::finish() {
-    file_->guarded(0, [&] {
-        sync(file_->to);
-        if (!is_at(file_->to, file_->partial))
+    guarded(0, [&] {
+        sync(to_);
+        if (!is_at(to_, partial_))
             fail_run("{}: another process wrote this file at the same time; write to another name, or wait for it",
-                     file_->file.string());
-        rename_over(file_->partial, file_->file);
-        file_->is_finished = true;
-        sync_folder_of(file_->file);
+                     file_.string());
+        rename_over(partial_, file_);
+        is_finished_ = true;
+        sync_folder_of(file_);
     });
 }
 

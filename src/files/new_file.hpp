@@ -1,8 +1,10 @@
 // files/new_file.hpp: files that appear under their name only when they are complete and durable.
 #pragma once
+#include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
+
+#include "files/system_calls.hpp"
 
 namespace drover::files {
 
@@ -15,7 +17,6 @@ class NewFile {
 public:
     /// Throws an input Error when the file cannot be created.
     explicit NewFile(const std::filesystem::path& file);
-    NewFile(NewFile&&) noexcept;
     ~NewFile();
 
     /// Both throw an Error, with the bytes needed and free, when the disk is full; finish() also where another process
@@ -24,8 +25,13 @@ public:
     void finish();
 
 private:
-    struct File;
-    std::unique_ptr<File> file_;
+    template <class Work>
+    void guarded(std::uint64_t bytes, Work work);
+
+    std::filesystem::path file_, partial_;
+    Descriptor to_;
+    std::uint64_t offset_ = 0;
+    bool is_new_ = true, is_finished_ = false;
 };
 
 /// Writes a file beside the old one and renames it over that.  Throws as NewFile, and leaves the old one then.

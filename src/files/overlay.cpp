@@ -76,6 +76,14 @@ void release(const Overlay& overlay) noexcept {
     }
 }
 
+/// After it was written: a later commit would fill up what is missing.
+void require_whole(const Overlay& overlay) {
+    if (const std::uint64_t length = length_of(overlay.file); length < overlay.end)
+        fail_environment(
+            "{}: another program cut the archive to {} of {} bytes while the run wrote it: run the scene again",
+            overlay.path.string(), length, overlay.end);
+}
+
 const char* consequence_of_failure(const Overlay& overlay) {
     if (overlay.is_stuck)
         return "the complete commit is in the journal beside the file; drover applies it when it next opens the file";
@@ -154,11 +162,13 @@ void commit_overlay(Overlay& overlay) {
         allocate(overlay.file, overlay.committed, overlay.end);
         for (const Patch& patch : changes.fresh) write_at(overlay.file, patch.offset, patch.bytes);
         sync(overlay.file);
+        require_whole(overlay);
         if (needs_journal) {
             write_journal(overlay.path, journal);
             is_journal_complete = true;
             const CommitLock alone(overlay.file, CommitLock::Side::commit, patience_with_readers);
             apply(changes.overwriting, overlay.file);
+            require_whole(overlay);
             remove_if_exists(journal_of(overlay.path));
         }
     } catch (const std::system_error& cause) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <map>
 
 #include "files/bytes.hpp"
 #include "files/record_bytes.hpp"
@@ -18,90 +17,73 @@ namespace fs = std::filesystem;
 constexpr const char* ending = ".records";
 
 [[noreturn]] void fail_reading(const fs::path& file, const std::system_error& cause) {
-    if (is_of_disk(cause)) throw disk_failure(file, cause);
-    throw Error(fault_of(cause), {file.string()},
-                text("cannot be used: {}; check the permissions of the folder, or choose another with --output",
-                     std::string(cause.what())));
+    throw access_failure(file, cause, "cannot be used",
+                         "check the permissions of the folder, or choose another with --output");
 }
 }  // namespace
 
-struct RecordFolder::Folder {
-    fs::path path;
-    RecordIdentity identity;
-    fs::path own_file;
-    Descriptor own = {};
-    std::uint64_t end = 0;
-    bool is_durable = true;
-    std::map<fs::path, std::uint64_t> read = {};  ///< bytes of complete records, by file
-
-    void read_file_from(const fs::path& file, std::uint64_t& done, std::vector<std::string>& records) {
-        const Descriptor open = try_open(file, O_RDONLY | O_NOFOLLOW);
-        if (!open.is_open() && errno == ENOENT) return;
-        if (!open.is_open()) fail_reading(file, std::system_error(errno, std::generic_category(), "open"));
-        const std::uint64_t length = length_of(open);
-        if (length < done) done = 0;  // another file has the name now
-        if (length <= done) return;
-        std::vector<std::byte> bytes(static_cast<std::size_t>(length - done));
-        bytes.resize(read_at(open, done, bytes));
-        RecordContent content = done == 0 ? content_of(bytes, identity, file.string()) : records_in(bytes);
-        done += content.valid_bytes;
-        std::move(content.records.begin(), content.records.end(), std::back_inserter(records));
-    }
-};
-
 RecordFolder::RecordFolder(const fs::path& folder, const RecordIdentity& identity, const std::string& name) try
-    : folder_(std::make_unique<Folder>(
-          Folder{.path = folder,
-                 .identity = identity,
-                 .own_file = folder / text("{}-{}{}", name, draw_run_id().substr(0, 12), ending)})) {
+    : folder_(folder),
+      identity_(identity),
+      own_file_(folder / text("{}-{}{}", name, draw_run_id().substr(0, 12), ending)) {
     fs::create_directories(folder);
 } catch (const std::system_error& cause) {
     fail_reading(folder, cause);
 }
 
-RecordFolder::RecordFolder(RecordFolder&&) noexcept = default;
-RecordFolder::~RecordFolder() = default;
+void RecordFolder::read_file_from(const fs::path& file, std::uint64_t& done, std::vector<std::string>& records) {
+    const Descriptor open = try_open(file, O_RDONLY | O_NOFOLLOW);
+    if (!open.is_open() && errno == ENOENT) return;
+    if (!open.is_open()) fail_reading(file, std::system_error(errno, std::generic_category(), "open"));
+    const std::uint64_t length = length_of(open);
+    if (length < done) done = 0;  // another file has the name now
+    if (length <= done) return;
+    std::vector<std::byte> bytes(static_cast<std::size_t>(length - done));
+    bytes.resize(read_at(open, done, bytes));
+    RecordContent content = done == 0 ? content_of(bytes, identity_, file.string()) : records_in(bytes);
+    done += content.valid_bytes;
+    std::move(content.records.begin(), content.records.end(), std::back_inserter(records));
+}
 
 std::vector<std::string> RecordFolder::read_new() try {
     std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(folder_->path))
-        if (entry.path().extension() == ending && entry.path() != folder_->own_file) files.push_back(entry.path());
+    for (const auto& entry : fs::directory_iterator(folder_))
+        if (entry.path().extension() == ending && entry.path() != own_file_) files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     std::vector<std::string> records;
-    for (const fs::path& file : files) folder_->read_file_from(file, folder_->read[file], records);
+    for (const fs::path& file : files) read_file_from(file, read_[file], records);
     return records;
 } catch (const std::system_error& cause) {
-    fail_reading(folder_->path, cause);
+    fail_reading(folder_, cause);
 }
 
 void RecordFolder::append(const std::string& record) {
-    Folder& folder = *folder_;
     std::vector<std::byte> bytes = record_bytes(record);
     try {
-        if (folder.end == 0) {
-            const std::vector<std::byte> start = start_of(folder.identity);
+        if (end_ == 0) {
+            const std::vector<std::byte> start = start_of(identity_);
             bytes.insert(bytes.begin(), start.begin(), start.end());
         }
-        if (!folder.own.is_open()) {
-            folder.own = open_file(folder.own_file, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
-            sync_folder_of(folder.own_file);
+        if (!own_.is_open()) {
+            own_ = open_file(own_file_, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
+            sync_folder_of(own_file_);
         }
-        write_at(folder.own, folder.end, bytes);
+        write_at(own_, end_, bytes);
     } catch (const std::system_error& cause) {
-        throw write_failure(folder.own_file, cause, bytes.size(), "earlier records are kept");
+        throw write_failure(own_file_, cause, bytes.size(), "earlier records are kept");
     }
-    folder.end += bytes.size();
-    folder.is_durable = false;
+    end_ += bytes.size();
+    is_durable_ = false;
 }
 
 void RecordFolder::sync() {
-    if (folder_->is_durable) return;
+    if (is_durable_) return;
     try {
-        files::sync(folder_->own);
+        files::sync(own_);
     } catch (const std::system_error& cause) {
-        throw write_failure(folder_->own_file, cause, 0, "earlier records are kept");
+        throw write_failure(own_file_, cause, 0, "earlier records are kept");
     }
-    folder_->is_durable = true;
+    is_durable_ = true;
 }
 
 namespace {

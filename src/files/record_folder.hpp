@@ -1,11 +1,13 @@
 // files/record_folder.hpp: records that many processes append in one folder, each to a file of its own.
 #pragma once
+#include <cstdint>
 #include <filesystem>
-#include <memory>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "files/record_identity.hpp"
+#include "files/system_calls.hpp"
 
 namespace drover::files {
 
@@ -15,8 +17,6 @@ class RecordFolder {
 public:
     /// Creates the folder if there is none.  `name` begins the name of this process's file, "share-0003".
     RecordFolder(const std::filesystem::path& folder, const RecordIdentity& identity, const std::string& name);
-    RecordFolder(RecordFolder&&) noexcept;
-    ~RecordFolder();
 
     /// The complete records that other processes have appended since the last call, all at first: file by file in the
     /// order of their names, in each in the order in which they were appended.  Throws an input Error for a file that
@@ -30,8 +30,15 @@ public:
     void sync();
 
 private:
-    struct Folder;
-    std::unique_ptr<Folder> folder_;
+    void read_file_from(const std::filesystem::path& file, std::uint64_t& done, std::vector<std::string>& records);
+
+    std::filesystem::path folder_;
+    RecordIdentity identity_;
+    std::filesystem::path own_file_;
+    Descriptor own_;
+    std::uint64_t end_ = 0;
+    bool is_durable_ = true;
+    std::map<std::filesystem::path, std::uint64_t> read_;  ///< bytes of complete records, by file
 };
 
 /// Takes part in a folder of files that depend on the same text, `content`, which is kept in the folder as `name` below

@@ -30,11 +30,11 @@ auto uninterrupted(Call call) {
     return result;
 }
 
+}  // namespace
+
 std::filesystem::path folder_of(const std::filesystem::path& file) {
     return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
-
-}  // namespace
 
 Descriptor::~Descriptor() {
     if (number_ >= 0) ::close(number_);
@@ -141,8 +141,8 @@ bool link_to(const Descriptor& open, const std::filesystem::path& from, const st
     if (error == EEXIST) return false;
     require(error != EPERM && error != EOPNOTSUPP && error != ENOSYS && error != EMLINK,
             {.file = folder_of(name).string()},
-            "the file system makes no hard links, by which processes claim a folder and its work (link: {}); choose a "
-            "folder on another file system: a local disk, NFS, Lustre or BeeGFS",
+            "the file system does not support hard links, by which processes claim a folder and its work (link: {}); "
+            "choose a folder on another file system: a local disk, NFS, Lustre or BeeGFS",
             std::generic_category().message(error));
     fail_call("link", error);
 }
@@ -241,11 +241,12 @@ void require_leave_to_go_without_locks(int file, int error) {
     const std::string reason = std::generic_category().message(error);
     const char* leave = std::getenv(no_locks_variable);
     require(leave != nullptr && std::string_view(leave) == "1", {name},
-            "cannot be locked, so that two drovers do not write it ({}); choose a folder on another file system, or "
-            "set {}=1 and let no other drover use this folder meanwhile",
+            "cannot be locked against a second drover process ({}); choose a folder on another file system, or set "
+            "{}=1 and let no other drover process use this folder meanwhile",
             reason, no_locks_variable);
     [[maybe_unused]] static const bool warned = [&] {
-        log_warning("{} is written without a lock ({}): let no other drover use its folder meanwhile", name, reason);
+        log_warning("{} is written without a lock ({}): let no other drover process use its folder meanwhile", name,
+                    reason);
         return true;
     }();
 }
@@ -303,11 +304,6 @@ Fault fault_of(const std::system_error& cause) {
     }
 }
 
-bool is_of_disk(const std::system_error& cause) {
-    const int error = cause.code().value();
-    return error == EIO || error == ESTALE || error == ETIMEDOUT || error == EREMOTEIO;
-}
-
 Error disk_failure(const std::filesystem::path& file, const std::system_error& cause) {
     return Error(Fault::environment, {file.string()},
                  text("the disk reports a failure: {}; nothing was changed; check the disk, then run the same command "
@@ -315,14 +311,25 @@ Error disk_failure(const std::filesystem::path& file, const std::system_error& c
                       std::string(cause.what())));
 }
 
+Error access_failure(const std::filesystem::path& file, const std::system_error& cause, std::string_view what,
+                     std::string_view advice) {
+    const int error = cause.code().value();
+    const bool is_of_disk = error == EIO || error == ESTALE || error == ETIMEDOUT || error == EREMOTEIO;
+    if (is_of_disk) return disk_failure(file, cause);
+    return Error(fault_of(cause), {file.string()}, text("{}: {}; {}", what, std::string(cause.what()), advice));
+}
+
 Error write_failure(const std::filesystem::path& file, const std::system_error& cause, std::uint64_t needed,
                     std::string_view consequence) {
+    constexpr const char* again = "run the same command again; a run with a checkpoint resumes by drover restart";
     const int error = cause.code().value();
     const bool is_full = error == ENOSPC || error == EDQUOT || error == EFBIG;
-    if (!is_full)
+    if (!is_full) {
+        const bool is_of_process = error == EMFILE || error == ENFILE;
         return Error(Fault::environment, {file.string()},
-                     text("cannot write: {}; {}; check the disk, then restart", std::string(cause.what()),
-                          consequence));
+                     text("cannot write: {}; {}; {}, then {}", std::string(cause.what()), consequence,
+                          is_of_process ? "close files or raise the limit (ulimit -n)" : "check the disk", again));
+    }
     struct statvfs disk {};
     const bool is_known = ::statvfs(folder_of(file).c_str(), &disk) == 0;
     const double free = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
@@ -330,9 +337,9 @@ Error write_failure(const std::filesystem::path& file, const std::system_error& 
                        : error == EDQUOT ? "the disk quota is used up"
                                          : "the largest file size allowed (ulimit -f) is reached";
     return Error(Fault::environment, {file.string()},
-                 text("{}: {} were needed and {} are free; {}; make room, then restart", what,
+                 text("{}: {} were needed and {} are free; {}; {}, then {}", what,
                       bytes_text(static_cast<double>(needed)), is_known ? bytes_text(free) : std::string("?"),
-                      consequence));
+                      consequence, error == EFBIG ? "raise this limit" : "make room", again));
 }
 
 }  // namespace drover::files

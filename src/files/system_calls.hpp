@@ -49,6 +49,8 @@ Descriptor open_file(const std::filesystem::path& file, int flags);
 /// writing.
 Descriptor create_file(const std::filesystem::path& file);
 
+std::filesystem::path folder_of(const std::filesystem::path& file);  ///< "." for a name alone
+
 /// The name under which a new file is written before it takes the name `file`.
 std::filesystem::path partial_name(const std::filesystem::path& file);
 
@@ -143,11 +145,13 @@ private:
 /// environment.
 Fault fault_of(const std::system_error& cause);
 
-/// Whether the disk itself, or the server behind it, failed.
-bool is_of_disk(const std::system_error& cause);
-
 /// The environment Error for a failed read, and for any other failed call that writes nothing.
 Error disk_failure(const std::filesystem::path& file, const std::system_error& cause);
+
+/// The Error for a file that cannot be used: disk_failure where the disk itself, or the server behind it, failed; else
+/// "cannot be read: <the failed call>; expected a checkpoint".
+Error access_failure(const std::filesystem::path& file, const std::system_error& cause, std::string_view what,
+                     std::string_view advice);
 
 /// The environment Error for a failed write; reports a full disk explicitly, with the bytes needed and free.
 /// consequence: the state after the failure, such as "the file stays as it was at the last commit".

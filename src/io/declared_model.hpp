@@ -53,7 +53,7 @@ struct DeclaredTable {
 
 /// Everything as written, with its places.
 struct DeclaredModel {
-    std::string name;
+    std::string name, file;        ///< file: empty, once it is read
     bool chiral = false;           ///< the equations may distinguish left and right
     std::string calculus = "ito";  ///< of noise that multiplies fields; or "stratonovich"
     /// Of "stratonovich": that of model::Model, which follows from the grid of the scene.
@@ -66,6 +66,8 @@ struct DeclaredModel {
     std::vector<SourceLocation> table_places;
     std::map<std::string, model::Text> equations, definitions;
     std::map<std::string, double> coefficients;
+
+    static Rows<DeclaredModel> rows();  ///< of [model]
 };
 
 /// The model with its numbers.  Throws an input Error, at its place, for a rank, formula or equation that does not fit.

@@ -279,7 +279,7 @@ std::vector<SectionDescription> scene_schema(const physics::ModelFile& file) {
         for (const physics::ModelKey& key : section.keys) sections.back().rows.push_back(key.description);
     }
     for (auto& [name, doc, rows] : std::vector<std::tuple<const char*, const char*, std::vector<Description>>>{
-             {"model", "A model of one's own: its fields and equations.", model_rows()},
+             {"model", "A model of one's own: its fields and equations.", descriptions<DeclaredModel>()},
              {"[field]", "One field; [[field]] for each.", descriptions<DeclaredField>()},
              {"[white_noise]", "One white noise that equations name; [[white_noise]] for each.",
               descriptions<DeclaredNoise>()},
@@ -349,12 +349,12 @@ std::string unit_in_results(const Scene& scene, const std::string& unit) {
 Rows<Approximation> Approximation::rows() {
     return Rows<Approximation>{
         {"quasi_linear", &Approximation::quasi_linear,
-         "short waves act on the long ones and these on them, and not short waves on each other"},
+         "generalised quasi-linear approximation: short waves interact with long ones, but not with each other"},
         {"quasi_linear_above", &Approximation::quasi_linear_above,
          "with quasi_linear: the largest |q| of a long wave; 0: only the means are long", "1/mm", not_negative},
         {"counterterm", &Approximation::counterterm,
-         "of rods: order grows faster in the run, by 2 b s with s the |p|^2 of independent rods in the kept waves: b "
-         "then saturates the order and not this noise, and results hardly depend on the grid"},
+         "rods with noise: the run lowers relaxation.rate by 2 b s, where s is the |p|^2 of independent rods in the "
+         "kept modes, so that b saturates the order but not this noise, and results hardly depend on the grid"},
     };
 }
 

@@ -38,7 +38,7 @@ calibrate::StatePoint point_of(const Scene& scene, const calibrate::Table& table
     return {.bead_fraction = plan.bead_area_fraction,
             .rod_fraction = plan.rod_area_fraction,
             .varied = varied_of(scene, table),
-            .outside = plan.outside == "hold" ? numerics::Outside::hold : numerics::Outside::refuse};
+            .outside = numerics::outside_of(plan.outside)};
 }
 
 void fill(Scene& scene, const std::vector<std::string>& missing) {

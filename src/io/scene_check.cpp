@@ -139,8 +139,8 @@ void check_declared(const Scene& scene, const Locate& locate) {
     check_time_method(scene, equations.has_noise(), locate);
     require(
         !scene.approximation.counterterm, locate("approximation.counterterm"),
-        "approximation.counterterm is of the order of rods among beads; expected false in a model of one's own: give "
-        "its equation the linear term");
+        "approximation.counterterm = true in a model of one's own; expected false: it applies to the shipped model of "
+        "rods and beads only; add the linear term to the equation instead");
     check_approximation(scene.approximation, locate);
 }
 
@@ -221,9 +221,9 @@ Rows<TimeControl> TimeControl::rows() {
     std::vector<std::string> steppers;
     for (const numerics::TimeMethod& method : numerics::time_methods()) steppers.push_back(method.name);
     return {{"dt", &TimeControl::dt,
-             "time step; linear terms and noise of fields are exact for any, products of fields are not; 0, or "
-             "left out: drover run finds the step for which the error is below time.max_error; particles: the "
-             "default is 2e-5 s",
+             "time step; linear terms and noise of fields are exact for any step, nonlinear terms are not; 0, or left "
+             "out: drover run finds a step for which the error is below time.max_error; particles: the default is "
+             "2e-5 s",
              "s", not_negative},
             {"end", &TimeControl::end, "end time, an integer number of steps", "s", positive},
             {"stepper", &TimeControl::stepper,
@@ -288,11 +288,11 @@ Rows<Units> Units::rows() {
 Rows<Accuracy> Accuracy::rows() {
     return Rows<Accuracy>{
         {"effort", &Accuracy::effort,
-         "part of the work of the run, as counted, that may be spent on what the time step makes wrong (twice as "
-         "much up to 3.3 s of it, falling to it at 10 s): on the error of the fields and on the bias of each "
-         "result: with noise, pieces of the run are repeated with dt/2 on the same noise path; without noise, "
-         "observables are compared with those of the fields less their estimated error; 0: no biases, and 0.05 "
-         "for the error of the fields",
+         "fraction of the counted work of a run that may be spent on estimating the errors of its time step (twice "
+         "this fraction up to 3.3 s of work, falling to it at 10 s): the error of the fields and the bias of each "
+         "result; with noise, pieces of the run are repeated with dt/2 on the same noise path; without noise, "
+         "observables are compared with those of the fields minus their estimated error; 0: no biases, and 0.05 for "
+         "the error of the fields",
          "", within(0.0, 10.0)},
     };
 }
@@ -332,7 +332,7 @@ Rows<SweepPlan> SweepPlan::rows() {
         {"refine", &SweepPlan::refine,
          "observables and a change, \"polar_order = 0.1\": between neighbouring points that differ by more, and "
          "by more than twice their standard error, points are added, until none do or after refine_levels"},
-        {"refine_levels", &SweepPlan::refine_levels, "times that the distance of points is halved at most", "",
+        {"refine_levels", &SweepPlan::refine_levels, "maximum number of times the distance of points is halved", "",
          within(1, 20)},
         {"keep",
          &SweepPlan::keep,
@@ -409,7 +409,9 @@ Rows<CalibrationPlan> CalibrationPlan::rows() {
     return {{"bead_area_fractions", &CalibrationPlan::bead_area_fractions,
              "Phi_b, ascending: replaces beads.area_fraction; every assay runs at each value", "", fraction},
             {"rod_area_fractions", &CalibrationPlan::rod_area_fractions,
-             "Phi_r, ascending: replaces rods.area_fraction for drag, which depends on it", "", fraction},
+             "Phi_r, ascending: replaces rods.area_fraction; assays that depend on it (drag, alignment, stiffness "
+             "among rods) run at each value",
+             "", fraction},
             {"vary", &CalibrationPlan::vary,
              "an additional key and its values, \"kick.strength = 0.01, 0.02\": all assays run at each value"},
             {"assays", &CalibrationPlan::assays, "assays to run; empty: all", "", any_number, names},

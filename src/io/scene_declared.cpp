@@ -150,17 +150,8 @@ bool is_declared_table(const std::string& name) {
 }
 
 void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<std::string, SourceLocation>& places) {
-    if (const auto table = tables.find("model"); table != tables.end()) {
-        const std::vector<Description> rows = model_rows();
-        reject_unknown_keys(table->second, "model", rows);
-        for (const Description& row : rows)
-            if (const auto found = table->second.values.find(row.name); found != table->second.values.end()) {
-                const Value value = checked_value(row, "model", found->second);
-                if (row.name == "name") model.name = std::get<std::string>(value);
-                if (row.name == "chiral") model.chiral = std::get<bool>(value);
-                if (row.name == "calculus") model.calculus = std::get<std::string>(value);
-            }
-    }
+    if (const auto table = tables.find("model"); table != tables.end()) read_table(table->second, "model", model);
+    model.file.clear();  // its content is among the tables
     for_list(tables, "field",
              [&](const LocatedTable& table, const std::string& section) { read_field(table, section, model); });
     for_list(tables, "white_noise", [&](const LocatedTable& table, const std::string& section) {
@@ -218,9 +209,7 @@ model::GivenFunction function_of(const DeclaredTable& declared, const SourceLoca
     const auto table = [&] {
         try {
             return std::make_shared<const numerics::SplineTable>(declared.first, second, declared.values,
-                                                                 declared.outside == "hold"
-                                                                     ? numerics::Outside::hold
-                                                                     : numerics::Outside::refuse);
+                                                                 numerics::outside_of(declared.outside));
         } catch (const Error& error) {
             fail_input(where, "{}: {}", declared.symbol, error.message());
         }
@@ -275,7 +264,7 @@ void add_table(const DeclaredTable& table, const SourceLocation& where, model::M
             "{} has outside = \"{}\"; expected refuse or hold", table.symbol, table.outside);
     const std::string function = "tabulated_" + table.symbol;
     result.functions[function] = function_of(table, where);
-    result.definitions.push_back({table.symbol, {text("{}({})", function, joined(table.of)), where}});
+    result.definitions.push_back({table.symbol, {text("{}({})", function, joined(table.of)), where}, true});
 }
 }  // namespace
 
@@ -321,25 +310,27 @@ model::Model model_of(const DeclaredModel& declared) {
 }
 
 namespace {
-/// A field or a noise, with its rank or its spin.
+/// The keys of a table, without one.
+template <class Declared>
+std::string keys_text(const Declared& one, const char* left_out = "") {
+    std::string result;
+    for (const auto& [key, value] : values_of(one))
+        if (key != left_out) result += key + " = " + toml_text(value) + "\n";
+    return result;
+}
+
+/// Of a field or a noise, with its rank or its spin.
 template <class Declared>
 std::string list_text(const char* list, const Declared& one) {
-    std::string result = text("\n[[{}]]\n", list);
-    for (const auto& [key, value] : values_of(one))
-        if (key != (one.spin >= 0 ? "rank" : "spin")) result += key + " = " + toml_text(value) + "\n";
-    return result;
+    return text("\n[[{}]]\n", list) + keys_text(one, one.spin >= 0 ? "rank" : "spin");
 }
 }  // namespace
 
 std::string declared_text(const DeclaredModel& model) {
-    std::string result = text("[model]\nname = {}\nfile = \"\"\nchiral = {}\ncalculus = {}\n", toml_text(model.name),
-                              model.chiral, toml_text(model.calculus));
+    std::string result = "[model]\n" + keys_text(model);
     for (const DeclaredField& field : model.fields) result += list_text("field", field);
     for (const DeclaredNoise& noise : model.noises) result += list_text("white_noise", noise);
-    for (const DeclaredTable& table : model.tables) {
-        result += "\n[[tabulated]]\n";
-        for (const auto& [key, value] : values_of(table)) result += key + " = " + toml_text(value) + "\n";
-    }
+    for (const DeclaredTable& table : model.tables) result += "\n[[tabulated]]\n" + keys_text(table);
     for (const auto& [section, texts] :
          {std::pair{"equations", &model.equations}, std::pair{"define", &model.definitions}}) {
         if (texts->empty()) continue;
@@ -351,23 +342,23 @@ std::string declared_text(const DeclaredModel& model) {
     return result;
 }
 
-std::vector<Description> model_rows() {
-    return {{.name = "name", .default_value = std::string{}, .doc = "its name"},
-            {.name = "file",
-             .default_value = std::string{},
-             .doc =
-                 "a file in the folder of the scene, or among the installed models, with [[field]], [equations], "
-                 "[define] and [coefficients], to which the scene adds its own; of a number or an equation that both "
-                 "have, that of the scene counts; of a whole scene the model alone"},
-            {.name = "chiral",
-             .default_value = false,
-             .doc = "the equations may distinguish left and right: terms whose parity differs from that of the field"},
-            {.name = "calculus",
-             .default_value = std::string{"ito"},
-             .choices = {"ito", "stratonovich"},
-             .doc =
-                 "the sense of noise that multiplies fields; the drift of stratonovich is proportional to the number "
-                 "of modes per area, so it depends on the grid: drover explain prints both"}};
+Rows<DeclaredModel> DeclaredModel::rows() {
+    return Rows<DeclaredModel>{
+        {"name", &DeclaredModel::name, "its name"},
+        {"file", &DeclaredModel::file,
+         "a file in the folder of the scene, or among the installed models, with [[field]], [equations], [define] and "
+         "[coefficients], to which the scene adds its own; of a number or an equation that both have, that of the "
+         "scene counts; of a whole scene the model alone"},
+        {"chiral", &DeclaredModel::chiral,
+         "the equations may distinguish left and right: terms whose parity differs from that of the field"},
+        {"calculus",
+         &DeclaredModel::calculus,
+         "the sense of noise that multiplies fields; the drift of stratonovich is proportional to the number of modes "
+         "per area, so it depends on the grid: drover explain prints both",
+         "",
+         any_number,
+         {"ito", "stratonovich"}},
+    };
 }
 
 Rows<DeclaredField> DeclaredField::rows() {
@@ -376,13 +367,14 @@ Rows<DeclaredField> DeclaredField::rows() {
         {"name", &DeclaredField::name, "its name in figures and archives: \"rod_density\"; empty: the symbol"},
         {"rank",
          &DeclaredField::rank,
-         "how it turns with space: a scalar (spin 0), a vector (1), a nematic Q_xx + i Q_xy (2); complex: two "
-         "scalars, A = A_re + i A_im",
+         "how it transforms under rotations: a scalar (spin 0), a vector (1), a nematic Q_xx + i Q_xy (2); complex: "
+         "two scalars, A = A_re + i A_im",
          "",
          any_number,
          {"scalar", "vector", "nematic", "complex"}},
         {"spin", &DeclaredField::spin,
-         "in place of rank: the field turns by this many times the angle; -1: as rank says", "", within(-1, 6)},
+         "in place of rank: the field rotates by this many times the angle of a rotation; -1: as rank says", "",
+         within(-1, 6)},
         {"parity",
          &DeclaredField::parity,
          "odd: a reflection changes its sign, besides what its rank does: a pseudoscalar, such as a vorticity",
@@ -419,7 +411,7 @@ Rows<DeclaredNoise> DeclaredNoise::rows() {
          "component; equations that have it are driven by the same noise"},
         {"rank",
          &DeclaredNoise::rank,
-         "how it turns with space, as that of a field",
+         "how it transforms under rotations, as for a field",
          "",
          any_number,
          {"scalar", "vector", "nematic"}},

@@ -8,10 +8,6 @@
 namespace drover::io {
 
 namespace {
-model::Field field_of(const physics::FieldRow& row) {
-    return {.name = row.name, .symbol = row.symbol, .spin = row.spin};
-}
-
 /// A unit of the model file as keys of a scene have it: "mm/s" for "mm s-1".
 std::string unit_of_key(const std::string& unit) {
     std::string above, below;
@@ -33,7 +29,7 @@ std::string unit_of_key(const std::string& unit) {
 std::vector<Description> formula_rows() {
     std::vector<Description> rows;
     for (const physics::FieldRow& row : physics::shipped_model().fields) {
-        const model::Field field = field_of(row);
+        const model::Field field = row.as_field();
         const std::vector<std::string> names = model::dataset_names(field), symbols = model::component_names(field);
         for (std::size_t part = 0; part < names.size(); ++part)
             rows.push_back({.name = names[part],
@@ -52,7 +48,7 @@ constexpr const char* before_formulas = "phase";
 model::Start start_without_keys(FormulasOf of) {
     model::Start start;
     for (const physics::FieldRow& row : physics::shipped_model().fields)
-        if (of == FormulasOf::rod_bead && row.perturbed) start.component = model::dataset_names(field_of(row)).front();
+        if (of == FormulasOf::rod_bead && row.perturbed) start.component = model::dataset_names(row.as_field()).front();
     return start;
 }
 

@@ -52,9 +52,6 @@ std::map<std::string, model::Text> texts_of(const LocatedTable& table, const std
 /// The model, without the formulas of its start, as TOML.
 std::string declared_text(const DeclaredModel& model);
 
-/// The keys of [model].
-std::vector<Description> model_rows();
-
 // ---- [initial] of scenes of fields: its keys, and the formulas of components
 
 /// Whose components have formulas: those of rods and beads are keys with a row each, those of a declared model are

@@ -203,6 +203,8 @@ void require_declared(const Setting& setting, const LocatedTables& tables) {
     if (setting.section != "coefficients" || table->second.values.contains(setting.key)) return;
     std::vector<std::string> names;
     for (const auto& [name, value] : table->second.values) names.push_back(name);
+    require(!names.empty(), setting.where, "the scene has no coefficient {}, nor any other; add it to [coefficients]",
+            setting.key);
     fail_input(setting.where, "the scene has no coefficient {}; {}", setting.key,
                suggestion(setting.key, names, text("expected one of {}", joined(names))));
 }
@@ -281,7 +283,7 @@ LocatedTables model_file(const LocatedValue& named, const std::string& scene) {
     const std::filesystem::path path = place_of_model(*file, scene);
     std::string content;
     try {
-        content = files::read_text(path, max_scene_bytes, "a model: [[field]], [equations], [define], [coefficients]");
+        content = files::read_text(path, "a model: [[field]], [equations], [define], [coefficients]", max_scene_bytes);
     } catch (const Error& error) {
         const std::filesystem::path installed = files::installed_models();
         throw Error(error.fault(), named.where,
@@ -357,8 +359,11 @@ Scene parse_scene(const std::string& toml, const std::string& name, std::span<co
     return scene;
 }
 
-Scene changed(const Scene& scene, const std::vector<std::string>& overrides) {
+Scene changed(const Scene& scene, const std::vector<std::string>& overrides) try {
     return parse_scene(resolved_text(scene), scene.file, overrides);
+} catch (const Error& error) {  // lines are those of the resolved text
+    if (!error.place().starts_with(scene.file + ":")) throw;
+    throw Error(error.fault(), {scene.file}, error.message());
 }
 
 Scene archived_scene(const std::string& toml, const std::string& name) {
@@ -372,7 +377,7 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
             "an archive (HDF5); expected a scene (input file in TOML): drover restart continues a run, and drover info "
             "--scene prints its scene");
     const std::string content =
-        files::read_text(file, max_scene_bytes, "a scene (input file in TOML), such as models/isotropic.toml");
+        files::read_text(file, "a scene (input file in TOML), such as models/isotropic.toml", max_scene_bytes);
     return parse_scene(content, file.string(), overrides);
 }
 

@@ -17,9 +17,10 @@ namespace {
 [[noreturn]] void fail_target(const std::string& given, const std::string& found) {
     std::string name = trimmed(given.substr(0, given.find_first_of("=(")));
     if (name.empty()) name = "variance";
-    fail_input({.file = "--want " + given},
-               "{}; expected OBSERVABLE=ERROR, such as {}=1% (of the mean), {}=0.01 or structure_factor(q<1)=3%", found,
-               name, name);
+    fail_input({.file = "wanted number " + given},
+               "{}; expected OBSERVABLE=ERROR, such as {}=1% (of its value), {}=0.01 or, for a part of an array, "
+               "{}(q<1)=3%",
+               found, name, name, name);
 }
 
 double number_in(const std::string& given, const std::string& text) {
@@ -56,7 +57,7 @@ AxisRange read_range(const std::string& given, const std::string& range) {
 
 /// The components of a row that a target selects.
 std::vector<std::size_t> selected(const AccuracyTarget& target, const measure::SummaryRow& row) {
-    const SourceLocation where{.file = "--want " + target.text};
+    const SourceLocation where{.file = "wanted number " + target.text};
     if (row.axes.empty()) {
         require(target.ranges.empty(), where, "{} is one number; expected a range only of an array: leave out ({})",
                 target.observable, target.ranges.empty() ? "" : target.ranges.front().axis);
@@ -132,7 +133,7 @@ namespace {
 /// value: what the number is, or is at most.
 void require_small_error(const AccuracyTarget& target, const std::string& unit, double value, const char* is) {
     if (target.is_relative) return;
-    const SourceLocation where{.file = "--want " + target.text};
+    const SourceLocation where{.file = "wanted number " + target.text};
     require(target.unit.empty() || target.unit == unit, where, "the error is in {}; expected {}, the unit of {}",
             target.unit, unit, target.text);
     require(!target.unit.empty() || target.error < 0.5 * std::abs(value), where,
@@ -146,7 +147,7 @@ const measure::SummaryRow& row_of(const AccuracyTarget& target, const measure::S
     if (const measure::SummaryRow* row = measure::find_row(summary, target.observable)) return *row;
     std::vector<std::string> names;
     for (const measure::SummaryRow& one : summary.rows) names.push_back(one.name);
-    fail_input({.file = "--want " + target.text}, "the run has no observable \"{}\"; {}expected one of {}",
+    fail_input({.file = "wanted number " + target.text}, "the run has no observable \"{}\"; {}expected one of {}",
                target.observable, suggestion(target.observable, names, "", "did you mean {}? "), joined(names));
 }
 

@@ -41,10 +41,8 @@ std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const
 }
 
 bool has_shares(const io::Scene& scene, const std::filesystem::path& folder) {
-    constexpr std::uint64_t max_bytes = 1 << 24;
     const std::filesystem::path file = folder / plane_manifest;
-    return std::filesystem::exists(file) &&
-           files::read_text(file, max_bytes, "the plane of shares") == plane_manifest_of(scene);
+    return std::filesystem::exists(file) && files::read_text(file, "the plane of shares") == plane_manifest_of(scene);
 }
 
 run::Result collect_boundary(const io::Scene& scene, const std::filesystem::path& folder, Threads& threads) try {

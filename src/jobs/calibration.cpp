@@ -308,8 +308,7 @@ CalibrationLayout plan_in(const fs::path& folder, const io::Scene& scene) {
     CalibrationLayout layout = plan_calibration(scene);
     const fs::path file = folder / calibration_manifest;
     if (!fs::exists(file)) return layout;
-    constexpr std::uint64_t max_bytes = 1 << 24;
-    std::string there = files::read_text(file, max_bytes, "the scene of a calibration");
+    std::string there = files::read_text(file, "the scene of a calibration");
     there.erase(0, files::first_line(there).size() + 1);  // the version
     if (files::are_same(there, layout.manifest, layout.defaults)) layout.manifest = there;
     return layout;

@@ -1,7 +1,6 @@
 // jobs/calibration_table.cpp: tables from trials, and their output as text.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "calibrate/catalogue.hpp"
 #include "calibrate/setup_rows.hpp"
@@ -10,13 +9,9 @@
 namespace drover::jobs {
 
 namespace {
+using calibrate::missing;
 using calibrate::Origin;
 using calibrate::TableEntry;
-
-TableEntry missing(const std::string& why, int trials) {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    return {.value = none, .error = none, .trials = trials, .origin = Origin::missing, .remark = why};
-}
 
 std::string joined_remarks(std::vector<std::string> parts) {
     std::erase(parts, "");
@@ -66,7 +61,7 @@ void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
     for (const calibrate::SetupRow& row : calibrate::setup_rows()) {
         if (row.by_rods && table.rod_fractions.empty()) continue;
         calibrate::TableRow added{.name = row.name, .unit = row.unit, .formula = row.formula, .by_rods = row.by_rods};
-        const TableEntry no_entry = missing("no assay was run at this point", 0);
+        const TableEntry no_entry = missing("no assay was run at this point");
         added.entries.assign(calibrate::count_of(table, row.by_rods), no_entry);
         for (const CalibrationUnit& unit : layout.units) {
             const calibrate::Population population = layout.assays[unit.assay].population;

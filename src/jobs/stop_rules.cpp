@@ -28,11 +28,11 @@ struct StopRule {
 };
 
 constexpr std::array rules{
-    StopRule{"jobs", "so many jobs of this command have ended", &count_of,
+    StopRule{"jobs", "this number of jobs of the command has ended", &count_of,
              [](const Progress& so_far) { return static_cast<double>(so_far.ended); }},
-    StopRule{"failures", "so many of them have failed", &count_of,
+    StopRule{"failures", "this number of jobs has failed", &count_of,
              [](const Progress& so_far) { return static_cast<double>(so_far.failed); }},
-    StopRule{"core-time", "they have taken so long together, as 90min or 2h", &seconds_of,
+    StopRule{"core-time", "the jobs have used this core time in total, such as 90min or 2h", &seconds_of,
              [](const Progress& so_far) { return so_far.core_seconds; }},
 };
 

@@ -75,8 +75,7 @@ Manifest manifest_of(const io::Scene& scene, const fs::path& folder) {
     const Manifest fresh{without_workers(scene) + start, numbered_points(scene)};
     const fs::path file = folder / sweep_manifest;
     if (!fs::exists(file)) return fresh;
-    constexpr std::uint64_t max_bytes = 1 << 24;
-    const std::string there = files::read_text(file, max_bytes, "the scene of a sweep");
+    const std::string there = files::read_text(file, "the scene of a sweep");
     check_start(there, start, scene, folder);
     try {
         const io::Scene first = io::archived_scene(there, file.string());

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <set>
 
+#include "base/constants.hpp"
 #include "files/record_identity.hpp"
 #include "jobs/accuracy_target.hpp"
 #include "measure/replicates.hpp"
@@ -371,16 +371,16 @@ std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout
                 at += text("{}{} = {}", at.empty() ? "at " : ", ", layout.keys[k], row.point.values[k]);
             if (is_small) {
                 unmet.push_back(
-                    text("{}{}{} = {:.4g} is of runs of which {} of {} are too short for an error of their own, so "
-                         "that their start may be part of it: make the runs longer, or set analysis.warm_up",
+                    text("{}{}{} = {:.4g} comes from runs of which {} of {} are too short for an error estimate, so it "
+                         "may still depend on their start: make the runs longer, or set analysis.warm_up",
                          at, at.empty() ? "" : ": ", target.observable, mean.mean, found.without_error, row.seeds));
                 continue;
             }
             unmet.push_back(
                 text("{}{}{} = {:.4g} has an error of {:.2g} after {} seeds, {:.2g} was wanted: raise "
                      "sweep.max_seeds, or make the runs longer",
-                     at, at.empty() ? "" : ": ", target.observable, mean.mean,
-                     mean.error.value_or(std::numeric_limits<double>::quiet_NaN()), row.seeds, allowed(target, mean)));
+                     at, at.empty() ? "" : ": ", target.observable, mean.mean, mean.error.value_or(nan), row.seeds,
+                     allowed(target, mean)));
         }
     }
     return unmet;

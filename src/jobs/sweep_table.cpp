@@ -56,7 +56,7 @@ void add_warnings(const SweepRow& row, bool finds_warm_up, SweepTable& table) {
         const std::size_t shown = std::min(unknown.size(), max_names), more = unknown.size() - shown;
         unknown.resize(shown);
         table.warnings.push_back(
-            text("{}some runs are too short for an error of their own in {}{}; the error in the table is that of "
+            text("{}some runs are too short for an error estimate in {}{}; the error in the table is that of "
                  "the scatter, which does not show what the runs have in common, such as their start: give longer "
                  "runs, or set analysis.warm_up",
                  at, joined(unknown), more == 0 ? "" : text(" and {} more", more)));

@@ -78,9 +78,8 @@ void add_all(std::vector<std::string>& to, const std::vector<std::string>& from)
 
 /// Without the formulas of a start for a field.
 void add_cleared_start(const io::Scene& scene, const physics::FieldRow& field, std::vector<std::string>& overrides) {
-    const model::Field as_field{.name = field.name, .symbol = field.symbol, .spin = field.spin};
     const auto formulas = scene.initial.formulas;
-    for (const std::string& component : model::dataset_names(as_field))
+    for (const std::string& component : model::dataset_names(field.as_field()))
         if (formulas.contains(component)) overrides.push_back("initial." + component + "=\"\"");
 }
 

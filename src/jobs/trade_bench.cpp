@@ -45,7 +45,7 @@ void reject_wrong_steps(std::vector<std::vector<TrialMeasurement>>& runs) {
         for (TrialMeasurement& run : ladder)
             if (run.failure.empty() && run.step_error > too_wrong)
                 run.failure = text(
-                    "its steps are wrong by {:.2g} of a field's fluctuation: on another path of the noise it may stop",
+                    "the error of its steps is {:.2g} of a field's fluctuation: with another noise path it may fail",
                     run.step_error);
 }
 
@@ -269,10 +269,9 @@ std::vector<std::string> TradeBench::widen(const std::vector<std::string>& overr
         const auto freedom = static_cast<double>(runs.size() - 1);
         min_error_[w] = seeds.deviation * gsl_cdf_tdist_Pinv(two_sigma, freedom) / 2.0;
         notes.push_back(text(
-            "{} differs by {:.2g} between trials of {:.6g} s with {} seeds, of which each tells an error of "
-            "{:.2g}: it fluctuates more slowly than they show, or has several states; the statistical error is taken "
-            "from the seeds: "
-            "give a larger --budget",
+            "{} differs by {:.2g} between trials of {:.6g} s with {} seeds, although each trial estimates an error of "
+            "{:.2g}: it fluctuates more slowly than the trials show, or has several states; the statistical error is "
+            "taken from the seeds: give a larger --budget",
             targets_[w].text, seeds.deviation, duration, runs.size(),
             seeds.own_error.value_or(0.0) * std::sqrt(static_cast<double>(runs.size()))));
     }

@@ -44,22 +44,25 @@ std::vector<Bias> scaled(std::vector<Bias> biases, double factor);
 /// a - b, of independent numbers.
 Bias less(const Bias& a, const Bias& b);
 
-class TradeBench {
+/// What all trials have in common, and how far they have come.
+struct BenchFacts {
+    double duration = 0.0, warm_up = 0.0;  ///< of the trials; left out of all means [s]
+    bool statistical = false;              ///< means have statistical errors: the duration is free
+    std::vector<double> allowed;           ///< error of each wanted number, in its unit
+    double spent = 0.0;                    ///< core seconds of the trials so far
+    bool is_short = false;                 ///< some trials were not made, for want of budget
+    std::set<std::string> hosts;           ///< on which trials ran
+    std::set<std::string> programs;        ///< versions of drover that ran them
+};
+
+class TradeBench : public BenchFacts {
 public:
     /// `of`: the resolved text of the scene whose trials the folder holds.
     TradeBench(const io::Scene& scene, const std::string& of, const TradeoffOptions& options);
 
-    io::Scene scene;                 ///< that the trials change
-    double duration = 0.0;           ///< of the trials [s]
-    double warm_up = 0.0;            ///< left out of all means [s]
-    bool statistical = false;        ///< means have statistical errors
-    std::vector<double> allowed;     ///< error of each wanted number, in its unit
-    double budget = 0.0;             ///< core seconds
-    double spent = 0.0;              ///< core seconds of the trials so far
-    bool is_short = false;           ///< some trials were not made, for want of budget
-    bool is_collecting = false;      ///< no trials are made
-    std::set<std::string> hosts;     ///< on which trials ran
-    std::set<std::string> programs;  ///< versions of drover that ran them
+    io::Scene scene;             ///< that the trials change
+    double budget = 0.0;         ///< core seconds
+    bool is_collecting = false;  ///< no trials are made
 
     TrialRun trial_of(const std::vector<std::string>& overrides, bool rounds_up = false) const;
 

@@ -46,7 +46,7 @@ std::optional<io::Scene> affordable_scene(const io::Scene& scene, double budget)
 [[noreturn]] void fail_too_small(const io::Scene& scene, double budget) {
     const std::optional<run::ExpectedTime> expected = run::expected_time(scene);
     fail_run(
-        "a run of the scene takes {} of a core, and its trials as long each; the budget of {} is too small: give a "
+        "a run of the scene takes {} of core time, and so does each trial; the budget of {} is too small: give a "
         "larger --budget",
         duration_text(expected ? expected->total : 0.0), duration_text(budget));
 }
@@ -102,11 +102,12 @@ void require_relative(const AccuracyTarget& target, const Bias& mean) {
     if (!target.is_relative) return;
     const SourceLocation where{.file = "--want " + target.text};
     require(mean.value != 0.0, where,
-            "the mean is 0, of which a per cent is nothing; expected an absolute error, such as {}=0.01", target.text);
+            "the mean is 0, so an error in per cent is undefined; expected an absolute error, such as {}=0.01",
+            target.text);
     constexpr double clear = 3.0;  // standard errors
     require(std::abs(mean.value) >= clear * mean.error, where,
-            "the mean is {:.2g} +- {:.2g} in a trial, which may be 0, of which a per cent is nothing; expected an "
-            "absolute error, such as {}={:.1g}, or a larger --budget",
+            "the mean is {:.2g} +- {:.2g} in a trial, which may be 0, so an error in per cent is undefined; "
+            "expected an absolute error, such as {}={:.1g}, or a larger --budget",
             mean.value, mean.error, target.text, mean.error);
 }
 
@@ -115,8 +116,8 @@ std::vector<std::string> coarser_notes(const io::Scene& scene, const std::string
         text("the budget is too small for trials on {}: its grid error is that of {}", given, tried)};
     if (has_random_start(scene))
         notes.push_back(
-            text("the random start is another one on {}: the values above are those of the trials, and the "
-                 "run will have others; only their relative errors carry over",
+            text("the random start differs on {}: the values above are those of the trials, and those of the run "
+                 "will differ; only the relative errors carry over",
                  tried));
     return notes;
 }

@@ -2,12 +2,11 @@
 // their combinations.
 #pragma once
 #include <cmath>
-#include <limits>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "jobs/accuracy_target.hpp"
 #include "jobs/trade_axes.hpp"
 #include "jobs/trade_bench.hpp"
@@ -42,7 +41,7 @@ struct Candidate {
     double end = 0.0;                                                     ///< [s]
     double seconds = 0.0;                                                 ///< of a core, predicted
     std::vector<Parts> parts;
-    double ratio = std::numeric_limits<double>::infinity();  ///< the largest error of a target over what it allows
+    double ratio = infinite;  ///< the largest error of a target over what it allows
 };
 
 /// A trial of a combination: its biases replace the sums of those of its levels, its fluctuations those of its model.
@@ -54,11 +53,10 @@ struct Checked {
 };
 
 /// Everything that was found.
-struct Findings {
+struct Findings : BenchFacts {
     std::vector<AccuracyTarget> targets;
     std::vector<std::string> units;
     std::vector<Bias> references;      ///< the best value of each wanted number
-    std::vector<double> allowed;       ///< error in its unit
     std::vector<Bias> rounding, cell;  ///< by target; empty where not measured
     /// Of each method; costs in core seconds: of the start, and per second of the scene.
     std::vector<std::vector<LevelFound>> ladders;
@@ -66,18 +64,12 @@ struct Findings {
     std::size_t pilot_grid = 0;                  ///< of the step, model and rounding trials
     double pilot_start = 1.0, pilot_step = 1.0;  ///< its relative costs
     std::optional<std::vector<Bias>> linear_theory;
-    double duration = 0.0, warm_up = 0.0;  ///< of the trials [s]
-    double sample_every = 0.0;             ///< interval of samples that loses nothing of the means [s]; 0: as given
-    bool statistical = false;              ///< noisy, chaotic or particles: the duration is free
-    double pairing = 1.0;                  ///< variance of unpaired differences over that of paired ones
-    double seconds = 0.0;                  ///< of a core, of all trials
-    double given_seconds = INFINITY;       ///< of a core, of the scene as given, predicted
+    double sample_every = 0.0;        ///< interval of samples that loses nothing of the means [s]; 0: as given
+    double pairing = 1.0;             ///< variance of unpaired differences over that of paired ones
+    double given_seconds = INFINITY;  ///< of a core, of the scene as given, predicted
     std::vector<Checked> checked;
     std::vector<std::string> notes;
-    bool is_short = false;           ///< of budget: some trials were not made
-    std::set<std::string> hosts;     ///< on which trials ran
-    std::set<std::string> programs;  ///< versions of drover that ran them
-    bool stopped = false;            ///< by a signal
+    bool stopped = false;  ///< by a signal
 };
 
 /// Makes the trials of a study, axis by axis, within the budget.

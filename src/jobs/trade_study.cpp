@@ -36,14 +36,7 @@ public:
 
 private:
     const Findings& findings() {
-        found_.statistical = bench_.statistical;
-        found_.duration = bench_.duration;
-        found_.warm_up = bench_.warm_up;
-        found_.allowed = bench_.allowed;
-        found_.seconds = bench_.spent;
-        found_.is_short = bench_.is_short;
-        found_.hosts = bench_.hosts;
-        found_.programs = bench_.programs;
+        static_cast<BenchFacts&>(found_) = bench_;
         return found_;
     }
 
@@ -119,7 +112,7 @@ private:
         collect(levels, found_.grids);
         found_.notes.clear();
         if (io::has_grid(bench_.scene.kind) && levels.size() == 1)
-            found_.notes.push_back("the start is another on every grid: the error of the grid was not measured");
+            found_.notes.push_back("the start differs from grid to grid: the error of the grid was not measured");
         const LevelFound& last = found_.grids.back();
         if (bench_.statistical && !is_given(last.level) && last.is_measured() &&
             !converges(grid_steps_, bench_.allowed)) {
@@ -132,8 +125,8 @@ private:
                 grid.is_compared = false;
             }
             found_.notes.push_back(
-                "the wanted numbers are not seen to converge with the grid, on whose shortest waves noise acts: the "
-                "given grid is taken as part of the model, and its bias is not measured");
+                "the wanted numbers do not visibly converge as the grid is refined, since noise acts on its shortest "
+                "waves: the given grid is taken as part of the model, and its bias is not measured");
         }
         // The coarsest grid that is right serves for the other axes.
         std::size_t given = 0;

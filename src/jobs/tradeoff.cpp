@@ -264,12 +264,12 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
         words.push_back(text("the run as given takes {} of a core: there is no time worth saving",
                              duration_text(found.given_seconds)));
     words.push_back(
-        text("cost {} of a core; the trials took {}", duration_text(best.seconds), duration_text(found.seconds)));
+        text("cost {} of a core; the trials took {}", duration_text(best.seconds), duration_text(found.spent)));
     const auto ten = std::find_if(front.begin(), front.end(), [&](const Candidate& one) {
         return one.step != nullptr && one.ratio <= much_better;
     });
     words.push_back(ten == front.end()
-                        ? "a tenth of the error is beyond what the trials can tell: give a larger --budget"
+                        ? "the trials cannot resolve a tenth of this error: give a larger --budget"
                         : text("a tenth of the error costs {} of a core ({}, {}, {}{})", duration_text(ten->seconds),
                                ten->model->level.name, grid_name(*ten), ten->step->level.name,
                                found.statistical ? text(", {:.6g} s", ten->end) : ""));
@@ -278,7 +278,7 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
 Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const TradeoffOptions& options) {
     const std::vector<Candidate> front = front_of(found, scene);
     const Candidate* best = recommended(front, options.run_budget);
-    Tradeoff outcome{.result = {}, .recommended = std::nullopt, .recommended_text = "", .seconds = found.seconds};
+    Tradeoff outcome{.result = {}, .recommended = std::nullopt, .recommended_text = "", .seconds = found.spent};
     run::Record& root = outcome.result.root;
     root.heading = text("trade of speed for accuracy of {}", scene.file);
     root.lists = {level_list(found), front_list(found, front), model_fronts(found, scene), target_list(found, best)};
@@ -292,8 +292,8 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
     for (std::size_t w = 0; w < found.cell.size(); ++w)
         if (std::abs(found.cell[w].value) > found.allowed[w] + 2.0 * found.cell[w].error)
             root.footer.push_back(
-                text("{} in this cell is not that of a large one: it differs by {:.2g} +- {:.1g} from that in a larger "
-                     "cell, more than the {:.2g} allowed; what is said here holds for this cell",
+                text("{} depends on the size of the cell: it differs by {:.2g} +- {:.1g} from its value in a larger "
+                     "cell, more than the {:.2g} allowed; these results hold for this cell only",
                      found.targets[w].text, found.cell[w].value, found.cell[w].error, found.allowed[w]));
     if (found.hosts.size() > 1)
         root.footer.push_back(text("the trials ran on {} machines ({}): their core times are compared as they are",
@@ -354,7 +354,7 @@ Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) 
     if (!options.collect) files::require_locks(options.folder / "scene.toml");
     std::optional<Findings> found;
     if (!options.collect) found = find_tradeoff(scene, options);
-    if (found && found->stopped) return {.result = {}, .seconds = found->seconds, .stopped = true};
+    if (found && found->stopped) return {.result = {}, .seconds = found->spent, .stopped = true};
     Tradeoff outcome;
     alone(options.folder, true, [&] {
         if (!found) found = find_tradeoff(scene, options);  // now: not before the result of another process

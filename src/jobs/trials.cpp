@@ -147,7 +147,7 @@ std::optional<UnitResult> Trials::run_one(const Wanted& one) const {
         ran.result.failure = error.what();
         ran.is_of_machine = !is_of_scene(error.fault());
     }
-    ran.result.host = files::this_process(1, 1, 1).host;
+    ran.result.host = files::host_name();
     ran.result.start_seconds = run::core_seconds() - start - ran.result.step_seconds;
     return UnitResult{.content = bytes_of(ran)};
 }

@@ -39,10 +39,14 @@ struct Head {
     std::uint64_t length = 0, is_failure = 0;
 };
 
+/// The status of a worker whose Error of this kind ends all jobs.
+constexpr int status_of_fault(Fault fault) { return 64 + static_cast<int>(fault); }
+
+/// Ends this worker where the parent cannot be reached.
 void write_all(int to, std::string_view bytes) {
     for (std::size_t done = 0; done < bytes.size();) {
         const ssize_t written = write(to, bytes.data() + done, bytes.size() - done);
-        if (written < 0 && errno != EINTR) return;  // no reader is left
+        if (written < 0 && errno != EINTR) _exit(status_of_fault(Fault::environment));
         if (written > 0) done += static_cast<std::size_t>(written);
     }
 }
@@ -52,9 +56,6 @@ void write_message(int to, const std::string& message, bool is_failure) {
     write_all(to, {reinterpret_cast<const char*>(&head), sizeof head});
     write_all(to, message);
 }
-
-/// The status of a worker whose Error of this kind ends all jobs.
-constexpr int status_of_fault(Fault fault) { return 64 + static_cast<int>(fault); }
 
 std::optional<Fault> fault_that_ends(int status) {
     const bool is_fault = status >= status_of_fault(Fault::input) && status <= status_of_fault(Fault::defect);
@@ -182,7 +183,9 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             const int status = wait_for(worker.process);
             ++(status == 0 ? outcome.done : outcome.failed);
             if (const auto fault = fault_that_ends(status); fault && run::stop_signal() == 0) {
-                if (!failure) failure.emplace(*fault, SourceLocation{}, worker.failure);
+                const std::string reason =
+                    worker.failure.empty() ? "a worker could not send its results to this process" : worker.failure;
+                if (!failure) failure.emplace(*fault, SourceLocation{}, reason);
             } else if (!failure || status == run::exit_done || status == run::exit_stopped) {
                 jobs.ended(worker.job, status);
             }

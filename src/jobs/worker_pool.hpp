@@ -2,9 +2,10 @@
 #pragma once
 #include <cstddef>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
+
+#include "base/constants.hpp"
 
 namespace drover::jobs {
 
@@ -18,7 +19,7 @@ struct PoolOutcome {
 struct PoolOptions {
     int workers = 1;  ///< simultaneous jobs
     /// Time between a signal and the killing of workers that still run [s].
-    double grace_period = std::numeric_limits<double>::infinity();
+    double grace_period = infinite;
 };
 
 /// Passes a message from a worker to its parent.

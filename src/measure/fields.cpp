@@ -123,11 +123,7 @@ FieldSetting make_field_setting(const model::Equations& equations, const numeric
                          .boxes = numerics::box_ladder(shorter),
                          .long_boxes = long_ladder(shorter),
                          .degree = degree,
-                         .separations = {},
-                         .separation_bin = {},
-                         .terms = {},
-                         .energies = measured_energies(equations),
-                         .fields = {}};
+                         .energies = measured_energies(equations)};
     bin_separations(setting);
     const auto state = model::components_of_state(equations), balanced = model::components_in_balance(equations);
     add_fields(equations, state, setting);

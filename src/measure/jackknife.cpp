@@ -1,8 +1,8 @@
 // measure/jackknife.cpp: the jackknife over groups of unequal size.
 #include "measure/jackknife.hpp"
+#include "base/constants.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace drover::measure {
 
@@ -10,8 +10,8 @@ std::size_t segments_per_body(std::size_t bodies) {
     return bodies == 0 || bodies >= min_groups ? 1 : (min_groups + bodies - 1) / bodies;
 }
 
-Estimate jackknife(const std::vector<std::vector<double>>& sums, const std::vector<std::vector<double>>& counts,
-                   const std::function<double(std::span<const double> means)>& function) {
+Estimate jackknife(const GroupSums& group_sums, const std::function<double(std::span<const double> means)>& function) {
+    const auto& [sums, counts] = group_sums;
     const std::size_t quantities = sums.empty() ? 0 : sums[0].size();
     std::vector<double> total(quantities), number(quantities), means(quantities), left_out;
     std::vector<std::size_t> filled;
@@ -25,7 +25,7 @@ Estimate jackknife(const std::vector<std::vector<double>>& sums, const std::vect
         if (values > 0.0) filled.push_back(g);
     }
     for (std::size_t k = 0; k < quantities; ++k) means[k] = total[k] / number[k];
-    Estimate result{.mean = quantities > 0 ? function(means) : std::numeric_limits<double>::quiet_NaN()};
+    Estimate result{.mean = quantities > 0 ? function(means) : nan};
     for (const double count : number) result.samples = std::max(result.samples, static_cast<std::size_t>(count));
     if (!std::isfinite(result.mean)) {
         result.why_no_error = "no error estimate: there is no finite value";
@@ -55,20 +55,20 @@ Estimate jackknife(const std::vector<std::vector<double>>& sums, const std::vect
     return result;
 }
 
-std::vector<Estimate> jackknife_means(const std::vector<std::vector<double>>& sums,
-                                      const std::vector<std::vector<double>>& counts) {
+std::vector<Estimate> jackknife_means(const GroupSums& group_sums) {
+    const auto& [sums, counts] = group_sums;
     std::vector<Estimate> result;
     const std::size_t quantities = sums.empty() ? 0 : sums[0].size();
     for (std::size_t k = 0; k < quantities; ++k) {
-        std::vector<std::vector<double>> one_sum, one_count;
+        GroupSums one(sums.size(), 1);
         double sum = 0.0, count = 0.0;
         for (std::size_t g = 0; g < sums.size(); ++g) {
-            one_sum.push_back({sums[g][k]});
-            one_count.push_back({counts[g][k]});
+            one.sums[g][0] = sums[g][k];
+            one.counts[g][0] = counts[g][k];
             sum += sums[g][k];
             count += counts[g][k];
         }
-        result.push_back(jackknife(one_sum, one_count, [](auto means) { return means[0]; }));
+        result.push_back(jackknife(one, [](auto means) { return means[0]; }));
         result.back().mean = sum / count;  // a plain mean has no bias: the correction for unequal groups is noise
     }
     return result;

@@ -26,11 +26,9 @@ struct GroupSums {
 };
 
 /// `function` of the means of the quantities over all groups.  Empty groups are left out.
-Estimate jackknife(const std::vector<std::vector<double>>& sums, const std::vector<std::vector<double>>& counts,
-                   const std::function<double(std::span<const double> means)>& function);
+Estimate jackknife(const GroupSums& group_sums, const std::function<double(std::span<const double> means)>& function);
 
 /// The mean of each quantity, sum over number whatever the sizes of the groups, with its error by the jackknife.
-std::vector<Estimate> jackknife_means(const std::vector<std::vector<double>>& sums,
-                                      const std::vector<std::vector<double>>& counts);
+std::vector<Estimate> jackknife_means(const GroupSums& group_sums);
 
 }  // namespace drover::measure

@@ -245,7 +245,7 @@ void add_impact_counts(const ParticleSetting& setting, ParticleRows& rows) {
         [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.unresolved); }, Averaging::rate);
     add(
         rows, "impacts_limited", "1",
-        "pairwise law: impulses since the start whose friction was reduced, or they would have created energy",
+        "pairwise law: impulses since the start whose friction was reduced, since they would have created energy",
         [](const ParticleMoment& moment) { return static_cast<double>(moment.counts.limited); }, Averaging::rate);
     add(
         rows, "overlap_largest", "1", "largest overlap of two bodies since the start, over the smaller radius",
@@ -301,7 +301,6 @@ Recorded particle_recording(const ParticleSetting& setting, std::vector<Recorded
     Recorded recorded{.series = std::move(series),
                       .area = dem::area(setting.cell),
                       .quotients = quotients(setting),
-                      .boxes = {},
                       .orders = {shared_order}};
     for (const auto& [what, total] : {std::pair{"rod", setting.rods}, {"bead", setting.beads}})
         recorded.boxes.push_back({what, "", "square box", {static_cast<double>(total)}, setting.fractions});

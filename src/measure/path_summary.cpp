@@ -16,7 +16,7 @@ namespace {
 /// Estimates from groups have no autocorrelation time.
 SummaryRow row_of(const std::string& name, const std::string& unit, const std::string& formula, Estimate estimate) {
     estimate.autocorrelation_time = nan;
-    return {.name = name, .unit = unit, .formula = formula, .axes = {}, .estimates = {std::move(estimate)}};
+    return {.name = name, .unit = unit, .formula = formula, .estimates = {std::move(estimate)}};
 }
 
 /// Fits the correlation, computed to the end of the fit: that comes soon where rods lose their direction, and costs
@@ -51,8 +51,8 @@ Estimate deviation_of(std::span<const double> of_rods) {
         square += away * away / (count - 1.0);
         fourth += away * away * away * away / count;
     }
-    Estimate result = jackknife(groups.sums, groups.counts,
-                                [](auto means) { return std::sqrt(std::max(0.0, means[1] - means[0] * means[0])); });
+    Estimate result =
+        jackknife(groups, [](auto means) { return std::sqrt(std::max(0.0, means[1] - means[0] * means[0])); });
     result.mean = std::sqrt(square);
     if (of_rods.size() < 3) {
         result.error.reset();
@@ -72,7 +72,7 @@ Estimate head_first_fraction(std::span<const double> of_rods) {
         groups.add(r, 0, of_rods[r] > 0.0 ? 1.0 : 0.0);
         if (of_rods[r] > 0.0) ++head_first;
     }
-    Estimate fraction = jackknife_means(groups.sums, groups.counts).front();
+    Estimate fraction = jackknife_means(groups).front();
     if (fraction.error && (head_first == 0 || head_first == of_rods.size())) {
         fraction.error.reset();
         fraction.why_no_error =

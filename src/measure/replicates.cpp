@@ -56,7 +56,7 @@ std::vector<Estimate> unwrapped(std::span<const Estimate> runs) {
 
 Replicates combined(std::span<const Estimate> runs) {
     const double count = static_cast<double>(runs.size());
-    Replicates result{.mean = {}, .deviation = nan, .own_error = {}, .chi_squared = nan, .chance = nan};
+    Replicates result{.deviation = nan, .chi_squared = nan, .chance = nan};
     Estimate& mean = result.mean;
     for (const Estimate& run : runs) {
         mean.mean += run.mean / count;

@@ -1,7 +1,6 @@
 // measure/rotational_diffusion.cpp: autocorrelation of directions, and rotational diffusion from it.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"
@@ -42,8 +41,7 @@ RotationalCorrelation rotational_correlation(std::span<const std::vector<double>
     std::size_t longest = 0;
     for (const std::vector<double>& path : angles) longest = std::max(longest, path.size());
     const std::size_t lags = std::min(max_lags + 1, longest), segments = segments_per_body(angles.size());
-    GroupSums groups(angles.size() * segments, lags);
-    RotationalCorrelation result{.by_time = segments > 1};
+    RotationalCorrelation result{.groups = GroupSums(angles.size() * segments, lags), .by_time = segments > 1};
     for (std::size_t rod = 0; rod < angles.size(); ++rod) {
         const std::size_t size = angles[rod].size();
         std::vector<double> x(size), y(size);
@@ -54,24 +52,20 @@ RotationalCorrelation rotational_correlation(std::span<const std::vector<double>
         for (std::size_t i = 0; i < size; ++i) {
             const std::size_t group = rod * segments + segment_of(i, size, segments);
             for (std::size_t lag = 0; lag < lags && i + lag < size; ++lag)
-                groups.add(group, lag, x[i] * x[i + lag] + y[i] * y[i + lag]);
+                result.groups.add(group, lag, x[i] * x[i + lag] + y[i] * y[i + lag]);
         }
         const double time = static_cast<double>(size / segments) * spacing;
         result.segment_time = rod == 0 ? time : std::min(result.segment_time, time);
     }
     for (std::size_t lag = 0; lag < lags; ++lag) result.times.push_back(static_cast<double>(lag) * spacing);
-    result.values = jackknife_means(groups.sums, groups.counts);
-    result.sums = std::move(groups.sums);
-    result.counts = std::move(groups.counts);
+    result.values = jackknife_means(result.groups);
     return result;
 }
 
 Estimate relaxation_time_of(const Estimate& diffusion) {
     const double rate = diffusion.mean;
     if (std::isnan(rate)) return diffusion;
-    if (!(rate > 0.0))
-        return {.mean = std::numeric_limits<double>::infinity(),
-                .why_no_error = "no error estimate: C(t) does not decay"};
+    if (!(rate > 0.0)) return {.mean = infinite, .why_no_error = "no error estimate: C(t) does not decay"};
     Estimate time = diffusion;
     time.mean = 1.0 / rate;
     if (diffusion.error) time.error = *diffusion.error / (rate * rate);
@@ -80,13 +74,8 @@ Estimate relaxation_time_of(const Estimate& diffusion) {
 
 RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlation, const RotationFit& fit) {
     RotationalDiffusion result;
-    std::vector<double> means(correlation.times.size()), counts(means.size()), weights;
-    for (std::size_t g = 0; g < correlation.sums.size(); ++g)
-        for (std::size_t lag = 0; lag < means.size(); ++lag) {
-            means[lag] += correlation.sums[g][lag];
-            counts[lag] += correlation.counts[g][lag];
-        }
-    for (std::size_t lag = 0; lag < means.size(); ++lag) means[lag] /= counts[lag];
+    std::vector<double> means, weights;
+    for (const Estimate& value : correlation.values) means.push_back(value.mean);
     const Lags lags = lags_to_fit(correlation, means, fit);
     result.lags = lags.end - lags.first;
     if (result.lags < 2) {
@@ -105,7 +94,7 @@ RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlatio
         for (const double value : values.subspan(lags.first, result.lags)) y.push_back(-std::log(value));
         return numerics::fit_line(times, y, weights);
     };
-    result.diffusion = jackknife(correlation.sums, correlation.counts, [&](auto values) { return line(values).slope; });
+    result.diffusion = jackknife(correlation.groups, [&](auto values) { return line(values).slope; });
     result.fast = -std::expm1(-line(means).at_zero);
     result.from = times.front();
     result.to = times.back();

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "base/constants.hpp"
@@ -221,7 +220,7 @@ Estimate estimate(Series series, double spacing, std::size_t skip, const Functio
 /// Functions of the values of one series, as several series.
 Samples derived(const Samples& samples, std::size_t series,
                 const std::vector<std::function<double(double)>>& functions) {
-    Samples result{.series = {}, .spacing = samples.spacing, .skip = samples.skip};
+    Samples result{.spacing = samples.spacing, .skip = samples.skip};
     for (const auto& function : functions) {
         result.series.push_back(samples.series.at(series));
         for (double& value : result.series.back()) value = function(value);
@@ -266,7 +265,7 @@ std::size_t warm_up_length(std::span<const double> values) {
     const std::size_t batches = values.size() / samples_per_batch;
     if (batches < 4 || !all_finite(values) || is_constant(values)) return 0;
     std::size_t best = 0;
-    double best_score = std::numeric_limits<double>::infinity();
+    double best_score = infinite;
     double mean = 0.0, squares = 0.0, count = 0.0;  // of the batches from `cut`
     for (std::size_t cut = batches; cut-- > 0;) {
         const double batch = mean_of(values.subspan(cut * samples_per_batch, samples_per_batch));

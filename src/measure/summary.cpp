@@ -98,9 +98,8 @@ SummaryRow rate_row(RecordedSeries series, double spacing, std::size_t skip) {
     if (Estimate& rate = row.estimates.front(); counts && rate.mean == 0.0 && rate.error) {
         const double seconds = static_cast<double>(rate.samples) * spacing;
         rate.error.reset();
-        rate.why_no_error =
-            text("no error estimate: none happened in {:.4g} s, so that the rate is below some {:.2g} /s", seconds,
-                 1.0 / seconds);
+        rate.why_no_error = text("no error estimate: no event in {:.4g} s, so the rate is below about {:.2g} /s",
+                                 seconds, 1.0 / seconds);
     }
     return row;
 }
@@ -200,15 +199,15 @@ std::size_t forgotten_after(std::span<const double> indicator, std::size_t cut) 
 std::string warm_up_note(std::size_t cut, std::size_t automatic, std::size_t samples) {
     if ((cut == 0 || 2 * cut + 10 <= samples) && (automatic <= cut || automatic < samples / 2)) return "";
     return text(
-        "the warm-up may not have ended: {} of {} samples are left out, and never more than half; run longer or set "
-        "the warm-up",
+        "the warm-up may not have ended: {} of {} samples are left out (at most half of them can be); run longer or "
+        "set the warm-up",
         automatic, samples);
 }
 
 }  // namespace
 
 Summary summarise(const Recorded& recorded) {
-    Summary summary{.samples = checked_samples(recorded), .warm_up = 0, .note = "", .rows = {}};
+    Summary summary{.samples = checked_samples(recorded)};
     std::size_t cut = 0, automatic = 0;
     if (!recorded.warm_up)
         for (const std::vector<double>& indicator : recorded.indicators) cut = std::max(cut, warm_up_length(indicator));

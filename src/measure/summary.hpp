@@ -71,7 +71,7 @@ struct Summary {
 /// the mean rate as <name>_rate, of those that are a maximum the last value; then the quotients, and where
 /// their observables were recorded:
 ///   polar_order_susceptibility [mm2], area (<P^2> - <P>^2);  polar_order_binder, 1 - <P^4>/(3 <P^2>^2),
-///   of a model of one's own size_mean_F_susceptibility and size_mean_F_binder of each field F that turns with space;
+///   of a model of one's own size_mean_F_susceptibility and size_mean_F_binder of each field F of spin >= 1;
 ///   rod_number, N of each box;  rod_number_deviation, DN = sqrt(<DN^2>);
 ///   rod_number_exponent, d ln DN/d ln N between each box and the next larger one (NaN for the largest);
 /// and the same for beads and for each shape of box.

@@ -13,7 +13,7 @@ namespace drover::measure {
 Estimate with_error_over_time(const GroupSums& groups, const Samples& samples) {
     Estimate over_time = estimate_mean(samples, 0);
     if (groups.sums.size() < 2) return over_time;
-    Estimate over_bodies = jackknife_means(groups.sums, groups.counts).front();
+    Estimate over_bodies = jackknife_means(groups).front();
     if (!over_bodies.error || (over_time.error && *over_time.error > *over_bodies.error)) {
         over_time.mean = over_bodies.mean;
         return over_time;

@@ -1,10 +1,10 @@
 // measure/trajectories.hpp: observables of the paths of bodies: rotational correlation and diffusion, speeds of rods.
 #pragma once
-#include <limits>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "drover/measure/statistics.hpp"
 #include "measure/jackknife.hpp"
 
@@ -17,11 +17,11 @@ struct Path {
 
 /// C(t) = <cos(theta(t0 + t) - theta(t0))> over all rods and all origins t0.
 struct RotationalCorrelation {
-    std::vector<double> times;                      ///< 0, spacing, 2 spacing, ... [s]
-    std::vector<Estimate> values;                   ///< C at these
-    std::vector<std::vector<double>> sums, counts;  ///< [group][lag], for fits
-    double segment_time = 0.0;                      ///< of origins in the shortest group [s]
-    bool by_time = false;                           ///< groups are segments of time
+    std::vector<double> times;     ///< 0, spacing, 2 spacing, ... [s]
+    std::vector<Estimate> values;  ///< C at these
+    GroupSums groups{0, 0};        ///< [group][lag], for fits
+    double segment_time = 0.0;     ///< of origins in the shortest group [s]
+    bool by_time = false;          ///< groups are segments of time
 };
 /// Angles of each rod [rod][time], wrapped or not, of any lengths (one rod started many times counts as many rods);
 /// lags 0 to max_lags, or to the longest available.
@@ -63,7 +63,7 @@ struct Speeds {
     Estimate mean;                ///< over rods and frames [mm/s]
     std::vector<double> of_rods;  ///< mean of each rod [mm/s]
     /// Of these means, over the error of each in time; about 1 where rods are alike; NaN with fewer than four errors.
-    double scatter = std::numeric_limits<double>::quiet_NaN();
+    double scatter = nan;
 };
 /// Of consecutive frames.  The frame of the experiment is 1/40 s.  A rod with speed v and rotational diffusion D_r has
 /// the mean v (1 - exp(-D_r T))/(D_r T).

@@ -1,7 +1,6 @@
 // model/algebra.cpp: sums, products and derivatives of components.
 #include "model/algebra.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace drover::model {
@@ -36,14 +35,12 @@ Component Algebra::of_node(int node) const {
     return result;
 }
 
-bool Algebra::is_constant(const Component& a, double& value) const {
-    value = 0.0;
-    if (!a.linear.empty() || a.rest.size() > 1) return false;
-    if (a.rest.empty()) return true;
+std::optional<double> Algebra::constant_of(const Component& a) const {
+    if (!a.linear.empty() || a.rest.size() > 1) return {};
+    if (a.rest.empty()) return 0.0;
     const auto& [order, node] = *a.rest.begin();
-    if (order != no_derivative || !graph.is_number(node)) return false;
-    value = graph[node].value;
-    return true;
+    if (order != no_derivative || !graph.is_number(node)) return {};
+    return graph[node].value;
 }
 
 Component Algebra::sum(const Component& a, const Component& b, double factor) {
@@ -70,9 +67,8 @@ Component Algebra::scaled(const Component& a, double factor) {
 }
 
 Component Algebra::product(const Component& a, const Component& b) {
-    double number = 0.0;
-    if (is_constant(a, number)) return scaled(b, number);
-    if (is_constant(b, number)) return scaled(a, number);
+    if (const auto number = constant_of(a)) return scaled(b, *number);
+    if (const auto number = constant_of(b)) return scaled(a, *number);
     const int left = at_points(a), right = at_points(b);
     return of_node(graph.make(Operation::multiply, left, right));
 }

@@ -4,9 +4,11 @@
 //     sum_k c_k d_x^a d_y^b field_k + sum_n d_x^a d_y^b f_n(slots).
 // The slots of the functions hold the position, the time and atoms: linear forms that are factors in products.
 #pragma once
+#include <algorithm>
 #include <compare>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -107,8 +109,11 @@ public:
     Component constant(double value);
     Component of_node(int node) const;  ///< a function at points
     /// The number that a component is, if it is one.
-    bool is_constant(const Component& a, double& value) const;
+    std::optional<double> constant_of(const Component& a) const;
     bool is_zero(const Component& a) const { return a.linear.empty() && a.rest.empty(); }
+    bool are_zero(const std::vector<Component>& all) const {
+        return std::ranges::all_of(all, [this](const Component& one) { return is_zero(one); });
+    }
 
     /// a + factor b.
     Component sum(const Component& a, const Component& b, double factor = 1.0);

@@ -1,10 +1,10 @@
 // model/compile.cpp: from the texts of a model to linear forms and functions at points.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 
+#include "base/constants.hpp"
 #include "drover/model/equations.hpp"
 #include "model/compiled.hpp"
 #include "model/equation_checks.hpp"
@@ -67,12 +67,9 @@ public:
 
     void require_noise_alone(const Summand& one) const {
         // Of products of noise the reader has checked it: their noise is in their value.
-        const bool is_alone =
-            one.noise.empty() || std::all_of(one.value.components.begin(), one.value.components.end(),
-                                             [this](const Component& rate) { return algebra_.is_zero(rate); });
         require(
-            is_alone, one.summary.where,
-            "the term \"{}\" has noise and what is none, and its noise multiplies fields; expected noise as a summand "
+            one.noise.empty() || algebra_.are_zero(one.value.components), one.summary.where,
+            "the term \"{}\" mixes noise that multiplies fields with terms without noise; expected noise as a summand "
             "of its own",
             one.summary.text);
     }
@@ -118,11 +115,10 @@ public:
 
 private:
     void number_components() {
-        for (std::size_t i = 0; i < c_.model.fields.size(); ++i) {
-            c_.first_component.push_back(c_.components);
-            for (int k = 0; k < components(c_.model.fields[i]); ++k) c_.field_of.push_back(static_cast<int>(i));
-            c_.components += components(c_.model.fields[i]);
-        }
+        c_.first_component = first_components(c_.model);
+        for (std::size_t i = 0; i < c_.model.fields.size(); ++i)
+            c_.field_of.insert(c_.field_of.end(), components(c_.model.fields[i]), static_cast<int>(i));
+        c_.components = static_cast<int>(c_.field_of.size());
         c_.noise_rows.resize(static_cast<std::size_t>(c_.components));
         for (const WhiteNoise& noise : c_.model.noises) c_.noise_components += model::components(noise);
         c_.array_of.assign(static_cast<std::size_t>(c_.components), -1);
@@ -148,12 +144,15 @@ private:
         return parse_formula(FormulaText(mass.text, mass.where), notation_with(c_.model.functions));
     }
 
+    std::optional<double> constant_mass(std::size_t index) {
+        return algebra_.constant_of(lowering_.value_of(c_.model.fields[index].mass, {}, Parity::even).components[0]);
+    }
+
     bool is_constant_mass(std::size_t index, const Formula& mass) {
         const Field& field = c_.model.fields[index];
         const Value value = lowering_.value_of(FormulaText(field.mass.text, field.mass.where), mass);
         reader_.check_mass(field, value);
-        double number = 0.0;
-        return algebra_.is_constant(value.components.at(0), number);
+        return algebra_.constant_of(value.components.at(0)).has_value();
     }
 
     // ---- balances
@@ -234,7 +233,8 @@ private:
                 Term substitute{{.field = i,
                                  .text = field.equation.text,
                                  .where = field.equation.where,
-                                 .is_placed = depends_on_position(value.components)},
+                                 .is_placed = depends_on_position(value.components),
+                                 .is_timed = depends_on_position(value.components, slot_t)},
                                 {}};
                 for (const Component& component : value.components)
                     substitute.rows.push_back(row_of(component, field.equation.where));
@@ -251,9 +251,7 @@ private:
         const Field& field = c_.model.fields[index];
         if (field.equation.text.empty() && field.further.empty()) {
             if (field.mass.text.empty()) return;
-            double number = 0.0;
-            if (algebra_.is_constant(lowering_.value_of(field.mass, {}, Parity::even).components[0], number))
-                c_.constant_masses[index] = number;
+            if (const auto number = constant_mass(index)) c_.constant_masses[index] = *number;
             return;
         }
         const std::optional<Formula> mass = mass_of(index);
@@ -286,10 +284,10 @@ private:
         const Field& field = c_.model.fields[index];
         const Value value = lowering_.value_of(mass_text, mass);
         lowering_.check(mass_text, mass, value, {}, Parity::even);
-        double number = 0.0;
-        const bool is_constant = algebra_.is_constant(value.components[0], number);
-        if (is_constant && !(number > 0.0))
-            mass_text.fail_with(mass.at, text("the mass is {}; expected a number above 0", number));
+        const std::optional<double> number = algebra_.constant_of(value.components[0]);
+        const bool is_constant = number.has_value();
+        if (is_constant && !(*number > 0.0))
+            mass_text.fail_with(mass.at, "the mass is {}; expected a number above 0", *number);
         require(is_constant || !field.conserved, field.mass.where,
                 "{} is conserved, and its mass is not constant; expected a number", field.symbol);
         require(is_constant || !field.solenoidal, field.mass.where,
@@ -298,7 +296,7 @@ private:
                 field.symbol);
         const int inverse = is_constant ? -1 : inverse_of(index, mass_text.location(mass.at), value.components[0]);
         const auto divided = [&](const Component& force) {
-            if (is_constant) return algebra_.scaled(force, 1.0 / number);
+            if (number) return algebra_.scaled(force, 1.0 / *number);
             if (algebra_.is_zero(force)) return force;
             return algebra_.of_node(algebra_.graph.make(Operation::multiply, algebra_.at_points(force), inverse));
         };
@@ -306,10 +304,8 @@ private:
         std::vector<Component> straight(width), placed(width), whole(width);
         for (const Summand& part : parts) {
             std::vector<Component> rates = part.value.components;
-            double number_of_row = 0.0;
-            const bool is_uniform = std::all_of(rates.begin(), rates.end(), [&](const Component& c) {
-                return algebra_.is_constant(c, number_of_row);
-            });
+            const bool is_uniform =
+                std::ranges::all_of(rates, [&](const Component& c) { return algebra_.constant_of(c).has_value(); });
             std::vector<Component>& total = part.summary.is_explicit                   ? whole
                                             : is_uniform || depends_on_position(rates) ? placed
                                                                                        : straight;
@@ -323,19 +319,18 @@ private:
                 "the noise of the term \"{}\" is divided by a mass that varies; expected the mass as its first factor",
                 part.summary.text);
             add_part(part, rates, is_constant || part.is_acceleration,
-                     is_constant && !part.is_acceleration ? 1.0 / number : 1.0);
+                     number && !part.is_acceleration ? 1.0 / *number : 1.0);
         }
-        if (is_constant) {
-            c_.constant_masses[index] = number;
+        if (number) {
+            c_.constant_masses[index] = *number;
             return;
         }
         for (std::vector<Component>* total : {&straight, &placed, &whole}) {
             for (Component& c : *total) c = divided(c);
             if (!parts.empty())
-                add_evaluated({.field = parts[0].summary.field,
-                               .where = field.equation.where,
-                               .is_explicit = total == &whole},
-                              *total);
+                c_.evaluated.push_back(term_of(
+                    {.field = parts[0].summary.field, .where = field.equation.where, .is_explicit = total == &whole},
+                    *total));
         }
     }
 
@@ -355,11 +350,12 @@ private:
         return algebra_.call(inverse, {node})[0];
     }
 
-    bool depends_on_position(const std::vector<Component>& rates) const {
+    /// Or time; `first` slot_t: on time.
+    bool depends_on_position(const std::vector<Component>& rates, int first = slot_x) const {
         for (const Component& c : rates)
             for (const auto& [order, node] : c.rest) {
                 const std::set<int> slots = algebra_.slots_read(node);
-                if (!slots.empty() && *slots.begin() < first_atom) return true;
+                if (const auto at = slots.lower_bound(first); at != slots.end() && *at < first_atom) return true;
             }
         return false;
     }
@@ -372,10 +368,7 @@ private:
         for (std::size_t k = 0; k < part.noise.size(); ++k)
             for (const auto& [derivative, coefficient] : part.noise[k])
                 c_.noise_rows[static_cast<std::size_t>(first) + k][derivative] += noise_factor * coefficient;
-        const bool is_noise =
-            part.has_noise() &&
-            std::all_of(rates.begin(), rates.end(), [this](const Component& rate) { return algebra_.is_zero(rate); });
-        if (is_noise) c_.noise_terms.push_back(part.summary);
+        if (part.has_noise() && algebra_.are_zero(rates)) c_.noise_terms.push_back(part.summary);
         else add_term(part.summary, rates, evaluated);
     }
 
@@ -400,19 +393,18 @@ private:
             algebra_.slope(node, [&](int other) { return algebra_.graph.number(other == slot ? 1.0 : 0.0); }));
     }
 
+    Term term_of(const TermSummary& summary, const std::vector<Component>& rates) {
+        Term term{summary, {}};
+        term.summary.is_placed = depends_on_position(rates);
+        term.summary.is_timed = depends_on_position(rates, slot_t);
+        for (const Component& rate : rates) term.rows.push_back(row_of(rate, summary.where));
+        return term;
+    }
+
     /// For the symbol and, `evaluated`, for the solver.
     void add_term(const TermSummary& summary, const std::vector<Component>& rates, bool evaluated) {
-        Term term{summary, {}};
-        term.summary.is_placed = depends_on_position(rates);
-        for (const Component& rate : rates) term.rows.push_back(row_of(rate, summary.where));
-        if (evaluated) c_.evaluated.push_back(term);
-        c_.terms.push_back(std::move(term));
-    }
-    void add_evaluated(const TermSummary& summary, const std::vector<Component>& rates) {
-        Term term{summary, {}};
-        term.summary.is_placed = depends_on_position(rates);
-        for (const Component& rate : rates) term.rows.push_back(row_of(rate, summary.where));
-        c_.evaluated.push_back(std::move(term));
+        c_.terms.push_back(term_of(summary, rates));
+        if (evaluated) c_.evaluated.push_back(c_.terms.back());
     }
 
     // ---- noise in the sense of Stratonovich
@@ -421,11 +413,7 @@ private:
         for (const auto& [place, noises] : products) {
             const std::size_t index = place.first;
             const std::optional<Formula> mass = mass_of(index);
-            double divisor = 1.0;
-            if (mass &&
-                !algebra_.is_constant(lowering_.value_of(c_.model.fields[index].mass, {}, Parity::even).components[0],
-                                      divisor))
-                divisor = std::numeric_limits<double>::quiet_NaN();
+            const double divisor = mass ? constant_mass(index).value_or(nan) : 1.0;
             for (const Summand& one :
                  reader_.read(index, mass, [n = place.second](std::size_t number) { return number == n; }))
                 drift_.add(one, divisor);
@@ -434,7 +422,7 @@ private:
 
     void add_drift(std::size_t index) {
         const std::vector<Component> rates = drift_.of(index);
-        if (std::ranges::all_of(rates, [this](const Component& rate) { return algebra_.is_zero(rate); })) return;
+        if (algebra_.are_zero(rates)) return;
         add_term({.field = index, .text = drift_.text(index), .where = c_.model.fields[index].equation.where}, rates,
                  true);
     }
@@ -475,8 +463,5 @@ CompiledEquations compiled(const Model& model) {
 }  // namespace
 
 Equations::Equations(const Model& model) : compiled_(std::make_shared<const CompiledEquations>(compiled(model))) {}
-Equations::~Equations() = default;
-Equations::Equations(const Equations&) = default;
-Equations& Equations::operator=(const Equations&) = default;
 
 }  // namespace drover::model

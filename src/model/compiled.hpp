@@ -146,9 +146,9 @@ struct CompiledEquations {
         return array_of[static_cast<std::size_t>(component)] < 0 && !is_substituted[field(component)] &&
                !is_given(component);
     }
-    bool has_balance() const;
     /// Components in balance.
     std::vector<int> held() const;
+    bool has_balance() const { return !held().empty(); }
     /// Uniform sources of the rates, those through fields in balance included.
     std::vector<double> sources(std::vector<double>* held = nullptr) const;
     /// All fields at their reference.

@@ -1,7 +1,7 @@
 // model/elimination.cpp: fields in balance: what they are of the others, mode by mode and in uniform states.
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "model/compiled.hpp"
 #include "numerics/algebra/dense.hpp"
 
@@ -67,11 +67,6 @@ std::vector<int> CompiledEquations::held() const {
     for (int k = 0; k < components; ++k)
         if (in_balance(k)) result.push_back(k);
     return result;
-}
-bool CompiledEquations::has_balance() const {
-    for (int k = 0; k < components; ++k)
-        if (in_balance(k)) return true;
-    return false;
 }
 
 std::vector<double> CompiledEquations::sources(std::vector<double>* held) const {
@@ -186,7 +181,7 @@ void CompiledEquations::check_balance_at(double q) const {
             size += std::abs(products(component));
             if (std::abs(total) > 1e-12 * size) force = std::max(force, std::abs(total));
         }
-        if (reads_changing_mean()) force = std::numeric_limits<double>::infinity();
+        if (reads_changing_mean()) force = infinite;
         is_determined = force == 0.0 && (of_rest.empty() || numerics::is_invertible(Symbol(of_held(of_rest, of_rest))));
     }
     const Field& first = model.fields[field(held[0])];

@@ -184,13 +184,9 @@ void EnergyMeter::Work::add_varying(const VaryingMass& mass, std::size_t field, 
 }
 
 std::vector<Energy> energies_of(const Equations& equations) {
-    const std::vector<Field>& fields = equations.model().fields;
-    std::vector<std::size_t> order(fields.size());
-    for (std::size_t n = 0; n < order.size(); ++n) order[n] = n;
-    std::ranges::stable_sort(order, {}, [&](std::size_t n) { return fields[n].observed.drawn; });
     std::vector<Energy> result;
-    for (const std::size_t n : order) {
-        const Field& field = fields[n];
+    for (const std::size_t n : drawn_fields(equations.model())) {
+        const Field& field = equations.model().fields[n];
         if (field.left != LeftSide::rate || field.observed.energy == no_energy) continue;
         const bool follows = field.part == Part::imaginary && !result.empty();
         if (follows) result.back().fields.push_back(n);

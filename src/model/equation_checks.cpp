@@ -159,10 +159,7 @@ void check_conserved(Algebra& algebra, const Field& field, const std::vector<Sum
 }
 
 bool has_products(const Algebra& algebra, const std::vector<Component>& total) {
-    double number = 0.0;
-    return !std::all_of(total.begin(), total.end(), [&](const Component& c) {
-        return algebra.is_constant({{}, c.rest}, number);
-    });
+    return std::ranges::any_of(total, [&](const Component& c) { return !algebra.constant_of({{}, c.rest}); });
 }
 
 std::set<int> components_of(const Algebra& algebra, const std::vector<Component>& total) {
@@ -212,7 +209,7 @@ Value solved_balance(Algebra& algebra, const Field& field, int first, const std:
             algebra.graph.make(Operation::negate, algebra.graph.make(Operation::add, algebra.graph.number(own), slope));
         if (algebra.graph.is_number(drag, 0.0)) reject("no term of it");
         const int force =
-            algebra.graph.make(Operation::add, algebra.atom(others), algebra.graph.import(without.graph()).back());
+            algebra.graph.make(Operation::add, algebra.atom(others), algebra.graph.import(without.graph()));
         value.components.push_back(algebra.of_node(algebra.graph.make(Operation::divide, force, drag)));
     }
     return value;
@@ -225,10 +222,9 @@ void check_free_mean(Algebra& algebra, const Field& field, const std::vector<Com
             return entry.first.order == no_derivative && is_in_balance(entry.first.component);
         });
         const auto found = component.rest.find(no_derivative);
-        double number = 0.0;
         if (has_drag || found == component.rest.end()) continue;
         const Component source{{}, {*found}};
-        require(algebra.is_constant(source, number) || is_divergence(algebra, source, solenoidal), field.equation.where,
+        require(algebra.constant_of(source) || is_divergence(algebra, source, solenoidal), field.equation.where,
                 "the balance of {} leaves its mean free, and its products have a mean; expected products that are "
                 "divergences, or a term such as -c {}",
                 field.symbol, field.symbol);

@@ -244,14 +244,7 @@ std::string Equations::latex(std::size_t index) const {
 // ---- L, N and Q
 
 namespace {
-using numerics::Block;
 using numerics::IsotropicBlocks;
-
-/// i^n.
-std::complex<double> power_of_i(int n) {
-    constexpr std::array<std::complex<double>, 4> powers{{{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}}};
-    return powers[static_cast<std::size_t>(((n % 4) + 4) % 4)];
-}
 
 numerics::Layout layout_of(const CompiledEquations& c) {
     numerics::Layout layout{.chiral = c.model.chiral};
@@ -264,20 +257,11 @@ numerics::Layout layout_of(const CompiledEquations& c) {
 /// The blocks of a symbol at q along x.
 IsotropicBlocks blocks_of(const CompiledEquations& c, const Symbol& m, const numerics::BlockParts& parts,
                           bool at_zero) {
-    const auto block = [&](const std::vector<numerics::Part>& members) {
-        Block result(static_cast<int>(members.size()));
-        for (std::size_t i = 0; i < members.size(); ++i)
-            for (std::size_t j = 0; j < members.size(); ++j) {
-                const auto component = [&](const numerics::Part& part) {
-                    return c.state[static_cast<std::size_t>(part.component)];
-                };
-                const std::complex<double> entry = m(component(members[i]), component(members[j]));
-                const int turns = at_zero ? 0 : members[i].spin - members[j].spin;
-                result(static_cast<int>(i), static_cast<int>(j)) = (power_of_i(turns) * entry).real();
-            }
-        return result;
-    };
-    return {.even = block(parts.even), .odd = block(parts.odd)};
+    return numerics::blocks_of(parts, [&](const numerics::Part& row, const numerics::Part& column) {
+        const std::complex<double> entry =
+            m(c.state[static_cast<std::size_t>(row.component)], c.state[static_cast<std::size_t>(column.component)]);
+        return (numerics::power_of_i(at_zero ? 0 : row.spin - column.spin) * entry).real();
+    });
 }
 }  // namespace
 

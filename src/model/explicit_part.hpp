@@ -1,9 +1,9 @@
 // model/explicit_part.hpp: N of a system: the equations of a model less their exact linear part, on a grid.
 #pragma once
-#include <limits>
 #include <memory>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "drover/model/equations.hpp"
 #include "drover/numerics/field.hpp"
 
@@ -11,7 +11,7 @@ namespace drover::model {
 
 /// The values of a component at the points of an evaluation.
 struct Range {
-    double min = std::numeric_limits<double>::infinity(), max = -min;
+    double min = infinite, max = -min;
 };
 
 class ExplicitPart {

@@ -149,18 +149,13 @@ constexpr int max_level = 200;  // a factor of 1e30
 
 int followed_level(bool by_largest, double part, int reference_level) {
     if (!std::isfinite(part) || part <= 0.0) return reference_level;
-    // Allowed: at most 1.7 times the smallest value, or at least 1/1.7 of the largest.
-    const double exact = 2.0 * std::log2(part), margin = 2.0 * std::log2(1.7);
-    if (by_largest) {
-        if (reference_level < exact - margin) reference_level = static_cast<int>(std::ceil(exact - margin));
-        if (reference_level > 0 && reference_level - 1.5 > exact - margin)
-            reference_level = std::max(0, static_cast<int>(std::ceil(exact - margin + 0.5)));
-    } else {
-        if (reference_level > exact + margin) reference_level = static_cast<int>(std::floor(exact + margin));
-        if (reference_level < 0 && reference_level + 1.5 < exact + margin)
-            reference_level = std::min(0, static_cast<int>(std::floor(exact + margin - 0.5)));
-    }
-    return std::clamp(reference_level, -max_level, max_level);
+    // Allowed: at most 1.7 times the smallest value or, its mirror image, at least 1/1.7 of the largest.
+    const int side = by_largest ? 1 : -1;
+    const double limit = side * 2.0 * std::log2(part) - 2.0 * std::log2(1.7);
+    int level = side * reference_level;
+    if (level < limit) level = static_cast<int>(std::ceil(limit));
+    if (level > 0 && level - 1.5 > limit) level = std::max(0, static_cast<int>(std::ceil(limit + 0.5)));
+    return std::clamp(side * level, -max_level, max_level);
 }
 
 namespace {

@@ -1,12 +1,12 @@
 // model/field_evolution.hpp: time integration of the fields of a model, with a linear part that follows the state.
 #pragma once
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "model/explicit_part.hpp"
 #include "numerics/steppers/watched_stepper.hpp"
 
@@ -43,7 +43,7 @@ struct Integrated {
     /// Called after each evaluation of N with these extremes; throws a DomainFailure for what is not allowed.
     std::function<void(std::span<const Range>)> check = {};
     /// Generalised quasi-linear approximation: shorter waves interact with longer ones only [1/mm].
-    double long_waves = std::numeric_limits<double>::infinity();
+    double long_waves = infinite;
     bool is_quiet = false;  ///< without noise
     double shortest = 0.0;  ///< numerics::ErrorEquations::shortest
 };

@@ -33,24 +33,21 @@ Symbol sum_of(const std::vector<LinearisedAt::Power>& powers, int components, co
 }  // namespace
 
 std::vector<int> turning_components(const Model& model) {
-    std::vector<std::pair<int, int>> found;  // where it is drawn, and its first component
-    for (const auto& [field, first] : placed_fields(model))
-        if (field.spin > 0) found.emplace_back(field.observed.drawn, static_cast<int>(first));
-    std::sort(found.begin(), found.end());
+    const std::vector<int> firsts = first_components(model);
     std::vector<int> result;
-    for (const auto& [drawn, component] : found) result.push_back(component);
+    for (const std::size_t n : drawn_fields(model))
+        if (model.fields[n].spin > 0) result.push_back(firsts[n]);
     return result;
 }
 
 double direction_of(const Model& model, const UniformState& state) {
-    const Field* directing = nullptr;
-    std::size_t at = 0;
-    for (const auto& [field, first] : placed_fields(model)) {
-        const bool has_value = field.spin > 0 && (state[first] != 0.0 || state[first + 1] != 0.0);
-        if (has_value && (directing == nullptr || field.observed.drawn < directing->observed.drawn))
-            directing = &field, at = first;
+    const std::vector<int> firsts = first_components(model);
+    for (const std::size_t n : drawn_fields(model)) {
+        const auto at = static_cast<std::size_t>(firsts[n]);
+        if (const int spin = model.fields[n].spin; spin > 0 && (state[at] != 0.0 || state[at + 1] != 0.0))
+            return std::atan2(state[at + 1], state[at]) / spin;
     }
-    return directing == nullptr ? 0.0 : std::atan2(state[at + 1], state[at]) / directing->spin;
+    return 0.0;
 }
 
 namespace {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <numeric>
 
 namespace drover::model {
 
@@ -59,33 +60,33 @@ Value Lowering::value_of(const Text& text, const Rank& rank, Parity parity) {
 
 void Lowering::check(const FormulaText& text, const Formula& formula, const Value& found, const Rank& rank,
                      Parity parity) const {
-    double zero = 1.0;
     if (found.is_complex())
         text.fail_with(formula.at, "this is complex; expected a real value: re(...), im(...) or |...|");
-    if (is_scalar(found) && algebra_.is_constant(found.components[0], zero) && zero == 0.0) return;  // 0 has any rank
+    if (is_scalar(found) && algebra_.constant_of(found.components[0]) == 0.0) return;  // 0 has any rank
     if (found.rank != rank)
-        text.fail_with(formula.at, drover::text("this is {}; expected {}", text_of(found), rank_text(rank, parity)));
+        text.fail_with(formula.at, "this is {}; expected {}", text_of(found), rank_text(rank, parity));
     if (!model_.chiral && found.parity != Parity::none && parity != Parity::none && found.parity != parity)
         text.fail_with(formula.at,
-                       drover::text("this is {}; expected {}, or chiral = true in the model, which allows terms that "
-                                    "distinguish left and right",
-                                    text_of(found), rank_text(rank, parity)));
+                       "this is {}; expected {}, or chiral = true in the model, which allows terms that distinguish "
+                       "left and right",
+                       text_of(found), rank_text(rank, parity));
 }
 
 Parity Lowering::common_parity(const FormulaText& text, const Formula& at, const Value& a, const Value& b) const {
     if (a.parity == b.parity) return a.parity;
     if (a.parity == Parity::none || b.parity == Parity::none || model_.chiral) return Parity::none;
     text.fail_with(at.at,
-                   drover::text("{} is added to {}; expected equal parities, or chiral = true in the model, which "
-                                "allows terms that distinguish left and right",
-                                text_of(b), text_of(a)));
+                   "{} is added to {}; expected equal parities, or chiral = true in the model, which allows terms that "
+                   "distinguish left and right",
+                   text_of(b), text_of(a));
 }
 
 Value Lowering::value_of(const FormulaText& text, const Formula& f) {
     if (depth_ >= max_depth)
-        text.fail_with(f.at, drover::text("this is nested deeper than {} levels, with definitions and chains of dots; "
-                                          "expected a simpler formula",
-                                          max_depth));
+        text.fail_with(
+            f.at,
+            "this is nested deeper than {} levels, with definitions and chains of dots; expected a simpler formula",
+            max_depth);
     ++depth_;
     Value value = value_of_kind(text, f);
     --depth_;
@@ -192,8 +193,13 @@ Value Lowering::named(const FormulaText& text, const Formula& f) {
         case Names::Kind::definition: break;
     }
     const std::size_t index = meaning->index;
+    if (model_.definitions[index].is_table && text.text().substr(f.at + f.name.size()).starts_with('('))
+        text.fail_with(f.at,
+                       "{} is the value of a table, and \"(\" would begin a factor; expected {} without arguments, or "
+                       "{} * (...) for a product",
+                       f.name, f.name, f.name);
     if (std::find(open_definitions_.begin(), open_definitions_.end(), index) != open_definitions_.end())
-        text.fail_with(f.at, drover::text("{} is defined by itself; expected a definition by other names", f.name));
+        text.fail_with(f.at, "{} is defined by itself; expected a definition by other names", f.name);
     const Value value = value_of_definition(index);
     algebra_.graph.where = text.location(f.at);
     return value;
@@ -216,8 +222,7 @@ Value Lowering::added(const FormulaText& text, const Formula& f) {
         const Formula& part = f.arguments[i];
         const Value next = value_of(text, part);
         if (next.rank != sum.rank)
-            text.fail_with(part.sign_at,
-                           drover::text("{} and {} are added; expected equal ranks", text_of(sum), text_of(next)));
+            text.fail_with(part.sign_at, "{} and {} are added; expected equal ranks", text_of(sum), text_of(next));
         sum.parity = common_parity(text, part, sum, next);
         const double sign = part.sign == '-' ? -1.0 : 1.0;
         if (next.is_complex()) sum.imaginary.resize(sum.components.size());
@@ -230,9 +235,9 @@ Value Lowering::added(const FormulaText& text, const Formula& f) {
 }
 
 void Lowering::need_scalar(const FormulaText& text, const Formula& f, const Value& found, const char* what) const {
-    if (!is_scalar(found)) text.fail_with(f.at, drover::text("{} is {}; expected a scalar", what, text_of(found)));
+    if (!is_scalar(found)) text.fail_with(f.at, "{} is {}; expected a scalar", what, text_of(found));
     if (found.is_complex())
-        text.fail_with(f.at, drover::text("{} is complex; expected a real scalar: re(...), im(...) or |...|", what));
+        text.fail_with(f.at, "{} is complex; expected a real scalar: re(...), im(...) or |...|", what);
 }
 
 Value Lowering::multiplied(const FormulaText& text, const Formula& f) {
@@ -242,8 +247,7 @@ Value Lowering::multiplied(const FormulaText& text, const Formula& f) {
         const Value next = value_of(text, part);
         algebra_.graph.where = text.location(part.sign_at);
         if (part.sign == '/') {
-            if (!is_scalar(next))
-                text.fail_with(part.at, drover::text("the divisor is {}; expected a scalar", text_of(next)));
+            if (!is_scalar(next)) text.fail_with(part.at, "the divisor is {}; expected a scalar", text_of(next));
             result = divided(text, part, result, next);
         } else {
             result = times(text, part, result, next);
@@ -264,22 +268,20 @@ static bool is_sum_of_squares(const GraphBuilder& graph, int node) {
 Value Lowering::power(const FormulaText& text, const Formula& f) {
     const Value base = value_of(text, f.arguments[0]), exponent = value_of(text, f.arguments[1]);
     if (!is_scalar(base))
-        text.fail_with(f.at, drover::text("a power of {}; expected a scalar: write (p.p)^2 or |p|^3", text_of(base)));
+        text.fail_with(f.at, "a power of {}; expected a scalar: write (p.p)^2 or |p|^3", text_of(base));
     need_scalar(text, f.arguments[1], exponent, "the exponent");
-    double n = 0.0;
-    const bool is_number = algebra_.is_constant(exponent.components[0], n);
-    if (is_number && n == 1.0) return base;
-    if (base.is_complex()) return complex_power(text, f, base, is_number ? n : std::nan(""));
+    const std::optional<double> n = algebra_.constant_of(exponent.components[0]);
+    if (n == 1.0) return base;
+    if (base.is_complex()) return complex_power(text, f, base, n.value_or(std::nan("")));
     int argument = algebra_.at_points(base.components[0]), power = algebra_.at_points(exponent.components[0]);
     const Node root = algebra_.graph[argument];
     const bool is_norm = root.operation == Operation::sqrt && is_sum_of_squares(algebra_.graph, root.left);
-    if (is_norm && is_number && std::fmod(n, 2.0) == 0.0) {  // |p|^2 is p.p
+    if (is_norm && n && std::fmod(*n, 2.0) == 0.0) {  // |p|^2 is p.p
         argument = root.left;
-        power = algebra_.graph.number(n / 2.0);
+        power = algebra_.graph.number(*n / 2.0);
     }
     const int node = algebra_.graph.make(Operation::power, argument, power);
-    const bool is_even = is_number && std::fmod(n, 2.0) == 0.0,
-               is_odd = is_number && std::abs(std::fmod(n, 2.0)) == 1.0;
+    const bool is_even = n && std::fmod(*n, 2.0) == 0.0, is_odd = n && std::abs(std::fmod(*n, 2.0)) == 1.0;
     if (exponent.parity == Parity::odd && !model_.chiral)
         text.fail_with(f.arguments[1].at,
                        "the exponent is a pseudoscalar; expected a scalar, or chiral = true in the model");
@@ -357,9 +359,10 @@ Value Lowering::call(const FormulaText& text, const Formula& f) {
     for (const Value& argument : arguments)
         if (argument.parity == Parity::odd && !is_even) {
             if (!is_odd && !model_.chiral)
-                text.fail_with(f.at, drover::text("{} of a pseudoscalar is neither even nor odd under reflections; "
-                                                  "expected a scalar, or chiral = true in the model",
-                                                  f.name));
+                text.fail_with(f.at,
+                               "{} of a pseudoscalar is neither even nor odd under reflections; expected a scalar, or "
+                               "chiral = true in the model",
+                               f.name);
             if (parity != Parity::none) parity = is_odd ? Parity::odd : Parity::none;
         }
     return {.parity = parity, .components = {result}};
@@ -374,8 +377,7 @@ Value Lowering::norm(const FormulaText& text, const Formula& f) {
                 .components = {
                     algebra_.of_node(algebra_.graph.make(Operation::abs, algebra_.at_points(a.components[0])))}};
     if (a.rank.indices > 0)
-        text.fail_with(f.at,
-                       drover::text("the norm of {}; expected a scalar, a vector or a field of a spin", text_of(a)));
+        text.fail_with(f.at, "the norm of {}; expected a scalar, a vector or a field of a spin", text_of(a));
     Component square;
     for (const std::vector<Component>* parts : {&a.components, &a.imaginary})
         for (const Component& c : *parts) square = algebra_.sum(square, algebra_.product(c, c));
@@ -397,6 +399,14 @@ std::vector<std::string> with_components(const std::string& name, int spin) {
 }  // namespace
 
 std::vector<std::string> component_names(const Field& field) { return with_components(field.symbol, field.spin); }
+
+std::vector<std::size_t> drawn_fields(const Model& model) {
+    std::vector<std::size_t> fields(model.fields.size());
+    std::iota(fields.begin(), fields.end(), 0);
+    std::ranges::stable_sort(fields, {}, [&](std::size_t n) { return model.fields[n].observed.drawn; });
+    return fields;
+}
+
 std::vector<int> first_components(const Model& model) {
     std::vector<int> firsts;
     int next = 0;
@@ -406,25 +416,23 @@ std::vector<int> first_components(const Model& model) {
 
 std::vector<std::string> dataset_names(const Field& field) { return with_components(field.name, field.spin); }
 
-Names::Names(const Model& model) {
+Names::Names(const Model& model) : first_components_(first_components(model)) {
     for (const auto& [name, function] : model.functions) reserved_.insert(name);
     if (reserved_.contains("conj")) reserved_.insert("i");
     add("x", {Kind::position, slot_x, 0}, {});
     add("y", {Kind::position, slot_y, 0}, {});
     add("t", {Kind::position, slot_t, 0}, {});
-    int component = 0;
     for (std::size_t i = 0; i < model.fields.size(); ++i) {
         const Field& field = model.fields[i];
+        const int component = first_components_[i];
         require(field.spin >= 0 && field.spin <= 6, field.where, "the field {} has spin {}; expected 0 to 6",
                 field.name, field.spin);
         add(field.symbol, {Kind::field, i, component}, field.where);
         if (field.name != field.symbol) add(field.name, {Kind::field, i, component}, field.where);
         const std::vector<std::string> names = component_names(field);
-        first_components_.push_back(component);
         for (std::size_t c = 0; c < names.size(); ++c) {
             if (field.spin > 0) add(names[c], {Kind::component, i, component + static_cast<int>(c)}, field.where);
         }
-        component += components(field);
     }
     for (std::size_t i = 0; i < model.definitions.size(); ++i)
         add(model.definitions[i].name, {Kind::definition, i, 0}, model.definitions[i].value.where);

@@ -14,14 +14,8 @@ namespace {
 /// Replaces slots by expressions.
 Expression substituted(const Expression& expression, const std::map<int, Expression>& by) {
     GraphBuilder graph(Folding::lenient);
-    std::vector<int> here;
-    for (const Node& node : expression.graph().nodes) {
-        const auto at = [&](int there) { return there < 0 ? -1 : here[static_cast<std::size_t>(there)]; };
-        if (node.operation == Operation::number) here.push_back(graph.number(node.value));
-        else if (node.operation == Operation::slot) here.push_back(graph.import(by.at(node.left).graph()).back());
-        else here.push_back(graph.make(node.operation, at(node.left), at(node.right)));
-    }
-    return graph.expression(here.back());
+    return graph.expression(
+        graph.import(expression.graph(), [&](int slot) { return graph.import(by.at(slot).graph()); }));
 }
 Expression slot_expression(int slot) {
     GraphBuilder graph(Folding::exact);

@@ -1,8 +1,8 @@
 // model/split.cpp: the exact linear part about a uniform state, and the functions that it leaves to the explicit part.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "model/compiled.hpp"
 
 namespace drover::model {
@@ -26,8 +26,8 @@ Expression CompiledEquations::slope(const Expression& expression, int slot, cons
     std::vector<FunctionCall> here(calls.begin(), calls.end());
     for (std::size_t n = 0; n < calls.size(); ++n)
         for (std::size_t a = 0; a < calls[n].values.size(); ++a)
-            here[n].arguments[a] = graph.import(calls[n].values[a].graph()).back();
-    const int root = graph.import(expression.graph()).back();
+            here[n].arguments[a] = graph.import(calls[n].values[a].graph());
+    const int root = graph.import(expression.graph());
     return graph.expression(
         total_slope(graph, here, root, [&](int other) { return graph.number(other == slot ? 1.0 : 0.0); }));
 }
@@ -35,29 +35,28 @@ Expression CompiledEquations::slope(const Expression& expression, int slot, cons
 double CompiledEquations::limit_at(const Expression& slope, const std::vector<double>& values) const {
     const double here = evaluate(slope, values);
     if (std::isfinite(here)) return here;
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
     std::vector<std::size_t> zeros;
     for (const int slot : slots_of(slope)) {
-        if (call_at(slot) != nullptr) return none;  // its value depends on others
+        if (call_at(slot) != nullptr) return nan;  // its value depends on others
         const auto place = static_cast<std::size_t>(slot);
         if (slot >= first_atom && values[place] == 0.0) zeros.push_back(place);
     }
     // Beside the constants of a scene any power of these sizes is nothing, or far too large.
     constexpr double rounding = 1e-15;
-    double limit = none;
+    double limit = nan;
     for (const double size : {1e-60, 1e-40})
         for (int side = 0; side < 5; ++side) {
             std::vector<double> near = values;
             for (const std::size_t place : zeros) near[place] = size * std::cos(1.3 * side + 2.4 * double(place));
             const double found = evaluate(slope, near);
             if (std::isnan(limit)) limit = found;
-            if (!(std::abs(found - limit) <= rounding * (1.0 + std::abs(limit)))) return none;
+            if (!(std::abs(found - limit) <= rounding * (1.0 + std::abs(limit)))) return nan;
         }
     return std::abs(limit) <= rounding ? 0.0 : limit;
 }
 
 double CompiledEquations::slope_at(const Expression& slope, const std::vector<double>& values) const {
-    return jumps_at(slope, values) ? std::numeric_limits<double>::quiet_NaN() : limit_at(slope, values);
+    return jumps_at(slope, values) ? nan : limit_at(slope, values);
 }
 
 bool CompiledEquations::is_continuous_at(const PointFunction& function, const std::vector<double>& values) const {
@@ -216,7 +215,7 @@ private:
             if (!is_whole) add(form, term.summary.where, c_.linear[static_cast<std::size_t>(component)]);
             else if (!form.empty()) add_remainder({component, Order{}}, graph_.slot(slot_of(form)));
             for (const PointFunction& function : term.rows[k].functions) {
-                const int node = graph_.import(function.value.graph()).back();
+                const int node = graph_.import(function.value.graph());
                 whole[{component, function.order}] = node;
                 rest[{component, function.order}] =
                     without_slopes(function, node, slopes[static_cast<std::size_t>(component)]);

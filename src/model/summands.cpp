@@ -208,7 +208,7 @@ void SummandReader::check_product(const Summand& summand) const {
     };
     for (const Component& rate : summand.value.components) {
         for (const auto& [derivative, coefficient] : rate.linear)
-            check(is_noise(derivative), "adds noise to what is none", apart);
+            check(is_noise(derivative), "adds noise to a term without noise", apart);
         for (const auto& [order, node] : rate.rest) {
             const Expression value = algebra_.graph.expression(node);
             Expression without = value;
@@ -225,7 +225,7 @@ void SummandReader::check_product(const Summand& summand) const {
                 slots.insert(slot);
                 without = without_noise(without, slot);
             }
-            check(drover::is_zero(without), "has noise and what is none", apart);
+            check(drover::is_zero(without), "mixes noise with terms without noise", apart);
             for (const int slot : slots)
                 for (const int other : slots_of(derivative(value, slot, summand.summary.where)))
                     check(!slots.contains(other), not_linear, once);

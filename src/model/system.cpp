@@ -54,6 +54,8 @@ numerics::System Equations::system(const numerics::Grid& grid, Threads& threads,
     system.nonlinear = [part](double t, const numerics::Spectra& state, numerics::Spectra& rate) {
         (*part)(t, state, rate);
     };
+    for (const std::vector<Term>* terms : {&compiled_->terms, &compiled_->substitutes})
+        for (const Term& term : *terms) system.is_timed = system.is_timed || term.summary.is_timed;
     const auto products = std::make_shared<ProductsOfNoise>();
     int increment = 0;
     for (const NoiseProducts& one : compiled_->products) {

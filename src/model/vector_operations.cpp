@@ -79,8 +79,8 @@ Value Lowering::dot(const FormulaText& text, const Formula& f, const Value& left
     algebra_.graph.where = text.location(f.at);
     const Value a = with_indices(algebra_, left), b = right.rank.indices > 0 ? right : with_indices(algebra_, right);
     if (a.rank.spin != 0 || a.rank.indices == 0 || b.rank.indices == 0)
-        text.fail_with(f.at, drover::text("the dot product of {} and {}; expected vectors or tensors",
-                                          rank_text(left.rank, left.parity), rank_text(right.rank, right.parity)));
+        text.fail_with(f.at, "the dot product of {} and {}; expected vectors or tensors",
+                       rank_text(left.rank, left.parity), rank_text(right.rank, right.parity));
     const Rank payload{b.rank.indices - 1, b.rank.spin};
     const std::size_t lead = a.components.size() / 2, width = size_of(payload);
     Value result{normal({a.rank.indices - 1 + payload.indices, payload.spin}), product_parity(a.parity, b.parity), {}};
@@ -112,9 +112,10 @@ Value Lowering::double_dot(const FormulaText& text, const Formula& f, const Valu
     } else {
         const Value a = with_indices(algebra_, left), b = with_indices(algebra_, right);
         if (a.rank != b.rank || a.rank != Rank{2, 0})
-            text.fail_with(f.at, drover::text("the double dot product of {} and {}; expected two tensors of rank 2, or "
-                                              "two fields of the same spin",
-                                              rank_text(left.rank, left.parity), rank_text(right.rank, right.parity)));
+            text.fail_with(
+                f.at,
+                "the double dot product of {} and {}; expected two tensors of rank 2, or two fields of the same spin",
+                rank_text(left.rank, left.parity), rank_text(right.rank, right.parity));
         add_products(a, b, 1.0);
     }
     result.components.push_back(sum);
@@ -129,10 +130,8 @@ Value Lowering::outer(const FormulaText& text, const Formula& f) {
 Value Lowering::outer(const FormulaText& text, const Formula& f, const Value& a, const Value& b) {
     algebra_.graph.where = text.location(f.at);
     if (a.rank != vector || b.rank.indices > 0 || b.rank.spin == 0)
-        text.fail_with(f.at,
-                       drover::text("the outer product of {} and {}; expected a vector and a vector or a field of "
-                                    "a spin",
-                                    rank_text(a.rank, a.parity), rank_text(b.rank, b.parity)));
+        text.fail_with(f.at, "the outer product of {} and {}; expected a vector and a vector or a field of a spin",
+                       rank_text(a.rank, a.parity), rank_text(b.rank, b.parity));
     Value result{{1, b.rank.spin}, product_parity(a.parity, b.parity), {}};
     for (const Component& first : a.components)
         for (const Component& second : b.components) result.components.push_back(algebra_.product(first, second));
@@ -144,9 +143,9 @@ Value Lowering::times(const FormulaText& text, const Formula& f, const Value& le
     return by_parts(left, right, [&](const Value& a, const Value& b) {
         if (a.rank != scalar && b.rank != scalar)
             text.fail_with(f.at,
-                           drover::text("{} stands beside {}; expected a scalar: write a.b for their dot product, "
-                                        "or outer(a, b) for their outer product",
-                                        rank_text(a.rank, a.parity), rank_text(b.rank, b.parity)));
+                           "{} is multiplied by {}; expected a scalar factor: write a.b for the dot product, or "
+                           "outer(a, b) for the outer product",
+                           rank_text(a.rank, a.parity), rank_text(b.rank, b.parity));
         Value result = b.rank == scalar ? a : b;
         const Component& factor = b.rank == scalar ? b.components[0] : a.components[0];
         for (Component& c : result.components) c = algebra_.product(c, factor);
@@ -163,13 +162,12 @@ Value Lowering::divided(const FormulaText& text, const Formula& f, const Value& 
             square.components[0] = algebra_.sum(square.components[0], algebra_.product(*part, *part));
         return divided(text, f, times(text, f, above, conjugate), square);
     }
-    double number = 0.0;
-    const bool is_number = algebra_.is_constant(below.components[0], number);
-    if (is_number && number == 0.0) text.fail_with(f.sign_at, "this divides by zero; expected another divisor");
+    const std::optional<double> number = algebra_.constant_of(below.components[0]);
+    if (number == 0.0) text.fail_with(f.sign_at, "this divides by zero; expected another divisor");
     Value result = above;
     for (std::vector<Component>* parts : {&result.components, &result.imaginary})
         for (Component& c : *parts) {
-            if (is_number) c = algebra_.scaled(c, 1.0 / number);
+            if (number) c = algebra_.scaled(c, 1.0 / *number);
             else if (!algebra_.is_zero(c))
                 c = algebra_.of_node(algebra_.graph.make(Operation::divide, algebra_.at_points(c),
                                                          algebra_.at_points(below.components[0])));
@@ -181,9 +179,9 @@ Value Lowering::divided(const FormulaText& text, const Formula& f, const Value& 
 Value Lowering::complex_power(const FormulaText& text, const Formula& f, const Value& base, double n) {
     constexpr double max_power = 16.0;
     if (!(std::abs(n) <= max_power) || n != std::round(n))
-        text.fail_with(f.at, drover::text("a power of a complex value; expected a whole number of at most {}: of other "
-                                          "powers write |A|^n",
-                                          max_power));
+        text.fail_with(f.at,
+                       "a power of a complex value; expected a whole number of at most {}: of other powers write |A|^n",
+                       max_power);
     Value result{.components = {algebra_.constant(1.0)}};
     for (int k = 0; k < std::abs(static_cast<int>(n)); ++k) result = times(text, f, result, base);
     if (n < 0.0) result = divided(text, f, {.components = {algebra_.constant(1.0)}}, result);
@@ -258,7 +256,7 @@ Value Lowering::applied(const FormulaText& text, const Formula& f, Value a) {
 Value Lowering::applied_to_real(const FormulaText& text, const Formula& f, Value a) {
     algebra_.graph.where = text.location(f.at);
     const auto reject = [&](const char* expected) {
-        text.fail_with(f.at, drover::text("{} of {}; expected {}", f.name, rank_text(a.rank, a.parity), expected));
+        text.fail_with(f.at, "{} of {}; expected {}", f.name, rank_text(a.rank, a.parity), expected);
     };
     const std::string& name = f.name;
     if (name == "lap") {

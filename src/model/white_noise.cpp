@@ -142,17 +142,10 @@ numerics::ProductNoise product_noise(const std::shared_ptr<const CompiledEquatio
             for (int k = 0; k < components(noise); ++k) drives.push_back({n, one.field, k});
         }
     const numerics::BlockParts parts = numerics::block_parts(result.layout);
-    const auto blocks = [parts](const std::function<double(std::size_t, std::size_t)>& entry) {
-        const auto block = [&](const std::vector<numerics::Part>& members) {
-            numerics::Block made(static_cast<int>(members.size()));
-            for (std::size_t i = 0; i < members.size(); ++i)
-                for (std::size_t j = 0; j < members.size(); ++j)
-                    made(static_cast<int>(i), static_cast<int>(j)) =
-                        entry(static_cast<std::size_t>(members[i].component),
-                              static_cast<std::size_t>(members[j].component));
-            return made;
-        };
-        return numerics::IsotropicBlocks{.even = block(parts.even), .odd = block(parts.odd)};
+    const auto blocks = [parts](const auto& entry) {  // by components
+        return numerics::blocks_of(parts, [&](const numerics::Part& row, const numerics::Part& column) {
+            return entry(static_cast<std::size_t>(row.component), static_cast<std::size_t>(column.component));
+        });
     };
     result.noise = [drives, blocks](double) {
         return blocks([&](std::size_t i, std::size_t j) {

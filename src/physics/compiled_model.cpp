@@ -12,9 +12,7 @@ Coefficient tabulated(const std::vector<double>& nodes, const TableData& table, 
     std::vector<double> values = nodes;
     for (double& value : values) value *= factor;
     return Coefficient(std::make_shared<numerics::SplineTable>(axis(table.nodes[0]), axis(table.nodes[1]),
-                                                               std::move(values),
-                                                               table.outside == "hold" ? numerics::Outside::hold
-                                                                                       : numerics::Outside::refuse));
+                                                               std::move(values), numerics::outside_of(table.outside)));
 }
 
 /// What a coefficient contains of another, which lowers it: a monomial of that density, or a number where it is none of
@@ -166,8 +164,7 @@ void check_moved(const ModelValues& model, const Locate& locate) {
         const bool has_text = std::any_of(model.text_terms.begin(), model.text_terms.end(),
                                           [&](const TextTerm& term) { return term.of == field.alias; });
         const bool has_term = std::any_of(field.terms.begin(), field.terms.end(), [&](const TermRow& term) {
-            const auto row = std::find_if(file.coefficients.begin(), file.coefficients.end(),
-                                          [&](const CoefficientRow& one) { return one.key() == term.key; });
+            const auto row = std::ranges::find(file.coefficients, term.key, &CoefficientRow::key);
             return row == file.coefficients.end() ? has_fields(model, term.needs) : number(model, term.key) != 0.0;
         });
         require(has_text || has_term || number(model, field.noise) != 0.0, locate(field.present),

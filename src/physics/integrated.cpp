@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "numerics/steppers/kept_modes.hpp"
 #include "physics/program_functions.hpp"
 #include "physics/written_model.hpp"
@@ -49,7 +49,7 @@ struct Domain {
 
 /// Smallest and largest densities; infinite for one that is no field.
 struct Extremes {
-    static constexpr double none = std::numeric_limits<double>::infinity();
+    static constexpr double none = infinite;
     Densities min{none, none}, max{-none, -none};
 };
 

@@ -8,8 +8,7 @@
 namespace drover::physics {
 
 const CoefficientRow& coefficient_row(const std::string& key, const ModelFile& file) {
-    const auto found = std::find_if(file.coefficients.begin(), file.coefficients.end(),
-                                    [&](const CoefficientRow& row) { return row.key() == key; });
+    const auto found = std::ranges::find(file.coefficients, key, &CoefficientRow::key);
     require(found != file.coefficients.end(), {}, "unknown coefficient {}; expected one of the model file", key);
     return *found;
 }

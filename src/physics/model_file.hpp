@@ -36,6 +36,8 @@ struct FieldRow {
     std::string area;        ///< key of the area of one body of a density
     model::Observed observed;
     std::vector<TermRow> terms;
+
+    model::Field as_field() const { return {.name = name, .symbol = symbol, .spin = spin}; }
 };
 
 /// One coefficient.  The schema, tables, checks, `explain`, manual and bindings follow from its row.

@@ -164,6 +164,13 @@ const std::vector<ModelSection>& model_sections() {
     return sections;
 }
 
+const ModelKey* find_key(const std::string& key) {
+    for (const ModelSection& section : model_sections())
+        for (const ModelKey& one : section.keys)
+            if (section.name + "." + one.description.name == key) return &one;
+    return nullptr;
+}
+
 std::vector<CoefficientValue> coefficient_values(const ModelValues& model) {
     const ModelFile& file = *model.file;
     std::vector<CoefficientValue> result;

@@ -26,6 +26,8 @@ struct ModelSection {
 std::vector<ModelSection> model_sections(const ModelFile& file);
 /// Those of the shipped model.
 const std::vector<ModelSection>& model_sections();
+/// nullptr if they do not have it.
+const ModelKey* find_key(const std::string& key);
 
 /// What a symbol in the equations of a model stands for.
 struct CoefficientValue {

@@ -42,7 +42,7 @@ std::optional<std::map<std::string, double>> ratios_of_terms(const CompiledModel
 /// "lap sigma" in the equation of "sigma"; "": there is no such term.
 std::string key_of_term(const std::string& symbol, const std::string& factor);
 
-/// Values of a scalar between which a table has nodes; beyond, its outermost values are held.
+/// Values of a scalar between which a table has nodes; beyond them, the values at its edge are held.
 struct HeldRange {
     std::string symbol;
     double min = 0.0, max = 0.0;

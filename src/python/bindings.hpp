@@ -84,6 +84,20 @@ pybind11::object array_of(std::span<const double> values, const std::vector<std:
 /// (name, unit, meaning, values) of each.
 pybind11::list axes_list(const std::vector<files::Axis>& axes);
 
+/// {axes, arrays: {name: (unit, meaning, axes, array)}}, with the array of each quantity from its index.
+template <class ArrayOf>
+pybind11::dict group_dict(const std::vector<files::Axis>& axes, const std::vector<files::Quantity>& quantities,
+                          ArrayOf array_of_index) {
+    pybind11::dict group, arrays;
+    for (std::size_t i = 0; i < quantities.size(); ++i) {
+        const files::Quantity& one = quantities[i];
+        arrays[pybind11::str(one.name)] = pybind11::make_tuple(one.unit, one.meaning, one.axes, array_of_index(i));
+    }
+    group["axes"] = axes_list(axes);
+    group["arrays"] = arrays;
+    return group;
+}
+
 /// {group, axes, arrays: {name: (unit, meaning, axes, values)}}.
 pybind11::dict table_dict(const files::ResultTable& table);
 

@@ -86,15 +86,10 @@ py::list axes_list(const std::vector<files::Axis>& axes) {
 }
 
 py::dict table_dict(const files::ResultTable& table) {
-    py::dict arrays, one;
-    for (std::size_t i = 0; i < table.quantities.size(); ++i) {
-        const files::Quantity& quantity = table.quantities[i];
-        arrays[py::str(quantity.name)] = py::make_tuple(quantity.unit, quantity.meaning, quantity.axes,
-                                                        array_of(table.values[i], shape_of(table.axes, quantity)));
-    }
+    py::dict one = group_dict(table.axes, table.quantities, [&](std::size_t i) {
+        return array_of(table.values[i], shape_of(table.axes, table.quantities[i]));
+    });
     one["group"] = table.group;
-    one["axes"] = axes_list(table.axes);
-    one["arrays"] = arrays;
     return one;
 }
 
@@ -137,21 +132,16 @@ py::list tables_of(const Computed& computed) {
 /// The fields of the states of drover states: {axes, arrays}, with the number of the state as the first axis.
 py::object frames_of(const Computed& computed) {
     if (!computed.result.frames) return py::none();
-    const auto& [recording, rows] = *computed.result.frames;
-    py::dict arrays, result;
-    for (std::size_t i = 0; i < recording.quantities.size(); ++i) {
-        const files::Quantity& quantity = recording.quantities[i];
+    const files::Recording& recording = computed.result.frames->recording;
+    const auto& rows = computed.result.frames->rows;
+    return group_dict(recording.axes, recording.quantities, [&](std::size_t i) {
         std::vector<double> values;
         for (const std::vector<std::vector<double>>& row : rows)
             values.insert(values.end(), row[i].begin(), row[i].end());
-        std::vector<std::size_t> shape = shape_of(recording.axes, quantity);
+        std::vector<std::size_t> shape = shape_of(recording.axes, recording.quantities[i]);
         shape.insert(shape.begin(), rows.size());
-        arrays[py::str(quantity.name)] =
-            py::make_tuple(quantity.unit, quantity.meaning, quantity.axes, array_of(values, shape));
-    }
-    result["axes"] = axes_list(recording.axes);
-    result["arrays"] = arrays;
-    return result;
+        return array_of(values, shape);
+    });
 }
 
 int theory_threads(int threads, const io::Scene& scene) {

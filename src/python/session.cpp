@@ -64,23 +64,17 @@ py::list frames_of(const py::object& self, bool is_writable) {
     for (std::size_t f = 0; f < guarded.held.frames().size(); ++f) {
         const files::Recording& recording = guarded.held.frames()[f].recording;
         const std::vector<std::span<const double>> now = guarded.held.observe(f);
-        py::dict arrays, fixed;
-        for (std::size_t i = 0; i < now.size(); ++i) {
-            const files::Quantity& quantity = recording.quantities[i];
-            arrays[py::str(quantity.name)] =
-                py::make_tuple(quantity.unit, quantity.meaning, quantity.axes,
-                               array_of(now[i], shape_of(recording.axes, quantity), self, is_writable));
-        }
+        py::dict fixed,
+            frame = group_dict(recording.axes, recording.quantities, [&](std::size_t i) {
+                return array_of(now[i], shape_of(recording.axes, recording.quantities[i]), self, is_writable);
+            });
         if (recording.trajectory)
             for (const files::FixedArray& one : recording.trajectory->fixed) {
                 std::vector<std::size_t> shape{one.values.size() / one.components};
                 if (one.components > 1) shape.push_back(one.components);
                 fixed[py::str(one.name)] = py::make_tuple(one.unit, one.meaning, array_of(one.values, shape, self));
             }
-        py::dict frame;
         frame["group"] = recording.group;
-        frame["axes"] = axes_list(recording.axes);
-        frame["arrays"] = arrays;
         frame["fixed"] = fixed;
         frames.append(frame);
     }
@@ -92,15 +86,11 @@ py::dict series_of(Session& guarded) {
     const Use use(guarded);
     const files::Recording& recording = guarded.held.observables();
     const std::vector<double>& times = guarded.held.sample_times();
-    py::dict arrays, result;
-    for (const files::Quantity& quantity : recording.quantities) {
-        const files::Array& samples = guarded.held.samples_of(quantity);
-        arrays[py::str(quantity.name)] =
-            py::make_tuple(quantity.unit, quantity.meaning, quantity.axes, array_of(samples.values, samples.shape));
-    }
-    result["axes"] = axes_list(recording.axes);
+    py::dict result = group_dict(recording.axes, recording.quantities, [&](std::size_t i) {
+        const files::Array& samples = guarded.held.samples_of(recording.quantities[i]);
+        return array_of(samples.values, samples.shape);
+    });
     result["times"] = array_of(times, {times.size()});
-    result["arrays"] = arrays;
     return result;
 }
 

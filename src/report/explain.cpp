@@ -46,7 +46,7 @@ run::List fields_of(const io::Scene& scene, const model::Equations& equations) {
         list.rows.push_back(
             {.entries = {run::words("name", "in figures and archives", field.name),
                          run::words("symbol", "in equations", field.symbol),
-                         run::words("rank", "how it turns", (field.odd ? "odd " : "") + rank),
+                         run::words("rank", "how it transforms under rotations", (field.odd ? "odd " : "") + rank),
                          run::words("unit", "its unit", io::renamed(field.unit, scene.units)),
                          run::words("meaning", "what it is", field.meaning),
                          run::data_only(run::words("latex", "its equation as LaTeX", equations.latex(n)))}});
@@ -212,8 +212,8 @@ void add_means_of_start(const io::Scene& scene, const model::Equations& equation
     }
     if (!apart.empty())
         root.footer.push_back(
-            text("the start has other conserved means than the references ({}): drover stability is "
-                 "about its means",
+            text("the conserved means of the start differ from the references ({}): drover stability uses "
+                 "those of the start",
                  joined(apart)));
 } catch (const Error& error) {  // the rates are not finite about the references, and there is no such theory
     if (error.fault() != Fault::input) throw;
@@ -244,7 +244,7 @@ run::Record explain_fields(const io::Scene& scene) {
     }
     if (what.long_waves < INFINITY)
         root.footer.push_back(
-            text("quasi-linear: waves with |q| > {} {} act on the others and these on them, not on each other",
+            text("quasi-linear: waves with |q| > {} {} interact with the other waves, but not with each other",
                  what.long_waves, io::renamed("1/mm", scene.units)));
     return root;
 }

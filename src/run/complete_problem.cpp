@@ -186,7 +186,7 @@ std::string likely_cause(const io::Scene& scene, const model::Equations& equatio
              limit.key.empty() ? "" : text(" ({} = {})", limit.key, number_of(scene, "", limit.key, {}).value));
     const bool is_coarse = tail > max_spectral_tail;
     const std::string step =
-        text("the time step is too long for the products{}",
+        text("the time step is too long for the nonlinear terms{}",
              is_coarse ? text(", or the grid is too coarse ({:.2g} of the variance is in the shortest waves)", tail)
                        : "");
     const std::string remedy = text(": choose time.dt = {}{}", 0.5 * scene.time.dt,

@@ -46,7 +46,7 @@ std::string more_in_a_cell(const numerics::Grid& grid, const model::Integrated& 
                            growing_waves_warning(what.equations, system).empty();
     return text("a cell of the grid holds {:.2g} {}s{}{}", in_cell, field.observed.counted,
                 has_waves ? ": choose larger cells, " + grid_keys(coarser)
-                          : ", and no grid with waves has cells that hold enough: choose a larger mean",
+                          : ", and a grid whose cells hold enough is too coarse for the waves: choose a larger mean",
                 field.noise > 0.0 ? text(", or noise of the strength {:.2g}", field.noise / 4.0) : "");
 }
 
@@ -96,14 +96,14 @@ std::optional<OfField> of_one_field(const std::string& formula, const io::Scene&
     return std::nullopt;
 }
 
-/// A table that holds its outermost values, of a formula: samples in which it left its nodes.
+/// A table that holds the values at its edge, of a formula: samples in which it left its nodes.
 void add_held_formula(const files::ArchiveReader& archive, const io::Scene& scene, const physics::HeldRange& held,
                       const model::Model& model, std::vector<std::string>& warnings) {
     const std::optional<OfField> of = of_one_field(held.symbol, scene, model);
     if (!of) {
         warnings.push_back(
-            text("whether {} left the table of coefficients is not known; beyond {:.4g} to {:.4g} its outermost values "
-                 "are held (outside = \"hold\"): with outside = \"refuse\" the run would stop there",
+            text("it is not known whether {} left the table of coefficients; outside {:.4g} to {:.4g} the values at "
+                 "its edge are held (outside = \"hold\"); with outside = \"refuse\" the run would stop there",
                  held.symbol, held.min, held.max));
         return;
     }
@@ -121,8 +121,8 @@ void add_held_formula(const files::ArchiveReader& archive, const io::Scene& scen
     }
     if (samples > 0)
         warnings.push_back(
-            text("{} left the table of coefficients in {} samples; its outermost values were held there (outside = "
-                 "\"hold\"): give a table beyond {:.4g} to {:.4g}",
+            text("{} left the table of coefficients in {} samples; the values at its edge were held there (outside "
+                 "= \"hold\"): use a table wider than {:.4g} to {:.4g}",
                  held.symbol, samples, held.min, held.max));
 }
 }  // namespace
@@ -141,8 +141,8 @@ void add_density_warnings(const files::ArchiveReader& archive, const io::Scene& 
                                          samples_below(archive, "max_" + field.name, held.max, -1.0)})
                 if (excess.samples > 0)
                     warnings.push_back(
-                        text("{} left the table of coefficients in {} samples, {:.4g}{} at t = {:.6g} s; its outermost "
-                             "values were held there (outside = \"hold\"): give a table beyond {:.4g} to {:.4g}{}",
+                        text("{} left the table of coefficients in {} samples, {:.4g}{} at t = {:.6g} s; the values at "
+                             "its edge were held there (outside = \"hold\"): use a table wider than {:.4g} to {:.4g}{}",
                              field.name, excess.samples, excess.worst, unit, excess.time, held.min, held.max, unit));
         }
     }

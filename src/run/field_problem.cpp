@@ -86,7 +86,7 @@ void check_result_names(const io::Scene& scene) {
     for (const model::Field& field : equations.model().fields)
         if (twice->find(field.name) != std::string::npos) fields.push_back(field.name);
     fail_input({scene.file},
-               "two results of the fields {} would be called {} in archives; expected other names of fields",
+               "two results of the fields {} would both be named {} in archives; rename one of the fields",
                joined(fields), *twice);
 }
 

@@ -1,8 +1,8 @@
 // run/field_report.cpp: the results of a run of fields beside their linear theory.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "measure/fields.hpp"
 #include "numerics/fields/shells.hpp"
 #include "physics/program_functions.hpp"
@@ -91,7 +91,7 @@ void predict_boxes(const std::string& what, std::vector<double> powers, Report& 
         for (std::size_t b = 0; b < variance.size(); ++b)
             exponent.push_back(b + 1 < variance.size()
                                    ? 0.5 * std::log(variance[b + 1] / variance[b]) / std::log(areas[b + 1] / areas[b])
-                                   : std::numeric_limits<double>::quiet_NaN());
+                                   : nan);
         for (auto& [result, values] :
              {std::pair{"variance", &variance}, std::pair{"deviation", &deviation}, std::pair{"exponent", &exponent}})
             report.predictions.push_back({what + "_number_" + result + family.ending, std::move(*values)});

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "drover/base/text.hpp"
 #include "drover/model/linearised_at.hpp"
 #include "drover/theory/theory.hpp"
@@ -63,7 +63,7 @@ private:
 
     /// The largest growth rate over the largest rate.
     static double growth_of(const std::vector<numerics::Complex>& rates) {
-        double size = 0.0, growth = -std::numeric_limits<double>::infinity();
+        double size = 0.0, growth = -infinite;
         for (const numerics::Complex s : rates) size = std::max(size, std::abs(s)), growth = std::max(growth, s.real());
         return size > 0.0 ? growth / size : 0.0;
     }
@@ -124,9 +124,8 @@ std::string growing_waves_warning(const model::Equations& equations, const numer
     const ShortestGrowing found = shortest_growing(waves);
     if (found.step < 0) return "";
     if (found.step == max_octaves * per_octave)
-        return "waves of any length grow about the references, however short: what a run gives depends on its grid; "
-               "add "
-               "a term that damps short waves, such as a Laplacian";
+        return "waves of any length, however short, grow about the references, so results depend on the grid; add a "
+               "term that damps short waves, such as a Laplacian";
     const double cut = waves.cut_at(found.angle),
                  shortest = cut * std::exp2(static_cast<double>(found.step) / per_octave);
     int factor = 2;

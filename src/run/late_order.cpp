@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/constants.hpp"
 #include "measure/field_setting.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/steppers/linear_operator.hpp"
@@ -24,10 +25,12 @@ public:
             state_[c++][0] = reference[static_cast<std::size_t>(place)];
     }
 
-    /// Its rates, without those of no order.
-    Eigen::VectorXd rates(double t, const Eigen::VectorXd& order) {
-        return whole_rates(t, order) - whole_rates(t, Eigen::VectorXd::Zero(order.size()));
+    /// The rates of no order.
+    Eigen::VectorXd sources(double t) {
+        return whole_rates(t, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(components_.size())));
     }
+    /// Its rates, without those of no order.
+    Eigen::VectorXd rates(double t, const Eigen::VectorXd& order) { return whole_rates(t, order) - sources(t); }
     /// The order that grows fastest: its shape, of norm 1, what measures it in any order, and its rate.
     struct Mode {
         Eigen::VectorXd shape, measure;
@@ -51,13 +54,14 @@ public:
         const auto grows = [&](double size) { return mode.measure.dot(rates(t, size * mode.shape)) > 0.0; };
         double low = tiny, high = 2.0 * tiny;
         while (low < 1e9 && grows(high)) low = high, high *= 2.0;
-        if (low >= 1e9) return INFINITY;
+        if (low >= 1e9) return infinite;
         for (int half = 0; half < 50; ++half) (grows((low + high) / 2.0) ? low : high) = (low + high) / 2.0;
         return low;
     }
 
-private:
     static constexpr double tiny = 1e-6;
+
+private:
     Eigen::VectorXd whole_rates(double t, const Eigen::VectorXd& order) {
         Eigen::VectorXd found(order.size());
         for (Eigen::Index k = 0; k < found.size(); ++k) state_[components_[static_cast<std::size_t>(k)]][0] = order(k);
@@ -73,15 +77,74 @@ private:
     std::vector<int> components_;
 };
 
+/// A field that orders: a vector and the like, a scalar, or both parts of a complex one.
+struct Ordering {
+    std::string name;
+    std::vector<std::string> measured;  ///< names in observables
+    std::vector<int> components;        ///< of the state
+};
+
+std::vector<Ordering> orderings_of(const model::Equations& equations, const measure::FieldSetting& setting) {
+    std::vector<Ordering> all;
+    for (const measure::MeasuredField& field : setting.fields) {
+        if (field.first >= setting.of_state) continue;
+        const model::Field& declared = equations.model().fields[field.field];
+        if (declared.part == model::Part::imaginary && !all.empty() && all.back().name + "_im" == field.name) {
+            all.back().measured.push_back(field.name);
+            all.back().components.push_back(field.first);
+        } else if (field.spin > 0) {
+            all.push_back({field.name, {field.name}, {field.first, field.first + 1}});
+        } else if (declared.reference == 0.0 && declared.part != model::Part::imaginary) {
+            const bool is_real_part = declared.part == model::Part::real;
+            all.push_back(
+                {field.name.substr(0, field.name.size() - (is_real_part ? 3 : 0)), {field.name}, {field.first}});
+        }
+    }
+    return all;
+}
+
+std::vector<int> components_of(const std::vector<Ordering>& orderings) {
+    std::vector<int> components;
+    for (const Ordering& one : orderings)
+        components.insert(components.end(), one.components.begin(), one.components.end());
+    return components;
+}
+
+/// Their part of a vector with a number for each component.
+double part_of(const Eigen::VectorXd& all, const std::vector<Ordering>& orderings, std::size_t n) {
+    Eigen::Index begin = 0;
+    for (std::size_t k = 0; k < n; ++k) begin += static_cast<Eigen::Index>(orderings[k].components.size());
+    return all.segment(begin, static_cast<Eigen::Index>(orderings[n].components.size())).norm();
+}
+
+/// Without those that do not rest at 0.
+std::vector<Ordering> without_sources(const std::vector<Ordering>& all, UniformOrder& order, double end) {
+    std::vector<Ordering> kept;
+    Eigen::VectorXd sources = order.sources(0.0).cwiseAbs().cwiseMax(order.sources(end).cwiseAbs());
+    const double negligible =
+        1e-3 * order.rates(0.0, UniformOrder::tiny * Eigen::VectorXd::Ones(sources.size())).norm();
+    for (std::size_t n = 0; n < all.size(); ++n)
+        if (all[n].components.size() > 1 || part_of(sources, all, n) <= negligible) kept.push_back(all[n]);
+    return kept;
+}
+
 /// The root mean square of a field over the cell at the end.
-double last_size(const files::ArchiveReader& archive, const model::Equations& equations,
-                 const measure::MeasuredField& field) {
-    const std::vector<double> variances = series_of(archive, "variance_" + field.name);
-    if (variances.empty()) return INFINITY;
+double last_size(const files::ArchiveReader& archive, const model::Equations& equations, const Ordering& ordering) {
     const auto series = [&](const std::string& name) { return series_of(archive, name); };
-    const model::UniformState means = sampled_means(equations, series, variances.size() - 1).back();
-    const auto x = static_cast<std::size_t>(equations.state_components()[static_cast<std::size_t>(field.first)]);
-    return std::sqrt(means[x] * means[x] + means[x + 1] * means[x + 1] + variances.back());
+    double square = 0.0;
+    std::size_t samples = 0;
+    for (const std::string& name : ordering.measured) {
+        const std::vector<double> variances = series("variance_" + name);
+        if (variances.empty()) return infinite;
+        square += variances.back();
+        samples = variances.size();
+    }
+    const model::UniformState means = sampled_means(equations, series, samples - 1).back();
+    for (const int component : ordering.components) {
+        const auto at = static_cast<std::size_t>(equations.state_components()[static_cast<std::size_t>(component)]);
+        square += means[at] * means[at];
+    }
+    return std::sqrt(square);
 }
 }  // namespace
 
@@ -93,17 +156,16 @@ void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene,
     if (what.equations.has_noise() || (!is_given && placed_term_of(scene, what.equations).empty()) ||
         stays_at_start(scene, what.equations) || calls_program(scene))
         return;
-    measure::FieldSetting setting = measure::make_field_setting(what.equations, scene.grid, what.kept_degree);
-    std::erase_if(setting.fields, [&](const measure::MeasuredField& field) {
-        return field.spin == 0 || field.first >= setting.of_state;
-    });
-    std::vector<int> components;
-    for (const measure::MeasuredField& field : setting.fields)
-        components.insert(components.end(), {field.first, field.first + 1});
-    if (components.empty()) return;
-    const numerics::Grid& grid = scene.grid;
-    UniformOrder order(what, {std::min(grid.nx, 8), std::min(grid.ny, 8), grid.lx, grid.ly}, components);
-    const double end = scene.time.end, first = order.fastest(0.0).rate;
+    const numerics::Grid grid{std::min(scene.grid.nx, 8), std::min(scene.grid.ny, 8), scene.grid.lx, scene.grid.ly};
+    const double end = scene.time.end;
+    std::vector<Ordering> orderings =
+        orderings_of(what.equations, measure::make_field_setting(what.equations, scene.grid, what.kept_degree));
+    if (orderings.empty()) return;
+    UniformOrder all(what, grid, components_of(orderings));
+    orderings = without_sources(orderings, all, end);
+    if (orderings.empty()) return;
+    UniformOrder order(what, grid, components_of(orderings));
+    const double first = order.fastest(0.0).rate;
     const UniformOrder::Mode last = order.fastest(end);
     const bool is_ramp = std::abs(last.rate - first) > 1e-6 * std::abs(first);
     double exponent = 0.0;  // of the growth since the onset
@@ -112,17 +174,16 @@ void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene,
         exponent = std::max(0.0, exponent + order.fastest(end * (part - 0.5) / parts).rate * end / parts);
     constexpr double min_exponent = 0.5, far = 0.1;  // of the exponent, and of the order
     if (!(is_given || is_ramp) || exponent <= min_exponent || !(last.rate > 0.0)) return;
-    Eigen::Index at = 0;  // the first field that grows: others follow
-    while (last.shape.segment<2>(2 * at).norm() < 1e-3) ++at;
-    const measure::MeasuredField& field = setting.fields[static_cast<std::size_t>(at)];
-    const double whole = order.saturated(end, last) * last.shape.segment<2>(2 * at).norm(),
-                 size = last_size(archive, what.equations, field);
+    std::size_t at = 0;  // the first field that grows: others follow
+    while (part_of(last.shape, orderings, at) < 1e-3) ++at;
+    const double whole = order.saturated(end, last) * part_of(last.shape, orderings, at),
+                 size = last_size(archive, what.equations, orderings[at]);
     if (!std::isfinite(whole) || size >= far * whole) return;
     warnings.push_back(
-        text("{} is {:.2g} at the end, far below the {:.2g} at which it saturates: without noise it has grown since "
-             "its onset by a factor of {:.2g} at most, from what the start contains, at {:.3g} /s at the end; choose "
-             "{}, a larger initial.amplitude, or noise",
-             field.name, size, whole, std::exp(exponent), last.rate,
+        text("{} is {:.2g} at the end, far below the {:.2g} at which it saturates: without noise it only grows from "
+             "what the start contains, by a factor of at most {:.2g} since its onset, and at {:.3g} /s at the end; "
+             "choose {}, a larger initial.amplitude, or noise",
+             orderings[at].name, size, whole, std::exp(exponent), last.rate,
              is_ramp      ? "a longer run, or a slower change in time"
              : size > 0.0 ? text("time.end = {:.3g}", end + 1.5 * std::log(whole / size) / last.rate)
                           : "another initial.kind"));

@@ -43,26 +43,21 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     const std::string what = text("packing.file = \"{}\"", packing.file);
     require(!packing.file.empty(), io::locate(scene, "packing.kind"),
             "packing.kind = \"file\" without packing.file; expected an archive of a run of the same bodies");
-    std::optional<files::ArchiveReader> archive;
-    try {
-        archive.emplace(file_beside(scene, packing.file));
-    } catch (const Error& error) {
-        throw Error(error.fault(), where, text("packing.file: {}", error.what()));
-    }
-    require(io::has_trajectory(*archive), where,
+    const files::ArchiveReader archive = named_archive(scene, "packing.file", packing.file);
+    require(io::has_trajectory(archive), where,
             "{} holds no trajectory; expected an archive of a run of the same bodies", what);
-    const auto frames = static_cast<int>(io::frame_count(*archive));
+    const auto frames = static_cast<int>(io::frame_count(archive));
     require(frames >= 1 && packing.frame < frames && packing.frame >= -1, io::locate(scene, "packing.frame"),
             "packing.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last", packing.frame,
             frames - 1);
     const auto frame = static_cast<std::size_t>(packing.frame < 0 ? frames - 1 : packing.frame);
     dem::Bodies bodies = bodies_of(scene);
-    io::read_bodies(*archive, frame, bodies, what, where);
-    const io::Scene source = io::parse_scene(archive->text_attribute("scene"), packing.file);
+    io::read_bodies(archive, frame, bodies, what, where);
+    const io::Scene source = io::parse_scene(archive.text_attribute("scene"), packing.file);
     const std::string theirs = cell_text(source.particles.cell), ours = cell_text(scene.particles.cell);
     require(theirs == ours, where, "{} lies in a {} and this scene in a {}; expected the same cell", what, theirs,
             ours);
-    const double time = archive->read(std::string(io::spheres_group) + "/position/time").values.at(frame);
+    const double time = archive.read(std::string(io::spheres_group) + "/position/time").values.at(frame);
     const dem::PlateState now = dem::PlateMotion(scene.particles.plates).base(),
                           then = dem::PlateMotion(source.particles.plates, time).base();
     const double lift = now.height - then.height, push = -then.velocity;
@@ -196,8 +191,8 @@ ScheduledRecording ParticleSimulation::samples() {
 void ParticleSimulation::check_health(std::int64_t step) {
     if (std::isfinite(world_.energy_kinetic())) return;
     fail_run(
-        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}; the last checkpoint is good to "
-        "restart from",
+        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}; restart from the last "
+        "checkpoint",
         step, static_cast<double>(step) * scene_.time.dt, world_.non_finite());
 }
 
@@ -266,13 +261,13 @@ namespace {
 std::vector<std::string> pairwise_warnings(const io::Scene& scene) {
     constexpr double max_dt = 2e-5, max_rod_step = 2e-6, frequency = 200.0;
     const double faster = std::max(1.0, scene.particles.plates.frequency / frequency);
-    const bool rods = scene.particles.rods.count > 0 || scene.particles.rods.area_fraction > 0.0;
-    std::string words;
-    if (scene.time.dt * faster > max_dt) words = text("time.dt = {} s", scene.time.dt);
+    const bool rods = scene.particles.rods.any();
+    std::vector<std::string> long_steps;
+    if (scene.time.dt * faster > max_dt) long_steps.push_back(text("time.dt = {} s", scene.time.dt));
     if (rods && std::min(scene.particles.contacts.rod_step, scene.time.dt) * faster > max_rod_step)
-        words += text("{}contacts.rod_step = {} s", words.empty() ? "" : " and ", scene.particles.contacts.rod_step);
-    if (words.empty()) return {};
-    return {words +
+        long_steps.push_back(text("contacts.rod_step = {} s", scene.particles.contacts.rod_step));
+    if (long_steps.empty()) return {};
+    return {joined(long_steps, " and ") +
             text(" at plates.frequency = {} /s: longer than the steps (time.dt = {} s, contacts.rod_step = {} s, "
                  "plates of {} /s) below which the pairwise law has converged; its rods change speed and "
                  "direction with longer ones",
@@ -287,20 +282,20 @@ std::vector<std::string> step_warnings(const io::Scene& scene) {
                      max_threshold = 0.1;
     const double faster = std::max(1.0, scene.particles.plates.frequency / frequency);
     const double dt = scene.time.dt * faster, substep = scene.particles.contacts.substep * faster;
-    const bool rods = scene.particles.rods.count > 0 || scene.particles.rods.area_fraction > 0.0;
-    std::string words;
+    const bool rods = scene.particles.rods.any();
+    std::vector<std::string> outside;
     if (dt < min_dt || dt > max_dt)
-        words = text("time.dt = {} s at plates.frequency = {} /s", scene.time.dt, scene.particles.plates.frequency);
+        outside.push_back(
+            text("time.dt = {} s at plates.frequency = {} /s", scene.time.dt, scene.particles.plates.frequency));
     if (rods && substep > max_substep)
-        words += text("{}contacts.substep = {} s", words.empty() ? "" : " and ", scene.particles.contacts.substep);
+        outside.push_back(text("contacts.substep = {} s", scene.particles.contacts.substep));
     if (const double gap = scene.particles.contacts.simultaneity_gap; gap > max_gap)
-        words += text("{}contacts.simultaneity_gap = {} mm (above {})", words.empty() ? "" : " and ", gap, max_gap);
+        outside.push_back(text("contacts.simultaneity_gap = {} mm (above {})", gap, max_gap));
     if (const double threshold = scene.particles.contacts.inelastic_threshold; threshold > max_threshold)
-        words += text("{}contacts.inelastic_threshold = {} (above {})", words.empty() ? "" : " and ", threshold,
-                      max_threshold);
-    if (words.empty()) return {};
+        outside.push_back(text("contacts.inelastic_threshold = {} (above {})", threshold, max_threshold));
+    if (outside.empty()) return {};
     return {
-        words +
+        joined(outside, " and ") +
         text(": outside the range of the time-step study ({} to {} s, substep at most {} s, plates of {} /s): compare "
              "with a run of half the step",
              min_dt, max_dt, max_substep, frequency)};
@@ -312,8 +307,7 @@ std::vector<std::string> particle_warnings(const io::Scene& scene) {
     for (std::string& warning : step_warnings(scene)) warnings.push_back(std::move(warning));
     const dem::Setup& setup = scene.particles;
     const dem::BodyForces& forces = setup.forces;
-    const bool has_beads = setup.beads.count > 0 || setup.beads.area_fraction > 0.0,
-               has_rods = setup.rods.count > 0 || setup.rods.area_fraction > 0.0;
+    const bool has_beads = setup.beads.any(), has_rods = setup.rods.any();
     if (!has_rods && (forces.torque != 0.0 || forces.rod_x != 0.0 || forces.rod_y != 0.0))
         warnings.emplace_back("forces.torque, rod_x and rod_y have no effect without rods");
     if (!has_beads && (forces.push != 0.0 || forces.bead_x != 0.0 || forces.bead_y != 0.0))

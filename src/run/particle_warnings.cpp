@@ -75,8 +75,8 @@ std::vector<std::string> unit_warnings(const dem::Setup& setup) {
         for (const double one : diameters)
             if (is_there) smallest = std::min(smallest, one);
     };
-    add(setup.beads.count > 0 || setup.beads.area_fraction > 0.0, setup.beads.diameters);
-    add(setup.rods.count > 0 || setup.rods.area_fraction > 0.0, setup.rods.diameters);
+    add(setup.beads.any(), setup.beads.diameters);
+    add(setup.rods.any(), setup.rods.diameters);
     if (plates.amplitude <= smallest) return {};
     return {
         text("plates.amplitude = {} mm exceeds the diameter of the smallest body, {} mm; expected a small part of "
@@ -115,9 +115,9 @@ std::vector<std::string> scatter_warnings(const measure::Paths& paths) {
     const double scatter = measure::speeds_along(paths.rods, paths.angles, paths.spacing).scatter;
     if (!(scatter > max_scatter)) return {};  // NaN: not known
     return {
-        text("the mean speeds of rods differ by {:.2g} times their errors over time, as of rods of different sizes or "
-             "gaits: errors that are over time alone, such as that of rod_velocity_along, hold for these rods, and "
-             "other seeds differ by more; give several (drover sweep --seeds)",
+        text("the mean speeds of rods differ by {:.2g} times their errors over time, as they do for rods of different "
+             "sizes or gaits: errors over time alone, such as that of rod_velocity_along, hold for these rods only, "
+             "and other seeds differ by more; run several seeds (drover sweep --seeds)",
              scatter)};
 }
 

@@ -1,23 +1,18 @@
 // run/provenance.cpp: versions, host and time.
 #include "run/provenance.hpp"
 
-#include <unistd.h>
-
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 
 #include "drover/base/version.hpp"
 #include "drover/numerics/transform.hpp"
+#include "files/claims.hpp"
 #include "numerics/steppers/sundials_stepper.hpp"
 
 namespace drover::run {
 
 namespace {
-std::string host_name() {
-    char name[256] = {};
-    return gethostname(name, sizeof(name) - 1) == 0 ? name : "unknown";
-}
-
 std::string utc_now() {
     const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
     std::tm parts = {};
@@ -38,17 +33,10 @@ std::string this_program() {
 }
 
 std::string program_of(const files::ArchiveReader& archive) {
-    std::string version, commit;
-    std::int64_t is_changed = 0;
-    for (const auto& [name, value] : archive.attributes()) {
-        if (const auto* words = std::get_if<std::string>(&value)) {
-            if (name == "drover_version") version = *words;
-            if (name == "drover_commit") commit = *words;
-        } else if (const auto* number = std::get_if<std::int64_t>(&value)) {
-            if (name == "drover_commit_dirty") is_changed = *number;
-        }
-    }
-    return program_text(version, commit, is_changed != 0);
+    const std::vector<files::Attribute> attributes = archive.attributes();
+    const files::Attribute changed{"drover_commit_dirty", std::int64_t{1}};
+    return program_text(files::text_in(attributes, "drover_version"), files::text_in(attributes, "drover_commit"),
+                        std::ranges::find(attributes, changed) != attributes.end());
 }
 
 std::vector<files::Attribute> provenance(const io::Scene& scene, int threads, const std::string& what) {
@@ -63,7 +51,7 @@ std::vector<files::Attribute> provenance(const io::Scene& scene, int threads, co
             {"scene_file", std::filesystem::path(scene.file).filename().string()},
             {"seed", scene.run.seed},
             {"threads", std::int64_t{threads}},
-            {"host", host_name()},
+            {"host", files::host_name()},
             {"start_time", utc_now()}};
 }
 

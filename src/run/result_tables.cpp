@@ -1,7 +1,6 @@
 // run/result_tables.cpp: a result as the tables of an archive: nested lists become arrays.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "drover/base/text.hpp"
@@ -201,26 +200,21 @@ void add_list(const List& list, const std::string& group, Tables& tables) {
 }  // namespace
 
 namespace {
-void rename(files::ResultTable& table, const io::Units& units) {
-    for (files::Axis& axis : table.axes) axis.unit = io::renamed(axis.unit, units);
-    for (files::Quantity& quantity : table.quantities) quantity.unit = io::renamed(quantity.unit, units);
-}
-
 void rename(Record& record, const io::Units& units) {
-    for (Entry& entry : record.entries) entry.unit = io::renamed(entry.unit, units);
+    io::rename_units(record.entries, units);
     for (auto& [name, part] : record.parts) rename(part, units);
     for (List& list : record.lists)
         for (Record& row : list.rows) rename(row, units);
-    rename(record.maps, units);
+    io::rename_units(record.maps.axes, units);
+    io::rename_units(record.maps.quantities, units);
 }
 }  // namespace
 
 Result with_units(Result result, const io::Units& units) {
     rename(result.root, units);
     if (result.frames) {
-        files::Recording& recording = result.frames->recording;
-        for (files::Axis& axis : recording.axes) axis.unit = io::renamed(axis.unit, units);
-        for (files::Quantity& quantity : recording.quantities) quantity.unit = io::renamed(quantity.unit, units);
+        io::rename_units(result.frames->recording.axes, units);
+        io::rename_units(result.frames->recording.quantities, units);
     }
     return result;
 }

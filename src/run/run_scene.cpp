@@ -112,7 +112,7 @@ Needs needs_of(const io::Scene& given) {
     io::Scene scene = given;
     if (scene.time.dt == 0.0) scene.time.dt = io::longest_step(scene);
     std::error_code problem;
-    const std::filesystem::space_info space = std::filesystem::space(folder_of(archive_path(scene)), problem);
+    const std::filesystem::space_info space = std::filesystem::space(files::folder_of(archive_path(scene)), problem);
     return {.memory_bytes = simulation_type_of(scene).memory_bytes(scene),
             .disk_bytes = simulation_type_of(scene).disk_bytes(scene),
             .memory_free = static_cast<double>(memory_available()),
@@ -138,6 +138,7 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
                   .name = text("output.file = \"{}\"", path.string()),
                   .overwrite = options.overwrite},
                  inputs_of(scene));
+    files::require_checkpoint_names(path);
 }
 
 namespace {
@@ -207,7 +208,7 @@ std::optional<io::Scene> scene_not_begun(const std::filesystem::path& path, std:
     const std::string name = path.string() + " (its scene)", stored = archive.text_attribute("scene");
     reject_other_changes(overrides, io::parse_scene(stored, name, {}, options.functions));
     io::Scene scene = io::parse_scene(stored, name, overrides, options.functions);
-    scene.file = (folder_of(path) / archive.text_attribute("scene_file")).string();
+    scene.file = (files::folder_of(path) / archive.text_attribute("scene_file")).string();
     scene.output.file = path.string();
     return scene;
 }

@@ -57,9 +57,10 @@ void require_same_run(const files::ArchiveReader& archive, const std::filesystem
                       const files::Checkpoint& checkpoint) {
     const std::string found = difference_of_runs(archive, file, checkpoint);
     if (found.empty()) return;
-    throw MixedFiles(file, text("the archive and the checkpoint beside it are of two runs: {}; expected both of one "
-                                "run: put back the one that was replaced, or run the scene again",
-                                found));
+    throw MixedFiles(file,
+                     text("the archive and the checkpoint beside it belong to different runs: {}; expected both of "
+                          "one run: put back the file that was replaced, or run the scene again",
+                          found));
 }
 
 void require_archive_of(const io::Scene& scene, const std::filesystem::path& file, End end) {
@@ -79,8 +80,8 @@ void require_archive_of(const io::Scene& scene, const std::filesystem::path& fil
         expected.particles.packing.file = found.particles.packing.file;
     const std::string difference = difference_of_scenes(found, expected, end, "the run of this name");
     if (difference.empty()) return;
-    throw MixedFiles(file, text("the archive is of another run: {}; expected the one that was written here: put it "
-                                "back, or remove this file and what is beside it to repeat the run",
+    throw MixedFiles(file, text("the archive belongs to another run: {}; expected the one that was written here: put "
+                                "it back, or remove this file and the files beside it to repeat the run",
                                 difference));
 }
 

@@ -60,7 +60,7 @@ std::string key_of_term(const io::Scene& scene, const model::Equations& equation
 /// The terms that have powers, in the order of model::EnergyBudget: by the keys of their coefficients, or as they are
 /// written, after the symbol of their field where several fields have terms.
 std::vector<std::string> names_of_terms(const io::Scene& scene, const model::Equations& equations);
-/// Where tables of coefficients end that hold their outermost values.
+/// Where tables of coefficients end that hold the values at their edges.
 std::vector<physics::HeldRange> held_ranges(const io::Scene& scene);
 
 /// The scene with another value of a number.

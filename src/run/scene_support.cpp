@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "files/archive_reader.hpp"
+#include "files/system_calls.hpp"
 
 namespace drover::run {
 
@@ -40,6 +41,12 @@ std::filesystem::path file_beside(const io::Scene& scene, const std::string& giv
     return path.is_relative() && std::filesystem::exists(in_folder) ? in_folder : path;
 }
 
+files::ArchiveReader named_archive(const io::Scene& scene, const std::string& key, const std::string& file) try {
+    return files::ArchiveReader(file_beside(scene, file));
+} catch (const Error& error) {
+    throw Error(error.fault(), io::locate(scene, key), text("{}: {}", key, error.what()));
+}
+
 std::vector<std::filesystem::path> inputs_of(const io::Scene& scene) {
     std::vector<std::filesystem::path> inputs{scene.file};
     for (const std::string& given : {scene.initial.file, scene.particles.packing.file, scene.calibrated.table})
@@ -47,12 +54,8 @@ std::vector<std::filesystem::path> inputs_of(const io::Scene& scene) {
     return inputs;
 }
 
-std::filesystem::path folder_of(const std::filesystem::path& file) {
-    return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
-}
-
 void require_folder_of(const OutputFile& output) {
-    const std::filesystem::path folder = folder_of(output.path);
+    const std::filesystem::path folder = files::folder_of(output.path);
     std::error_code problem;
     require(std::filesystem::is_directory(folder, problem), output.where,
             "{}: the folder \"{}\" does not exist; make it first", output.name, folder.string());

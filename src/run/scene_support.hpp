@@ -62,6 +62,9 @@ std::vector<measure::RecordedSeries> read_series(const files::ArchiveReader& arc
 /// A file named in a scene: in the folder of the scene if it exists there, else as given.
 std::filesystem::path file_beside(const io::Scene& scene, const std::string& given);
 
+/// The archive that a key of a scene names.  Throws an Error at its place.
+files::ArchiveReader named_archive(const io::Scene& scene, const std::string& key, const std::string& file);
+
 /// The files that a scene is read from: itself, a start, a table of coefficients.
 std::vector<std::filesystem::path> inputs_of(const io::Scene& scene);
 
@@ -72,8 +75,6 @@ struct OutputFile {
     std::string name;      ///< "--output x.h5"
     bool overwrite = false;
 };
-
-std::filesystem::path folder_of(const std::filesystem::path& file);
 
 /// Throws an input Error unless the folder of the file exists.
 void require_folder_of(const OutputFile& output);

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <optional>
 
+#include "base/constants.hpp"
 #include "calibrate/counterterm.hpp"
 #include "io/names_used.hpp"
 #include "model/start.hpp"
@@ -56,7 +56,7 @@ bool is_linear_when_uniform(const model::Equations& equations) {
 /// Growth of linear equations, or of uniform deviations that obey such.
 void add_growth(const io::Scene& scene, const model::Equations& equations, const numerics::System& system,
                 std::vector<std::string>& warnings) {
-    numerics::FastestGrowth growth{.rate = -std::numeric_limits<double>::infinity()};
+    numerics::FastestGrowth growth{.rate = -infinite};
     if (!equations.has_nonlinear_part()) growth = numerics::fastest_growth(system);
     else
         for (const numerics::Block& block : {system.linear(0.0).even, system.linear(0.0).odd})
@@ -98,14 +98,15 @@ void add_saturation_by_waves(const io::Scene& scene, int degree, std::vector<std
     const double part = calibrate::part_of_waves(scene.model, {scene.grid, degree});
     if (!has_counterterm && part > max_without)
         warnings.push_back(text(
-            "the noise of the waves of this grid saturates the order, as if it decayed {:.3g} times as fast: rods of "
-            "the table do not, and the order falls as the grid is refined; set approximation.counterterm = true",
+            "noise in the Fourier modes of this grid saturates the order, as if it decayed {:.3g} times as fast; the "
+            "rods of the table show no such effect, and the order falls as the grid is refined: set "
+            "approximation.counterterm = true",
             1.0 + part));
     if (has_counterterm && part > max_part)
         warnings.push_back(text(
-            "approximation.counterterm takes {:.3g} times the decay of order from it, so that order grows by itself: "
-            "it is of first order, and right where it takes a small part; expected fewer waves for each rod, that is "
-            "a coarser grid",
+            "approximation.counterterm subtracts {:.3g} times the decay rate of the order, so that order grows by "
+            "itself: the counterterm is a first-order correction, valid only where it is small; choose a coarser grid, "
+            "which has fewer modes per rod",
             part));
 }
 }  // namespace
@@ -135,8 +136,8 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
         part > 1.0 && scene.time.tolerance == 0.0)
         warnings.push_back(text(
             "the terms that name an axis, or depend on position or time, change the waves of the grid at up to {:.3g} "
-            "/s: {:.3g} in a step of time.dt = {}; expected less than 1, or the run may diverge: choose time.dt = "
-            "{:.2g}, or a coarser grid",
+            "/s: {:.3g} in a step of time.dt = {}; expected less than 1, otherwise the run may diverge: choose "
+            "time.dt = {:.2g}, or a coarser grid",
             rate, part, scene.time.dt, scene.time.dt / (2.0 * part)));
     add_growth(scene, equations, system, warnings);
     if (stays_at_start(scene, equations)) {

@@ -48,7 +48,7 @@ void SessionState::advance(std::int64_t steps, const std::function<void()>& poll
 }
 
 Report SessionState::report() const {
-    require(step_ > 0, {}, "the run is at its start, of which there are no means; advance it first");
+    require(step_ > 0, {}, "the run has taken no steps yet, so there are no means; advance it first");
     io::Scene until_now = scene_;
     until_now.time.end = time();
     until_now.output.frame_every = 0.0;

@@ -10,17 +10,13 @@
 namespace drover::run {
 
 namespace {
-void rename_units(std::vector<files::Axis>& axes, std::vector<files::Quantity>& quantities, const io::Units& units) {
-    for (files::Axis& axis : axes) axis.unit = io::renamed(axis.unit, units);
-    for (files::Quantity& quantity : quantities) quantity.unit = io::renamed(quantity.unit, units);
-}
-
 /// Simulations and reports whose units have the names of the scene.
 template <auto make>
 std::unique_ptr<Simulation> simulation_of(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
     std::unique_ptr<Simulation> simulation = make(scene, threads, saved);
     for (ScheduledRecording& scheduled : simulation->recordings) {
-        rename_units(scheduled.recording.axes, scheduled.recording.quantities, scene.units);
+        io::rename_units(scheduled.recording.axes, scene.units);
+        io::rename_units(scheduled.recording.quantities, scene.units);
         scheduled.recording.time_unit = io::renamed("s", scene.units);
     }
     return simulation;
@@ -29,10 +25,8 @@ std::unique_ptr<Simulation> simulation_of(const io::Scene& scene, Threads& threa
 template <auto make>
 Report report_of(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
     Report report = make(archive, scene, theory);
-    for (measure::SummaryRow& row : report.summary.rows) {
-        row.unit = io::renamed(row.unit, scene.units);
-        for (measure::Axis& axis : row.axes) axis.unit = io::renamed(axis.unit, scene.units);
-    }
+    io::rename_units(report.summary.rows, scene.units);
+    for (measure::SummaryRow& row : report.summary.rows) io::rename_units(row.axes, scene.units);
     return report;
 }
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "base/log.hpp"
 #include "drover/base/threads.hpp"
@@ -129,13 +128,7 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
 }  // namespace
 
 numerics::Fields frame_of_file(const io::Scene& scene, const std::vector<FrameField>& fields, int degree) {
-    std::optional<files::ArchiveReader> archive;
-    try {
-        archive.emplace(file_beside(scene, scene.initial.file));
-    } catch (const Error& error) {
-        throw Error(error.fault(), io::locate(scene, "initial.file"), text("initial.file: {}", error.what()));
-    }
-    return frame_of(*archive, scene, fields, degree);
+    return frame_of(named_archive(scene, "initial.file", scene.initial.file), scene, fields, degree);
 }
 
 }  // namespace drover::run

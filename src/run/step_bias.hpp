@@ -1,12 +1,12 @@
 // run/step_bias.hpp: what the time step changes in each observable of a run.
 #pragma once
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "io/scene.hpp"
 #include "numerics/steppers/effort.hpp"
 #include "run/field_problem.hpp"
@@ -19,7 +19,7 @@ double effort_of_estimates(const io::Scene& scene);
 /// The part of it for the error of the fields, which pilots need whatever it costs.  The rest is for the biases.
 double effort_of_step_error(const io::Scene& scene);
 /// Of a pilot.
-inline constexpr double effort_of_pilots = std::numeric_limits<double>::infinity();
+inline constexpr double effort_of_pilots = infinite;
 
 /// What a step bias takes from its run, which outlives it.
 struct BiasedRun {

@@ -195,7 +195,7 @@ public:
         std::string words = text("at the shortest step tried, {:.3g} s, {}", shortest_, failure_);
         if (tail > max_spectral_tail)
             words += text("; {:.2g} of the variance of {} is in the shortest waves of the grid: choose {}{}", tail,
-                          field, grid_keys(pilot_.grid, 2), is_noisy_ ? " where the noise does not explain that" : "");
+                          field, grid_keys(pilot_.grid, 2), is_noisy_ ? ", unless the noise explains this" : "");
         return words;
     }
 

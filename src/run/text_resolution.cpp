@@ -16,6 +16,7 @@
 #include "numerics/fields/wavenumbers.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/field_problem.hpp"
+#include "run/growing_waves.hpp"
 #include "run/scene_equations.hpp"
 
 namespace drover::run {
@@ -207,11 +208,10 @@ std::optional<std::string> space_warning(const io::Scene& scene) {
             if (error.aliased <= max_aliased * error.all && error.lost <= max_lost * error.all) continue;
             const double wrong = std::min(1.0, std::sqrt((error.aliased + error.lost) / std::max(error.all, 1e-300)));
             return text(
-                "the grid does not resolve a term written as text: the rate of {} that it gives is wrong by {:.2g} of "
-                "its waves, beside twice the grid (terms of x and y): choose {}, or a smoother text",
-                components[first].name, wrong,
-                grid.ny == 1 ? text("grid.nx = {}", finer.nx)
-                             : text("grid.nx = {} and grid.ny = {}", finer.nx, finer.ny));
+                "the grid does not resolve a term written as text: the relative error of the rate of {} is {:.2g}, "
+                "compared with twice the points along each axis (terms in x and y): choose {}, or a smoother "
+                "expression",
+                components[first].name, wrong, grid_keys(finer));
         }
     }
     return std::nullopt;
@@ -361,8 +361,8 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
     constexpr double max_wrong = 0.03;  // a switch in the middle of 100 steps is wrong by 0.02, and its fields by less
     if (worst <= max_wrong) return std::nullopt;
     return text(
-        "time.dt = {} does not resolve a term written as text of t: what its steps add up is wrong by {:.2g} of its "
-        "change, in the steps from t = {:.6g} s on: choose time.dt = {:.3g}, or a slower text",
+        "time.dt = {} does not resolve the time dependence of a term written as text: its integral over the steps is "
+        "wrong by {:.2g} of its change, from t = {:.6g} s on: choose time.dt = {:.3g}, or a slower variation",
         dt, std::min(worst, 1.0), worst_time, dt / 4.0);
 }
 }  // namespace

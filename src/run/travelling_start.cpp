@@ -87,8 +87,8 @@ numerics::TravellingState find_state(const TravellingGuess& from, numerics::Trav
                 from.speed ? solver.find(settled, from.speed) : nearest_state(settled, solver);
             if (found.change > far)
                 log_warning(
-                    "the state differs from its guess by {:.2g} of the variation of the guess, so that it may "
-                    "be on another branch than the one meant; expected less than {}: give a nearer guess, --speed, or "
+                    "the state differs from its guess by {:.2g} of the variation of the guess, so it may lie on a "
+                    "different branch from the one intended; expected less than {}: give a closer guess, --speed, or "
                     "--settle",
                     found.change, far);
             if (!problem.empty()) log_information("the state was found from a guess that settled for {} s", duration);

@@ -287,9 +287,9 @@ void add_few_particles(const files::ArchiveReader& archive, const io::Scene& sce
         const std::vector<double> minima = series_of(archive, "min_" + field.name);
         const auto below = std::count_if(minima.begin(), minima.end(), [](double value) { return value < 0.0; });
         warnings.push_back(
-            text("the noise of {} depends on {}, whose shortest waves fluctuate as with {:.2g} particles for each kept "
-                 "mode{}; expected {} or more, or Gaussian noise does not describe particles: choose a coarser grid or "
-                 "a larger density",
+            text("the noise of {} depends on {}, whose shortest waves fluctuate like {:.2g} particles for each kept "
+                 "mode{}; expected {} or more, since Gaussian noise does not describe fewer particles: choose a "
+                 "coarser grid or a larger density",
                  field.name, field.symbol, particles,
                  below > 0 ? text(", and it is below 0 somewhere in {} of {} samples", below, minima.size()) : "",
                  fewest));
@@ -370,9 +370,10 @@ void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene,
             far.push_back(text("{} = {:.3g}", components[c].name, mean_of(c)));
     if (far.empty()) return;
     warnings.push_back(
-        text("a step of time.dt = {} makes less than half of the slow changes about the last means ({}): the exact "
-             "linear part is that about other values, fast here, and the other terms nearly cancel it, which "
-             "step_error does not see; set these means as references of the fields, or choose a shorter time.dt",
+        text("a step of time.dt = {} reproduces less than half of the slow changes about the last means ({}): the "
+             "exact linear part is taken about other values, is fast here and is nearly cancelled by the other terms, "
+             "an error that step_error does not detect; set these means as references of the fields, or choose a "
+             "shorter time.dt",
              scene.time.dt, joined(far)));
 }
 

@@ -1,10 +1,10 @@
 // theory/boundary.cpp: lines on which a margin vanishes.
 #include "theory/boundary.hpp"
+#include "base/constants.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace drover::theory {
@@ -62,7 +62,7 @@ MarginOf where_valid(MarginOf margin) {
             return of(point);
         } catch (const Error& error) {
             if (!is_of_scene(error.fault())) throw;  // such as a signal
-            return {.value = std::numeric_limits<double>::quiet_NaN()};
+            return {.value = nan};
         }
     };
 }

@@ -1,9 +1,9 @@
 // theory/density_profile.cpp: the plateaus of a density.
 #include "theory/density_profile.hpp"
+#include "base/constants.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace drover::theory {
 
@@ -32,7 +32,7 @@ DensityProfile density_profile(std::span<const double> density, double lx) {
     constexpr double flat = 1e-3;  // of the range, over a quarter of the part
     const auto flattest = [&](bool is_high, std::size_t& place, bool& is_flat) {
         const std::size_t reach = (is_high ? above : n - above) / 8;
-        double smallest = std::numeric_limits<double>::infinity();
+        double smallest = infinite;
         for (std::size_t i = 0; i < n; ++i) {
             if ((density[i] > middle) != is_high) continue;
             double deviation = 0.0;

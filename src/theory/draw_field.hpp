@@ -2,9 +2,9 @@
 #pragma once
 #include <cstddef>
 #include <functional>
-#include <limits>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "numerics/algebra/contour.hpp"
 
 namespace drover::theory {
@@ -37,7 +37,7 @@ struct DrawField {
 struct BandEnds {
     double x_low = none, x_high = none, y_low = none, y_high = none;
 
-    static constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    static constexpr double none = nan;
 };
 
 /// On `cells` cells along each side, at most 40 and a multiple of 4.

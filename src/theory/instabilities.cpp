@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "base/constants.hpp"
@@ -69,7 +68,7 @@ void set_range(const Landscape& land, Instability& found) {
     const std::vector<double>& log_q = land.log_q;
     const auto grows = [&](double x) { return land.grows(x, found.angle); };
     found.min = 0.0;
-    found.max = std::numeric_limits<double>::infinity();
+    found.max = infinite;
     const double inside = std::log(found.q);
     for (auto x = log_q.rbegin(); x != log_q.rend(); ++x)
         if (*x < inside && !grows(*x)) {
@@ -235,14 +234,14 @@ GrowingWaves growing_waves(const model::LinearisedAt& at, const GrowthSearch& se
 }
 
 double direction_diffusion(const model::LinearisedAt& at, const LongWaves& waves) {
-    if (!waves.why_none.empty()) return std::numeric_limits<double>::quiet_NaN();
+    if (!waves.why_none.empty()) return nan;
     const std::vector<int>&members = at.members(), &state = at.state_components();
     Eigen::VectorXd turn = Eigen::VectorXd::Zero(at.mass_density().size());  // of the state, by an angle
     for (const auto& [field, first] : model::placed_fields(at.equations().model()))
         if (field.spin > 0)
             turn.segment<2>(static_cast<Eigen::Index>(first)) << -field.spin * at.about()[first + 1],
                 field.spin * at.about()[first];
-    if (at.equations().placed_noise() != nullptr) return std::numeric_limits<double>::quiet_NaN();
+    if (at.equations().placed_noise() != nullptr) return nan;
     const Eigen::VectorXd mass_density = at.mass_density()(members);
     const Eigen::VectorXd amplitudes = waves.left * mass_density.cwiseProduct(turn(members));  // a turn is a slow mode
     Eigen::MatrixXd by_rates = Eigen::MatrixXd::Zero(waves.left.rows(), at.mass_density().size());
@@ -253,7 +252,7 @@ double direction_diffusion(const model::LinearisedAt& at, const LongWaves& waves
     const double diffusion = angle.dot(driven * angle);
     // The noise may drive another slow mode as well, such as the turn of an order of its own.
     const Eigen::MatrixXd of_turn = diffusion * amplitudes * amplitudes.transpose();
-    if ((driven - of_turn).norm() > 1e-6 * driven.norm()) return std::numeric_limits<double>::quiet_NaN();
+    if ((driven - of_turn).norm() > 1e-6 * driven.norm()) return nan;
     return 0.5 * diffusion;
 }
 

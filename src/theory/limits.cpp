@@ -1,17 +1,15 @@
 // theory/limits.cpp: margins of the limits of stability, and regimes from them.
 #include "theory/limits.hpp"
+#include "base/constants.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace drover::theory {
 
 namespace {
-constexpr double no_margin = std::numeric_limits<double>::quiet_NaN();
-
 constexpr std::array limits{std::pair{Limit::onset, "onset"}, std::pair{Limit::phase_separation, "phase-separation"},
                             std::pair{Limit::banding, "banding"}, std::pair{Limit::oblique, "oblique"}};
 
@@ -49,7 +47,7 @@ private:
 Margin min_over_angles(const SlowMargin& slow, bool quarter) {
     const int samples = quarter ? 18 : 36;  // every 5 degrees of a quarter or of half a turn
     constexpr double quarter_turn = std::numbers::pi / 2.0, step = quarter_turn / 18.0;
-    Margin lowest{.value = std::numeric_limits<double>::infinity(), .angle = step};
+    Margin lowest{.value = infinite, .angle = step};
     for (int n = 1; n <= samples; ++n)
         if (const double value = slow.at(n * step); value < lowest.value) lowest = {.value = value, .angle = n * step};
     double width = 0.5 * step;
@@ -107,28 +105,24 @@ Limit limit_of(const std::string& name) {
 Margin PointMargins::of_isotropic(Limit limit) {
     if (!isotropic_) isotropic_ = isotropic_state(theory_, means_);
     const std::optional<PointState>& rest = *isotropic_;
-    if (!rest) return {.value = no_margin};
+    if (!rest) return {.value = nan};
     const bool has_order = order_component(theory_.equations()) >= 0;
-    const double relaxation = has_order ? relaxation_of_order(theory_, *rest) : no_margin;
+    const double relaxation = has_order ? relaxation_of_order(theory_, *rest) : nan;
     if (limit == Limit::onset) return {.value = relaxation};
-    if (has_order && !(relaxation > 0.0)) return {.value = no_margin};
+    if (has_order && !(relaxation > 0.0)) return {.value = nan};
     const SlowMargin slow(rest->linear);
-    return {.value = slow.has_modes() ? slow.at(0.0) : no_margin};
+    return {.value = slow.has_modes() ? slow.at(0.0) : nan};
 }
 
 Margin PointMargins::at(Limit limit) {
     if (limit == Limit::onset || limit == Limit::phase_separation) return of_isotropic(limit);
     if (!ordered_) ordered_ = ordered_state(theory_, means_, search_);
     const std::optional<PointState>& flock = *ordered_;
-    if (!flock) return {.value = no_margin};
+    if (!flock) return {.value = nan};
     const SlowMargin slow(flock->linear);
-    if (!slow.has_modes()) return {.value = no_margin};
+    if (!slow.has_modes()) return {.value = nan};
     if (limit == Limit::oblique) return min_over_angles(slow, is_mirrored(flock->linear, search_));
     return {.value = slow.at(0.0)};
-}
-
-Margin margin(const PointTheory& theory, const model::UniformState& means, Limit limit, const OrderSearch& search) {
-    return PointMargins(theory, means, search).at(limit);
 }
 
 std::string regime_legend() {

@@ -22,18 +22,16 @@ std::string limit_name(Limit limit);
 Limit limit_of(const std::string& name);  ///< throws an input Error that lists the valid names
 const std::vector<std::string>& limit_names();
 
-/// Stability margin, exact in the limit q -> 0, by second-order perturbation theory; waves of finite length may become
-/// unstable earlier, see model/instabilities.hpp.  At onset the rate at which order decays.  NaN: the state of this
-/// limit does not exist, or rates are not finite.  Its angle is that from the direction of the state.  means: a state
-/// of all components, whose conserved means count.  Throws as LinearisedAt.
-Margin margin(const PointTheory& theory, const model::UniformState& means, Limit limit, const OrderSearch& search = {});
-
-/// The margins of one point, whose states are searched once, when they are needed first.
+/// Stability margins of one point, exact in the limit q -> 0, by second-order perturbation theory; waves of finite
+/// length may become unstable earlier, see theory/instabilities.hpp.  The states of the point are searched once, when
+/// they are needed first.
 class PointMargins {
 public:
-    /// Keeps references to all.
+    /// means: a state of all components, whose conserved means count.  Keeps references to all.
     PointMargins(const PointTheory& theory, const model::UniformState& means, const OrderSearch& search)
         : theory_(theory), means_(means), search_(search) {}
+    /// At onset the rate at which order decays.  NaN: the state of this limit does not exist, or rates are not finite.
+    /// Its angle is that from the direction of the state.  Throws as LinearisedAt.
     Margin at(Limit limit);
 
 private:

@@ -2,12 +2,13 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <utility>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
+#include "theory/uniform_equations.hpp"
 
 namespace drover::theory {
 
@@ -17,7 +18,6 @@ using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// The powers of q in the equations: the factors of (i q_x)^x (i q_y)^y, and what multiplies d/dt.
 struct Expansion {
@@ -58,19 +58,10 @@ MatrixXd factors_of(const model::LinearisedAt& at, int x, int y) {
     return result;
 }
 
-std::vector<int> fields_of_members(const model::LinearisedAt& at) {
-    std::vector<int> of_component, result;
-    int number = 0;
-    for (const model::Field& field : at.equations().model().fields)
-        of_component.insert(of_component.end(), components(field), number++);
-    for (const int member : at.members()) result.push_back(of_component[static_cast<std::size_t>(member)]);
-    return result;
-}
-
 Expansion expansion_of(const model::LinearisedAt& at) {
     return {.factors = [&at](int x, int y) { return factors_of(at, x, y); },
             .mass_density = at.mass_density()(at.members()),
-            .fields = fields_of_members(at)};
+            .fields = fields_of(at.equations(), at.members())};
 }
 
 /// Powers of 2 for the rows and columns with which the factors are as near as possible to 1, in units of length and of
@@ -162,7 +153,7 @@ SlowSpace slow_space(const Expansion& at) {
     bordered.topRightCorner(n, slow) = rows.asDiagonal() * (mass_density.asDiagonal() * result.right);
     bordered.bottomLeftCorner(slow, n) = result.left * mass_density.asDiagonal() * columns.asDiagonal();
     for (Eigen::Index k = n; k < n + slow; ++k) bordered.col(k).normalize(), bordered.row(k).normalize();
-    const MatrixXd inverse = numerics::pivoted_inverse(bordered).real();
+    const MatrixXd inverse = numerics::pivoted_inverse(bordered);
     result.fast = columns.asDiagonal() * inverse.topLeftCorner(n, n) * rows.asDiagonal();
     return result;
 }
@@ -306,7 +297,7 @@ Group group_of(const AtAngle& at, Complex speed, int count) {
     const double max_speed = std::max(svd.values(0), at.speed.cwiseAbs().maxCoeff());
     const VectorXd sizes = numerics::dense_svd(overlap).values;
     if (!(sizes(count - 1) > 1e-6 * sizes(0)) || svd.values(k - count) > 1e-5 * max_speed)
-        return {.damping = VectorXcd::Constant(count, not_a_number), .shape = right};
+        return {.damping = VectorXcd::Constant(count, nan), .shape = right};
     const MatrixXcd reduced = numerics::solution(overlap, left * at.damping.cast<Complex>() * right);
     const numerics::DenseEigen solved = numerics::dense_eigen(reduced);
     return {.damping = solved.values, .shape = right * solved.vectors};
@@ -338,7 +329,7 @@ std::vector<SlowMode> slow_modes(const LongWaves& waves, double angle) {
 void SlowGrowth::add(std::complex<double> speed, std::complex<double> damping) {
     first = std::max(first, speed.imag());
     // A defective speed splits as sqrt(q), one half of it growing.
-    second = std::max(second, std::isnan(damping.real()) ? std::numeric_limits<double>::infinity() : -damping.real());
+    second = std::max(second, std::isnan(damping.real()) ? infinite : -damping.real());
 }
 
 SlowGrowth slow_growth(const LongWaves& waves, double angle) {
@@ -356,11 +347,12 @@ namespace {
 /// as columns, by members.
 Expansion along_one_direction(const model::LinearisedAt& at, double angle, const MatrixXd& parts) {
     const double c = std::cos(angle), s = std::sin(angle);
+    const std::vector<int> of_members = fields_of(at.equations(), at.members());
     std::vector<int> fields;
     for (Eigen::Index k = 0; k < parts.cols(); ++k) {
         Eigen::Index member = 0;
         parts.col(k).cwiseAbs().maxCoeff(&member);
-        fields.push_back(fields_of_members(at)[static_cast<std::size_t>(member)]);
+        fields.push_back(of_members[static_cast<std::size_t>(member)]);
     }
     return {.factors = [&at, parts, c, s](int x, int y) -> MatrixXd {
                 MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows()), sizes = sum;

@@ -1,9 +1,9 @@
 // theory/margin.cpp: how far a uniform state of any model is from its first instability.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "base/constants.hpp"
 #include "numerics/algebra/extremum.hpp"
 #include "theory/boundary.hpp"
 #include "theory/uniform_equations.hpp"
@@ -11,18 +11,10 @@
 namespace drover::theory {
 
 namespace {
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
-
-double distance(const model::UniformState& a, const model::UniformState& b) {
-    double result = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i) result += (a[i] - b[i]) * (a[i] - b[i]);
-    return result;
-}
-
 const StationaryState* state_of(const model::Equations& equations, const StationaryStates& found, MarginState which) {
     const model::UniformState reference = equations.reference();
     const auto rank = [&](const StationaryState& state) {  // the smallest is taken
-        return which == MarginState::isotropic ? distance(state.values, reference)
+        return which == MarginState::isotropic ? squared_distance(state.values, reference)
                                                : -squared_order(equations.model(), state.values);
     };
     const StationaryState* result = nullptr;
@@ -45,11 +37,11 @@ public:
         for (Eigen::Index k = 0; k < at_zero.rates.size(); ++k)
             if (std::abs(at_zero.rates(k)) > slow)
                 return {.value = -at_zero.rates(k).real(), .frequency = at_zero.frequency(k), .is_uniform = true};
-        return {.value = std::numeric_limits<double>::infinity(), .is_uniform = true};
+        return {.value = infinite, .is_uniform = true};
     }
     /// The least stable change in the limit of long waves that is not slow: with a pressure it is not one at q = 0.
     Margin limit(double angle) const {
-        Margin result{.value = std::numeric_limits<double>::infinity(), .angle = angle};
+        Margin result{.value = infinite, .angle = angle};
         if (!at_.has_solenoidal()) return result;
         const Eigen::VectorXcd rates = mode_rates(at_, at_.wavevector(1e-9 * search_.min, angle));
         const double slow = 1e-10 * rates.cwiseAbs().maxCoeff();
@@ -61,7 +53,7 @@ public:
     /// In the limit of long waves; infinite without a slow mode.
     Margin slow(double angle) const {
         const SlowModes slow = slow_modes(at_, angle);
-        Margin result{.value = std::numeric_limits<double>::infinity(), .angle = angle};
+        Margin result{.value = infinite, .angle = angle};
         for (const SlowMode& mode : slow.modes) {
             const double growth = mode.speed.imag();
             if (growth > 1e-9 * std::abs(mode.speed)) result.value = std::min(result.value, -growth);
@@ -80,7 +72,7 @@ public:
         const int angles = at_.is_isotropic() ? 1 : search_.angles;
         const double step = log_q[1] - log_q[0], step_angle = std::numbers::pi / angles;
         Margin lowest = uniform();
-        Margin best{.value = std::numeric_limits<double>::infinity()};
+        Margin best{.value = infinite};
         Margin slowest = slow(0.0), limiting = limit(0.0);
         for (int a = 0; a < angles; ++a) {
             if (const Margin here = slow(a * step_angle); here.value < slowest.value) slowest = here;
@@ -134,7 +126,7 @@ Margin margin(const model::Equations& equations, MarginState which, const KnownS
     if (is_ordered && (known.ordered == 0 || ordered_states(found) < known.ordered))
         found = stationary_states(equations);
     const StationaryState* state = state_of(equations, found, which);
-    if (state == nullptr) return {.value = none};
+    if (state == nullptr) return {.value = nan};
     const model::LinearisedAt at(equations, state->values);
     return Waves(at, search).lowest();
 }

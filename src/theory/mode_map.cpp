@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/constants.hpp"
 #include "theory/instabilities.hpp"
 
 namespace drover::theory {
@@ -9,7 +10,6 @@ namespace drover::theory {
 namespace {
 /// Which mode of `next` each mode of `last` has become.
 std::vector<Eigen::Index> continuation(const Modes& last, const Modes& next) {
-    constexpr double infinite = std::numeric_limits<double>::infinity();
     const auto n = last.rates.size();
     // |l_i r'_j| |l'_j r_i|: 1 for the same shape, whatever its length and phase; no guide where a matrix is defective.
     const Eigen::MatrixXd there = (last.duals * next.shapes).cwiseAbs(), back = (next.duals * last.shapes).cwiseAbs();

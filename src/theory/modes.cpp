@@ -5,23 +5,16 @@
 #include <numeric>
 #include <utility>
 
+#include "base/constants.hpp"
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/algebra/precise_eigenvalues.hpp"
+#include "theory/uniform_equations.hpp"
 
 namespace drover::theory {
 
 namespace {
 using numerics::Wavevector;
-
-/// The fields of the components of a state.
-std::vector<int> fields_of(const model::LinearisedAt& at) {
-    std::vector<int> of_component, result;
-    for (std::size_t n = 0; n < at.equations().model().fields.size(); ++n)
-        of_component.insert(of_component.end(), components(at.equations().model().fields[n]), static_cast<int>(n));
-    for (const int k : at.state_components()) result.push_back(of_component[static_cast<std::size_t>(k)]);
-    return result;
-}
 
 /// Sets of rows that are not coupled to each other.  The components of one field are in one set, since their rates are
 /// sums of the same terms: where these cancel, rounding errors of all are left.
@@ -103,7 +96,7 @@ Modes uniform_modes(const model::LinearisedAt& at) {
     const Eigen::MatrixXd conserved = conserved_means(at);
     const Eigen::Index n = conserved.cols(), free = n - conserved.rows();
     if (free == 0) return {.rates = {}, .shapes = model::Symbol(n, 0), .duals = model::Symbol(0, n), .roundings = {}};
-    std::vector<int> fields = fields_of(at);
+    std::vector<int> fields = fields_of(at.equations(), at.state_components());
     if (conserved.rows() == 0) return sorted_modes(at.symbol({}), fields);
     const Eigen::MatrixXd basis = numerics::orthogonal_factor(conserved.transpose()).rightCols(free);
     Modes inside =
@@ -124,14 +117,16 @@ Eigen::MatrixXd conserved_means(const model::LinearisedAt& at) {
 }
 
 Modes modes(const model::LinearisedAt& at, const Wavevector& q) {
-    return q.x == 0.0 && q.y == 0.0 ? uniform_modes(at) : sorted_modes(at.symbol(q), fields_of(at));
+    return q.x == 0.0 && q.y == 0.0 ? uniform_modes(at)
+                                    : sorted_modes(at.symbol(q), fields_of(at.equations(), at.state_components()));
 }
 
 Eigen::VectorXcd mode_rates(const model::LinearisedAt& at, const Wavevector& q) {
     const model::Symbol m = at.symbol(q);
     Eigen::VectorXcd rates(m.rows());
     Eigen::Index first = 0;
-    for_balanced_sets(m, fields_of(at), [&](const std::vector<int>& rows, const auto&, const auto& balanced) {
+    const std::vector<int> fields = fields_of(at.equations(), at.state_components());
+    for_balanced_sets(m, fields, [&](const std::vector<int>& rows, const auto&, const auto& balanced) {
         const auto count = static_cast<Eigen::Index>(rows.size());
         rates.segment(first, count) = count <= numerics::max_small_rows ? numerics::reliable_eigenvalues(balanced)
                                                                         : numerics::dense_eigenvalues(balanced);
@@ -158,7 +153,7 @@ double Modes::frequency(Eigen::Index mode) const {
 
 Growth growth(const model::LinearisedAt& at, double q, double angle) {
     const Modes all = modes(at, at.wavevector(q, angle));
-    if (all.rates.size() == 0) return {.rate = -std::numeric_limits<double>::infinity()};
+    if (all.rates.size() == 0) return {.rate = -infinite};
     return {.rate = all.rates(0).real(), .frequency = all.frequency(0), .rounding = all.roundings(0)};
 }
 

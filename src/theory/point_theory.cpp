@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "theory/uniform_equations.hpp"
 
@@ -40,11 +40,7 @@ model::LinearisedAt PointTheory::linearised(const model::UniformState& about) co
 }
 
 Eigen::MatrixXd PointTheory::slopes(const model::LinearisedAt& at) const {
-    if (!left_) return at.symbol({}).real();
-    for (const model::LinearisedAt::Power& power : at.powers())
-        if (power.x == 0 && power.y == 0) return power.factors(unknowns_, unknowns_);
-    const auto count = static_cast<Eigen::Index>(unknowns_.size());
-    return Eigen::MatrixXd::Zero(count, count);
+    return left_ ? at.factors(0, 0) : Eigen::MatrixXd(at.symbol({}).real());
 }
 
 int order_component(const model::Equations& equations) {
@@ -55,8 +51,6 @@ int order_component(const model::Equations& equations) {
 }
 
 namespace {
-constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
-
 /// Whether the order is found, or why it is not.
 enum class Outcome { found, none, unsure };
 
@@ -67,9 +61,9 @@ public:
     struct Point {
         Outcome outcome = Outcome::unsure;
         model::UniformState state = {};
-        double rate = not_known;  ///< of P
-        double left = 0.0;        ///< the largest other rate that is left
-        double size = 0.0;        ///< of the parts of the rates
+        double rate = nan;  ///< of P
+        double left = 0.0;  ///< the largest other rate that is left
+        double size = 0.0;  ///< of the parts of the rates
     };
 
     AlongAxis(const PointTheory& theory, const model::UniformState& means, int order)
@@ -225,7 +219,7 @@ private:
     double growth(double s) const {
         const double order = std::sqrt(s);
         const AlongAxis::Point point = along_.at(order);
-        return point.outcome == Outcome::found ? (point.rate - source_) / order : not_known;
+        return point.outcome == Outcome::found ? (point.rate - source_) / order : nan;
     }
 
     AlongAxis::Point of_cubic(double slope) const {
@@ -293,17 +287,12 @@ std::optional<PointState> searched_state(const PointTheory& theory, const model:
         const auto first = static_cast<std::size_t>(order);
         return std::hypot(state[first], state[first + 1]);
     };
-    const auto away = [&](const model::UniformState& state) {
-        double sum = 0.0;
-        for (std::size_t k = 0; k < state.size(); ++k) sum += (state[k] - means[k]) * (state[k] - means[k]);
-        return sum;
-    };
+    const auto away = [&](const StationaryState& state) { return squared_distance(state.values, means); };
     const StationaryStates found = stationary_states(equations, means);
     const StationaryState* best = nullptr;
     for (const StationaryState& state : found.states) {
         if ((order_of(state.values) > 0.0) != ordered) continue;
-        if (best == nullptr ||
-            (ordered ? order_of(state.values) > order_of(best->values) : away(state.values) < away(best->values)))
+        if (best == nullptr || (ordered ? order_of(state.values) > order_of(best->values) : away(state) < away(*best)))
             best = &state;
     }
     if (best == nullptr) return {};
@@ -375,7 +364,7 @@ double relaxation_of_order(const PointTheory& theory, const PointState& isotropi
     };
     const auto count = static_cast<Eigen::Index>(unknowns.size());
     const int first = order_component(theory.equations());
-    if (first < 0) return not_known;
+    if (first < 0) return nan;
     const std::vector<Eigen::Index> order{place_of(first), place_of(first + 1)};
     std::vector<Eigen::Index> others;
     for (const int component : turning)
@@ -386,7 +375,7 @@ double relaxation_of_order(const PointTheory& theory, const PointState& isotropi
     const Eigen::MatrixXd by_others = slopes(order, others), of_order = slopes(others, order);
     if (!by_others.isZero(0.0) && !of_order.isZero(0.0)) {
         const Eigen::MatrixXd alone = slopes(others, others);
-        if (!numerics::is_invertible(alone)) return not_known;
+        if (!numerics::is_invertible(alone)) return nan;
         rates -= by_others * numerics::pivoted_inverse(alone) * of_order;
     }
     // The larger real part of the eigenvalues.

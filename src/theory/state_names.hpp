@@ -12,9 +12,6 @@ class UniformEquations;
 /// A density that the scene gives.
 bool is_given(const model::Field& field);
 
-/// The fields in the order in which they are drawn.
-std::vector<std::size_t> drawn_fields(const model::Model& model);
-
 /// "|p| = 0.5, |v| = 0.1": the values of a state but 0 and but those that the scene gives, as fields are drawn.
 std::string values_text(const model::Model& model, const model::UniformState& values);
 /// The same, or "all fields 0".

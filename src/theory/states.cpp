@@ -6,6 +6,7 @@
 #include <optional>
 #include <tuple>
 
+#include "base/constants.hpp"
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/algebra/extremum.hpp"
@@ -27,7 +28,7 @@ bool has_time(const UniformEquations& equations) { return equations.evaluations(
 /// A root, or how far the iteration came.
 struct Attempt {
     Vector z;
-    double residual = std::numeric_limits<double>::infinity();
+    double residual = infinite;
     Eigen::Index row = 0;  ///< of the largest residual
     bool is_kink = false;  ///< stationary, and a rate has no derivative there
     bool is_root() const { return residual <= accepted_residual; }
@@ -364,7 +365,7 @@ std::vector<Vector> changes_of_sign(const UniformEquations& equations, const std
                 z(k) = value;
                 return equations.values(z)(k);
             };
-            double before = 0.0, rate_before = std::numeric_limits<double>::quiet_NaN();
+            double before = 0.0, rate_before = nan;
             for (const double value : values) {
                 const double rate = rate_at(value);
                 if (rate == 0.0 && rate_before != 0.0) starts.push_back(z);

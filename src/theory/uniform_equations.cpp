@@ -3,9 +3,9 @@
 
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <map>
 
+#include "base/constants.hpp"
 #include "numerics/algebra/dense.hpp"
 
 namespace drover::theory {
@@ -16,6 +16,21 @@ double squared_order(const model::Model& model, const model::UniformState& state
         if (field.spin > 0)
             for (const double value : {state[first], state[first + 1]}) square += value * value;
     return square;
+}
+
+double squared_distance(const model::UniformState& a, const model::UniformState& b) {
+    double square = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) square += (a[i] - b[i]) * (a[i] - b[i]);
+    return square;
+}
+
+std::vector<int> fields_of(const model::Equations& equations, const std::vector<int>& components) {
+    std::vector<int> of_component, result;
+    int number = 0;
+    for (const model::Field& field : equations.model().fields)
+        of_component.insert(of_component.end(), model::components(field), number++);
+    for (const int k : components) result.push_back(of_component[static_cast<std::size_t>(k)]);
+    return result;
 }
 
 bool has_order(const model::Model& model, const model::UniformState& state) {
@@ -56,8 +71,7 @@ Eigen::VectorXd rates_at(const model::Equations& equations, const model::Uniform
     return equations.uniform_rates(state)(equations.state_components());
 } catch (const Error& error) {
     if (error.fault() != Fault::run) throw;
-    return Eigen::VectorXd::Constant(static_cast<Eigen::Index>(equations.state_components().size()),
-                                     std::numeric_limits<double>::quiet_NaN());
+    return Eigen::VectorXd::Constant(static_cast<Eigen::Index>(equations.state_components().size()), nan);
 }
 
 /// A random state: true scalars about their references, the nearer the narrower the domain of a function is.
@@ -125,7 +139,7 @@ UniformEquations::Matrix UniformEquations::jacobian(const Vector& z) const {
         const std::vector<int>& state = equations_.state_components();
         j << equations_.symbol(state_of(z), {})(state, state).real(), conserved_;
     } catch (const Error&) {  // an iterate outside the domain of a function, such as a root of a density below 0
-        j.setConstant(std::numeric_limits<double>::quiet_NaN());
+        j.setConstant(nan);
     }
     return j;
 }

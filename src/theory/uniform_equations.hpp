@@ -20,6 +20,10 @@ private:
 
 /// Sum of the squares of the components of all fields that turn.
 double squared_order(const model::Model& model, const model::UniformState& state);
+/// Sum of the squares of the differences of all components.
+double squared_distance(const model::UniformState& a, const model::UniformState& b);
+/// The fields of these components.
+std::vector<int> fields_of(const model::Equations& equations, const std::vector<int>& components);
 /// Whether a field with a spin is not 0.
 bool has_order(const model::Model& model, const model::UniformState& state);
 

@@ -8,7 +8,7 @@ from support import DROVER, SMALL, drover, environment, tree, write_scene
 
 # An error message contains a remedy.
 REMEDY = re.compile(r"expected|did you mean|choose|give |include |use |set |make |name |check |start |see |remove |"
-                    r"smaller|--help")
+                    r"omit |smaller|--help")
 SHORT = {**SMALL, "time.end": 1.0, "output.frame_every": 0.5, "output.sample_every": 0.5}
 not_as_root = pytest.mark.skipif(os.geteuid() == 0, reason="root may read and write everything")
 

@@ -145,7 +145,8 @@ def test_unsaturated_growth_stops_the_run_with_its_cause_and_a_checkpoint(tmp_pa
     assert told, ended.stderr
     step = int(told[1])
     assert told[3] in ("rod_density", "polar_order_x", "polar_order_y")
-    assert "grows at 0.5 /s" in told[4] and "relaxation.saturation = 0" in told[4] and "checkpoint is good" in told[4]
+    for part in ("grows at 0.5 /s", "relaxation.saturation = 0", "checkpoint is still valid"):
+        assert part in told[4]
     # It stops within ten steps of losing its meaning: the last good checkpoint is that near, and valid.
     good = max(checkpoint_step(file) for file in checkpoints(tmp_path / "flock.h5"))
     assert step - 10 <= good < step

@@ -318,9 +318,9 @@ def test_invalid_calibrated_scenes_are_rejected(folder):
 
 
 def test_options_of_the_other_kind_are_rejected(folder):
-    rejected(folder, ["boundary", "table.h5", "--x", "relaxation.rate = 0:1"], ["are for scenes"])
+    rejected(folder, ["boundary", "table.h5", "--x", "relaxation.rate = 0:1"], ["apply to scenes"])
     rejected(folder, ["boundary", "table.h5", "--varied", "0.02"], ["varies no key"])
-    rejected(folder, ["boundary", "flock.toml", "--varied", "0.02"], ["is for a table"])
+    rejected(folder, ["boundary", "flock.toml", "--varied", "0.02"], ["applies to a table"])
     plane = ["--x", "bead_area_fraction = 0.2:0.7", "--y", "rod_area_fraction = 0.05:0.11"]
     rejected(folder, ["boundary", "flock.toml", *plane, "--convention", "single-rod"],
             ["from a table", "choose by weathercock.convention"])

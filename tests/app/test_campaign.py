@@ -255,4 +255,4 @@ def test_a_sweep_is_not_resumed_from_another_start(tmp_path):
 def test_a_script_for_slurm_keeps_the_time_and_refuses_workers(tmp_path):
     words = ["sweep", write_scene(tmp_path, TINY), *VARY, "--slurm", "2"]
     assert drover(tmp_path, *words, "--max-time", "1h").stdout.count(" --max-time 3600") == 1
-    assert "expected the command without it" in drover(tmp_path, *words, "--workers", "3", status=2).stderr
+    assert "omit it, and give --cpus-per-task" in drover(tmp_path, *words, "--workers", "3", status=2).stderr

@@ -145,6 +145,14 @@ def test_a_table_that_cannot_be_is_rejected(table, says):
     assert says in str(error.value)
 
 
+def test_arguments_of_a_table_are_rejected_and_a_product_with_it_is_not():
+    table = [Table("a", "n", (0.0, 2.0), (1.0, 3.0))]
+    with pytest.raises(Error, match=r"expected a without arguments, or a \* \(...\) for a product"):
+        Model([Field("n", "-a(n) n")], tables=table)
+    products = [Model([Field("n", equation, reference=1.0)], tables=table) for equation in ("-a * (n) n", "-a (n) n")]
+    assert [model.rates(model.state(n=2.0))[0] for model in products] == [-12.0, -12.0]
+
+
 TABLE = """
 field = [{symbol = "n", name = "density", reference = 1.0, conserved = true}]
 equations = {n = "div(D grad n)"}

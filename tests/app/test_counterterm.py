@@ -67,9 +67,9 @@ def test_a_counterterm_larger_than_the_decay_is_warned_of(tmp_path):
     noise = 1.1 * ORDER["noise.order"] * ORDER["relaxation.rate"] / (2.0 * ORDER["relaxation.saturation"]
                                                                     * fluctuations(ORDER))
     write_scene(tmp_path, {**ON, "noise.order": noise}, base=ORDER)
-    assert "takes 1.1 times the decay of order from it" in drover(tmp_path, "check", "flock.toml").stderr
+    assert "subtracts 1.1 times the decay rate of the order" in drover(tmp_path, "check", "flock.toml").stderr
     write_scene(tmp_path, {**ON, "noise.order": noise / 1.2}, base=ORDER)
-    assert "the decay of order" not in drover(tmp_path, "check", "flock.toml").stderr
+    assert "the decay rate of the order" not in drover(tmp_path, "check", "flock.toml").stderr
 
 
 @pytest.mark.parametrize("changes, says", [

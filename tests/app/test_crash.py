@@ -8,8 +8,8 @@ import subprocess
 import h5py
 import pytest
 from crash import BUSY, FRAMES, check_frames, kill_again_and_again, kill_at, make_whole
-from support import (assert_same_bytes, checkpoint_step, checkpoints, damage, drover, end_group, start, tree,
-                     wait_until, write_scene)
+from support import (assert_same_bytes, checkpoint_step, checkpoints, damage, drover, end_group, environment, start,
+                     tree, wait_until, write_scene)
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def assert_reports_full(ended, what):
     lines = ended.stderr.splitlines()
     assert len(lines) == 1 and lines[0].startswith("error: ") and ended.stdout == "", ended.stderr
     assert what in lines[0] and "B were needed and" in lines[0] and "B are free" in lines[0], ended.stderr
-    assert "make room, then restart" in lines[0], ended.stderr
+    assert ("raise this limit, then" if "ulimit" in what else "make room, then") in lines[0], ended.stderr
 
 
 # Disks that are full at different times: while the archive grows, or at a checkpoint.
@@ -179,3 +179,12 @@ def test_a_run_that_was_killed_before_its_first_checkpoint_is_started_anew_by_re
         file.visititems(cut)
     assert "has no checkpoint yet: the run starts anew" in drover(tmp_path, "restart", archive).stderr
     assert_same_bytes(whole, archive)
+
+
+@pytest.mark.skipif("DROVER_SHIM" not in os.environ, reason="DROVER_SHIM is not set; ctest sets it")
+def test_workers_that_cannot_send_their_results_end_a_sweep(tmp_path):
+    scene = write_scene(tmp_path, {"time.end": 2.0, "output.frame_every": 1.0, "sweep.seeds": 2})
+    failing = environment(LD_PRELOAD=os.environ["DROVER_SHIM"], DROVER_FAULT="write:1:EIO:always")
+    ended = drover(tmp_path, "sweep", scene, "--quiet", "--workers", "1", status=1, env=failing)
+    assert ended.stderr.startswith("error: ") and "could not send its results" in ended.stderr
+    drover(tmp_path, "sweep", scene, "--quiet")

@@ -57,6 +57,6 @@ def test_densities_beyond_a_table_that_is_held_warn(tmp_path):
             "grid.nx": 16, "grid.ny": 16, "grid.lx": 16.0, "grid.ly": 16.0}
     below, above = warnings_of(tmp_path, held)
     for warning in (below, above):
-        assert "rod_density left the table of coefficients" in warning and "beyond 0.9 to 1.1 mm-2" in warning
+        assert "rod_density left the table of coefficients" in warning and "wider than 0.9 to 1.1 mm-2" in warning
     wide = {"table.rod_density": [-5.0, 1.0, 9.0], "table.relaxation_rate": [0.0, -0.5, -1.0]}
     assert warnings_of(tmp_path, held, wide) == []

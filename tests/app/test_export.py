@@ -111,7 +111,7 @@ def test_one_frame_is_one_file_with_the_name_that_was_given(ran, tmp_path):
 
 @pytest.mark.parametrize("words, message", [
     (["-o", "flock.vtk", "--frame", "3"], "has no frame 3; expected one of 0 to 2"),
-    (["-o", "flock.csv", "--bodies"], "--bodies is for particles"),
+    (["-o", "flock.csv", "--bodies"], "--bodies applies to particles"),
     (["-o", "kept.csv"], "exists; choose another name, or give --overwrite"),
     (["-o", "flock.xyz"], "holds no trajectory"),
     (["-o", "flock.nc"], 'the name ends with ".nc"; expected .xyz of particles, or .vtk or .csv of fields'),
@@ -126,7 +126,7 @@ def test_what_cannot_be_exported_is_an_error_and_leaves_no_file(words, message, 
 
 
 def test_bodies_of_fields_are_an_error_in_python_too(ran, tmp_path):
-    with pytest.raises(package.Error, match="bodies is for particles"):
+    with pytest.raises(package.Error, match="bodies applies to particles"):
         package.export(ran, tmp_path / "flock.csv", bodies=True)
     assert list(tmp_path.iterdir()) == []
 

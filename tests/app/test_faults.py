@@ -460,7 +460,7 @@ def test_a_folder_without_hard_links_is_told_so_and_kept_clean(call, tmp_path):
     scene = write_scene(tmp_path, {**SHORT, "sweep.seeds": 2})
     without = environment(LD_PRELOAD=SHIM, DROVER_FAULT=f"link:{call}:EPERM:always")
     words = one_sentence(drover(tmp_path, "sweep", scene, "--quiet", "-o", "s", status=2, env=without))
-    assert words.startswith("error: s") and "makes no hard links" in words and "NFS, Lustre" in words
+    assert words.startswith("error: s") and "does not support hard links" in words and "NFS, Lustre" in words
     assert not [name for name in tree(tmp_path / "s") if ".sweep.toml" in name or name.endswith(".h5")]
     drover(tmp_path, "sweep", scene, "--quiet", "-o", "s")
 

@@ -117,7 +117,7 @@ def test_a_line_that_turns_back_is_drawn_whole_and_marked_where_it_is_within_err
     (path,) = right.collections[-2].get_paths()
     steps = numpy.hypot(*numpy.diff(path.vertices, axis=0).T)
     assert steps.max() < 0.02 and len(path.vertices) > 50
-    assert "within one band are within errors of none" in words_of(picture)
+    assert "within one band are consistent, within errors, with no threshold" in words_of(picture)
     assert overlaps(picture) == []
 
 

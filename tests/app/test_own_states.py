@@ -57,7 +57,7 @@ def test_a_state_far_from_its_guess_is_told(tmp_path, size):
     ended = drover(tmp_path, "states", scene, "--wave", "x", "--json")
     amplitude = math.sqrt(1.0 - (2.0 * math.pi / LENGTH)**2)
     assert json.loads(ended.stdout)["change"] == pytest.approx(amplitude / size - 1.0, rel=1e-8)
-    assert ("another branch" in ended.stderr) == (size == 0.6)
+    assert ("a different branch" in ended.stderr) == (size == 0.6)
 
 
 def test_a_plane_wave_has_its_exact_speed_amplitude_and_stability(tmp_path):

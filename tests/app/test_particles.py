@@ -150,7 +150,7 @@ def test_invalid_scenes_are_rejected_with_their_place(tmp_path):
                           ({"kick.strength": -0.1}, "kick.strength = -0.1; expected a number >= 0"),
                           ({"time.dt": 1e-3, "output.frame_every": 0.0, "output.sample_every": 0.0},
                            "time.dt = 0.001 s is 5 steps a period of plates.frequency = 200 1/s; expected at least 20"),
-                          ({"contacts.substep": 1.0}, "or rods go into the plates"),
+                          ({"contacts.substep": 1.0}, ": otherwise rods penetrate the plates"),
                           ({"time.end": 0.02001}, "is not a whole number of steps"),
                           ({"cell.shape": "square"}, 'cell.shape = "square"; expected one of')):
         (tmp_path / "bad.toml").write_text(scene_text({**TINY, **changes}))

@@ -95,7 +95,7 @@ def test_rates_are_those_of_the_equations_by_hand():
 
 
 @pytest.mark.parametrize("equation, column, said", [
-    ("-w p.grad p + p p", 17, "stands beside"), ("lap s", 1, "this is a scalar; expected a vector"),
+    ("-w p.grad p + p p", 17, "is multiplied by"), ("lap s", 1, "this is a scalar; expected a vector"),
     ("-a p", 2, "expected"), ("p^2", 2, "a power of a vector"), ("-p + perp p", 6, "pseudovector"),
     ("-p - s", 6, "this is a scalar; expected a vector"), ("-p/(s - s)", 3, "divides by zero"),
     ("grad p.grad p", 1, "a tensor of rank 2; expected a vector"), ("-p + (p + s) p", 9, "are added"),

@@ -391,6 +391,16 @@ def test_the_program_makes_a_film_of_an_archive(tmp_path, monkeypatch):
     program(tmp_path, "film", "flock.h5", "--every", "4", "--output", "still.png")  # without ffmpeg
 
 
+@pytest.mark.parametrize("body", ["exit 0", "cat > /dev/null"])
+def test_an_encoder_that_makes_no_film_is_an_error(body, tmp_path, monkeypatch):
+    (tmp_path / "ffmpeg").write_text(f"#!/bin/sh\n{body}\n")
+    (tmp_path / "ffmpeg").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
+    with pytest.raises(drover.Error, match="ffmpeg"):
+        drover.film(fields().start(), tmp_path / "run.gif", every=0.5)
+    assert not (tmp_path / "run.gif").exists()
+
+
 @needs_ffmpeg
 def test_a_gif_has_the_frames_of_a_film(tmp_path):
     path = drover.film(fields().start(), tmp_path / "run.gif", every=0.5)

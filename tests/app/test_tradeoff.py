@@ -352,7 +352,7 @@ output = {sample_every = 0.5}
 """
     ended = drover(tmp_path, "tradeoff", scene(tmp_path, noisy), "--want", "mean_phi=5%", "--budget", "2s", "--quiet",
                    status=2)
-    assert "which may be 0, of which a per cent is nothing; expected an absolute error" in ended.stderr
+    assert "which may be 0, so an error in per cent is undefined; expected an absolute error" in ended.stderr
 
 
 def test_a_number_that_fluctuates_more_slowly_than_the_trials_is_not_taken_for_known(tmp_path):
@@ -369,14 +369,14 @@ analysis = {warm_up = 0}
 """
     tight = ("--want", "variance_phi=0.2%", "--budget", "2s", "--quiet")
     done = drover(tmp_path, "tradeoff", scene(tmp_path, slow), *tight, status=1)
-    assert "s with 4 seeds" in done.stdout and "it fluctuates more slowly than they show" in done.stdout
+    assert "s with 4 seeds" in done.stdout and "it fluctuates more slowly than the trials show" in done.stdout
     assert "no setting meets the targets" in done.stdout
     # It is told as well where so much is allowed that it does not matter.  A mode has the variance of an exponential,
     # and there are 63, in pairs: seeds differ by 1/sqrt(31.5) of the mean, a trial's own error is below 1e-3 of it.
     loose = ("--want", "variance_phi=100%", "--budget", "2s")
     found = tradeoff(tmp_path, "s.toml", *loose)["wishes"][0]
     assert found["expected"] > 1e-2 * float(found["value"])
-    assert "it fluctuates more slowly than they show" in drover(tmp_path, "tradeoff", "s.toml", *loose).stdout
+    assert "it fluctuates more slowly than the trials show" in drover(tmp_path, "tradeoff", "s.toml", *loose).stdout
 
 
 def test_the_error_of_a_combination_holds_that_of_the_finest_grid(tmp_path):

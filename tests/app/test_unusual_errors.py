@@ -90,7 +90,7 @@ def test_seeds_of_runs_that_are_too_short_do_not_meet_a_target_in_silence(tmp_pa
                   "k = 0.05\nD = 3.0\nu0 = 1.0", end=50.0, frames=0.0, initial='kind = "formula", u = "0"')
     for words in (["--want", "mean_u=20%"], ["--seeds", "4"]):
         text = program(tmp_path, "sweep", scene, "-q", "--workers", "1", "-o", words[0].strip("-"), *words).stdout
-        assert "too short for an error of their own" in text
+        assert "too short for an error estimate" in text
     # The mean over all times is what is asked for where the warm-up is given.
     text = program(tmp_path, "sweep", scene, "-q", "--workers", "1", "-o", "whole", "--seeds", "4", "--set",
                    "analysis.warm_up=0").stdout

@@ -45,7 +45,7 @@ def test_a_name_after_a_number_is_that_name(tmp_path):
     assert "no effect" not in program(tmp_path, "check", scene).stderr
     for factor in ("43 t", "43t"):
         write(tmp_path, ['{symbol = "u"}'], [f'u = "-0.01 u + cos({factor})"'])
-        assert "does not resolve a term written as text of t" in program(tmp_path, "check", scene).stderr
+        assert "does not resolve the time dependence of a term" in program(tmp_path, "check", scene).stderr
 
 
 @pytest.mark.parametrize("fields", [[P, V], [V, P]])

@@ -84,7 +84,7 @@ def test_a_session_beyond_an_end_between_two_samples_has_the_means_of_one_that_w
 def test_fields_whose_results_would_have_one_name_are_rejected(tmp_path, more, equations, called):
     scene = own(tmp_path, more=more, equations=equations)
     for command in ("check", "run"):
-        rejected(tmp_path, [command, scene], [called, "phi", "expected other names of fields"])
+        rejected(tmp_path, [command, scene], [called, "phi", "rename one of the fields"])
     with pytest.raises(drover.Error, match=called):
         drover.Scene.load(tmp_path / scene).start()
 

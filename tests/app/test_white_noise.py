@@ -133,7 +133,7 @@ def test_a_density_of_few_particles_for_each_mode_is_said(tmp_path, density):
     """Fluctuations of independent particles: c0 area/modes = 5.2 c0 for 7 by 7 modes in a cell of 256."""
     (tmp_path / "walkers.toml").write_text(WALKERS + f"c0 = {density}\n")
     told = drover(tmp_path, "run", "walkers.toml").stderr
-    found = re.search(r"fluctuate as with (\S+) particles for each kept mode", told)
+    found = re.search(r"fluctuate like (\S+) particles for each kept mode", told)
     assert (found is None) == (density * 256.0 / 49.0 > 10.0), told
     if found:  # 200 samples of the shortest waves, which relax within one: a few per cent; max(c, 0) adds to them
         assert float(found[1]) == pytest.approx(density * 256.0 / 49.0, rel=0.15)

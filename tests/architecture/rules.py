@@ -33,8 +33,8 @@ BELOW = {
     "python": ("report",),
 }
 
-# The rooms of a layer: each may include itself and those before it.  Public headers have no room.
-ROOMS = {
+# The subfolders of a layer: each may include itself and those before it.  Public headers have none.
+SUBFOLDERS = {
     "numerics": ("algebra", "fields", "steppers", "solvers"),
     "dem": ("bodies", "impact", "flight", "neighbours", "packing", "contact", "world"),
 }
@@ -105,10 +105,10 @@ def layer_of(path):
     return name if name in BELOW and len(parts) > 2 else None
 
 
-def room_of(path):
-    """The layer and the room of a path of the tree, or None."""
+def subfolder_of(path):
+    """The layer and the subfolder of a path of the tree, or None."""
     parts = path.parts
-    return parts[1:3] if parts[0] == "src" and len(parts) > 3 and parts[1] in ROOMS else None
+    return parts[1:3] if parts[0] == "src" and len(parts) > 3 and parts[1] in SUBFOLDERS else None
 
 
 def matches(name, patterns):
@@ -132,9 +132,10 @@ def check_include(tree, path, name):
         if layer and layer_of(target) and layer_of(target) not in allowed_layers(layer):
             lower = ", ".join(sorted(allowed_layers(layer) - {layer})) or "no other layer"
             yield f'{layer}/ includes "{name}" of {layer_of(target)}/; it may include {lower}'
-        room, other = room_of(path), room_of(target)
-        if room and other and room[0] == other[0] and ROOMS[room[0]].index(other[1]) > ROOMS[room[0]].index(room[1]):
-            yield f'{"/".join(room)}/ includes "{name}" of the later room {other[1]}/'
+        here, other = subfolder_of(path), subfolder_of(target)
+        order = SUBFOLDERS[here[0]] if here and other and here[0] == other[0] else None
+        if order and order.index(other[1]) > order.index(here[1]):
+            yield f'{"/".join(here)}/ includes "{name}" of the later subfolder {other[1]}/'
         if is_public and target.parts[0] != "include":
             yield f'a public header includes "{name}", which is not installed'
         for header, users in INTERNALS:

@@ -10,13 +10,13 @@ CODE = {path: path.read_text(encoding="utf-8")
         for folder in ("src", "include") for path in (ROOT / folder).rglob("*.?pp")}
 
 
-def test_every_layer_and_room_is_listed():
+def test_every_layer_and_subfolder_is_listed():
     table = PAGE.partition("| layer |")[2].partition("\n\n")[0]
     assert re.findall(r"^\| `(\w+)/`", table, re.M) == [name for name in rules.BELOW if name != "python"]
-    for layer, rooms in rules.ROOMS.items():
+    for layer, subfolders in rules.SUBFOLDERS.items():
         row = re.search(rf"^\| `{layer}/` \| (.*)$", table, re.M)[1]
-        assert re.findall(r"`(\w+)/`", row) == list(rooms)
-        assert {path.name for path in (ROOT / "src" / layer).iterdir() if path.is_dir()} == set(rooms)
+        assert re.findall(r"`(\w+)/`", row) == list(subfolders)
+        assert {path.name for path in (ROOT / "src" / layer).iterdir() if path.is_dir()} == set(subfolders)
 
 
 def test_layers_are_in_an_order_in_which_each_includes_those_before_it():

@@ -68,9 +68,9 @@ BROKEN = {
     "Eigen in a public header below physics": (
         "include/drover/numerics/bad.hpp", "#include <Eigen/Dense>",
         "include/drover/numerics/bad.hpp:2: a public header includes <Eigen/Dense>"),
-    "a room including a later one": (
+    "a subfolder including a later one": (
         "src/numerics/algebra/bad.cpp", '#include "numerics/fields/plans.hpp"',
-        'src/numerics/algebra/bad.cpp:2: numerics/algebra/ includes "numerics/fields/plans.hpp" of the later room '
+        'src/numerics/algebra/bad.cpp:2: numerics/algebra/ includes "numerics/fields/plans.hpp" of the later subfolder '
         "fields/"),
     "FFTW in a second file of numerics": (
         "src/numerics/bad.cpp", "#include <fftw3.h>",

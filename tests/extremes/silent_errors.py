@@ -207,7 +207,7 @@ def is_far_below_saturation(keys, force, folder):
 def said(warnings):
     """The largest error that warnings state; 1 where they state none."""
     numbers = [float(found[1]) for warning in warnings
-               if (found := re.search(r"(?:error is|wrong by) ([0-9.e+-]+[0-9])", warning))]
+               if (found := re.search(r"(?:error is|error of the rate of \S+ is|wrong by) ([0-9.e+-]+[0-9])", warning))]
     return max(numbers, default=1.0)
 
 

@@ -31,17 +31,17 @@ TEST(InputFile, the_whole_file_is_read_also_where_it_has_no_length) {
     std::string large(200000, 'a');  // more than one block
     large += "\nend";
     write_contents(folder / "large", large);
-    EXPECT_EQ(read_text(folder / "large", 1 << 20, "text"), large);
-    EXPECT_THAT(read_text("/proc/self/status", 1 << 20, "text"), HasSubstr("VmRSS"));  // of length 0
+    EXPECT_EQ(read_text(folder / "large", "text", 1 << 20), large);
+    EXPECT_THAT(read_text("/proc/self/status", "text", 1 << 20), HasSubstr("VmRSS"));  // of length 0
     write_contents(folder / "empty", "");
-    EXPECT_EQ(read_text(folder / "empty", 1 << 20, "text"), "");
+    EXPECT_EQ(read_text(folder / "empty", "text", 1 << 20), "");
 }
 
 TEST(InputFile, a_failed_read_is_an_error_of_the_environment_and_not_the_end_of_the_file) {
-    EXPECT_THAT(sentence_of([] { read_text(failing_file, 1 << 20, "text"); }),
+    EXPECT_THAT(sentence_of([] { read_text(failing_file, "text", 1 << 20); }),
                 HasSubstr("/proc/self/mem: the disk reports a failure: read: Input/output error"));
     std::string line;
-    EXPECT_EQ(fault_of_error([] { read_text(failing_file, 1 << 20, "text"); }), Fault::environment);
+    EXPECT_EQ(fault_of_error([] { read_text(failing_file, "text", 1 << 20); }), Fault::environment);
     EXPECT_EQ(fault_of_error([] { read_start(failing_file, 8); }), Fault::environment);
     EXPECT_EQ(fault_of_error([&] { LineReader(failing_file, "text").next(line); }), Fault::environment);
 }
@@ -54,7 +54,7 @@ TEST(InputFile, what_is_no_plain_file_of_the_right_size_is_rejected_and_a_pipe_i
          {std::pair{"none", "none: no such file; expected text"}, std::pair{"none/deeper", "no such file"},
           std::pair{"pipe", "pipe: is not a plain file"}, std::pair{".", "is not a plain file"},
           std::pair{"large", "large: larger than 1 kB; expected text"}}) {
-        const auto read = [&, name = name] { read_text(folder / name, 1000, "text"); };
+        const auto read = [&, name = name] { read_text(folder / name, "text", 1000); };
         EXPECT_THAT(sentence_of(read), HasSubstr(words));
         EXPECT_EQ(fault_of_error(read), Fault::input);
     }

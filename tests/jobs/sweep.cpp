@@ -35,7 +35,7 @@ keep = "table"
     };
     EXPECT_FALSE(is_of_other(run_sweep(scene, options)));
     const files::RecordIdentity identity =
-        files::identity_of("sweep", files::read_text(options.folder / "sweep.toml", 1 << 20, "a scene"));
+        files::identity_of("sweep", files::read_text(options.folder / "sweep.toml", "a scene", 1 << 20));
     std::vector<UnitRecord> records = campaign_records(options.folder, identity);
     ASSERT_EQ(records.size(), 3u);
     std::filesystem::remove_all(options.folder / "records");

@@ -44,7 +44,7 @@ TEST(AccuracyTarget, that_is_not_one_is_refused_with_the_form_expected) {
             parse_accuracy_target(given);
             ADD_FAILURE() << given;
         } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find("=1% (of the mean)"), std::string::npos) << error.what();
+            EXPECT_NE(std::string(error.what()).find("=1% (of its value)"), std::string::npos) << error.what();
         }
     }
 }

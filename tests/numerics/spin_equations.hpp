@@ -62,19 +62,13 @@ public:
             const Complex factor = q > 0.0 ? std::pow(Complex(0.0, 1.0), row.spin - column.spin) : 1.0;
             return factor * m(row.component, column.component);
         };
-        const auto block = [&](const std::vector<Part>& of) {
-            Block result(static_cast<int>(of.size()));
-            for (std::size_t i = 0; i < of.size(); ++i)
-                for (std::size_t k = 0; k < of.size(); ++k) {
-                    result(static_cast<int>(i), static_cast<int>(k)) = entry(of[i], of[k]).real();
-                    if (wrong) *wrong += std::abs(entry(of[i], of[k]).imag());
-                }
-            return result;
-        };
         if (wrong)
             for (const Part& even : parts.even)
                 for (const Part& odd : parts.odd) *wrong += std::abs(entry(even, odd)) + std::abs(entry(odd, even));
-        return {block(parts.even), block(parts.odd)};
+        return blocks_of(parts, [&](const Part& row, const Part& column) {
+            if (wrong) *wrong += std::abs(entry(row, column).imag());
+            return entry(row, column).real();
+        });
     }
 
     Layout layout;

@@ -67,10 +67,10 @@ inline theory::MarginOf margin_over(const Plane& plane, Limit limit) {
         plane.y.set(model, point.y);
         const model::UniformState means =
             values_of(*base, {.bead_density = model.uniform.bead_density, .rod_density = model.uniform.rod_density});
-        if (plane.x.is_density && plane.y.is_density) return theory::margin(base->theory(), means, limit);
+        if (plane.x.is_density && plane.y.is_density) return theory::PointMargins(base->theory(), means, {}).at(limit);
         if (!base->theory().rates(means).allFinite()) return {.value = std::numeric_limits<double>::quiet_NaN()};
         try {
-            return theory::margin(Equations(model, *base).theory(), means, limit);
+            return theory::PointMargins(Equations(model, *base).theory(), means, {}).at(limit);
         } catch (const Error& error) {
             fail_input({}, "at {} = {}, {} = {}: {}", plane.x.name, point.x, plane.y.name, point.y, error.what());
         }

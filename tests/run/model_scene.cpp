@@ -20,7 +20,7 @@ const std::string random_start = "[initial]\nkind = \"random\"\namplitude = 0.1\
 
 TEST(ModelScene, that_declares_what_no_equation_has_is_warned_of) {
     const std::string used =
-        "[coefficients]\na = 1.0\nb = 1.0\nc = 1.0\nd = 1.0\n[define]\nmu = \"a g(u)\"\n"
+        "[coefficients]\na = 1.0\nb = 1.0\nc = 1.0\nd = 1.0\n[define]\nmu = \"a g u\"\n"
         "[[tabulated]]\nsymbol = \"g\"\nof = [\"b u\"]\nfirst = [-2.0, 0.0, 1.0, 2.0]\n"
         "values = [1.0, 1.0, 1.0, 1.0]\n[[white_noise]]\nsymbol = \"xi\"\n" +
         random_start;

@@ -10,7 +10,7 @@ namespace {
 
 double margin_of(const model::Model& model, Limit limit) {
     const model::Equations equations(model);
-    return margin(PointTheory(equations), equations.reference(), limit, order_search(equations)).value;
+    return PointMargins(PointTheory(equations), equations.reference(), order_search(equations)).at(limit).value;
 }
 
 /// The order along x of the largest ordered state; NaN: there is none.

@@ -14,8 +14,8 @@
 
 namespace drover {
 
-/// std::variant, copied by assignment: libstdc++ 12 takes a variant of numbers, texts and vectors for one that always
-/// holds a value, and where its copy constructor finds no memory it destroys a value that was never made.
+/// A std::variant that is copied by assignment: libstdc++ 12 assumes that a variant of numbers, texts and vectors is
+/// never valueless, so if its copy constructor runs out of memory it destroys a value that was never constructed.
 template <class... Types>
 struct Variant : std::variant<Types...> {
     using std::variant<Types...>::variant;

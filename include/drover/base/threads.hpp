@@ -31,8 +31,8 @@ private:
     std::unique_ptr<Team> team_;
 };
 
-/// How many forks there are between the first process and this one: what another number was made under belongs to a
-/// parent, as its threads do.
+/// The number of forks between the first process and this one.  An object made under another number belongs to a parent
+/// process, as its threads do.
 std::uint64_t fork_count();
 
 /// A mutex that is never destroyed, and for which a fork waits: the child finds it unlocked.  Its holder must not wait

@@ -87,8 +87,8 @@ struct Assay {
     std::function<Trial(const SystemFactory& make, const dem::Setup& setup, std::uint64_t seed)> trial;
     /// Called once with all trials, to choose what is fixed for all resamples, such as the range of a fit.
     std::function<Estimator(std::span<const Trial> trials)> estimator;
-    /// Describes the estimates: linear or not, resolved or not.  May reject an estimate: sets its refusal and removes
-    /// its error.
+    /// Describes the estimates: linear or not, resolved or not.  May reject an estimate: sets its `why_no_error` and
+    /// removes its error.
     std::function<std::string(std::vector<measure::Estimate>& estimates)> conclude;
     /// Throws an input Error, at the location of a key of the plan, for a setup that the plan does not suit.  Empty: it
     /// suits all.
@@ -140,7 +140,8 @@ Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions&
 /// trial may be correlated.  Resamples are drawn by counter, so the same trials give the same errors.
 /// The spread of the resamples is multiplied by sqrt(n/(n - 1)), which makes it exact for a mean.  The difference
 /// between their mean and the estimate is the first-order bias in 1/n (a quotient of noisy means is biased) and is
-/// subtracted.  No error, and a refusal, if more than one resample in 50 gives no finite value.
+/// subtracted.  If more than one resample in 50 gives no finite value, there is no error, and `why_no_error` gives the
+/// reason.
 /// Throws an input Error for fewer than two trials, trials of different lengths, an assay without an estimator, and
 /// another number of estimates than of quantities.
 /// Source: Efron & Tibshirani, An introduction to the bootstrap (1993), ch. 6 and 10.

@@ -44,6 +44,7 @@ struct BeadSupply {
     std::vector<double> proportions{1.0};  ///< of the diameters, by number
     double density = 2.7;                  ///< [mg/mm^3]
 
+    bool any() const { return count > 0 || area_fraction > 0.0; }  ///< whether there are such bodies
     static Rows<BeadSupply> rows();
 };
 
@@ -57,6 +58,7 @@ struct RodSupply {
     double size_tolerance = 0.0;         ///< standard deviation of the relative size of rods
     std::string bearing = "hull";        ///< spheres that can touch a plate: those on the convex hull, or all
 
+    bool any() const { return count > 0 || area_fraction > 0.0; }  ///< whether there are such bodies
     static Rows<RodSupply> rows();
 };
 
@@ -102,8 +104,8 @@ struct BodyForces {
 
 /// How contacts are resolved.
 struct ContactControl {
-    std::string model = "impulse";          ///< the contact law, see dem/contact_law.hpp
-    std::string law = "simultaneous";       ///< see dem/impact.hpp; pairwise: dem/contact_law.hpp
+    std::string model = "impulse";          ///< the contact law, see dem/contact/contact_law.hpp
+    std::string law = "simultaneous";       ///< see dem/impact/impact.hpp; pairwise: dem/contact/contact_law.hpp
     std::string restitution = "energetic";  ///< energetic, kinetic, kinematic
     bool track_slip = true;  ///< friction follows the slip through the impact; false: keeps the direction before
     int increments = 8;      ///< of the impact of a group

@@ -21,8 +21,8 @@ struct EnergyBalance {
     double forces = 0.0;    ///< work of the torque, the push and the control of the mean velocity
     double kicks = 0.0;     ///< work of the kicks
     double impact = 0.0;    ///< lost along the normals, <= 0
-    double friction = 0.0;  ///< lost to friction, <= 0; friction along the slip before an impact can gain some of what
-                            ///< is lost along the normals
+    double friction = 0.0;  ///< lost to friction, <= 0; friction along the slip before an impact can return part of
+                            ///< what is lost along the normals
     double elastic = 0.0;   ///< stored in soft contacts at this moment, counted as a loss: <= 0
 };
 inline constexpr double EnergyBalance::*balance_parts[] = {&EnergyBalance::gravity, &EnergyBalance::plates,
@@ -47,7 +47,7 @@ struct Counts {
     std::int64_t groups = 0;         ///< of more than one contact
     std::int64_t largest_group = 0;  ///< contacts
     std::int64_t unresolved = 0;     ///< groups whose law left an approach above the tolerance
-    std::int64_t limited = 0;        ///< pairwise impulses with less friction, or they would have created energy
+    std::int64_t limited = 0;        ///< pairwise impulses with reduced friction, since they would have created energy
     std::int64_t lists = 0;          ///< neighbour lists made
     double residual = 0.0;           ///< largest remaining speed of approach in a group, relative to that before
     double overlap = 0.0;            ///< largest ever, relative to the smaller radius of the pair

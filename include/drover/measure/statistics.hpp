@@ -47,7 +47,8 @@ inline std::vector<std::string> names_of(std::span<const Axis> axes) {
     return names;
 }
 
-/// What the rounding of a number is in proportion to.  Tables print 0 for what is not larger.
+/// The quantity to which the rounding error of a number is proportional.  Tables print 0 for numbers within their
+/// rounding error.
 enum class Nature {
     number,       ///< the largest number of its field, or of its unit if that is not 1
     energy,       ///< the largest number of its unit: energies and powers

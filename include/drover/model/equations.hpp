@@ -17,13 +17,11 @@ struct CompiledEquations;  // src/model/compiled.hpp
 
 class ExplicitPart;  // model/explicit_part.hpp
 
+/// Copies share the equations; one that was moved from can only be assigned to or destroyed.
 class Equations {
 public:
     /// Throws an input Error, at its column, for a name, rank or parity that does not fit.
     explicit Equations(const Model& model);
-    ~Equations();
-    Equations(const Equations&);  ///< copies share the equations
-    Equations& operator=(const Equations&);
 
     const Model& model() const;
     /// All components, of fields with a rate and of fields in balance.
@@ -72,7 +70,7 @@ public:
     /// The summands of equations that are noise alone; they are not among terms().
     const std::vector<TermSummary>& noise_terms() const;
 
-    /// Whether something is left to the explicit part, so that a step makes an error.
+    /// Whether anything is left to the explicit part, so that steps have an error.
     bool has_explicit_part() const;
     /// The same, or sources: N is not zero.
     bool has_nonlinear_part() const;
@@ -91,10 +89,10 @@ public:
     /// terms that name an axis or depend on position or time.  A step of dt needs dt times it below about 1.  Searched
     /// on at most 32 by 63 of the kept modes and 8 by 8 positions, with the coefficients of a position everywhere.
     double explicit_rate(const numerics::Grid& grid, double t = 0.0) const;
-    /// What an exponential step of dt makes of slow changes about a uniform state of all components, as a part of what
-    /// they are; the smallest over some kept modes.  Far below 1 where the exact linear part, which is that about
-    /// another state, is fast and N nearly cancels it: then the fields stand still, for steps of dt and dt/2 alike.  1
-    /// where a term depends on position or time, or has no derivative there.
+    /// The fraction of slow changes about a uniform state of all components that an exponential step of dt reproduces;
+    /// the smallest over some kept modes.  Far below 1 where the exact linear part, taken about another state, is fast
+    /// and N nearly cancels it: the fields then do not move, for steps of dt and of dt/2 alike.  1 where a term depends
+    /// on position or time, or has no derivative there.
     double part_of_slow_change(const UniformState& at, const numerics::Grid& grid, double dt) const;
 
     /// The equation of a field as LaTeX: "\\partial_t \\phi = ...".

@@ -15,7 +15,7 @@ std::vector<int> turning_components(const Model& model);
 /// from the x axis, in (-pi/m, pi/m]; 0 without one.
 double direction_of(const Model& model, const UniformState& state);
 
-/// Left sides that equations do not have themselves, moved d_t F = right side, with noise on d_t F.
+/// Left-hand sides that replace those of the equations: mass_density d_t F = right-hand side, with noise on d_t F.
 struct LeftSides {
     std::vector<double> factors = {};   ///< of each term; empty: 1
     Eigen::VectorXd mass_density;       ///< of each component; 0: in balance
@@ -52,8 +52,8 @@ public:
     /// Strengths of the noise of the rows of symbol(): <f f^H> = noise delta(t - t') per area.
     Symbol noise(const numerics::Wavevector& q) const;
 
-    /// What a sum of rates, weighted by one number for each row of symbol(), is of the forces on all components: those
-    /// on fields in balance act through these.
+    /// Weights of the forces on all components that give the same sum as `of_rates`, weights of the rates of symbol();
+    /// forces on fields in balance act through these fields.
     Eigen::RowVectorXcd of_forces(const Eigen::RowVectorXcd& of_rates, const numerics::Wavevector& q) const;
 
     /// Whether some field has no divergence, so that waves in the limit of small q are not those at q = 0.

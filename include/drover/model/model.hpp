@@ -69,14 +69,14 @@ enum class LeftSide {
     given     ///< none: the field is a point source
 };
 
-/// What a field is of the value of its equation.
+/// Which part of the value of its equation a field is.
 enum class Part {
     whole,
     real,      ///< of a complex field, which is two scalars that do not turn: the part of its name with _re
     imaginary  ///< _im
 };
 
-/// What observables make of a field, and how they name it where that is not by its name.
+/// How observables are derived from a field, and how they are named if not by the name of the field.
 struct Observed {
     std::string short_name = {};  ///< in structure factors: "rods"
     std::string counted = {};     ///< a body of a density, whose number fluctuations are measured: "rod"
@@ -126,6 +126,7 @@ struct WhiteNoise {
 struct Definition {
     std::string name;
     Text value;
+    bool is_table = false;  ///< of the fields that the table names: no arguments follow
 };
 
 struct Model {
@@ -168,6 +169,9 @@ inline std::vector<PlacedField> placed_fields(const Model& model) {
 
 /// Where the components of each field begin in a state.
 std::vector<int> first_components(const Model& model);
+
+/// The fields in the order in which they are drawn.
+std::vector<std::size_t> drawn_fields(const Model& model);
 
 /// What a density counts in boxes, a conserved scalar of positive mean by its own name; "" of other fields.
 inline std::string counted_by(const Field& field) {

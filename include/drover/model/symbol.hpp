@@ -20,6 +20,7 @@ struct TermSummary {
     std::string text;  ///< as written: "- K4 lap lap p"
     SourceLocation where = {};
     bool is_placed = false;              ///< depends on position or time
+    bool is_timed = false;               ///< depends on time
     bool is_explicit = false;            ///< by demand: nothing of it is in the exact linear part
     bool is_linear = true;               ///< with constant coefficients
     bool vanishes_when_uniform = false;  ///< in every uniform state

@@ -1,5 +1,7 @@
-// numerics/field.hpp: how fields turn with space; sets of them on a grid, in real space and as Fourier coefficients.
+// numerics/field.hpp: how fields transform under rotations; sets of them on a grid, in real space and as Fourier
+// coefficients.
 #pragma once
+#include <array>
 #include <complex>
 #include <cstddef>
 #include <span>
@@ -11,8 +13,15 @@ namespace drover::numerics {
 
 using Complex = std::complex<double>;
 
-/// How a field turns with space.  Spin 0: one component.  Spin m >= 1: two, F_1 and F_2, and turning the system by an
-/// angle multiplies F_1 + i F_2 by exp(i m angle): a vector (x and y) has spin 1, a nematic (Q_xx and Q_xy) spin 2.
+/// i^n.
+inline Complex power_of_i(int n) {
+    constexpr std::array<Complex, 4> powers{{{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}}};
+    return powers[static_cast<std::size_t>(n & 3)];
+}
+
+/// How a field transforms under rotations.  Spin 0: one component.  Spin m >= 1: two, F_1 and F_2, and a rotation of
+/// the system by an angle multiplies F_1 + i F_2 by exp(i m angle): a vector (x and y) has spin 1, a nematic (Q_xx and
+/// Q_xy) spin 2.
 struct FieldKind {
     int spin = 0;
     bool odd = false;          ///< a reflection changes its sign as well: a pseudoscalar, a pseudovector

@@ -55,8 +55,8 @@ public:
     /// Whether the method has an embedded error estimate for steps of any length.
     bool estimates_error() const;
 
-    /// A step that may still be rejected: next = a(t + dt), error = an estimate of its local error, with noise that on
-    /// the same path.  Throws an input Error for a method without an estimate.
+    /// A step that may still be rejected: next = a(t + dt), error = an estimate of its local error (with noise: on the
+    /// same noise path).  Throws an input Error for a method without an estimate.
     void attempt(double t, std::uint64_t step_number, const Spectra& state, Spectra& next, Spectra& error);
 
     double dt() const;

@@ -21,14 +21,27 @@ struct IsotropicBlocks {
     Block odd;  ///< of a chiral layout: without rows
 };
 
+/// The blocks whose entries are entry(row, column), for each two parts of a block.
+template <class Entry>
+IsotropicBlocks blocks_of(const BlockParts& parts, Entry entry) {
+    const auto block = [&](const std::vector<Part>& members) {
+        Block result(static_cast<int>(members.size()));
+        for (int i = 0; i < result.size; ++i)
+            for (int k = 0; k < result.size; ++k)
+                result(i, k) = entry(members[static_cast<std::size_t>(i)], members[static_cast<std::size_t>(k)]);
+        return result;
+    };
+    return {.even = block(parts.even), .odd = block(parts.odd)};
+}
+
 /// Noise whose strength depends on the fields, in the sense of Ito: its strength is that at the start of a step.  Over
 /// a step each noise is integrated with the decay of the field that it drives, as if its strength commuted with that:
-/// exact for a strength that is uniform, of a field without couplings, and of weak order 1 else.
+/// exact for a uniform strength in a field without couplings, otherwise of weak order 1.
 struct ProductNoise {
     Layout layout;  ///< of the noises, one for each field that it drives
     /// L and Q of the noises, as those of a System; the Q of one noise that drives several fields couples them.
     std::function<IsotropicBlocks(double q)> linear, noise;
-    /// Adds to `to` what their increments over a step from t make of `state`.
+    /// Adds to `to` the effect on `state` of the increments of the noises over a step from t.
     std::function<void(double t, const Spectra& state, const Spectra& increments, Spectra& to)> add;
 };
 
@@ -48,6 +61,7 @@ struct System {
     std::shared_ptr<const ProductNoise> product_noise = {};
     /// Degree of the highest product in N: modes |k| >= N/(degree + 1) on an axis are zero.  1 when linear.
     int degree = 1;
+    bool is_timed = false;  ///< N depends on t beside the state: no step may be longer than dt, which resolves that
 };
 
 }  // namespace drover::numerics

@@ -42,8 +42,8 @@ struct SessionResult : measure::SummaryRow {
 /// thread at a time.
 class Session {
 public:
-    /// The scene of a file, or of a text of which errors speak by a name.  At t = 0; without time.dt the step is chosen
-    /// first.  Throws an input Error for a scene that is not valid and where memory is insufficient.
+    /// The scene in a file, or in a text that error messages call by `name`.  At t = 0; without time.dt the step is
+    /// chosen first.  Throws an input Error for a scene that is not valid and where memory is insufficient.
     explicit Session(const std::filesystem::path& scene_file);
     Session(const std::string& scene, const std::string& name);
     explicit Session(const io::Scene& scene);

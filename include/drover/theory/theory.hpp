@@ -31,7 +31,7 @@ struct StationaryStates {
     std::string why_none;                 ///< why there is no state; empty if there is one
     /// Why there is no ordered state; empty if there is one, or no field with a spin has a rate.
     std::string why_no_order;
-    std::string kink = {};  ///< one that is stationary, but no linear theory is about it; empty if none was met
+    std::string kink = {};            ///< a stationary state at which no linear theory exists; empty if none was found
     std::string why_incomplete = {};  ///< why the search ended before it had tried all it tries; empty: it did not
 };
 
@@ -58,9 +58,10 @@ StationaryStates stationary_states(const model::Equations& equations, const mode
 const StationaryState* nearest_state(const StationaryStates& found, const model::Model& model,
                                      const std::vector<model::UniformState>& samples);
 
-/// Only what Newton's method finds from these means and from these guesses of all components, which take the conserved
-/// means of the first: for models that differ little from one whose states are known.  elsewhere: and from the starting
-/// points of stationary_states, without its search beside what they lead to, which takes most of the time.
+/// Only the states that Newton's method finds from these means and these guesses of all components; the guesses take
+/// their conserved means from the first.  For models that differ little from one whose states are known.  elsewhere:
+/// also from the starting points of stationary_states, without the search around the states they lead to, which takes
+/// most of the time.
 StationaryStates stationary_states_near(const model::Equations& equations, const model::UniformState& means,
                                         const std::vector<model::UniformState>& guesses, bool elsewhere = false);
 
@@ -207,7 +208,7 @@ struct SlowMode {
 struct LongWaves {
     Eigen::MatrixXd speed_x, speed_y;                    ///< U
     Eigen::MatrixXd damping_xx, damping_yy, damping_xy;  ///< D
-    Eigen::MatrixXd left;   ///< projects a force on the slow modes: one per row; left moved right = 1
+    Eigen::MatrixXd left;   ///< projects a force on the slow modes, one per row: left M right = 1
     Eigen::MatrixXd right;  ///< slow modes, one per column
     std::string why_none;   ///< why s is no power series in q; empty if it is
 };

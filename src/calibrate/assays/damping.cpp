@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "calibrate/assays/plan_support.hpp"
 #include "calibrate/catalogue.hpp"
 #include "drover/dem/bodies.hpp"
@@ -66,10 +66,7 @@ FitRange fit_range(const DampingPlan& plan, std::span<const Trial> trials) {
 /// g, c and the rate at the flock speed; if the beads stay faster, only the mean rate over the observed speeds.
 std::array<double, 3> fit_law(const DampingPlan& plan, const FitRange& range, std::span<const double> means) {
     const std::size_t last = range.ends.back();
-    if (!range.reaches_flock) {
-        constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-        return {unknown, unknown, (means[0] - means[2 * last]) / (means[2 * last + 1] - means[1])};
-    }
+    if (!range.reaches_flock) return {nan, nan, (means[0] - means[2 * last]) / (means[2 * last + 1] - means[1])};
     std::vector<double> distances, times, losses;
     for (std::size_t frame = 0; frame < last; ++frame) {
         losses.push_back(means[2 * frame] - means[2 * frame + 2]);

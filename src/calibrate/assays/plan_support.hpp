@@ -23,22 +23,19 @@ inline dem::Setup beads_alone(dem::Setup setup) {
 
 /// The setup with its rods along x or in random directions, and without forces.
 inline dem::Setup with_rods(dem::Setup setup, const char* assay, bool aligned) {
-    require(setup.rods.count > 0 || setup.rods.area_fraction > 0.0, {},
-            "{}: the setup has no rods; expected rods.area_fraction or rods.count > 0", assay);
+    require(setup.rods.any(), {}, "{}: the setup has no rods; expected rods.area_fraction or rods.count > 0", assay);
     setup.packing = {.kind = aligned ? "aligned" : "random"};
     setup.forces = {};
     return setup;
 }
 
 inline void require_beads(const dem::Setup& setup, const char* assay) {
-    require(setup.beads.count > 0 || setup.beads.area_fraction > 0.0, {},
-            "{}: the setup has no beads; expected beads.area_fraction or beads.count > 0", assay);
+    require(setup.beads.any(), {}, "{}: the setup has no beads; expected beads.area_fraction or beads.count > 0",
+            assay);
 }
 
 /// Forces that hold the mean bead velocity, if any, at zero: in a small periodic cell a rod would follow its own wake.
-inline dem::BodyForces bed_at_rest(const dem::Setup& setup) {
-    return {.hold_beads = setup.beads.count > 0 || setup.beads.area_fraction > 0.0};
-}
+inline dem::BodyForces bed_at_rest(const dem::Setup& setup) { return {.hold_beads = setup.beads.any()}; }
 
 /// Whether values ascend strictly, as quantities that are named after them require.
 inline bool is_ascending(const std::vector<double>& values) {

@@ -51,8 +51,7 @@ Assay propulsion(const PropulsionPlan& plan) {
             .quantities = {{"propulsion", "mm/s", "u = <d.n>/frame, corrected for the rotation of n"},
                            {"propulsion_spread", "mm/s", "standard deviation among rods of their mean speeds", false}},
             .trial = std::bind_front(follow, plan),
-            .estimator = [](std::span<const Trial>) { return estimates_of; },
-            .conclude = {}};
+            .estimator = [](std::span<const Trial>) { return estimates_of; }};
 }
 
 Rows<PropulsionPlan> PropulsionPlan::rows() {

@@ -1,8 +1,8 @@
 // calibrate/assays/relaxation.cpp: rotational diffusion of single rods in the bed.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "calibrate/assays/plan_support.hpp"
 #include "calibrate/catalogue.hpp"
 
@@ -103,8 +103,7 @@ Assay relaxation(const RelaxationPlan& plan) {
             .estimator =
                 [plan](std::span<const Trial> trials) {
                     const Regime regime = regime_of(trials, plan.frame);
-                    const double from = regime.found ? static_cast<double>(regime.first) * plan.frame
-                                                     : std::numeric_limits<double>::quiet_NaN();
+                    const double from = regime.found ? static_cast<double>(regime.first) * plan.frame : nan;
                     return [=](std::span<const double> means) -> std::vector<double> {
                         const Line line = line_of(means, regime.first, regime.end, plan.frame);
                         return {line.slope, -std::expm1(-line.at_zero), from};

@@ -181,8 +181,8 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 
 Assay scattering(const ScatteringPlan& plan) {
     require(plan.cell > 2.0 * plan.range, {},
-            "scattering: a cell of {} mm and a range of {} mm; expected a cell longer than twice the range, or a rod "
-            "would meet two images of the other",
+            "scattering: a cell of {} mm and a range of {} mm; expected a cell longer than twice the range: "
+            "otherwise a rod would meet two images of the other",
             plan.cell, plan.range);
     require(plan.frame > 0.0 && plan.max_duration >= 2.0 * plan.frame && plan.time > plan.max_duration, {},
             "scattering: frames of {} s, encounters of at most {} s, a trial of {} s; expected at least two frames in "

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/constants.hpp"
 #include "calibrate/assays/plan_support.hpp"
 #include "calibrate/catalogue.hpp"
 
@@ -56,7 +57,7 @@ std::vector<double> estimates_of(const ShearPlan& plan, const std::vector<std::s
     }
     const Line line = fit_line(squares, rates, weights);
     // Two points always lie on a line.
-    double bend = waves > 2 ? 0.0 : std::numeric_limits<double>::quiet_NaN();
+    double bend = waves > 2 ? 0.0 : nan;
     for (std::size_t k = 0; waves > 2 && k < waves; ++k) {
         const double residual = (rates[k] - line.at_zero - line.slope * squares[k]) / rates[k];
         if (std::abs(residual) > std::abs(bend)) bend = residual;

@@ -1,8 +1,8 @@
 // calibrate/assays/stiffness.cpp: response of the bead density to a force.
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "base/constants.hpp"
 #include "calibrate/assays/plan_support.hpp"
 #include "calibrate/catalogue.hpp"
 
@@ -62,7 +62,7 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
     measure::Estimate& modulus = estimates[0];
     const measure::Estimate &response = estimates[1], &ratio = estimates[2];
     if (!response.error || std::abs(response.mean) < min_errors * *response.error) {
-        modulus.mean = std::numeric_limits<double>::quiet_NaN();
+        modulus.mean = nan;
         modulus.error.reset();
         modulus.why_no_error =
             "the density response does not exceed its fluctuations: use larger forces (pushes) or a longer time";

@@ -105,7 +105,7 @@ void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, dou
             require(
                 dt * setup.plates.frequency <= periods, locate("time.dt"),
                 "time.dt = {} s with plates.frequency = {} 1/s and contacts.law = \"pairwise\"; expected at most {} "
-                "of a period, or beads go into the plates",
+                "of a period: otherwise beads penetrate the plates",
                 dt, setup.plates.frequency, periods);
         }
         if constexpr (SoftLaw<Law>) {

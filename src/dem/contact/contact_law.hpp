@@ -140,7 +140,7 @@ struct RepulsiveSpring : Springs {
 /// Impulses along and across the slip before a contact, in its frame.
 struct PairwiseImpulse {
     double n = 0.0, x = 0.0, y = 0.0;  ///< [mg mm/s]
-    bool limited = false;              ///< friction is smaller than the law has it, or the impulse would create energy
+    bool limited = false;              ///< friction was reduced, since the impulse would have created energy
 };
 
 /// A contact that approaches: its velocity u and its response K to impulses, see dem/impact_frame.hpp.

@@ -51,7 +51,6 @@ void record_plate(const Spheres& spheres, std::uint32_t sphere, double side, dou
                       .second_body = plate,
                       .apart = (radius - depth) * normal,
                       .reach = radius,
-                      .since = 0.0,
                       .normal = normal};
     report.closing = approach;
 }
@@ -129,16 +128,7 @@ void bounce_rod(const FrictionLaw& friction, Spheres& spheres, std::size_t numbe
     for (std::size_t i = 0; i < overlaps.size(); ++i) {
         if (order == ContactOrder::fastest_first) bring_fastest(overlaps, i, body, kind.shape, base.velocity);
         const auto [k, side, depth] = overlaps[i];
-        const Vector normal{0.0, 0.0, side};
-        Contact contact{.first = 0,
-                        .second = -1,
-                        .normal = normal,
-                        .arm_first = kind.shape.at[k] * rod.axis - kind.shape.radius[k] * normal,
-                        .arm_second = {},
-                        .wall_velocity = {0.0, 0.0, base.velocity},
-                        .restitution = kind.restitution,
-                        .friction = kind.friction,
-                        .impulse = {}};
+        Contact contact = plate_contact(rod, kind, k, side, base);
         const double approach = resolve_contact(friction, contact, {&body, 1}, report);
         record_plate(spheres, spheres.rods.first[number] + k, side, depth, approach, report);
         if (approach == 0.0) continue;
@@ -197,11 +187,8 @@ void resolve_any(const FrictionLaw& friction, const Overlap& overlap, Spheres& s
                     .second = surface ? -1 : (image ? 0 : 1),
                     .normal = normal,
                     .arm_first = arm(overlap.first, 1.0),
-                    .arm_second = {},
-                    .wall_velocity = {},
                     .restitution = c.restitution,
-                    .friction = c.friction,
-                    .impulse = {}};
+                    .friction = c.friction};
     if (!surface) contact.arm_second = arm(overlap.second, -1.0);
     if (contact.second == 1) bodies[1] = impact_body_of(spheres, overlap.second_body);
     const double approach = resolve_contact(friction, contact, bodies, report);

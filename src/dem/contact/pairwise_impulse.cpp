@@ -1,8 +1,8 @@
 // dem/contact/pairwise_impulse.cpp: the impulse of one contact with friction along the slip before it.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "dem/contact/contact_law.hpp"
 #include "dem/impact/impact_increment.hpp"
 
@@ -33,10 +33,8 @@ double max_sliding_friction(const Response& w, double restitution, double approa
     const double linear = line.speed * w.nn + restitution * approach * line.across;
     const double square = 2.0 * line.speed * line.across + (1.0 + restitution) * approach * line.along;
     const double discriminant = linear * linear + constant * square;
-    if (linear >= 0.0)
-        return square > 0.0 ? (linear + std::sqrt(discriminant)) / square : std::numeric_limits<double>::infinity();
-    return discriminant >= 0.0 ? constant / (std::sqrt(discriminant) - linear)
-                               : std::numeric_limits<double>::infinity();
+    if (linear >= 0.0) return square > 0.0 ? (linear + std::sqrt(discriminant)) / square : infinite;
+    return discriminant >= 0.0 ? constant / (std::sqrt(discriminant) - linear) : infinite;
 }
 
 /// Twice the work of an impulse: J.(u + u').

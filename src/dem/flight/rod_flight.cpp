@@ -2,8 +2,8 @@
 #include "dem/flight/rod_flight.hpp"
 
 #include <algorithm>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "dem/bodies/rotation.hpp"
 #include "dem/impact/closing_time.hpp"
 #include "drover/base/random.hpp"
@@ -117,17 +117,7 @@ void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, c
     bool any = false;
     for (const PlateGap& gap : space.gaps) {
         if (gap.gap > rules.simultaneity_gap) continue;
-        const Vector normal{0.0, 0.0, gap.side};
-        const Shape& shape = kind.shape;
-        space.contacts.push_back({.first = 0,
-                                  .second = -1,
-                                  .normal = normal,
-                                  .arm_first = shape.at[gap.sphere] * rod.axis - shape.radius[gap.sphere] * normal,
-                                  .arm_second = {},
-                                  .wall_velocity = {0.0, 0.0, base.velocity},
-                                  .restitution = kind.restitution,
-                                  .friction = kind.friction,
-                                  .impulse = {}});
+        space.contacts.push_back(plate_contact(rod, kind, gap.sphere, gap.side, base));
         space.approach.push_back(-gap.speed);
         any = any || gap.speed < 0.0;
     }
@@ -148,8 +138,7 @@ void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, c
 }  // namespace
 
 RodKind make_rod_kind(const Shape& shape, double restitution, double friction, bool all_bear) {
-    RodKind kind{
-        .shape = shape, .bearing = {}, .at = {}, .radius = {}, .restitution = restitution, .friction = friction};
+    RodKind kind{.shape = shape, .restitution = restitution, .friction = friction};
     const std::size_t count = shape.at.size();
     for (std::size_t k = 0; k < count; ++k) {
         // A sphere inside the cone of two others does not reach the hull.
@@ -162,7 +151,7 @@ RodKind make_rod_kind(const Shape& shape, double restitution, double friction, b
         if (covered) continue;
         const std::size_t place = kind.bearing.size() % 4;
         if (place == 0) {
-            constexpr double none = -std::numeric_limits<double>::infinity();
+            constexpr double none = -infinite;
             kind.at.emplace_back();
             kind.radius.push_back(Vec4d{none, none, none, none});
         }

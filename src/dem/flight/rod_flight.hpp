@@ -40,6 +40,17 @@ struct RodPlateOverlap {
     double side, depth;    ///< depth [mm] > 0
 };
 
+/// The contact of a sphere of a rod with base (side +1) or lid (-1).
+inline Contact plate_contact(const Rod& rod, const RodKind& kind, std::uint32_t sphere, double side,
+                             const PlateState& base) {
+    const Vector normal{0.0, 0.0, side};
+    return {.normal = normal,
+            .arm_first = kind.shape.at[sphere] * rod.axis - kind.shape.radius[sphere] * normal,
+            .wall_velocity = {0.0, 0.0, base.velocity},
+            .restitution = kind.restitution,
+            .friction = kind.friction};
+}
+
 /// Scratch memory, reused from rod to rod.
 struct FlightSpace {
     std::vector<PlateGap> gaps;

@@ -93,7 +93,7 @@ inline Frame frame_of(const Contact& contact, std::span<const ImpactBody> bodies
     Vector x = tangent(contact, bodies);
     x = x - dot(x, n) * n;
     x = 1.0 / length(x) * x;
-    Frame frame{.axes = {n, x, cross(n, x)}, .first = {}, .second = {}, .response = {}};
+    Frame frame{.axes = {n, x, cross(n, x)}};
     frame.first = lever_of(bodies[static_cast<std::size_t>(contact.first)], contact.arm_first, frame.axes);
     if (contact.second >= 0)
         frame.second = lever_of(bodies[static_cast<std::size_t>(contact.second)], contact.arm_second, frame.axes);

@@ -19,7 +19,7 @@ namespace {
 Bounce bounce_plain(const Response& w, const Contact& contact, Slip slip) {
     const double normal = -(1.0 + contact.restitution) * slip.n / w.nn,
                  size = std::sqrt(slip.x * slip.x + slip.y * slip.y);
-    Increment part{.n = normal, .x = 0.0, .y = 0.0, .after = {}};
+    Increment part{.n = normal};
     if (size > 0.0 && w.ixx > 0.0) {
         const double ex = slip.x / size, ey = slip.y / size;
         const double stop = size / (w.xx * ex * ex + 2.0 * w.xy * ex * ey + w.yy * ey * ey);

@@ -79,36 +79,10 @@ void wrap_bodies(const Cell& cell, Spheres& spheres) {
     }
 }
 
-template <class Item>
-void reorder(const std::vector<std::uint32_t>& order, std::vector<Item>& items, std::vector<Item>& spare) {
-    spare.resize(order.size());
-    for (std::size_t s = 0; s < order.size(); ++s) spare[s] = items[order[s]];
-    std::copy(spare.begin(), spare.end(), items.begin());
-}
-
-/// In the order of the mesh rows, so that neighbours are close in memory.
-void sort_beads(const Mesh& mesh, Spheres& spheres) {
-    BeadArrays& beads = spheres.beads;
-    const std::size_t count = beads.size();
-    std::vector<std::uint32_t> start(static_cast<std::size_t>(mesh.nx) * static_cast<std::size_t>(mesh.ny) + 1, 0),
-        order(count);
-    std::vector<std::uint32_t> cells(count);
-    const auto cell_of = [&](std::size_t s) { return mesh.cell({spheres.position[s][0], spheres.position[s][1]}); };
-    for (std::size_t s = 0; s < count; ++s) {
-        cells[s] = static_cast<std::uint32_t>(cell_of(s));
-        ++start[cells[s] + 1];
-    }
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    for (std::size_t s = 0; s < count; ++s) order[start[cells[s]]++] = static_cast<std::uint32_t>(s);
-    std::vector<Vec4d> vectors;
-    std::vector<std::uint32_t> words;
-    std::vector<std::array<std::int32_t, 2>> images;
-    reorder(order, spheres.position, vectors);
-    reorder(order, beads.velocity, vectors);
-    reorder(order, beads.spin, vectors);
-    reorder(order, beads.number, words);
-    reorder(order, beads.shape, words);
-    reorder(order, beads.image, images);
+std::vector<Place> positions_of(const Spheres& spheres) {
+    std::vector<Place> places(spheres.size());
+    for (std::size_t s = 0; s < spheres.size(); ++s) places[s] = {spheres.position[s][0], spheres.position[s][1]};
+    return places;
 }
 
 /// The spheres of each cell of the mesh.
@@ -128,6 +102,26 @@ Filled fill(const Mesh& mesh, const std::vector<Place>& places) {
     std::vector<std::uint32_t> next(filled.start.begin(), filled.start.end() - 1);
     for (std::size_t s = 0; s < places.size(); ++s) filled.spheres[next[cells[s]]++] = static_cast<std::uint32_t>(s);
     return filled;
+}
+
+template <class Item>
+void reorder(const std::vector<std::uint32_t>& order, std::vector<Item>& items) {
+    const std::vector<Item> before(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(order.size()));
+    for (std::size_t s = 0; s < order.size(); ++s) items[s] = before[order[s]];
+}
+
+/// In the order of the mesh rows, so that neighbours are close in memory.
+void sort_beads(const Mesh& mesh, Spheres& spheres) {
+    BeadArrays& beads = spheres.beads;
+    std::vector<Place> places = positions_of(spheres);
+    places.resize(beads.size());  // which come first
+    const std::vector<std::uint32_t> order = fill(mesh, places).spheres;
+    reorder(order, spheres.position);
+    reorder(order, beads.velocity);
+    reorder(order, beads.spin);
+    reorder(order, beads.number);
+    reorder(order, beads.shape);
+    reorder(order, beads.image);
 }
 
 /// Listed positions wrapped into the cell: a rod may extend over an edge.
@@ -270,12 +264,6 @@ void list_near(double skin, const Spheres& spheres, Neighbours& neighbours, Thre
             near.resize(count);
         }
     });
-}
-
-std::vector<Place> positions_of(const Spheres& spheres) {
-    std::vector<Place> places(spheres.size());
-    for (std::size_t s = 0; s < spheres.size(); ++s) places[s] = {spheres.position[s][0], spheres.position[s][1]};
-    return places;
 }
 }  // namespace
 

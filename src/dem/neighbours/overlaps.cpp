@@ -14,9 +14,7 @@ Overlap overlap_between(const Spheres& spheres, std::uint32_t a, std::uint32_t b
             .first_body = spheres.body(a),
             .second_body = spheres.body(b),
             .apart = {pa[0] - pb[0] - x, pa[1] - pb[1] - y, pa[2] - pb[2]},
-            .reach = pa[3] + pb[3],
-            .since = 0.0,
-            .normal = {}};
+            .reach = pa[3] + pb[3]};
 }
 
 /// Squared distances of four pairs minus the squares of their reaches: negative where they overlap.
@@ -83,7 +81,6 @@ void find_walls(const Walls& side, const Spheres& spheres, const std::vector<std
                              .second_body = Overlap::side_wall,
                              .apart = walls[w].distance * Vector{walls[w].nx, walls[w].ny, 0.0},
                              .reach = place[3],
-                             .since = 0.0,
                              .normal = {walls[w].nx, walls[w].ny, 0.0}});
         }
     }

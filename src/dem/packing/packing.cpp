@@ -54,7 +54,7 @@ struct Placed {
 Placed no_rods(const OverlapRelaxation& relaxation) {
     double largest = 0.0;
     for (const double radius : relaxation.radius) largest = std::max(largest, radius);
-    return {.bins = Bins(relaxation.cell, 2.0 * (1.0 + relaxation.margin) * std::max(largest, 1e-3)), .sphere = {}};
+    return {.bins = Bins(relaxation.cell, 2.0 * (1.0 + relaxation.margin) * std::max(largest, 1e-3))};
 }
 
 Vector place_in(const OverlapRelaxation& relaxation, double reach, Draws& draws) {

@@ -107,8 +107,8 @@ void add_rods(const RodSupply& supply, double area_cell, std::uint64_t seed, con
 Bodies make_bodies(const Setup& setup, std::uint64_t seed, const Locate& locate) {
     Bodies bodies;
     const double area_cell = area(setup.cell);
-    if (setup.beads.count > 0 || setup.beads.area_fraction > 0.0) add_beads(setup.beads, area_cell, locate, bodies);
-    if (setup.rods.count > 0 || setup.rods.area_fraction > 0.0) add_rods(setup.rods, area_cell, seed, locate, bodies);
+    if (setup.beads.any()) add_beads(setup.beads, area_cell, locate, bodies);
+    if (setup.rods.any()) add_rods(setup.rods, area_cell, seed, locate, bodies);
     if (!setup.plates.lid) return bodies;
     for (const Shape& shape : bodies.shapes)
         require(
@@ -121,10 +121,10 @@ Bodies make_bodies(const Setup& setup, std::uint64_t seed, const Locate& locate)
 
 std::vector<Shape> shapes_of(const Setup& setup, const Locate& locate) {
     std::vector<Shape> shapes;
-    if (setup.beads.count > 0 || setup.beads.area_fraction > 0.0)
+    if (setup.beads.any())
         for (const double diameter : setup.beads.diameters)
             shapes.push_back(make_ball(diameter, setup.beads.density, locate("beads.diameters")));
-    if (setup.rods.count > 0 || setup.rods.area_fraction > 0.0) shapes.push_back(rod_shape(setup.rods, 1.0, locate));
+    if (setup.rods.any()) shapes.push_back(rod_shape(setup.rods, 1.0, locate));
     return shapes;
 }
 

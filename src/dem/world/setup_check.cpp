@@ -76,7 +76,7 @@ SupplySize check_rods(const RodSupply& rods, double area_cell, const Locate& loc
     require(!rods.diameters.empty(), locate("rods.diameters"), "rods.diameters is empty; expected at least one");
     require(!rods.densities.empty(), locate("rods.densities"), "rods.densities is empty; expected at least one");
     require(*std::max_element(rods.densities.begin(), rods.densities.end()) > 0.0, locate("rods.densities"),
-            "rods.densities holds no number above 0; expected one at least, or rods have no mass");
+            "rods.densities holds no number above 0; expected at least one: otherwise rods have no mass");
     const Shape shape = rod_shape(rods, 1.0, locate);
     SupplySize result = asked(rods, "rods", area_cell, shape.projected_area, locate);
     if (result.count > 0.0) result.length = shape.head - shape.tail;
@@ -112,12 +112,12 @@ void check_cell_size(const Setup& setup, double thickest, double longest, const 
     for (const auto& [key, side] : {std::pair{"cell.lx", cell.lx}, std::pair{"cell.ly", cell.ly}}) {
         if (is_periodic(cell) && thickest > 0.0) {
             require(side > reach, locate(key),
-                    "{} = {} mm; expected more than {} mm, twice the largest diameter and contacts.skin together, or a "
-                    "body could overlap another on both sides of the periodic cell",
+                    "{} = {} mm; expected more than {} mm, twice the largest diameter and contacts.skin together: "
+                    "otherwise a body could overlap another on both sides of the periodic cell",
                     key, side, reach);
             require(side >= longest, locate(key),
-                    "{} = {} mm; expected at least {} mm, the length of a body, or it would lie on itself", key, side,
-                    longest);
+                    "{} = {} mm; expected at least {} mm, the length of a body: otherwise it would overlap itself", key,
+                    side, longest);
         }
         require(cell.shape != "rectangle" || side > thickest, locate(key),
                 "{} = {} mm between walls, with bodies {} mm thick; expected more", key, side, thickest);
@@ -190,16 +190,15 @@ void check_contacts(const Setup& setup, double thinnest, const Locate& locate) {
             "contacts.simultaneity_gap = {} mm with spheres of radius {} mm; expected much less",
             setup.contacts.simultaneity_gap, 0.5 * thinnest);
     constexpr double periods = 0.05;
-    require(
-        setup.contacts.substep * setup.plates.frequency <= periods,
-        first_given(locate, {"contacts.substep", "plates.frequency"}),
-        "contacts.substep = {} s with plates.frequency = {} 1/s; expected at most {} of a period, or rods go into the "
-        "plates",
-        setup.contacts.substep, setup.plates.frequency, periods);
+    require(setup.contacts.substep * setup.plates.frequency <= periods,
+            first_given(locate, {"contacts.substep", "plates.frequency"}),
+            "contacts.substep = {} s with plates.frequency = {} 1/s; expected at most {} of a period: otherwise rods "
+            "penetrate the plates",
+            setup.contacts.substep, setup.plates.frequency, periods);
     require(setup.contacts.rod_step * setup.plates.frequency <= periods,
             first_given(locate, {"contacts.rod_step", "plates.frequency"}),
-            "contacts.rod_step = {} s with plates.frequency = {} 1/s; expected at most {} of a period, or rods go into "
-            "the plates",
+            "contacts.rod_step = {} s with plates.frequency = {} 1/s; expected at most {} of a period: otherwise rods "
+            "penetrate the plates",
             setup.contacts.rod_step, setup.plates.frequency, periods);
     const Packing& packing = setup.packing;
     require(packing.kind != "file" || !packing.file.empty(), locate("packing.kind"),

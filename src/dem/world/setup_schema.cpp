@@ -85,34 +85,30 @@ Rows<RodSupply> RodSupply::rows() {
     };
 }
 
-namespace {
-template <class Struct>
-Row<Struct> coefficient(const char* name, double Struct::*member, const Range& range, const char* doc) {
-    return {name, member, doc, "", range};
-}
-}  // namespace
-
 Rows<Restitution> Restitution::rows() {
     constexpr Range range{.min = 0.0, .max = 1.0};
-    return {coefficient("bead_bead", &Restitution::bead_bead, range,
-                        "coefficient of restitution e of two beads: 0: no rebound, 1: no loss of energy"),
-            coefficient("rod_bead", &Restitution::rod_bead, range, "e of a rod and a bead"),
-            coefficient("rod_rod", &Restitution::rod_rod, range, "e of two rods"),
-            coefficient("bead_plate", &Restitution::bead_plate, range, "e of a bead on base or lid"),
-            coefficient("rod_plate", &Restitution::rod_plate, range, "e of a rod on base or lid"),
-            coefficient("bead_wall", &Restitution::bead_wall, range, "e of a bead on a side wall"),
-            coefficient("rod_wall", &Restitution::rod_wall, range, "e of a rod on a side wall")};
+    return Rows<Restitution>{
+        {"bead_bead", &Restitution::bead_bead,
+         "coefficient of restitution e of two beads: 0: no rebound, 1: no loss of energy", "", range},
+        {"rod_bead", &Restitution::rod_bead, "e of a rod and a bead", "", range},
+        {"rod_rod", &Restitution::rod_rod, "e of two rods", "", range},
+        {"bead_plate", &Restitution::bead_plate, "e of a bead on base or lid", "", range},
+        {"rod_plate", &Restitution::rod_plate, "e of a rod on base or lid", "", range},
+        {"bead_wall", &Restitution::bead_wall, "e of a bead on a side wall", "", range},
+        {"rod_wall", &Restitution::rod_wall, "e of a rod on a side wall", "", range},
+    };
 }
 
 Rows<Friction> Friction::rows() {
-    return {coefficient("bead_bead", &Friction::bead_bead, not_negative,
-                        "coefficient of Coulomb friction mu of two beads"),
-            coefficient("rod_bead", &Friction::rod_bead, not_negative, "mu of a rod and a bead"),
-            coefficient("rod_rod", &Friction::rod_rod, not_negative, "mu of two rods"),
-            coefficient("bead_plate", &Friction::bead_plate, not_negative, "mu of a bead on base or lid"),
-            coefficient("rod_plate", &Friction::rod_plate, not_negative, "mu of a rod on base or lid"),
-            coefficient("bead_wall", &Friction::bead_wall, not_negative, "mu of a bead on a side wall"),
-            coefficient("rod_wall", &Friction::rod_wall, not_negative, "mu of a rod on a side wall")};
+    return Rows<Friction>{
+        {"bead_bead", &Friction::bead_bead, "coefficient of Coulomb friction mu of two beads", "", not_negative},
+        {"rod_bead", &Friction::rod_bead, "mu of a rod and a bead", "", not_negative},
+        {"rod_rod", &Friction::rod_rod, "mu of two rods", "", not_negative},
+        {"bead_plate", &Friction::bead_plate, "mu of a bead on base or lid", "", not_negative},
+        {"rod_plate", &Friction::rod_plate, "mu of a rod on base or lid", "", not_negative},
+        {"bead_wall", &Friction::bead_wall, "mu of a bead on a side wall", "", not_negative},
+        {"rod_wall", &Friction::rod_wall, "mu of a rod on a side wall", "", not_negative},
+    };
 }
 
 Rows<Kick> Kick::rows() {

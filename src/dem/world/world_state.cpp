@@ -112,16 +112,13 @@ World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::u
              .friction = setup.friction,
              .law = ImpactLaw::from(setup.contacts),
              .acceleration = {setup.gravity.x, setup.gravity.y, setup.gravity.z},
-             .bead_force = {},
-             .rod_force = {},
              .dt = dt,
              .substep = setup.contacts.substep,
              .simultaneity_gap = setup.contacts.simultaneity_gap,
              .counted_plate_speed = counted_plate_speed(setup),
              .skin = near_skin(setup.contacts.skin),
              .kick = setup.kick.strength,
-             .seed = seed,
-             .base = {}};
+             .seed = seed};
     set_forces(setup.forces);
 }
 

@@ -6,6 +6,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "base/constants.hpp"
+
 namespace drover::numerics {
 
 using MeshIndex = std::uint32_t;
@@ -14,7 +16,7 @@ constexpr MeshIndex mesh_none = std::numeric_limits<MeshIndex>::max();
 /// A point of the lattice on which all vertices lie: (i, j)/BisectionMesh::side in the unit square.
 struct MeshVertex {
     std::int64_t i = 0, j = 0;
-    double value = std::numeric_limits<double>::quiet_NaN();
+    double value = nan;
 };
 
 /// Corners anticlockwise, the right angle first.  The hypotenuse is 1/cells long at level 0 and falls by sqrt(2) a
@@ -27,9 +29,8 @@ struct MeshTriangle {
 struct MeshEdge {
     std::array<MeshIndex, 2> end{};  ///< the older vertex first
     std::array<MeshIndex, 2> triangle{mesh_none, mesh_none};
-    double crossing =
-        std::numeric_limits<double>::quiet_NaN();  ///< where the line crosses, from 0 to 1 between the ends
-    bool searched = false;                         ///< the crossing is known, or does not exist
+    double crossing = nan;  ///< where the line crosses, from 0 to 1 between the ends
+    bool searched = false;  ///< the crossing is known, or does not exist
 };
 
 struct MeshSplit {

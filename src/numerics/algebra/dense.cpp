@@ -64,13 +64,6 @@ Matrix scaled(const Matrix& a, const Scales& by) {
 }
 
 template <class Matrix>
-Matrix pivoted_inverse_of(const Matrix& a) {
-    const Scales scales = even_scales(a.template cast<std::complex<double>>());
-    const Matrix even = scaled(a, scales).fullPivLu().inverse();
-    return scales.columns.asDiagonal() * even * scales.rows.asDiagonal();
-}
-
-template <class Matrix>
 bool is_invertible_matrix(const Matrix& a) {
     return scaled(a, even_scales(a.template cast<std::complex<double>>())).fullPivLu().isInvertible();
 }
@@ -83,8 +76,12 @@ Matrix shortest_even_solution(const Matrix& a, const Matrix& b) {
 }
 }  // namespace
 
-MatrixXd pivoted_inverse(const MatrixXd& a) { return pivoted_inverse_of(a); }
-MatrixXcd pivoted_inverse(const MatrixXcd& a) { return pivoted_inverse_of(a); }
+MatrixXd pivoted_inverse(const MatrixXd& a) {
+    const Scales scales = even_scales(a.cast<std::complex<double>>());
+    const MatrixXd even = scaled(a, scales).fullPivLu().inverse();
+    return scales.columns.asDiagonal() * even * scales.rows.asDiagonal();
+}
+
 bool is_invertible(const MatrixXd& a) { return is_invertible_matrix(a); }
 bool is_invertible(const MatrixXcd& a) { return is_invertible_matrix(a); }
 

@@ -30,7 +30,6 @@ Scales even_scales(const Eigen::MatrixXcd& a);
 
 /// An inverse with full pivoting, for rows and columns of very different size.
 Eigen::MatrixXd pivoted_inverse(const Eigen::MatrixXd& a);
-Eigen::MatrixXcd pivoted_inverse(const Eigen::MatrixXcd& a);
 bool is_invertible(const Eigen::MatrixXd& a);
 bool is_invertible(const Eigen::MatrixXcd& a);
 

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "base/constants.hpp"
 
 namespace drover::numerics {
 
@@ -33,7 +34,7 @@ double golden_maximum(double low, double high, Function function) {
 
 /// The largest of the values of a function at some places.
 struct Largest {
-    double value = -std::numeric_limits<double>::infinity(), place = 0.0;
+    double value = -infinite, place = 0.0;
 };
 template <class Function>
 Largest largest_of(const std::vector<double>& places, Function function) {

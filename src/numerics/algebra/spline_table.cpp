@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 
 namespace drover::numerics {
@@ -106,10 +106,7 @@ SplineTable::SplineTable(std::vector<double> first, std::vector<double> second, 
 
 TableValue SplineTable::at(double at_first, double at_second) const {
     const Cell one = cell_of(first_, at_first), two = cell_of(second_, at_second);
-    if ((!one.inside || !two.inside) && outside_ == Outside::refuse) {
-        constexpr double none = std::numeric_limits<double>::quiet_NaN();
-        return {none, none, none};
-    }
+    if ((!one.inside || !two.inside) && outside_ == Outside::refuse) return {nan, nan, nan};
     const Hermite f = hermite(one), g = hermite(two);
     TableValue sum;
     for (std::size_t i = 0; i < (one.length == 0.0 ? 1u : 2u); ++i)
@@ -147,7 +144,7 @@ std::vector<double> node_weights(const std::vector<double>& axis, double place) 
 double SplineTable::standard_error(double at_first, double at_second) const {
     if (errors_.empty()) return 0.0;
     if (outside_ == Outside::refuse && (!cell_of(first_, at_first).inside || !cell_of(second_, at_second).inside))
-        return std::numeric_limits<double>::quiet_NaN();
+        return nan;
     const std::vector<double> one = node_weights(first_, at_first), two = node_weights(second_, at_second);
     double variance = 0.0;
     for (std::size_t i = 0; i < one.size(); ++i)

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numbers>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 
 namespace drover::numerics {
@@ -98,8 +98,7 @@ std::vector<double> sector_means(const Grid& grid, const Shells& shells, const S
             means[cell] += mode_weight(grid, i) * per_mode[mode];
             weights[cell] += mode_weight(grid, i);
         }
-    for (std::size_t n = 0; n < size; ++n)
-        means[n] = weights[n] > 0.0 ? means[n] / weights[n] : std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t n = 0; n < size; ++n) means[n] = weights[n] > 0.0 ? means[n] / weights[n] : nan;
     return means;
 }
 

@@ -175,7 +175,7 @@ void check(const StartFormula& formula, const Grid& grid, int degree) {
         fill(formula, grid, one, cells[0]);
     }
     if (cut > 0.5)
-        fail_input(formula.where, "{} = \"{}\": the grid cuts {:.3g} of its variance; expected less than half: {}",
+        fail_input(formula.where, "{} = \"{}\": the grid cuts off {:.3g} of its variance; expected less than half: {}",
                    formula.key, formula.written, cut, remedy(formula, grid, degree));
 }
 
@@ -183,12 +183,12 @@ std::string warning_of(const StartFormula& formula, const std::string& unit, con
     if (const EdgeJump jump = edge_jump(formula.value, grid);
         jump.size > max_edge_jump * jump.range && jump.range > 0.0)
         return text(
-            "{} = \"{}\" jumps by {:.3g} {} at the periodic edge {} = 0, at {} = {:.4g} mm: the waves of the grid "
-            "overshoot there; write a formula with the periods of the cell, {} = {} and {} = {} mm",
+            "{} = \"{}\" jumps by {:.3g} {} at the periodic edge {} = 0, at {} = {:.4g} mm: its truncated Fourier "
+            "series overshoots there; write a formula that is periodic in the cell, {} = {} and {} = {} mm",
             formula.key, formula.written, jump.size, unit, jump.axis, jump.axis == 'x' ? 'y' : 'x', jump.at, "grid.lx",
             grid.lx, "grid.ly", grid.ly);
     if (const double cut = remembered_cut(formula, grid, degree); cut > max_variance_cut)
-        return text("{} = \"{}\": the grid cuts {:.2g} of its variance; expected less than {}: {}", formula.key,
+        return text("{} = \"{}\": the grid cuts off {:.2g} of its variance; expected less than {}: {}", formula.key,
                     formula.written, cut, max_variance_cut, remedy(formula, grid, degree));
     return "";
 }

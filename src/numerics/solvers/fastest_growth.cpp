@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/constants.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 #include "numerics/steppers/isotropic.hpp"
 
@@ -40,7 +40,7 @@ template <class Value>
 FastestGrowth largest(const System& system, Value value) {
     constexpr std::size_t max_modes = std::size_t{1} << 17;
     const std::vector<double> q = distinct_wavenumbers(system.grid, system.degree).q;
-    FastestGrowth result{.rate = -std::numeric_limits<double>::infinity()};
+    FastestGrowth result{.rate = -infinite};
     std::size_t at = 0;
     const auto look = [&](std::size_t i) {
         rates_at(system, q[i], [&](Complex s) {
@@ -61,7 +61,7 @@ FastestGrowth largest(const System& system, Value value) {
 FastestGrowth fastest_growth(const System& system) {
     return largest(system, [](double q, Complex s) {
         const bool is_conserved = q == 0.0 && s == 0.0;
-        return is_conserved ? -std::numeric_limits<double>::infinity() : s.real();
+        return is_conserved ? -infinite : s.real();
     });
 }
 

@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <limits>
 #include <memory>
 #include <numbers>
 #include <numeric>
 
+#include "base/constants.hpp"
 #include "numerics/solvers/travelling_state.hpp"
 #include "numerics/steppers/sundials_handles.hpp"
 
@@ -87,7 +87,7 @@ double TravellingSolver::mass(std::size_t i) const {
 /// Above every growth rate of the linear terms: the preconditioner is regular.  By the slowest rate of the means or,
 /// where none has a rate, of the longest wave that has one.
 void TravellingSolver::choose_shift() {
-    double growth = 0.0, slowest = std::numeric_limits<double>::infinity();
+    double growth = 0.0, slowest = infinite;
     for (std::size_t k = 0; 2 * k < per_component_ + 1; ++k) {
         const IsotropicBlocks blocks = whole_->system.linear(2.0 * pi / grid_.lx * static_cast<double>(k));
         std::vector<double> sizes;
@@ -139,10 +139,7 @@ Eigen::MatrixXcd cartesian_block(const System& system, double q) {
     const BlockParts parts = block_parts(system.layout);
     const int count = components(system.layout);
     Eigen::MatrixXcd m = Eigen::MatrixXcd::Zero(count, count);
-    const auto factor = [&](const Part& part) {
-        static constexpr Complex powers_of_i[] = {{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}};
-        return q > 0.0 ? powers_of_i[part.spin % 4] : 1.0;
-    };
+    const auto factor = [&](const Part& part) { return power_of_i(q > 0.0 ? part.spin : 0); };
     const auto fill = [&](const Block& block, const std::vector<Part>& of) {
         for (std::size_t i = 0; i < of.size(); ++i)
             for (std::size_t k = 0; k < of.size(); ++k)

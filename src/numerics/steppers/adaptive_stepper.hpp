@@ -60,6 +60,7 @@ public:
     const System& system() const { return system_; }
     const std::string& method() const { return control_.method; }
     double dt() const { return control_.dt; }
+    double tolerance() const { return control_.tolerance; }
     const StepCount& count() const { return count_; }
 
     /// Parts of dt now: part of the state of a run.

@@ -140,8 +140,7 @@ const std::vector<StepperTable> tables = [] {
 std::span<const StepperTable> stepper_tables() { return tables; }
 
 const StepperTable& stepper_table(const std::string& name) {
-    const auto found =
-        std::find_if(tables.begin(), tables.end(), [&](const StepperTable& table) { return table.name == name; });
+    const auto found = std::ranges::find(tables, name, &StepperTable::name);
     if (found != tables.end()) return *found;
     std::vector<std::string> names;
     for (const StepperTable& table : tables) names.push_back(table.name);

@@ -130,8 +130,8 @@ void SundialsStepper::Work::make_cvode() {
     if (!memory || !solver || CVodeInit(memory, all_rates, 0.0, vector.get()) != 0 ||
         CVodeSetUserData(memory, this) != 0 || CVodeSetErrHandlerFn(memory, keep_message, this) != 0 ||
         CVodeWFtolerances(memory, error_weights) != 0 || CVodeSetMaxNumSteps(memory, max_steps) != 0 ||
-        CVodeSetMinStep(memory, min_step * dt) != 0 || CVodeSetLinearSolver(memory, solver.get(), nullptr) != 0 ||
-        CVodeSetPreconditioner(memory, prepare, solve) != 0)
+        CVodeSetMinStep(memory, min_step * dt) != 0 || (system.is_timed && CVodeSetMaxStep(memory, dt) != 0) ||
+        CVodeSetLinearSolver(memory, solver.get(), nullptr) != 0 || CVodeSetPreconditioner(memory, prepare, solve) != 0)
         fail_run("CVODE cannot be prepared: {}", message);
 }
 

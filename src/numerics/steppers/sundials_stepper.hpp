@@ -15,10 +15,10 @@ namespace drover::numerics {
 /// "SUNDIALS 6.4.1".
 std::string sundials_library();
 
-/// CVODE: backward differentiation or Adams formulas of variable order and step.  It may step beyond dt and
-/// interpolates its solution at multiples of dt; the equations of a step are solved by Newton's method and GMRES,
-/// preconditioned by the blocks of L.  ARKODE: additive Runge-Kutta methods; L is implicit and solved exactly by
-/// blocks, the rest explicit; steps of at most dt, or of dt without a tolerance.
+/// CVODE: backward differentiation or Adams formulas of variable order and step.  It may step beyond dt, unless the
+/// system is timed, and interpolates its solution at multiples of dt; the equations of a step are solved by Newton's
+/// method and GMRES, preconditioned by the blocks of L.  ARKODE: additive Runge-Kutta methods; L is implicit and solved
+/// exactly by blocks, the rest explicit; steps of at most dt, or of dt without a tolerance.
 ///
 /// The error of a step is the root of the sum of squares of those of the fields, each relative to the root mean square
 /// of its field or, where larger, of the change of the field over dt at its present rate.

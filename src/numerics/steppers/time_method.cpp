@@ -65,8 +65,7 @@ const std::vector<TimeMethod>& time_methods() {
 
 const TimeMethod& time_method(const std::string& name) {
     const std::vector<TimeMethod>& all = time_methods();
-    const auto found =
-        std::find_if(all.begin(), all.end(), [&](const TimeMethod& method) { return method.name == name; });
+    const auto found = std::ranges::find(all, name, &TimeMethod::name);
     if (found != all.end()) return *found;
     std::vector<std::string> names;
     for (const TimeMethod& method : all) names.push_back(method.name);

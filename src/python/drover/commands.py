@@ -99,7 +99,7 @@ def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=Fals
             _drover.export_xyz(*names, chosen, every, bodies, overwrite)
             return [Path(output)]
         if bodies:
-            raise ArgumentError(f"bodies is for particles, and {output} is of fields; expected a .xyz, or no bodies")
+            raise ArgumentError(f"bodies applies to particles, and {output} is of fields; expected a .xyz or no bodies")
         return list(_drover.export_fields(*names, chosen, every, overwrite))
 
 

@@ -16,7 +16,7 @@ import numpy
 import drover
 from drover import new_file
 from drover.error import status_of
-from drover.figures.paper import STYLE
+from drover.figures.paper import STYLE, new_figure
 from drover.text import printable
 
 FIELDS, PARTICLES, START = "noisy-flock.toml", "paper-flock.toml", "paper-flock-start.h5"
@@ -76,14 +76,6 @@ def section(part):
             f"<p>Next:</p>\n<pre>{html.escape(part.command)}</pre>")
 
 
-def new_figure(width, height):
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-    figure = Figure(figsize=(width, height))
-    FigureCanvasAgg(figure)
-    return figure
-
-
 def picture(figure, path, words, shape=""):
     content = io.BytesIO()
     figure.savefig(content, format="png", dpi=200)
@@ -96,7 +88,7 @@ def particles(run, film):
     from drover.figures.particle_panels import draw_wheel
     order, flow = (float(run.observables[name].mean()) for name in ("polar_order", "bead_velocity_order"))
     counts = run.frame.rod_position.shape[0], run.frame.bead_position.shape[0]
-    figure = new_figure(7.4, 5.6)
+    figure = new_figure((7.4, 5.6))
     drover.plot.map(run, figure.add_axes((0.01, 0.01, 0.74, 0.98)))
     draw_wheel(figure, (0.80, 0.70, 0.14, 0.14 * 7.4 / 5.6))
     poster = film.with_suffix(".png")
@@ -112,7 +104,7 @@ def particles(run, film):
 
 def fields(run, output):
     """The flock of fields and its number fluctuations beside linear theory."""
-    figure = new_figure(10.4, 4.4)
+    figure = new_figure((10.4, 4.4))
     drover.plot.map(run, figure.add_axes((0.06, 0.16, 0.42, 0.80)))
     drover.plot.numbers(run, figure.add_axes((0.61, 0.47, 0.37, 0.49)), figure.add_axes((0.61, 0.16, 0.37, 0.23)))
     found = run.summary
@@ -148,7 +140,7 @@ def boundary(models, output):
     theory = drover.onset(models / TABLE, output=output / "threshold.h5", overwrite=True)
     line, field = theory.groups["line"], theory.groups["field"]
     runs = numpy.genfromtxt(models / FLOCKS, delimiter=",", names=True, skip_header=1)
-    figure = new_figure(6.6, 5.2)
+    figure = new_figure((6.6, 5.2))
     axes = figure.add_axes((0.11, 0.10, 0.70, 0.72))
     keys, points = onset_figure.draw_onset(axes, field, runs)
     bar = figure.colorbar(points, cax=figure.add_axes((0.84, 0.10, 0.03, 0.72)))

@@ -68,8 +68,11 @@ def film(run, output, *, every=None, rate=25, field=None, progress=None):
         draw(lambda number, picture: write_picture(numbered(output, number, len(frames)), picture))
         output = output.with_name(f"{output.stem}-*.png")
     else:
-        with part_of(output) as part, Encoder(output, part, width, height, rate) as encoder:
-            draw(lambda _, picture: encoder.write(bytes(picture)))
+        with part_of(output) as part:
+            with Encoder(output, part, width, height, rate) as encoder:
+                draw(lambda _, picture: encoder.write(bytes(picture)))
+            if not part.exists() or not part.stat().st_size:
+                raise Error(f"{output}: ffmpeg wrote nothing; check the program of this name", fault="environment")
     progress.close()
     return output
 
@@ -123,6 +126,8 @@ class Encoder:
             self.process.stdin.write(picture)
         except BrokenPipeError:
             self.finish()
+            raise Error(f"{self.output}: ffmpeg ended before the last picture; check the program of this name",
+                        fault="environment") from None
 
     def finish(self):
         """ffmpeg may end with status 0 after a write that failed: what it prints counts too."""

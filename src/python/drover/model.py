@@ -121,10 +121,7 @@ class Table:
         object.__setattr__(self, "of", (self.of,) if isinstance(self.of, str) else tuple(self.of))
 
 
-KINDS = {"symbol": str, "equation": str, "spin": int, "name": str, "odd": bool, "unit": str, "meaning": str,
-         "mass": str, "balance": bool, "conserved": bool, "solenoidal": bool, "complex": bool,
-         "reference": (int, float, str), "noise": (int, float, str), "conserved_noise": bool, "energy": str,
-         "mass_unit": str}
+KINDS = {key: (int, float, str) if kind == float | str else kind for key, kind in Field.__annotations__.items()}
 CALCULI = ("ito", "stratonovich")
 RANKS = ("scalar", "vector", "nematic")  # of spin 0, 1, 2
 
@@ -169,8 +166,8 @@ def number_or_text(value):
 def waves_at(wavenumbers, angle):
     """(q_x, q_y) of each |q|, at an angle to the x axis."""
     numbers = np.atleast_1d(np.asarray(wavenumbers, dtype=float))
-    if not numbers.size:
-        raise Error("no wavenumbers; expected at least one")
+    if not numbers.size or not np.isfinite(numbers).all() or (numbers < 0).any():
+        raise Error(f"wavenumbers {numbers.tolist()}; expected one or more, finite and >= 0")
     return [(q * np.cos(angle), q * np.sin(angle)) for q in numbers]
 
 

@@ -195,10 +195,10 @@ def shown_of(run, settings=()):
 
 
 def serve(run, *, port=0):
-    """Shows a run in a browser of this machine, as `drover serve`, until Ctrl-C; prints the address to open.
+    """Shows a run in a browser on this machine, as `drover serve`, until Ctrl-C; prints the address to open.
 
     `run`: a Scene or the path of one (.toml), which is run in memory and can be steered, or the path of an archive.
-    `port`: at 127.0.0.1; 0: a free one.
+    `port`: on 127.0.0.1; 0: a free one.
     """
     serve_shown(shown_of(run), port)
 
@@ -206,7 +206,7 @@ def serve(run, *, port=0):
 def serve_shown(shown, port):
     try:
         with Server(shown, port) as server:
-            print(f"{server.address}\nOpen this address in a browser of this machine; Ctrl-C ends.", flush=True)
+            print(f"{server.address}\nOpen this address in a browser on this machine; Ctrl-C ends.", flush=True)
             server.serve_forever(poll_interval=0.1)
     except KeyboardInterrupt:  # the end
         pass
@@ -221,7 +221,7 @@ def stop(*_):
 def main(arguments=None):
     parser = argparse.ArgumentParser(prog="python3 -P -m drover.server", description="Shows a run in a browser.")
     parser.add_argument("run", help="scene (.toml), which is run and can be steered, or archive of a run")
-    parser.add_argument("--port", type=int, default=0, help="port at 127.0.0.1; default: a free one")
+    parser.add_argument("--port", type=int, default=0, help="port on 127.0.0.1; default: a free one")
     parser.add_argument("--set", action="append", default=[], help="of a scene: section.key=value")
     options = parser.parse_args(arguments)
     signal.signal(signal.SIGTERM, stop)

@@ -277,6 +277,6 @@ def caption(curves, crossings):
     if of_mean.any():
         words.append("Band of (b), error bars: 16 to 84 % of the draws of the table within its errors predict flocks.")
     if "alone" in crossings and (crossings["alone"].values[of_mean] == 0).any():
-        words.append("Thresholds within one band are within errors of none.")
+        words.append("Thresholds within one band are consistent, within errors, with no threshold.")
     words.append("Experiment: Kumar et al., Nat. Commun. 5, 4688 (2014).")
     return " ".join(words)
