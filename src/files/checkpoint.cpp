@@ -108,13 +108,15 @@ std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path&
     return {file + ".checkpoint-a", file + ".checkpoint-b"};
 }
 
-void require_checkpoint_names(const std::filesystem::path& archive) {
+void require_checkpoint_names(const std::filesystem::path& archive, const SourceLocation& where) {
     const std::filesystem::path longest = partial_name(checkpoint_files(archive).front());
     const long limit = ::pathconf(folder_of(longest).c_str(), _PC_NAME_MAX);  // -1: none
     const auto length = static_cast<long>(longest.filename().string().size());
-    require(limit < 0 || length <= limit, {archive.string()},
-            "the names of its checkpoints are {} bytes too long; expected a shorter name of the archive",
-            length - limit);
+    if (limit >= 0 && length > limit)
+        throw Error(Fault::unavailable, where,
+                    text("the names of the checkpoints beside this archive are {} bytes too long; expected a shorter "
+                         "name of the archive",
+                         length - limit));
 }
 
 bool has_checkpoint(const std::filesystem::path& archive) {

@@ -21,8 +21,8 @@ struct Checkpoint {
 /// The two files of a run: "flock.h5" has flock.h5.checkpoint-a and flock.h5.checkpoint-b; beside the file itself when
 /// the name is a symbolic link.
 std::vector<std::filesystem::path> checkpoint_files(const std::filesystem::path& archive);
-/// Throws an input Error where a name is too long for theirs.
-void require_checkpoint_names(const std::filesystem::path& archive);
+/// Throws an unavailable Error where their names are too long for the disk.
+void require_checkpoint_names(const std::filesystem::path& archive, const SourceLocation& where);
 /// Whether one of them exists.
 bool has_checkpoint(const std::filesystem::path& archive);
 

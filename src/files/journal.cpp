@@ -87,7 +87,7 @@ void write_journal(const std::filesystem::path& file, Bytes journal) {
 
 void apply(const Journal& journal, const Descriptor& file) {
     for (const Patch& patch : journal.patches) write_at(file, patch.offset, patch.bytes);
-    if (length_of(file) != journal.length) truncate_to(file, journal.length);
+    if (length_of(file) > journal.length) truncate_to(file, journal.length);
     sync(file);
 }
 

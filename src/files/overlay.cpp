@@ -76,12 +76,18 @@ void release(const Overlay& overlay) noexcept {
     }
 }
 
-/// After it was written: a later commit would fill up what is missing.
-void require_whole(const Overlay& overlay) {
-    if (const std::uint64_t length = length_of(overlay.file); length < overlay.end)
-        fail_environment(
-            "{}: another program cut the archive to {} of {} bytes while the run wrote it: run the scene again",
-            overlay.path.string(), length, overlay.end);
+/// Another program may cut the file while it is written: a later commit would fill up what is missing.
+void require_whole(Overlay& overlay) {
+    const std::uint64_t length = length_of(overlay.file);
+    if (length >= overlay.end) return;
+    remove_if_exists(journal_of(overlay.path));
+    overlay.failure = std::make_exception_ptr(
+        Error(Fault::environment, {overlay.path.string()},
+              text("another program cut the archive to {} of {} bytes while the run wrote it; {}", length, overlay.end,
+                   length >= overlay.committed && overlay.committed > 0
+                       ? "it is as of its last commit: resume the run by drover restart"
+                       : "the run cannot be resumed: run the scene again")));
+    throw_failure(overlay);
 }
 
 const char* consequence_of_failure(const Overlay& overlay) {
@@ -167,6 +173,7 @@ void commit_overlay(Overlay& overlay) {
             write_journal(overlay.path, journal);
             is_journal_complete = true;
             const CommitLock alone(overlay.file, CommitLock::Side::commit, patience_with_readers);
+            require_whole(overlay);
             apply(changes.overwriting, overlay.file);
             require_whole(overlay);
             remove_if_exists(journal_of(overlay.path));

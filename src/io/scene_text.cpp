@@ -360,8 +360,11 @@ Scene parse_scene(const std::string& toml, const std::string& name, std::span<co
 }
 
 Scene changed(const Scene& scene, const std::vector<std::string>& overrides) try {
-    return parse_scene(resolved_text(scene), scene.file, overrides);
-} catch (const Error& error) {  // lines are those of the resolved text
+    Scene result = parse_scene(resolved_text(scene), scene.file, overrides);
+    for (auto& [key, place] : result.places)  // lines are those of the resolved text
+        if (place.file == scene.file) place = {.file = scene.file};
+    return result;
+} catch (const Error& error) {
     if (!error.place().starts_with(scene.file + ":")) throw;
     throw Error(error.fault(), {scene.file}, error.message());
 }

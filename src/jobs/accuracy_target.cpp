@@ -18,9 +18,9 @@ namespace {
     std::string name = trimmed(given.substr(0, given.find_first_of("=(")));
     if (name.empty()) name = "variance";
     fail_input({.file = "wanted number " + given},
-               "{}; expected OBSERVABLE=ERROR, such as {}=1% (of its value), {}=0.01 or, for a part of an array, "
-               "{}(q<1)=3%",
-               found, name, name, name);
+               "{}; expected OBSERVABLE=ERROR, such as {}=1% (of its value), {}=0.01 or, of a part of an array, "
+               "structure_factor(q<1)=3%",
+               found, name, name);
 }
 
 double number_in(const std::string& given, const std::string& text) {
@@ -137,7 +137,7 @@ void require_small_error(const AccuracyTarget& target, const std::string& unit, 
     require(target.unit.empty() || target.unit == unit, where, "the error is in {}; expected {}, the unit of {}",
             target.unit, unit, target.text);
     require(!target.unit.empty() || target.error < 0.5 * std::abs(value), where,
-            "the error {:.6g} has no unit, and the value {} {:.4g}{}; expected {}={:.6g}% (of the mean), or with the "
+            "the error {:.6g} has no unit, and the value {} {:.4g}{}; expected {}={:.6g}% (of its value), or with the "
             "unit {}=\"{:.6g} {}\"",
             target.error, is, value, unit == "1" ? "" : " " + unit, target.text, target.error, target.text,
             target.error, unit);

@@ -184,7 +184,9 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             ++(status == 0 ? outcome.done : outcome.failed);
             if (const auto fault = fault_that_ends(status); fault && run::stop_signal() == 0) {
                 const std::string reason =
-                    worker.failure.empty() ? "a worker could not send its results to this process" : worker.failure;
+                    worker.failure.empty()
+                        ? "a worker could not send its results to this process; run the same command again"
+                        : worker.failure;
                 if (!failure) failure.emplace(*fault, SourceLocation{}, reason);
             } else if (!failure || status == run::exit_done || status == run::exit_stopped) {
                 jobs.ended(worker.job, status);

@@ -213,17 +213,9 @@ void set_formulas(const Start& start, const std::vector<std::string>& names, con
     }
 }
 
-/// Whether the mean of a field stays as it is in uniform states: the number of something, or a height.
-bool keeps_uniform_mean(const Equations& equations, std::size_t field) {
-    return std::ranges::none_of(equations.terms(), [&](const TermSummary& term) {
-        return term.field == field && !term.vanishes_when_uniform;
-    });
-}
-
-/// Adds independent normal numbers of this standard deviation in each cell; scalars that keep a uniform mean keep that
-/// of the start.
-void add_random(const Equations& equations, const numerics::System& system, double amplitude, std::uint64_t seed,
-                Threads& threads, numerics::Spectra& state) {
+/// Adds independent normal numbers of this standard deviation in each cell; the means of scalars do not change.
+void add_random(const numerics::System& system, double amplitude, std::uint64_t seed, Threads& threads,
+                numerics::Spectra& state) {
     numerics::Fields cells(system.grid, state.count());
     for (int c = 0; c < state.count(); ++c) {
         const RandomKey key{.seed = seed, .stream = Stream::initial_state, .substep = static_cast<std::uint32_t>(c)};
@@ -236,9 +228,7 @@ void add_random(const Equations& equations, const numerics::System& system, doub
     }
     numerics::Spectra noise(system.grid, state.count());
     numerics::Transform(system.grid, system.degree, threads).forward(cells, noise);
-    const std::vector<StateComponent> components = components_of_state(equations);
-    for (const int c : numerics::scalar_components(system.layout))
-        if (keeps_uniform_mean(equations, components[static_cast<std::size_t>(c)].field)) noise[c][0] = 0.0;
+    for (const int c : numerics::scalar_components(system.layout)) noise[c][0] = 0.0;
     for (std::size_t m = 0; m < state.values.size(); ++m) state.values[m] += noise.values[m];
 }
 
@@ -266,7 +256,7 @@ numerics::Spectra perturbed(const Start& start, const Equations& equations, cons
         state[c][0] += reference[static_cast<std::size_t>(equations.state_components()[static_cast<std::size_t>(c)])];
     if (start.kind == "formula") set_formulas(start, names, system, threads, state);
     if (start.kind == "random" || (start.kind == "formula" && start.amplitude > 0.0))
-        add_random(equations, system, start.amplitude, seed, threads, state);
+        add_random(system, start.amplitude, seed, threads, state);
     if (start.kind == "mode")
         add_mode(system.grid, start, start.component.empty() ? 0 : index_of(start.component, names), state);
     return state;

@@ -56,6 +56,9 @@ numerics::System Equations::system(const numerics::Grid& grid, Threads& threads,
     };
     for (const std::vector<Term>* terms : {&compiled_->terms, &compiled_->substitutes})
         for (const Term& term : *terms) system.is_timed = system.is_timed || term.summary.is_timed;
+    for (const Field& field : model().fields)
+        system.is_timed = system.is_timed || (field.left == LeftSide::given &&
+                                              std::hypot(field.source.velocity_x, field.source.velocity_y) > 0.0);
     const auto products = std::make_shared<ProductsOfNoise>();
     int increment = 0;
     for (const NoiseProducts& one : compiled_->products) {

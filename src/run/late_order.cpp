@@ -128,23 +128,26 @@ std::vector<Ordering> without_sources(const std::vector<Ordering>& all, UniformO
     return kept;
 }
 
-/// The root mean square of a field over the cell at the end.
-double last_size(const files::ArchiveReader& archive, const model::Equations& equations, const Ordering& ordering) {
+/// The root mean square of a field over the cell, at each sample; empty: it was not observed.
+std::vector<double> sizes_of(const files::ArchiveReader& archive, const model::Equations& equations,
+                             const Ordering& ordering) {
     const auto series = [&](const std::string& name) { return series_of(archive, name); };
-    double square = 0.0;
-    std::size_t samples = 0;
+    std::vector<double> squares;
     for (const std::string& name : ordering.measured) {
         const std::vector<double> variances = series("variance_" + name);
-        if (variances.empty()) return infinite;
-        square += variances.back();
-        samples = variances.size();
+        squares.resize(variances.size(), 0.0);
+        std::ranges::transform(variances, squares, squares.begin(), std::plus<>());
     }
-    const model::UniformState means = sampled_means(equations, series, samples - 1).back();
-    for (const int component : ordering.components) {
-        const auto at = static_cast<std::size_t>(equations.state_components()[static_cast<std::size_t>(component)]);
-        square += means[at] * means[at];
-    }
-    return std::sqrt(square);
+    const std::vector<model::UniformState> means = sampled_means(equations, series, 0);
+    if (means.size() != squares.size()) return {};
+    for (std::size_t i = 0; i < means.size(); ++i)
+        for (const int component : ordering.components) {
+            const double mean =
+                means[i][static_cast<std::size_t>(equations.state_components()[static_cast<std::size_t>(component)])];
+            squares[i] += mean * mean;
+        }
+    for (double& square : squares) square = std::sqrt(square);
+    return squares;
 }
 }  // namespace
 
@@ -176,9 +179,14 @@ void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene,
     if (!(is_given || is_ramp) || exponent <= min_exponent || !(last.rate > 0.0)) return;
     std::size_t at = 0;  // the first field that grows: others follow
     while (part_of(last.shape, orderings, at) < 1e-3) ++at;
-    const double whole = order.saturated(end, last) * part_of(last.shape, orderings, at),
-                 size = last_size(archive, what.equations, orderings[at]);
-    if (!std::isfinite(whole) || size >= far * whole) return;
+    // A scalar may pass through 0 as it oscillates, or rest there beside others that have grown.
+    if (!is_ramp && orderings[at].components.size() == 1) return;
+    const double whole = order.saturated(end, last) * part_of(last.shape, orderings, at);
+    const std::vector<double> sizes = sizes_of(archive, what.equations, orderings[at]);
+    if (sizes.empty() || !std::isfinite(whole) || sizes.back() >= far * whole) return;
+    const double size = sizes.back(), since = 1.0 / (last.rate * scene.output.sample_every);
+    const std::size_t before = sizes.size() - 1 - std::min(sizes.size() - 1, static_cast<std::size_t>(since) + 1);
+    if (size > 0.0 && !(size > sizes[before])) return;  // it does not grow as it would alone
     warnings.push_back(
         text("{} is {:.2g} at the end, far below the {:.2g} at which it saturates: without noise it only grows from "
              "what the start contains, by a factor of at most {:.2g} since its onset, and at {:.3g} /s at the end; "

@@ -138,7 +138,7 @@ void check_needs(const io::Scene& scene, const RunOptions& options) {
                   .name = text("output.file = \"{}\"", path.string()),
                   .overwrite = options.overwrite},
                  inputs_of(scene));
-    files::require_checkpoint_names(path);
+    files::require_checkpoint_names(path, io::locate(scene, "output.file"));
 }
 
 namespace {

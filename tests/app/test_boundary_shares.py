@@ -60,7 +60,7 @@ def test_shares_of_another_plane_and_of_tables_are_refused(tmp_path):
     ended = drover(tmp_path, *WORDS, "-o", "plane.h5", "--set", "boundary.cells=8", "--share", "1/2", status=2)
     assert "cells" in ended.stderr and "another" in ended.stderr
     table = MODELS / "matched.calibration" / "table.h5"
-    assert "for scenes" in drover(tmp_path, "boundary", table, "--share", "1/2", status=2).stderr
+    assert "apply to scenes" in drover(tmp_path, "boundary", table, "--share", "1/2", status=2).stderr
 
 
 def test_a_plane_of_rods_and_beads_is_shared_with_its_errors(tmp_path):

@@ -131,6 +131,23 @@ output = {{frame_every = {end}, sample_every = 0.5}}
         assert part in told[0], told[0]
 
 
+@pytest.mark.parametrize("equations, start", [
+    ('u = "u - u^2 - u*v", v = "10*u*v - 0.5*v"', 'u = "0.05", v = "0.95"'),  # predators and prey that stay
+    ('u = "u - v - u*(u^2 + v^2)", v = "u + v - v*(u^2 + v^2)"', 'u = "1", v = "0"')])  # and an oscillation through 0
+def test_scalars_that_others_keep_small_are_not_late(equations, start, tmp_path):
+    scene = f"""
+field = [{{symbol = "u"}}, {{symbol = "v"}}]
+equations = {{{equations}}}
+grid = {{nx = 8, ny = 8, lx = 8.0, ly = 8.0}}
+time = {{dt = 0.05, end = 11.0, stepper = "etdrk4-krogstad"}}
+output = {{frame_every = 1.0, sample_every = 0.5}}
+"""
+    (tmp_path / "first.toml").write_text(f'{scene}initial = {{kind = "formula", {start}}}\n')
+    (tmp_path / "second.toml").write_text(f'{scene}initial = {{kind = "file", file = "first.h5"}}\n')
+    drover(tmp_path, "run", "first.toml", "--quiet")
+    assert "at which it saturates" not in drover(tmp_path, "run", "second.toml", "--quiet").stdout
+
+
 def test_values_beyond_a_table_that_is_held_are_told(tmp_path):
     (tmp_path / "own.toml").write_text("""
 field = [{symbol = "u", name = "heat", reference = 1.0}]

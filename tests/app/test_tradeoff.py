@@ -261,7 +261,7 @@ def test_another_scene_in_the_folder_is_refused(tmp_path):
 
 @pytest.mark.parametrize("want", ["polar_order", "polar_order=0%", "polar_order(q)=1%", "=1%"])
 def test_texts_that_are_no_wish_are_refused(tmp_path, want):
-    rejected(tmp_path, ["tradeoff", scene(tmp_path, NOISY), "--want", want], [want, "=1% (of the mean)"])
+    rejected(tmp_path, ["tradeoff", scene(tmp_path, NOISY), "--want", want], [want, "=1% (of its value)"])
 
 
 @pytest.mark.parametrize("want, said", [("polar_ordr=1%", "did you mean polar_order"),
@@ -270,7 +270,7 @@ def test_texts_that_are_no_wish_are_refused(tmp_path, want):
                                         ("structure_factor_rods(q<1e-9)=1%", "no component"),
                                         ("bead_speed=1%", "no observable"), ("variance_phi=2", "no observable"),
                                         ("polar_order=5", "at most 1"), ("polar_order=0.2", None),
-                                        ("polar_order=1", "polar_order=1% (of the mean)"),
+                                        ("polar_order=1", "polar_order=1% (of its value)"),
                                         ("polar_order=1 mm", "the error is in mm")])
 def test_wishes_that_the_run_does_not_answer_are_refused(tmp_path, want, said):
     status = 0 if said is None else 2

@@ -166,8 +166,11 @@ def number_or_text(value):
 def waves_at(wavenumbers, angle):
     """(q_x, q_y) of each |q|, at an angle to the x axis."""
     numbers = np.atleast_1d(np.asarray(wavenumbers, dtype=float))
-    if not numbers.size or not np.isfinite(numbers).all() or (numbers < 0).any():
-        raise Error(f"wavenumbers {numbers.tolist()}; expected one or more, finite and >= 0")
+    if not numbers.size:
+        raise Error("no wavenumbers; expected at least one")
+    wrong = numbers[~(np.isfinite(numbers) & (numbers >= 0))]
+    if wrong.size:
+        raise Error(f"wavenumber {wrong[0]}; expected finite ones >= 0")
     return [(q * np.cos(angle), q * np.sin(angle)) for q in numbers]
 
 
