@@ -76,15 +76,16 @@ void release(const Overlay& overlay) noexcept {
     }
 }
 
-/// Another program may cut the file while it is written: a later commit would fill up what is missing.
-void require_whole(Overlay& overlay) {
+/// Another program may cut the file while it is written: a later commit would fill up what is missing.  is_applied: it
+/// is no longer as of the last commit.
+void require_whole(Overlay& overlay, bool is_applied) {
     const std::uint64_t length = length_of(overlay.file);
     if (length >= overlay.end) return;
     remove_if_exists(journal_of(overlay.path));
     overlay.failure = std::make_exception_ptr(
         Error(Fault::environment, {overlay.path.string()},
               text("another program cut the archive to {} of {} bytes while the run wrote it; {}", length, overlay.end,
-                   length >= overlay.committed && overlay.committed > 0
+                   length >= overlay.committed && overlay.committed > 0 && !is_applied
                        ? "it is as of its last commit: resume the run by drover restart"
                        : "the run cannot be resumed: run the scene again")));
     throw_failure(overlay);
@@ -168,14 +169,14 @@ void commit_overlay(Overlay& overlay) {
         allocate(overlay.file, overlay.committed, overlay.end);
         for (const Patch& patch : changes.fresh) write_at(overlay.file, patch.offset, patch.bytes);
         sync(overlay.file);
-        require_whole(overlay);
+        require_whole(overlay, false);
         if (needs_journal) {
             write_journal(overlay.path, journal);
             is_journal_complete = true;
             const CommitLock alone(overlay.file, CommitLock::Side::commit, patience_with_readers);
-            require_whole(overlay);
+            require_whole(overlay, false);
             apply(changes.overwriting, overlay.file);
-            require_whole(overlay);
+            require_whole(overlay, true);
             remove_if_exists(journal_of(overlay.path));
         }
     } catch (const std::system_error& cause) {
