@@ -230,15 +230,9 @@ private:
                 const Field& field = c_.model.fields[i];
                 const Value value = solved_balance(algebra_, field, c_.first_component[i], total);
                 lowering_.substitute(i, value);
-                Term substitute{{.field = i,
-                                 .text = field.equation.text,
-                                 .where = field.equation.where,
-                                 .is_placed = depends_on_position(value.components),
-                                 .is_timed = depends_on_position(value.components, slot_t)},
-                                {}};
-                for (const Component& component : value.components)
-                    substitute.rows.push_back(row_of(component, field.equation.where));
-                c_.substitutes.push_back(std::move(substitute));
+                c_.substitutes.push_back(
+                    term_of({.field = i, .text = field.equation.text, .where = field.equation.where},
+                            value.components));
                 c_.is_substituted[i] = true;
                 std::erase(waiting, i);
                 goes_on = true;
@@ -306,9 +300,9 @@ private:
             std::vector<Component> rates = part.value.components;
             const bool is_uniform =
                 std::ranges::all_of(rates, [&](const Component& c) { return algebra_.constant_of(c).has_value(); });
-            std::vector<Component>& total = part.summary.is_explicit                   ? whole
-                                            : is_uniform || depends_on_position(rates) ? placed
-                                                                                       : straight;
+            std::vector<Component>& total = part.summary.is_explicit                     ? whole
+                                            : is_uniform || !positions_in(rates).empty() ? placed
+                                                                                         : straight;
             for (std::size_t k = 0; k < width; ++k)
                 if (!part.is_acceleration) {
                     total[k] = algebra_.sum(total[k], rates[k]);
@@ -350,14 +344,13 @@ private:
         return algebra_.call(inverse, {node})[0];
     }
 
-    /// Or time; `first` slot_t: on time.
-    bool depends_on_position(const std::vector<Component>& rates, int first = slot_x) const {
+    /// The slots of x, y and t that rates read.
+    std::set<int> positions_in(const std::vector<Component>& rates) const {
+        std::set<int> found;
         for (const Component& c : rates)
-            for (const auto& [order, node] : c.rest) {
-                const std::set<int> slots = algebra_.slots_read(node);
-                if (const auto at = slots.lower_bound(first); at != slots.end() && *at < first_atom) return true;
-            }
-        return false;
+            for (const auto& [order, node] : c.rest) found.merge(algebra_.slots_read(node));
+        found.erase(found.lower_bound(first_atom), found.end());
+        return found;
     }
 
     // ---- terms
@@ -395,8 +388,9 @@ private:
 
     Term term_of(const TermSummary& summary, const std::vector<Component>& rates) {
         Term term{summary, {}};
-        term.summary.is_placed = depends_on_position(rates);
-        term.summary.is_timed = depends_on_position(rates, slot_t);
+        const std::set<int> positions = positions_in(rates);
+        term.summary.is_placed = !positions.empty();
+        term.summary.is_timed = positions.contains(slot_t);
         for (const Component& rate : rates) term.rows.push_back(row_of(rate, summary.where));
         return term;
     }

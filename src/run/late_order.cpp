@@ -120,7 +120,7 @@ double part_of(const Eigen::VectorXd& all, const std::vector<Ordering>& ordering
 /// Without those that do not rest at 0.
 std::vector<Ordering> without_sources(const std::vector<Ordering>& all, UniformOrder& order, double end) {
     std::vector<Ordering> kept;
-    Eigen::VectorXd sources = order.sources(0.0).cwiseAbs().cwiseMax(order.sources(end).cwiseAbs());
+    const Eigen::VectorXd sources = order.sources(0.0).cwiseAbs().cwiseMax(order.sources(end).cwiseAbs());
     const double negligible =
         1e-3 * order.rates(0.0, UniformOrder::tiny * Eigen::VectorXd::Ones(sources.size())).norm();
     for (std::size_t n = 0; n < all.size(); ++n)
@@ -184,9 +184,11 @@ void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene,
     const double whole = order.saturated(end, last) * part_of(last.shape, orderings, at);
     const std::vector<double> sizes = sizes_of(archive, what.equations, orderings[at]);
     if (sizes.empty() || !std::isfinite(whole) || sizes.back() >= far * whole) return;
-    const double size = sizes.back(), since = 1.0 / (last.rate * scene.output.sample_every);
-    const std::size_t before = sizes.size() - 1 - std::min(sizes.size() - 1, static_cast<std::size_t>(since) + 1);
-    if (size > 0.0 && !(size > sizes[before])) return;  // it does not grow as it would alone
+    const double size = sizes.back(), samples = std::ceil(1.0 / (last.rate * scene.output.sample_every));
+    // In the last 1/rate it does not grow as it would alone; samples farther apart do not tell.
+    if (samples > 1.0 && samples < static_cast<double>(sizes.size()) && size > 0.0 &&
+        !(size > sizes[sizes.size() - 1 - static_cast<std::size_t>(samples)]))
+        return;
     warnings.push_back(
         text("{} is {:.2g} at the end, far below the {:.2g} at which it saturates: without noise it only grows from "
              "what the start contains, by a factor of at most {:.2g} since its onset, and at {:.3g} /s at the end; "

@@ -191,8 +191,8 @@ ScheduledRecording ParticleSimulation::samples() {
 void ParticleSimulation::check_health(std::int64_t step) {
     if (std::isfinite(world_.energy_kinetic())) return;
     fail_run(
-        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}; restart from the last "
-        "checkpoint",
+        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}; the last checkpoint is "
+        "still valid",
         step, static_cast<double>(step) * scene_.time.dt, world_.non_finite());
 }
 
