@@ -45,7 +45,7 @@ PHASES = [(beads, rods, seed) for seed in (1, 2, 3) for rods in (0.05, 0.08, 0.1
 LARGE = [*((beads, 1) for beads in (0.5, 0.3, 0.35)), *((beads, 2) for beads in (0.6, 0.2, 0.4, 0.5, 0.3, 0.35))]
 # What an onset may depend on, one thing at a time: kicks of two thirds (the gait and speed change little, directions
 # persist longer), and the order and the friction of the contacts of a rod.
-VARIANTS = {"kick": {"kicks.strength": 0.010}, "random": {"contacts.order": "random"},
+VARIANTS = {"kick": {"kick.strength": 0.010}, "random": {"contacts.order": "random"},
             "fastest": {"contacts.order": "fastest-first"}, "decoupled": {"contacts.friction": "decoupled"}}
 SETS = {
     "states": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in STATES},
