@@ -108,6 +108,8 @@ void add_scalar(const ScalarNames& names, const model::StateComponent& of, doubl
     add(names.width, "mm", text("of the part with {} above the middle", words), profile.width);
 }
 
+constexpr double mean_rounding = 1e-14;  // of the mean of a component, relative to the largest value of its field
+
 std::vector<run::Entry> entries_of(const numerics::TravellingState& at, const numerics::Fields& fields,
                                    const io::Scene& line, const model::Equations& equations) {
     const std::vector<model::StateComponent> components = model::components_of_state(equations);
@@ -119,14 +121,17 @@ std::vector<run::Entry> entries_of(const numerics::TravellingState& at, const nu
             add_scalar(names_of(line, one.name), one, at.state[c][0].real(), fields[c], line.grid.lx, entries);
             continue;
         }
-        if (line.kind == io::SceneKind::model)
-            entries.push_back(run::number("mean_" + one.name, one.unit, "mean", at.state[c][0].real(), 10));
-        if (one.part == 0) continue;
+        const int x = one.part == 0 ? c : c - 1;
         double largest = 0.0;
         for (std::size_t i = 0; i < fields.size; ++i)
-            largest = std::max(largest, std::hypot(fields[c - 1][i], fields[c][i]));
-        entries.push_back(
-            run::number("max_" + field.name, one.unit, text("largest |{}| on a point", field.symbol), largest, 10));
+            largest = std::max(largest, std::hypot(fields[x][i], fields[x + 1][i]));
+        if (line.kind == io::SceneKind::model) {
+            entries.push_back(run::number("mean_" + one.name, one.unit, "mean", at.state[c][0].real(), 10));
+            entries.back().rounding = mean_rounding * largest;
+        }
+        if (one.part == 1)
+            entries.push_back(
+                run::number("max_" + field.name, one.unit, text("largest |{}| on a point", field.symbol), largest, 10));
     }
     return entries;
 }

@@ -210,11 +210,15 @@ def check(fields, noises, tables, define, chiral, coefficients):
                             "name")
         if field.complex and field.spin:
             raise Error(f"{field.symbol} is complex and has spin {field.spin}; expected spin 0: it does not turn")
+        if field.spin < 0:
+            raise Error(f"{field.symbol} has spin {field.spin}; expected 0 or more")
     for noise in noises:
         if not isinstance(noise, Noise):
             raise Error(f"{noise!r} is not a noise; expected drover.Noise(symbol, spin)")
         for key in ("symbol", "spin", "odd"):
             expect(f"{key} of the noise {noise.symbol}", getattr(noise, key), KINDS[key])
+        if noise.spin < 0:
+            raise Error(f"the noise {noise.symbol} has spin {noise.spin}; expected 0 or more")
     for table in tables:
         if not isinstance(table, Table):
             raise Error(f"{table!r} is not a table; expected drover.Table(symbol, of, first, values)")
