@@ -352,6 +352,11 @@ run::Frames frames_of(const io::Scene& scene, const std::vector<Point>& points) 
 }  // namespace
 
 run::Result make_states(const io::Scene& scene, const StatesOptions& options, Threads& threads) {
+    for (const auto& [name, value] : {std::pair{"speed", options.speed}, {"settle", options.settle}})
+        require(!value || std::isfinite(*value), {}, "{} = {}; expected a finite number", name, value.value_or(0.0));
+    require(options.settle.value_or(0.0) >= 0.0 && options.max_points >= 2, {},
+            "settle = {} and points = {}; expected 0 or more, and 2 or more", options.settle.value_or(0.0),
+            options.max_points);
     const StatesProblem problem = states_problem(scene, options.follow);
     numerics::TravellingSolver solver(
         theory::travelling_family({problem.at, problem.parameter, problem.grid()}, threads));
@@ -388,6 +393,7 @@ run::Result make_states(const io::Scene& scene, const StatesOptions& options, Th
         root.lists.push_back(turn_list(points, problem));
         add_end_of_curve(states, *problem.followed, options.max_points, root);
     }
+    root.entries.push_back(run::data_only(run::words("notes", "", root.footer)));
     return {.root = std::move(root), .attributes = {}, .frames = frames_of(scene, points)};
 }
 

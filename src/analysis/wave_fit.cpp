@@ -184,11 +184,11 @@ private:
 };
 
 /// Removes the mean of an archive from its waves.  Throws an input Error where no other wave is left.
-void leave_out_mean(WaveRecord& record, const std::string& archive, const char* whose, double max_wavenumber) {
+void leave_out_mean(WaveRecord& record, const std::string& archive, const char* whose) {
     require(record.q.size() > 1, {archive},
-            "is of {}, whose mean is no wave, and has no other up to {:.4g} /mm; expected some: choose a larger "
-            "--max-wavenumber",
-            whose, max_wavenumber);
+            "is of {}, whose mean is no wave, and has no other up to the largest wavenumber; expected some: choose a "
+            "larger --max-wavenumber",
+            whose);
     record.q.erase(record.q.begin());
     record.amplitudes.erase(record.amplitudes.begin());
 }
@@ -255,7 +255,7 @@ WaveProblem wave_problem(const io::Scene& scene, const std::vector<std::string>&
                                : !are_single                                      ? "fields whose sum is conserved"
                                : has_mean(means, equations, problem.waves.fields) ? "a field with a mean"
                                                                                   : nullptr;
-    if (without_mean != nullptr) leave_out_mean(problem.record, source.name, without_mean, choice.max_wavenumber);
+    if (without_mean != nullptr) leave_out_mean(problem.record, source.name, without_mean);
     if (!free.are_all()) {
         free.keep(problem.record);
         free.keep(problem.waves.fields);

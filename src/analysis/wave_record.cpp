@@ -35,7 +35,9 @@ bool ends_off_schedule(const std::vector<double>& times, const std::vector<std::
 
 FrameTimes frames_of(const std::vector<double>& times, const std::string& name, const WaveChoice& choice) {
     require(choice.every >= 1, {name}, "every {} frames; expected at least 1", choice.every);
-    const double end = choice.end > 0.0 ? choice.end : times.empty() ? 0.0 : times.back();
+    const double end = choice.end.value_or(times.empty() ? 0.0 : times.back());
+    require(choice.begin >= 0.0 && end >= 0.0, {name}, "frames from {} to {} s; expected times of 0 or more",
+            choice.begin, end);
     const double slack = times.size() > 1 ? 1e-6 * (times[1] - times[0]) : 0.0;
     FrameTimes frames;
     for (std::size_t i = 0; i < times.size(); ++i) {
@@ -68,7 +70,8 @@ struct Wavenumber {
 };
 std::vector<Wavenumber> wavenumbers_of(double lx, double ly, const std::string& name, const WaveChoice& choice) {
     const double turn = 2.0 * std::numbers::pi, smallest = turn / std::max(lx, ly),
-                 largest = (choice.max_wavenumber > 0.0 ? choice.max_wavenumber : 3.0 * smallest) * (1.0 + 1e-9);
+                 largest = choice.max_wavenumber.value_or(3.0 * smallest) * (1.0 + 1e-9);
+    require(largest >= 0.0, {name}, "a largest wavenumber of {} /mm; expected 0 or more", largest);
     const double columns = largest * lx / turn, rows = largest * ly / turn;
     require(std::numbers::pi / 2.0 * columns * rows <= 2.0 * static_cast<double>(max_waves), {name},
             "a largest wavenumber of {:.4g} /mm; expected one below which there are at most {} waves: choose {:.3g}",

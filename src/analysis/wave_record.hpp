@@ -1,5 +1,7 @@
 // analysis/wave_record.hpp: waves of the frames of a run.
 #pragma once
+#include <optional>
+
 #include "calibrate/wave_fit.hpp"
 #include "files/archive_reader.hpp"
 #include "io/scene.hpp"
@@ -8,9 +10,10 @@ namespace drover::analysis {
 
 /// Which waves of which frames.
 struct WaveChoice {
-    double max_wavenumber = 0.0;    ///< |q| [1/mm]; 0: three times the smallest of the cell
-    double begin = 0.0, end = 0.0;  ///< of the frames [s]; end = 0: the last
-    int every = 1;                  ///< frames from one used to the next
+    std::optional<double> max_wavenumber = std::nullopt;  ///< |q| [1/mm]; none: three times the smallest of the cell
+    double begin = 0.0;                                   ///< of the frames [s]
+    std::optional<double> end = std::nullopt;             ///< of the frames [s]; none: the last
+    int every = 1;                                        ///< frames from one used to the next
 };
 
 /// The fields of the frames of a run, in the order of their amplitudes.

@@ -79,8 +79,10 @@ analysis::AreaFractions point_of(const std::string& written) {
 
 int print_table_boundary(const BoundaryOptions& options) {
     const SourceLocation file{.file = options.scene};
-    require(options.share.empty() && !options.collect && !options.status && options.slurm == 0, file,
-            "--share, --collect, --status and --slurm apply to scenes, and this is a table of coefficients, whose "
+    require(options.share.empty() && !options.collect && !options.status && options.slurm == 0 && options.workers == 0,
+            file,
+            "--share, --collect, --status, --workers and --slurm apply to scenes, and this is a table of coefficients, "
+            "whose "
             "threshold takes seconds; expected none of them");
     require(options.overrides.empty(), file,
             "--set, --x, --y and --convention apply to scenes, and this is a table of coefficients, whose plane is "
@@ -146,6 +148,7 @@ void add_boundary(CLI::App& program, Action& action) {
                      .slurm = "Print a script that runs N shares on Slurm and writes the archive",
                      .json = "Print the result as JSON, with all vertices",
                      .quiet = "Print no progress"});
+    command->get_option("--overwrite")->needs(command->get_option("--output"));
     command->callback([options, &action] {
         action = [options] {
             return files::is_hdf5(options->scene) ? print_table_boundary(*options) : print_scene_boundary(*options);

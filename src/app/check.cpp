@@ -2,12 +2,9 @@
 #include <cstdio>
 #include <memory>
 
-#include "analysis/boundary.hpp"
 #include "app/command.hpp"
 #include "base/log.hpp"
-#include "jobs/calibration.hpp"
-#include "jobs/sweep.hpp"
-#include "run/simulation_type.hpp"
+#include "jobs/check_scene.hpp"
 
 namespace drover::app {
 
@@ -24,14 +21,10 @@ void add_check(CLI::App& program, Action& action) {
     command->callback([options, &action] {
         action = [options] {
             const io::Scene scene = scene_of(*options);
-            run::check_needs(scene, {.overwrite = true, .quiet = true});
-            if (!scene.sweep.vary.empty()) jobs::plan_sweep(scene);
-            if (!scene.calibration.bead_area_fractions.empty()) jobs::plan_calibration(scene);
-            analysis::check_boundary(scene);
+            const std::vector<std::string> warnings = jobs::check_scene(scene);
             if (options->resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
             else print(options->scene + ": valid\n");
-            for (const std::string& warning : run::simulation_type_of(scene).warnings(scene))
-                log_warning("{}", warning);
+            for (const std::string& warning : warnings) log_warning("{}", warning);
             return run::exit_done;
         };
     });

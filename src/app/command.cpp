@@ -115,9 +115,9 @@ void add_stop_options(CLI::App& command) {
 }
 
 void add_result_options(CLI::App& command, ResultOptions& options, const std::string& output_help) {
-    command.add_option("-o,--output", options.output, output_help);
+    CLI::Option* output = command.add_option("-o,--output", options.output, output_help);
     add_threads(command, options.threads);
-    command.add_flag("--overwrite", options.overwrite, "Replace an existing archive");
+    command.add_flag("--overwrite", options.overwrite, "Replace an existing archive")->needs(output);
     command.add_flag("--json", options.json, "Print the result as JSON");
 }
 

@@ -9,7 +9,7 @@ namespace drover::app {
 void add_film(CLI::App& program, Action& action) {
     const auto archive = std::make_shared<std::string>(), output = std::make_shared<std::string>(),
                field = std::make_shared<std::string>();
-    const auto every = std::make_shared<int>(1), rate = std::make_shared<int>(25);
+    const auto every = std::make_shared<int>(1), rate = std::make_shared<int>(0);
     CLI::App* command =
         program.add_subcommand("film",
                                "Make a film (.mp4, .gif) of a run of fields or particles; needs python3 and ffmpeg");
@@ -20,10 +20,11 @@ void add_film(CLI::App& program, Action& action) {
     command->add_option("--every", *every, "Show every k-th frame, starting with the first")
         ->check(CLI::Range(1, 1000000000));
     command->add_option("--field", *field, "Of a run of fields: the field to show; default: those of its figure");
-    command->add_option("--rate", *rate, "Pictures per second")->check(CLI::Range(1, 1000));
+    command->add_option("--rate", *rate, "Pictures per second; default: 25")->check(CLI::Range(1, 1000));
     command->callback([archive, output, field, every, rate, &action] {
         action = [archive, output, field, every, rate] {
-            std::vector<std::string> words{"--every", std::to_string(*every), "--rate", std::to_string(*rate)};
+            std::vector<std::string> words{"--every", std::to_string(*every)};
+            if (*rate > 0) words.insert(words.end(), {"--rate", std::to_string(*rate)});
             if (!output->empty()) words.insert(words.end(), {"--output", *output});
             if (!field->empty()) words.push_back("--field=" + *field);
             words.insert(words.end(), {"--", *archive});

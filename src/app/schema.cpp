@@ -125,6 +125,10 @@ void add_schema(CLI::App& program, Action& action) {
                       "The coefficients of the equations as a table in Markdown");
     command->callback([options, &action, &program] {
         action = [options, &program] {
+            const bool narrows = !options->part.empty() || !options->kind.empty() || options->json;
+            require(options->commands + options->coefficients + (narrows ? 1 : 0) <= 1, {},
+                    "--commands and --coefficients list other things than keys; expected one of them alone, or a "
+                    "section or key, --kind and --json");
             if (options->commands) {
                 print_json(commands_json(program));
                 return run::exit_done;

@@ -29,12 +29,14 @@ void add_states(CLI::App& program, Action& action) {
                 "--settle", options->settle,
                 "Let the guess evolve for this time first [s]; else 0 and, if no state is found, up to time.end")
             ->check(CLI::Range(0.0, 1e9));
-    command
-        ->add_option("--follow", options->states.follow,
-                     "Follow the state past folds while a number of the model goes from its value to this one")
-        ->type_name("KEY=VALUE");
+    CLI::Option* follow =
+        command
+            ->add_option("--follow", options->states.follow,
+                         "Follow the state past folds while a number of the model goes from its value to this one")
+            ->type_name("KEY=VALUE");
     command->add_option("--points", options->states.max_points, "Largest number of states along the curve")
-        ->check(CLI::Range(2, 10000));
+        ->check(CLI::Range(2, 10000))
+        ->needs(follow);
     add_result_options(*command, *options, "Also write the states to this archive (HDF5)");
     command->callback([options, speed, settle, &action] {
         if (speed->count() > 0) options->states.speed = options->speed;

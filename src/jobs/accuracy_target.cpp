@@ -125,7 +125,12 @@ AccuracyTarget parse_accuracy_target(const std::string& given) {
 
 std::vector<AccuracyTarget> parse_accuracy_targets(const std::vector<std::string>& given) {
     std::vector<AccuracyTarget> targets;
-    for (const std::string& one : given) targets.push_back(parse_accuracy_target(one));
+    for (const std::string& one : given) {
+        targets.push_back(parse_accuracy_target(one));
+        const auto is_same = [&](const AccuracyTarget& other) { return other.text == targets.back().text; };
+        require(std::count_if(targets.begin(), targets.end(), is_same) == 1, {},
+                "wanted number {} is given twice; expected each once", targets.back().text);
+    }
     return targets;
 }
 

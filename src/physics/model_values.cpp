@@ -118,6 +118,8 @@ std::string unit_of(const ModelValues& model, const std::string& unit) {
     const std::string of_order = order_is_density(model) ? order.unit : order.otherwise;
     if (unit == name) return of_order;
     std::string result = unit;
+    if (const std::size_t over = result.find("/[p]"); of_order == "1" && over != std::string::npos)
+        result.erase(over, std::string_view("/[p]").size());
     for (std::size_t at = result.find(name); at != std::string::npos; at = result.find(name))
         result.replace(at, name.size(), of_order == "1" ? of_order : "(" + of_order + ")");
     return result;

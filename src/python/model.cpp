@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "base/formula.hpp"
+#include "drover/base/error.hpp"
 #include "drover/model/evolution.hpp"
 #include "drover/theory/theory.hpp"
 #include "io/declared_model.hpp"
@@ -149,7 +150,14 @@ void bind_model(py::module_& module) {
                  return py::make_tuple(count.inverse, count.forward);
              })
         .def("uniform_rates",
-             [](const model::Equations& e, const model::UniformState& at) { return e.uniform_rates(at); })
+             [](const model::Equations& e, const model::UniformState& at) {
+                 const model::TermSummary* placed = e.placed_term();
+                 require(placed == nullptr, placed ? placed->where : SourceLocation{},
+                         "the term \"{}\" depends on position or time, so that no state is uniform; expected a term "
+                         "of the fields alone",
+                         placed ? placed->text : "");
+                 return e.uniform_rates(at);
+             })
         .def("symbol",
              [](const model::Equations& e, const model::UniformState& about, double qx, double qy) {
                  return e.symbol(about, {qx, qy});

@@ -21,6 +21,7 @@
 #include "io/scene_text.hpp"
 #include "jobs/boundary_shares.hpp"
 #include "jobs/calibration.hpp"
+#include "jobs/check_scene.hpp"
 #include "jobs/slurm_script.hpp"
 #include "jobs/sweep.hpp"
 #include "jobs/tradeoff.hpp"
@@ -234,7 +235,7 @@ void bind_fit(py::module_& module) {
     module.def(
         "fit",
         [](const std::string& archive, const std::vector<std::string>& keys, const std::optional<io::Scene>& scene,
-           double max_wavenumber, double begin, double end, int every) {
+           std::optional<double> max_wavenumber, double begin, std::optional<double> end, int every) {
             const analysis::WaveFitOptions options{
                 .archive = archive,
                 .keys = keys,
@@ -246,15 +247,6 @@ void bind_fit(py::module_& module) {
         },
         py::arg("archive"), py::arg("keys"), py::arg("scene"), py::arg("max_wavenumber"), py::arg("begin"),
         py::arg("end"), py::arg("every"));
-}
-
-/// Whether a scene is valid and fits: its warnings.  Throws as drover check fails.
-std::vector<std::string> check(const io::Scene& scene) {
-    run::check_needs(scene, {.overwrite = true, .quiet = true});
-    if (!scene.sweep.vary.empty()) jobs::plan_sweep(scene);
-    if (!scene.calibration.bead_area_fractions.empty()) jobs::plan_calibration(scene);
-    analysis::check_boundary(scene);
-    return run::simulation_type_of(scene).warnings(scene);
 }
 
 /// Of fields: shipped, or of the scene's own.
@@ -281,7 +273,7 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("equations", &equations_of)
         .def_property_readonly("archive", &run::archive_path);
     module.def("model_file", &physics::model_file_text);
-    module.def("check", &check, py::arg("scene"));
+    module.def("check", &jobs::check_scene, py::arg("scene"));
     module.def(
         "explain",
         [](const io::Scene& scene) {
@@ -312,9 +304,12 @@ py::dict outcome_dict(const run::RunOutcome& outcome) {
 
 std::string calibrate(const io::Scene& scene, const std::filesystem::path& folder, int share, int shares, bool collect,
                       const std::vector<std::string>& want, const std::string& budget, bool quiet) {
+    require(budget.empty() || !want.empty(), {}, "budget = \"{}\" without want; expected both, or neither", budget);
+    require(1 <= share && share <= shares, {}, "share = ({}, {}); expected (i, n) with i from 1 to n", share, shares);
+    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);
     jobs::CalibrationOptions options{
         {.folder = folder, .share = {.number = share, .count = shares}, .collect = collect, .quiet = quiet},
-        jobs::parse_accuracy_targets(want)};
+        std::move(targets)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     const jobs::CalibrationOutcome outcome = jobs::run_calibration(scene, options);
     nlohmann::json result{{"file", outcome.file.string()},
@@ -337,8 +332,9 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
                      const std::filesystem::path& folder, int workers, bool collect, bool quiet) {
     const double seconds = seconds_of(budget, "budget");
+    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);
     const jobs::TradeoffOptions options{{.folder = folder, .workers = workers, .collect = collect, .quiet = quiet},
-                                        jobs::parse_accuracy_targets(want),
+                                        std::move(targets),
                                         seconds,
                                         seconds};
     const jobs::Tradeoff found = jobs::study_tradeoff(scene, options);
@@ -373,7 +369,8 @@ std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, i
 
 std::string calibration_status(const io::Scene& scene, const std::filesystem::path& folder,
                                const std::vector<std::string>& want, const std::string& budget) {
-    jobs::CalibrationOptions options{{.folder = folder}, jobs::parse_accuracy_targets(want)};
+    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);
+    jobs::CalibrationOptions options{{.folder = folder}, std::move(targets)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     return jobs::calibration_status(scene, options);
 }

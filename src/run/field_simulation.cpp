@@ -102,15 +102,19 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads, b
     recordings.push_back(samples());
 }
 
+numerics::Fields first_fields(const io::Scene& scene, const FieldProblem& problem, int degree) {
+    std::vector<FrameField> wanted;
+    for (const files::Quantity& one : problem.components) wanted.push_back({one.name, one.unit});
+    return frame_of_file(scene, wanted, degree);
+}
+
 numerics::Spectra FieldSimulation::first_state(Threads& threads, bool resumed) const {
     if (scene_.initial.kind != "file")
         return model::start_spectra(scene_.initial, problem_.integrated.equations, evolution_.linear(),
                                     static_cast<std::uint64_t>(scene_.run.seed), threads);
     numerics::Spectra spectra(scene_.grid, static_cast<int>(problem_.components.size()));
     if (resumed) return spectra;  // the file of the start may be gone
-    std::vector<FrameField> wanted;
-    for (const files::Quantity& one : problem_.components) wanted.push_back({one.name, one.unit});
-    transform_.forward(frame_of_file(scene_, wanted, evolution_.linear().degree), spectra);
+    transform_.forward(first_fields(scene_, problem_, evolution_.linear().degree), spectra);
     model::remove_divergence(problem_.integrated.equations, scene_.grid, spectra);
     return spectra;
 }
@@ -145,6 +149,13 @@ io::Scene start_alone(const io::Scene& scene) {
 
 numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
     return FieldSimulation(start_alone(scene), threads, false).state();
+}
+
+void check_field_start(const io::Scene& scene) {
+    if (scene.initial.kind != "file") return;
+    const FieldProblem problem = field_problem(scene);
+    const model::Integrated& integrated = problem.integrated;
+    first_fields(scene, problem, integrated.equations.linear_system(scene.grid, integrated.kept_degree).degree);
 }
 
 int choose_threads(const io::Scene& scene) {

@@ -333,6 +333,10 @@ TimedScene timed_particles(const io::Scene& scene) {
     return {timed, spheres / std::max(spheres_of(timed), 1.0)};
 }
 
+void check_particle_start(const io::Scene& scene) {
+    if (scene.particles.packing.kind == "file") bodies_of_file(scene);
+}
+
 std::unique_ptr<Simulation> make_particle_simulation(const io::Scene& scene, Threads& threads,
                                                      std::span<const double> saved) {
     auto simulation = std::make_unique<ParticleSimulation>(scene, start_bodies(scene, saved), threads);

@@ -15,6 +15,7 @@ int particle_threads(const io::Scene& scene);
 double particle_simulation_bytes(const io::Scene& scene);
 double particle_disk_bytes(const io::Scene& scene);
 std::string particle_size(const io::Scene& scene);
+void check_particle_start(const io::Scene& scene);
 TimedScene timed_particles(const io::Scene& scene);
 /// Warns when the time step of a scene is outside the range studied in tests/bench/particles.
 std::vector<std::string> particle_warnings(const io::Scene& scene);

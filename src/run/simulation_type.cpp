@@ -41,6 +41,7 @@ const SimulationType& simulation_type_of(const io::Scene& scene) {
                                        .size_key = "grid.nx",
                                        .start = "initial",
                                        .timed = timed_fields,
+                                       .check_start = check_field_start,
                                        .warnings = field_scene_warnings,
                                        .report = report_of<make_field_report>};
     static const SimulationType particles{.make = make_particle_simulation,
@@ -52,6 +53,7 @@ const SimulationType& simulation_type_of(const io::Scene& scene) {
                                           .size_key = "beads.area_fraction",
                                           .start = "packing",
                                           .timed = timed_particles,
+                                          .check_start = check_particle_start,
                                           .warnings = particle_warnings,
                                           .report = make_particle_report};
     return scene.kind == io::SceneKind::particles ? particles : fields;

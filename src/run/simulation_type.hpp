@@ -26,6 +26,8 @@ struct SimulationType {
     const char* size_key;                            ///< the key of the scene that reduces its size
     const char* start;  ///< the section with kind, file and frame, from which a ramp of a sweep and another run start
     TimedScene (*timed)(const io::Scene& scene);
+    /// Throws an input Error where the scene begins with a frame of a file that is not there or not of this scene.
+    void (*check_start)(const io::Scene& scene);
     std::vector<std::string> (*warnings)(const io::Scene& scene);  ///< what is known before a run
     Report (*report)(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
 };

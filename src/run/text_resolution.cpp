@@ -52,6 +52,16 @@ public:
         if (system_.nonlinear) system_.nonlinear(t, state_, rate_);
         return rate_;
     }
+    /// Components of the noises that multiply, and the effect of one of them that has the waves of the first field.
+    int noises() const { return system_.product_noise ? components(system_.product_noise->layout) : 0; }
+    const Spectra& effect_of(int noise, double t) {
+        Spectra increments(system_.grid, noises());
+        std::ranges::copy(state_[0], increments[noise].begin());
+        increments[noise][0] = 1.0;
+        std::ranges::fill(rate_.values, 0.0);
+        system_.product_noise->add(t, state_, increments, rate_);
+        return rate_;
+    }
     const numerics::System& system() const { return system_; }
 
 private:
@@ -158,14 +168,15 @@ struct SpaceError {
     double aliased = 0.0, lost = 0.0, all = 0.0;
 };
 
+/// has_mean: whether `all` includes the mean.
 SpaceError space_error(const Grid& grid, int degree, std::span<const Complex> coarse, const Grid& finer,
-                       std::span<const Complex> fine) {
+                       std::span<const Complex> fine, bool has_mean) {
     SpaceError error;
     const std::size_t width = numerics::columns(finer), coarse_width = numerics::columns(grid);
     for (std::size_t m = 0; m < fine.size(); ++m) {
         const int kx = static_cast<int>(m % width), ky = numerics::mode_number_y(finer, m / width);
         const double weight = numerics::mode_weight(finer, m % width), power = weight * std::norm(fine[m]);
-        if (m > 0) error.all += power;
+        if (m > 0 || has_mean) error.all += power;
         const bool in_range =
             2 * kx < grid.nx + (grid.nx == 1) && (grid.ny == 1 ? ky == 0 : 2 * std::abs(ky) < grid.ny);
         const std::size_t row = static_cast<std::size_t>(ky < 0 ? grid.ny + ky : ky);
@@ -190,15 +201,14 @@ std::optional<std::string> space_warning(const io::Scene& scene) {
     // A jump loses and folds a few per cent on 100 points, and makes an error of less; on 32 points it is moved by half
     // of a cell, which can make an error of a tenth.
     constexpr double max_aliased = 0.005, max_lost = 0.05;
-    for (const double part : {0.0, 0.3819}) {  // of the run: some texts vanish at the start
-        const double t = part * scene.time.end;
-        const Spectra &coarse = here.at(t), &fine = there.at(t);
+    const auto warning = [&](const Spectra& coarse, const Spectra& fine, bool is_noise) -> std::optional<std::string> {
+        const int degree = here.system().degree;
         for (int c = 0; c < coarse.count(); ++c) {
-            SpaceError error = space_error(grid, here.system().degree, coarse[c], finer, fine[c]);
+            SpaceError error = space_error(grid, degree, coarse[c], finer, fine[c], is_noise);
             const std::size_t first = static_cast<std::size_t>(c);
             if (first + 1 < components.size() && components[first + 1].part == 1) {  // both components of a vector
                 ++c;
-                const SpaceError other = space_error(grid, here.system().degree, coarse[c], finer, fine[c]);
+                const SpaceError other = space_error(grid, degree, coarse[c], finer, fine[c], is_noise);
                 error.aliased += other.aliased;
                 error.lost += other.lost;
                 error.all += other.all;
@@ -208,11 +218,18 @@ std::optional<std::string> space_warning(const io::Scene& scene) {
             if (error.aliased <= max_aliased * error.all && error.lost <= max_lost * error.all) continue;
             const double wrong = std::min(1.0, std::sqrt((error.aliased + error.lost) / std::max(error.all, 1e-300)));
             return text(
-                "the grid does not resolve a term written as text: the relative error of the rate of {} is {:.2g}, "
+                "the grid does not resolve a term written as text: the relative error of the {} of {} is {:.2g}, "
                 "compared with twice the points along each axis (terms in x and y): choose {}, or a smoother "
                 "expression",
-                components[first].name, wrong, grid_keys(finer));
+                is_noise ? "noise" : "rate", components[first].name, wrong, grid_keys(finer));
         }
+        return std::nullopt;
+    };
+    for (const double part : {0.0, 0.3819}) {  // of the run: some texts vanish at the start
+        const double t = part * scene.time.end;
+        if (auto found = warning(here.at(t), there.at(t), false)) return found;
+        for (int noise = 0; noise < here.noises(); ++noise)
+            if (auto found = warning(here.effect_of(noise, t), there.effect_of(noise, t), true)) return found;
     }
     return std::nullopt;
 }
@@ -239,27 +256,24 @@ constexpr std::array<Stage, 5> stages_of_ark436{{{0.0, 82889.0 / 524892.0},
                                                  {17.0 / 20.0, -2260.0 / 8211.0},
                                                  {1.0, 0.25}}};
 
-/// How much a rate changes between the nodes of a step: what a method that divides its steps notices.
-double change_of(const Nodes& at) {
-    double lowest = at.begin, highest = at.begin;
-    for (const double value : {at.before, at.middle, at.end, at.after}) {
-        lowest = std::min(lowest, value);
-        highest = std::max(highest, value);
-    }
-    return highest - lowest;
+/// The fractions of a step at which the estimate of a method with a tolerance looks, which divides the step where the
+/// rate changes between them: see numerics::AdaptiveStepper.
+std::vector<double> noticed_at(const numerics::TimeMethod& method, bool has_product_noise) {
+    if (!method.is_exponential)
+        return method.implicit_table.empty() ? std::vector{0.0, 1.0} : std::vector{0.0, 0.5, 1.0};
+    if (!has_product_noise)
+        return method.order < 3 ? std::vector{0.0, 0.5, 1.0} : std::vector{0.0, 0.25, 0.5, 0.75, 1.0};
+    return method.order < 3 ? std::vector{0.0, 1.0} : method.order == 3 ? std::vector{0.0, 0.5, 1.0} : std::vector{0.0};
 }
 
 /// The largest error of the integral of a rate over a window, over its largest deviation from a constant rate.  Of a
 /// method that divides its steps that of the part which it does not notice.
 class TimeError {
 public:
-    TimeError(double dt, bool divides) : dt_(dt), divides_(divides) {}
-
-    /// seen: the integral over a step, as the method has it.
-    void add(const Nodes& at, double seen, double exact) {
+    /// seen: the integral over a step, as the method has it; noticed: an error up to this divides the step.
+    void add(double seen, double exact, double noticed) {
         integral_.push_back((integral_.empty() ? 0.0 : integral_.back()) + exact);
         const double wrong = seen - exact;
-        const double noticed = divides_ ? dt_ * change_of(at) : 0.0;
         wrong_ += std::copysign(std::max(0.0, std::abs(wrong) - noticed), wrong);
         largest_ = std::max(largest_, std::abs(wrong_));
         size_ += std::abs(exact);
@@ -282,8 +296,6 @@ public:
     }
 
 private:
-    double dt_;
-    bool divides_;
     double wrong_ = 0.0, largest_ = 0.0, size_ = 0.0;
     std::vector<double> integral_;
 };
@@ -294,21 +306,33 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
     const bool has_stages = scene.time.tolerance == 0.0 && method.name == "arkode-ark436l2sa";
     Grid small = scene.grid;
-    small.nx = std::min(small.nx, 8);
-    small.ny = std::min(small.ny, 8);
+    const int few = any_text_mentions(scene, {"x", "y"}) ? 16 : 8;  // of a moving source some harmonics are kept
+    small.nx = std::min(small.nx, few);
+    small.ny = std::min(small.ny, few);
     const FieldProblem problem = field_problem(scene);
     Rates rates(problem, small, small, problem.integrated.kept_degree);
     const int count = rates.at(0.0).count();
-    const auto values_at = [&](double t) {  // the mean rate of each component, and its longest wave
+    const std::vector<double> noticed = scene.time.tolerance > 0.0
+                                            ? noticed_at(method, rates.system().product_noise != nullptr)
+                                            : std::vector<double>{};
+    // The mean rate of each component and its longest wave, and the mean squares of the effects of noises.
+    const std::size_t of_rates = 3 * static_cast<std::size_t>(count);
+    const auto values_at = [&](double t) {
         std::vector<double> values;
         const Spectra& rate = rates.at(t);
-        for (int c = 0; c < count; ++c) {
-            values.push_back(rate[c][0].real());
-            values.push_back(rate[c][1].real());
-            values.push_back(rate[c][1].imag());
+        for (int c = 0; c < count; ++c)
+            values.insert(values.end(), {rate[c][0].real(), rate[c][1].real(), rate[c][1].imag()});
+        for (int noise = 0; noise < rates.noises(); ++noise) {
+            const Spectra& effect = rates.effect_of(noise, t);
+            for (int c = 0; c < count; ++c) {
+                double& square = values.emplace_back(0.0);
+                for (std::size_t m = 0; m < effect.size; ++m)
+                    square += numerics::mode_weight(small, m % numerics::columns(small)) * std::norm(effect[c][m]);
+            }
         }
         return values;
     };
+    const std::size_t numbers = values_at(0.0).size();
     const auto steps = static_cast<std::int64_t>(std::llround(scene.time.end / dt));
     constexpr int fewest = 7, in_stages = 21, samples = 2048;  // a switch falls into one of the parts
     const int parts = std::max(has_stages ? in_stages : fewest, static_cast<int>(samples / std::max(steps, {1})) | 1);
@@ -316,8 +340,7 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
     const std::vector<Window> windows = windows_of(steps, dt, named);
     std::vector<std::vector<TimeError>> all;
     for (const Window& window : windows) {
-        std::vector<TimeError>& errors =
-            all.emplace_back(3 * static_cast<std::size_t>(count), TimeError(dt, scene.time.tolerance > 0.0));
+        std::vector<TimeError>& errors = all.emplace_back(numbers);
         const auto first = static_cast<double>(window.first);
         std::vector<double> before = values_at((first - 1.0) * dt), begin = values_at(first * dt),
                             end = values_at((first + 1.0) * dt);
@@ -335,25 +358,40 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
                     const std::vector<double> now = values_at(t + dt * stage.time);
                     for (std::size_t k = 0; k < now.size(); ++k) by_stages[k] += dt * stage.weight * now[k];
                 }
+            std::vector<double> lowest = begin, highest = begin;
+            for (const double part : noticed) {
+                const std::vector<double> now = values_at(t + part * dt);
+                for (std::size_t k = 0; k < of_rates; ++k) {
+                    lowest[k] = std::min(lowest[k], now[k]);
+                    highest[k] = std::max(highest[k], now[k]);
+                }
+            }
             for (std::size_t k = 0; k < errors.size(); ++k) {
                 const Nodes nodes{before[k], begin[k], middle[k], end[k], after[k]};
-                errors[k].add(nodes, has_stages ? by_stages[k] : as_seen(method, dt, nodes), exact[k]);
+                const double seen = k >= of_rates ? dt * middle[k]  // of a noise
+                                    : has_stages  ? by_stages[k]
+                                                  : as_seen(method, dt, nodes);
+                errors[k].add(seen, exact[k], dt * (highest[k] - lowest[k]));
             }
             before = std::exchange(begin, std::exchange(end, std::move(after)));
         }
     }
     constexpr double matters = 0.01;  // of the largest change in any window
     double worst = 0.0, worst_time = 0.0;
-    // The mean and both parts of the wave of one component have the rounding errors of the largest of them.
-    const auto size_of = [&](std::size_t n, std::size_t k) {
+    // The mean and both parts of the wave of one component have the rounding errors of the largest of them, and a small
+    // part of what changes may be aliased on this small grid.
+    const auto largest_of = [&](const std::vector<TimeError>& errors, std::size_t k, double (TimeError::*of)() const) {
+        if (k >= of_rates) return (errors[k].*of)();
         const std::size_t first = k - k % 3;
-        return std::max({all[n][first].size(), all[n][first + 1].size(), all[n][first + 2].size()});
+        return std::max({(errors[first].*of)(), (errors[first + 1].*of)(), (errors[first + 2].*of)()});
     };
-    for (std::size_t k = 0; k < all.front().size(); ++k) {
+    for (std::size_t k = 0; k < numbers; ++k) {
         double largest = 0.0;
-        for (const std::vector<TimeError>& errors : all) largest = std::max(largest, errors[k].deviation());
+        for (const std::vector<TimeError>& errors : all)
+            largest = std::max(largest, largest_of(errors, k, &TimeError::deviation));
         for (std::size_t n = 0; n < all.size(); ++n)
-            if (const double relative = all[n][k].relative(matters * largest, size_of(n, k)); relative > worst) {
+            if (const double relative = all[n][k].relative(matters * largest, largest_of(all[n], k, &TimeError::size));
+                relative > worst) {
                 worst = relative;
                 worst_time = static_cast<double>(windows[n].first) * dt;
             }

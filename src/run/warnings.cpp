@@ -319,7 +319,8 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     constexpr double decoupled = 0.3;
     const double allowed = std::max(scene.time.max_error, scene.time.chosen == "means" ? decoupled : 0.0);
     if (*worst <= allowed) return;
-    if (scene.time.tolerance > 0.0) {  // dt may be no more than an interval of outputs
+    // dt may be no more than an interval of outputs; no tolerance sees the error of noise that multiplies fields.
+    if (scene.time.tolerance > 0.0 && !has_product_noise) {
         warnings.push_back(
             text("the steps of {} are too inaccurate: their estimated error is {:.2g} of a field's fluctuation at "
                  "t = {:.6g} s (step_error); expected at most time.max_error = {}: choose time.tolerance = {:.1g}",

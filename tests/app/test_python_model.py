@@ -1,4 +1,5 @@
 """tests/app/test_python_model.py: models of declared fields in Python: exact results, and the page of the manual."""
+import pickle
 import sys
 import warnings
 
@@ -268,3 +269,27 @@ def test_a_mean_that_noise_drives_has_no_stationary_variance():
         Model([Field("h", "nu lap h", noise=1.0)], nu=1.0).structure_factors([0.0])
     still = Model([Field("h", "nu lap h", noise=1.0, conserved_noise=True)], nu=1.0)
     assert still.structure_factors([0.0, 2.0]).values.ravel() == pytest.approx([0.0, 0.5])
+
+
+def test_a_model_keeps_its_numbers():
+    model = Model([Field("h", "-nu h")], nu=1.0, define={"g": "2 nu"})
+    for change in (model.coefficients, model.define):
+        with pytest.raises(TypeError, match="does not support item assignment"):
+            change["nu"] = 5.0
+    copied = pickle.loads(pickle.dumps(model))
+    assert copied.rates({"h": 1.0}) == model.rates({"h": 1.0}) == [-1.0] and copied.define == {"g": "2 nu"}
+    with pytest.raises(drover.Error, match="coefficient nu is given twice"):
+        Model([Field("h", "-nu h")], coefficients={"nu": 1.0}, nu=2.0)
+
+
+@pytest.mark.parametrize("equation", ["-(1 + cos(x)) h", "-h + cos(t)"])
+def test_terms_of_place_or_time_have_no_uniform_rates(equation):
+    with pytest.raises(drover.Error, match="depends on position or time"):
+        Model([Field("h", equation)]).rates({"h": 0.5})
+
+
+@pytest.mark.parametrize("spin", [-1, -2])
+def test_a_negative_spin_is_rejected(spin):
+    for fields, noises in (([Field("p", "-p", spin=spin)], []), ([Field("p", "-p + n")], [drover.Noise("n", spin)])):
+        with pytest.raises(drover.Error, match=f"has spin {spin}; expected 0 or more"):
+            Model(fields, noises=noises)

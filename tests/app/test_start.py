@@ -203,3 +203,14 @@ def test_explain_needs_no_finite_rates_about_the_references(tmp_path):
     (tmp_path / "far.toml").write_text(NOT_FINITE)
     footer = "the conserved means of the start differ from the references (c = 1 for 0)"
     assert footer in drover(tmp_path, "explain", "far.toml").stdout
+
+
+def test_a_file_that_a_run_starts_from_is_checked_with_the_scene(tmp_path):
+    start = {**GRID, "initial.kind": "file", "initial.file": "wave.h5"}
+    (tmp_path / "start.toml").write_text(scene_text(start))
+    rejected(tmp_path, ["check", "start.toml"], ["wave.h5"])
+    (tmp_path / "wave.toml").write_text(scene_text({**GRID, "initial.rod_density": "1", "grid.lx": 16.0}))
+    drover(tmp_path, "run", "wave.toml", "--quiet")
+    rejected(tmp_path, ["check", "start.toml"], ["initial.file", "has another cell"])
+    drover(tmp_path, "run", "wave.toml", "--quiet", "--overwrite", "--set", "grid.lx=32.0")
+    drover(tmp_path, "check", "start.toml")

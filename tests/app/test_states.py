@@ -29,6 +29,20 @@ def test_band_is_found_from_a_poor_guess_with_its_speed_and_both_binodals(tmp_pa
     assert found["max_polar_order"] == pytest.approx(1 / np.sqrt(3), abs=1e-6)
 
 
+@pytest.mark.parametrize("guess", ["1e5", "1e9", "-1e14"])
+def test_the_guess_of_the_speed_does_not_set_the_accuracy(tmp_path, guess):
+    coarse = ["--set", "grid.nx=64"]
+    # Ends of Newton's method with residuals of 1e-10 differ by less than 1e-9 of the speed; where the terms were as
+    # large as the guess makes them, 1e5 changed it by 1e-8 and 1e9 by a tenth.
+    assert states(tmp_path, BAND, *coarse, f"--speed={guess}")["speed"] == pytest.approx(
+        states(tmp_path, BAND, *coarse)["speed"], rel=1e-9)
+
+
+@pytest.mark.parametrize("words", [["--speed", "inf"], ["--speed", "nan"], ["--settle", "nan"]])
+def test_guesses_that_are_not_finite_are_rejected(tmp_path, words):
+    assert "expected a finite number" in drover(tmp_path, "states", BAND, "--wave", "x", *words, status=2).stderr
+
+
 def test_a_state_that_the_grid_does_not_resolve_is_said(tmp_path):
     (tmp_path / "ks.toml").write_text("""
 field = [{symbol = "u", conserved = true}]
@@ -41,7 +55,9 @@ initial = {kind = "formula", u = "2 cos(2 pi x / 12)"}
     for points, is_told in ((128, False), (32, False), (16, True)):
         done = drover(tmp_path, "states", "ks.toml", "--wave", "x", "--set", f"grid.nx={points}")
         assert ("the grid does not resolve the state" in done.stdout) == is_told, points
-        speeds[points] = states(tmp_path, "ks.toml", "--set", f"grid.nx={points}")["speed"]
+        found = states(tmp_path, "ks.toml", "--set", f"grid.nx={points}")
+        assert any("does not resolve the state" in note for note in found["notes"]) == is_told
+        speeds[points] = found["speed"]
     assert abs(speeds[32] / speeds[128] - 1.0) < 1e-9 < abs(speeds[16] / speeds[128] - 1.0)
 
 

@@ -221,3 +221,45 @@ def test_noise_that_depends_on_the_place_has_no_prediction_and_all_else(tmp_path
         names = []
         file.visit(names.append)
     assert not [name for name in names if "structure_factor" in name]
+
+
+def noisy(strength, dt, end, points=(32, 32), **more):
+    """The mean square of phi at the end of six runs from 0, phi' = -0.3 phi + g xi, over that of the kept modes for
+    g = 1, with their warnings."""
+    model = library.Model([library.Field("phi", f"-0.3 phi + ({strength}) xi")], noises=[library.Noise("xi")], **more)
+    squares = []
+    for seed in range(6):
+        run = model.scene(points=points, side=points, dt=dt, end=end).set("run.seed", seed).start()
+        run.advance()
+        squares.append(float((run.frame.phi**2).mean()))
+    modes = np.abs(np.fft.fft2(run.frame.phi))
+    kept = np.count_nonzero(modes > 1e-9 * modes.max()) / modes.size
+    return np.mean(squares) / kept, np.std(squares) / np.sqrt(5.0) / kept, run.warnings
+
+
+def test_noise_begins_at_the_step_at_which_its_strength_does():
+    found, error, warnings = noisy("step(t - 2)", 0.5, 4.0)
+    assert abs(found - (1.0 - np.exp(-0.6 * 2.0)) / 0.6) < 4.0 * error and warnings == []
+
+
+@pytest.mark.parametrize("strength, is_told", [
+    ("1 + 20 exp(-((t - 3.2)/0.05)^2)", True), ("1 + 3 cos(8 pi t)", True), ("1 + 0.8 cos(t)", False)])
+def test_the_step_is_compared_with_the_strength_of_noise(strength, is_told):
+    _, _, warnings = noisy(strength, 0.5, 10.0, (8, 8))
+    assert bool([one for one in warnings if "does not resolve the time dependence" in one]) == is_told, warnings
+
+
+@pytest.mark.parametrize("strength, is_told", [
+    ("1 + 3 exp(-((x - 8.5)/0.2)^2)", True), ("1 + 3 cos(2 pi x)", True), ("1 + 0.8 cos(2 pi x/16)", False)])
+def test_the_grid_is_compared_with_the_strength_of_noise(strength, is_told):
+    _, _, warnings = noisy(strength, 0.5, 2.0, (16, 16))
+    assert bool([one for one in warnings if "relative error of the noise of phi" in one]) == is_told, warnings
+
+
+def test_no_tolerance_is_advised_where_noise_multiplies():
+    model = library.Model([library.Field("phi", "-0.3 phi + 0.8 phi xi + 0.1 xi")], noises=[library.Noise("xi")])
+    scene = model.scene(points=16, side=16.0, dt=0.5, end=5.0, initial={"phi": "1"})
+    run = scene.set({"time.tolerance": 1e-3}).start()
+    run.advance()
+    assert [one for one in run.warnings if "choose time.dt" in one]
+    assert not [one for one in run.warnings if "choose time.tolerance" in one]

@@ -41,7 +41,7 @@ struct ProductNoise {
     Layout layout;  ///< of the noises, one for each field that it drives
     /// L and Q of the noises, as those of a System; the Q of one noise that drives several fields couples them.
     std::function<IsotropicBlocks(double q)> linear, noise;
-    /// Adds to `to` the effect on `state` of the increments of the noises over a step from t.
+    /// Adds to `to` the effect of the increments of the noises over a step with the middle t, which begins at `state`.
     std::function<void(double t, const Spectra& state, const Spectra& increments, Spectra& to)> add;
 };
 

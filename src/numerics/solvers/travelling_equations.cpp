@@ -428,10 +428,22 @@ TravellingState TravellingSolver::solve(Numbers u) {
     if (columns_.size() > 1) unknown_sizes.push_back(parameter_size());
     Newton newton{.solver = *this, .n = n, .equation_sizes = equation_sizes(u[n])};
     TravellingState found{.state = Spectra(grid_, scratch_.count())};
-    found.iterations = newton.iterate(u, unknown_sizes);
-    newton.residual_at(u, f);
-    for (std::size_t i = 0; i < f.size(); ++i)
-        found.residual = std::max(found.residual, std::abs(f[i]) / newton.equation_sizes[i]);
+    const auto measure_residual = [&] {
+        newton.residual_at(u, f);
+        found.residual = 0.0;
+        for (std::size_t i = 0; i < f.size(); ++i)
+            found.residual = std::max(found.residual, std::abs(f[i]) / newton.equation_sizes[i]);
+        return found.residual <= Newton::accepted;
+    };
+    // The sizes of terms are those at the guess of the speed at first, and must be those at the speed that is found.
+    constexpr int max_rounds = 4;
+    for (int round = 0; round < max_rounds; ++round) {
+        found.iterations += newton.iterate(u, unknown_sizes);
+        if (!measure_residual()) break;
+        newton.equation_sizes = equation_sizes(u[n]);
+        if (measure_residual()) break;
+        unknown_sizes[n] = std::max(std::abs(u[n]), smallest_speed());
+    }
     if (!(found.residual <= Newton::accepted))
         fail_run(
             "no travelling state was found: after {} iterations of Newton's method the equations hold to {:.2g} of "

@@ -84,13 +84,29 @@ double AdaptiveStepper::relative_error(const Spectra& before, const Spectra& aft
     return largest;
 }
 
+bool AdaptiveStepper::takes_halves() const { return system_.is_timed && !system_.product_noise; }
+
+/// The halves into next_, and their error into error_.
+void AdaptiveStepper::attempt_in_halves(double t, std::uint64_t part, const Spectra& state) {
+    const double half = 0.5 * control_.dt / division_;
+    error_.values = state.values;
+    next_.values = state.values;
+    stepper(division_).step(t, part, error_);
+    Stepper& finer = stepper(2 * division_);
+    finer.step(t, 2 * part, next_);
+    finer.step(t + half, 2 * part + 1, next_);
+    const double share = finer_error() / (1.0 - finer_error());
+    for (std::size_t k = 0; k < error_.values.size(); ++k)
+        error_.values[k] = share * (error_.values[k] - next_.values[k]);
+}
+
 /// The relative error of a part from t, whose result is in next_.  INFINITY where the right-hand side failed: outside
 /// its domain a shorter part may stay within it.
 double AdaptiveStepper::attempt(double t, std::uint64_t part, const Spectra& state) {
-    Stepper& now = stepper(division_);
     failure_.clear();
     try {
-        now.attempt(t, part, state, next_, error_);
+        if (takes_halves()) attempt_in_halves(t, part, state);
+        else stepper(division_).attempt(t, part, state, next_, error_);
     } catch (const Error& error) {
         if (error.fault() != Fault::run) throw;
         failure_ = error.what();
@@ -125,7 +141,7 @@ void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
         division_ *= 2;
         i *= 2;
     }
-    taken_ = division_;
+    taken_ = takes_halves() ? 2 * division_ : division_;
     count_.largest_error = std::max(count_.largest_error, largest);
     constexpr double safety = 2.0;
     const double growth = static_cast<double>(division_) / coarser();
@@ -207,7 +223,9 @@ double AdaptiveStepper::work_of_step() const {
     // Of differences of integers, which are the same after a restart.
     const TimeMethod& method = time_method(control_.method);
     const std::int64_t steps = count_.accepted + count_.rejected - count_before_.accepted - count_before_.rejected;
-    const int stages = control_.tolerance > 0.0 ? method.stages_with_tolerance : method.stages;
+    const int stages = control_.tolerance == 0.0 ? method.stages
+                       : takes_halves()          ? 3 * method.stages
+                                                 : method.stages_with_tolerance;
     const std::int64_t counted = count_.right_hand_sides - count_before_.right_hand_sides,
                        rates = counted > 0 ? counted : steps * stages;
     return static_cast<double>(rates) * control_.work.rate + static_cast<double>(steps) * control_.work.noise;
@@ -219,7 +237,10 @@ double AdaptiveStepper::work_of_error() const {
     return std::max(0.0, shares_first_rate() ? work - control_.work.rate : work);
 }
 
-double AdaptiveStepper::last_step() const { return sundials_ ? sundials_->last_step() : control_.dt / division_; }
+double AdaptiveStepper::last_step() const {
+    if (sundials_) return sundials_->last_step();
+    return control_.dt / (control_.tolerance > 0.0 && takes_halves() ? 2 * division_ : division_);
+}
 
 std::vector<double> AdaptiveStepper::save_history() const {
     if (sundials_) return sundials_->save();

@@ -35,6 +35,10 @@ struct StepControl {
 /// right-hand side throws a run Error, their number doubles; where a whole dt leaves a margin, it falls to the next
 /// smaller one.  A linear system is exact and is never divided.
 ///
+/// A part of a system with terms in t is taken whole and in halves, which are kept, and its error is that of the halves
+/// by their difference: embedded estimates of order four compare rates of one time.  Not with noise that multiplies
+/// fields, whose error no shorter part would meet: its estimate sees neither the noise nor all terms in t.
+///
 /// The methods of SUNDIALS choose their steps themselves: see SundialsStepper.
 class AdaptiveStepper {
 public:
@@ -77,7 +81,9 @@ public:
 private:
     Stepper& stepper(int division);
     int coarser() const;
+    bool takes_halves() const;
     double attempt(double t, std::uint64_t part, const Spectra& state);
+    void attempt_in_halves(double t, std::uint64_t part, const Spectra& state);
     void advance_in_parts(std::int64_t step, Spectra& state);
     void advance_by_sundials(std::int64_t step, Spectra& state);
     void repeat_finer(std::int64_t step, Spectra& state);

@@ -309,7 +309,7 @@ void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spect
         NoisePath& path = *noise->of_products();
         path.compute({.level = product_level, .index = step_number});
         path.write(product_level, product_noise);
-        system.product_noise->add(t, state, product_noise, next);
+        system.product_noise->add(t + 0.5 * dt, state, product_noise, next);
     }
     if (system.nonlinear) enforce_hermitian(next);
 }

@@ -45,6 +45,10 @@ def onset(table, *, varied=None, cell=None, points=(), draws=400, output=None, o
     beads and rods, or at the nodes of the table.  `draws`: of the table within its errors, for the error bands.
     """
     from drover.computed import theory_of
+    if draws < 20:
+        raise ArgumentError(f"draws = {draws}; expected at least 20, which errors need")
+    if len(points) and cell is None:
+        raise ArgumentError("points apply to a cell; expected its side, cell [mm], or no points")
     with hdf5():
         result = _drover.onset(os.fspath(table), varied, cell, [tuple(point) for point in points], draws)
         if output is not None:
@@ -52,7 +56,7 @@ def onset(table, *, varied=None, cell=None, points=(), draws=400, output=None, o
     return theory_of(result, os.path.basename(os.fspath(table)))
 
 
-def fit(archive, keys, *, scene=None, max_wavenumber=0.0, begin=0.0, end=None, every=1):
+def fit(archive, keys, *, scene=None, max_wavenumber=None, begin=0.0, end=None, every=1):
     """Coefficients of the field equations from the waves of a run, as `drover fit --json`: a dict.
 
     `keys`: the numbers of the model to fit.  `scene`: a Scene of fields with the equations, starting values and all
@@ -71,7 +75,7 @@ def fit(archive, keys, *, scene=None, max_wavenumber=0.0, begin=0.0, end=None, e
     native = None if scene is None else scene._native
     keys = [keys] if isinstance(keys, str) else list(keys)
     with hdf5():
-        return json.loads(_drover.fit(os.fspath(archive), keys, native, max_wavenumber, begin, end or 0.0, every))
+        return json.loads(_drover.fit(os.fspath(archive), keys, native, max_wavenumber, begin, end, every))
 
 
 def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=False):

@@ -105,6 +105,8 @@ def draw_file(path, frame=None, state=None, dynamics=None):
     """Draws an archive of any kind; `frame` applies to runs and states, `state` to archives of drover stability, and
     `dynamics`, a field whose S(q, omega) is drawn, to runs of fields."""
     if Path(path).suffix == ".json":
+        if (frame, state, dynamics) != (None, None, None):
+            raise DroverError(f"{path}: --frame, --state and --dynamics do not apply to a trade-off: omit them")
         return trade_panel.draw(path)
     with open_any(path) as opened:
         return draw_opened(opened, {"--frame": frame, "--state": state, "--dynamics": dynamics})
@@ -120,6 +122,8 @@ def draw_opened(opened, options):
                               f"this archive; only archives of drover {' and '.join(its_kinds)} have one: omit the "
                               "option")
     if dynamics is not None:
+        if frame is not None:
+            raise DroverError("--frame does not apply to --dynamics, which is of many frames: omit one of them")
         return dynamics_figure.draw(opened, dynamics)
     if kind == "run":
         its_draw = particle_figure.draw if isinstance(opened, ParticleRun) else draw

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy
 
 from drover.archive import loaded
-from drover.error import Error, status_of
+from drover.error import ArgumentError, Error, status_of
 from drover.run_view import run_of
 from drover.new_file import part_of, write
 from drover.progress import Progress
@@ -32,18 +32,20 @@ CODECS = {".mp4": ["-c:v", "libx264", "-preset", "fast", "-crf", "20", "-pix_fmt
 RATIOS = (0.3, 8.0)          # of the sides of a picture; longer cells leave a margin
 
 
-def film(run, output, *, every=None, rate=25, field=None, progress=None):
+def film(run, output, *, every=None, rate=None, field=None, progress=None):
     """Writes a film (.mp4 or .gif) of a run of fields or particles; returns its path.
 
     With .png it writes a numbered picture for each frame, flock-0000.png, ..., without ffmpeg; returns the pattern of
     their names, flock-*.png.
 
     `run` is the path of an archive, an open run, or a run in memory, which then advances to time.end: with a picture
-    `every` so many seconds of the run (of an archive: every so many frames).  `rate` is the number of pictures per
-    second.  Shown are the maps of the figure, or that of one `field`.  Raises Error where ffmpeg is missing.
+    `every` so many seconds of the run (of an archive: every so many frames). `rate` is the number of pictures per
+    second, 25 if it is not given; a GIF has 100/n. Shown are the maps of the figure, or that of one `field`. Raises
+    Error where ffmpeg is missing.
     """
     output = Path(output)
     check_output(output)
+    rate = checked_rate(output, rate)
     frames, moving, where, size = frames_of(run, every, field)
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -95,6 +97,20 @@ def check_output(output):
     if output.suffix in CODECS and shutil.which("ffmpeg") is None:
         raise Error("ffmpeg is not installed; a film needs it: apt-get install ffmpeg, or choose .png: a numbered "
                     "picture for each frame")
+
+
+def checked_rate(output, rate):
+    """Pictures per second of a file."""
+    if rate is None:
+        return 25
+    if output.suffix not in CODECS:
+        raise ArgumentError(f"rate = {rate}, and {output} is a picture for each frame; expected no rate")
+    if not 1 <= rate <= 1000:
+        raise ArgumentError(f"rate = {rate}; expected 1 to 1000 pictures per second")
+    if output.suffix == ".gif" and (rate > 50 or 100 % rate):
+        raise ArgumentError(f"rate = {rate}: in a GIF a picture lasts for whole hundredths of a second; expected 1, 2, "
+                            "4, 5, 10, 20, 25 or 50 pictures per second, or an .mp4")
+    return rate
 
 
 class Encoder:
@@ -273,7 +289,7 @@ def main(arguments=None):
     parser.add_argument("-o", "--output", type=Path, help="film (.mp4 or .gif), or .png for a numbered "
                         "picture of each frame; default: the name of the archive with .mp4")
     parser.add_argument("--every", type=int, default=1, help="show every so many frames")
-    parser.add_argument("--rate", type=int, default=25, help="pictures per second")
+    parser.add_argument("--rate", type=int, help="pictures per second; default: 25")
     parser.add_argument("--field", help="of a run of fields: the field to show; default: those of its figure")
     options = parser.parse_args(arguments)
     output = options.output or options.archive.with_suffix(".mp4")

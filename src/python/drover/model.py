@@ -1,5 +1,6 @@
 """drover/model.py: models of declared fields and equations in vector notation, their linear theory, runs in memory."""
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -259,20 +260,23 @@ class Model:
 
         fields = (fields,) if isinstance(fields, Field) else fields
         self.fields, self.noises, self.tables = tuple(fields), tuple(noises), tuple(tables)
-        self.coefficients = {**(coefficients or {}), **more}
-        self.define, self.chiral, self.calculus = dict(define or {}), chiral, calculus
+        twice = sorted({*(coefficients or {})} & {*more})
+        if twice:
+            raise Error(f"the coefficient {twice[0]} is given twice; expected it once")
+        self.coefficients = MappingProxyType({**(coefficients or {}), **more})  # compiled: a change has no effect
+        self.define, self.chiral, self.calculus = MappingProxyType(dict(define or {})), chiral, calculus
         if calculus not in CALCULI:
             raise Error(f"calculus = {calculus!r}; expected {' or '.join(map(repr, CALCULI))}")
         check(self.fields, self.noises, self.tables, self.define, chiral, self.coefficients)
         self._equations = Equations([{**vars(field), "name": field.name or field.symbol} for field in self.fields],
                                     [vars(noise) for noise in self.noises],
-                                    [vars(table) for table in self.tables], self.define,
+                                    [vars(table) for table in self.tables], dict(self.define),
                                     {key: float(value) for key, value in self.coefficients.items()}, chiral, list(more))
 
     def __reduce__(self):
-        return remade, (self.fields, {"noises": self.noises, "tables": self.tables, "define": self.define,
+        return remade, (self.fields, {"noises": self.noises, "tables": self.tables, "define": dict(self.define),
                                       "chiral": self.chiral, "calculus": self.calculus,
-                                      "coefficients": self.coefficients})
+                                      "coefficients": dict(self.coefficients)})
 
     @property
     def terms(self):
@@ -407,7 +411,8 @@ class Model:
             "white_noise": [noise_table(noise) for noise in self.noises],
             "tabulated": [vars(table) for table in self.tables],
             "equations": {field.symbol: field.equation for field in self.fields},
-            "define": self.define, "coefficients": {key: float(value) for key, value in self.coefficients.items()},
+            "define": dict(self.define),
+            "coefficients": {key: float(value) for key, value in self.coefficients.items()},
             "grid": {"nx": nx, "ny": ny, "lx": float(lx), "ly": float(ly)},
             "time": {"dt": float(dt), "end": float(end), "stepper": method}, "initial": start,
             "output": {key: float(dt * np.ceil(every / dt - 1e-9)) if dt > 0 else every

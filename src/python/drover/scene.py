@@ -3,6 +3,7 @@ import json
 import os
 import re
 import tomllib
+from copy import deepcopy
 from pathlib import Path
 
 from drover import _drover
@@ -118,14 +119,18 @@ class Scene:
 
     @property
     def values(self):
-        """Every key with its value: values["grid"]["nx"]."""
+        """Every key with its value: values["grid"]["nx"].  A copy: set() makes another scene."""
+        return deepcopy(self._tables)
+
+    @property
+    def _tables(self):
         if self._values is None:
             self._values = tomllib.loads(self._native.text)
         return self._values
 
     def __getitem__(self, key):
         section, _, name = key.rpartition(".")
-        tables = [self.values]
+        tables = [self._tables]
         for part in section.split("."):
             part, number = LISTED.fullmatch(part).groups() if LISTED.fullmatch(part) else (part, None)
             tables = [table[part] for table in tables if part in table]
@@ -318,6 +323,8 @@ def flat(changes):
 
 def computed(function, scene, output, overwrite, **options):
     from drover.computed import theory_of
+    if not 0 <= options["threads"] <= 1024:
+        raise Error(f"threads = {options['threads']}; expected 1 to 1024, or 0: as the scene has it")
     with hdf5():
         result = function(scene._native, **options)
         if output is not None:

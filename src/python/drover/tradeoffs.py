@@ -4,7 +4,7 @@ import tempfile
 
 from drover import _drover
 from drover.campaign import Submitted, folder_for_jobs, submit
-from drover.error import Error
+from drover.error import ArgumentError, Error
 from drover.worker import call
 
 
@@ -50,6 +50,8 @@ def tradeoff(scene, want, budget="20min", *, folder=None, workers=0, collect=Fal
     True
     """
     targets = [want] if isinstance(want, str) else list(want)
+    if not isinstance(budget, str):
+        raise ArgumentError(f'budget = {budget!r}; expected a time, such as "20min"')
     if slurm:
         folder = folder_for_jobs(folder)
         options = [word for target in targets for word in ("--want", target)]

@@ -88,7 +88,7 @@ def draw_orders(axes, runs, orders, labels, units):
         words = label
         if run.summary is not None and order.name in run.summary:
             mean, error = (float(loaded(run.summary[name], run.path)) for name in (order.name, f"{order.name}_error"))
-            words += f": {mean:.3g}" + (rf" $\pm$ {error:.1g}" if error > 0.0 else "")
+            words += ": " + panels.with_error(mean, error)
             axes.plot(order["time"][[0, -1]] / unit, [mean, mean], color=colour, linestyle="--", linewidth=0.9)
         axes.plot(order["time"] / unit, order, color=colour, linewidth=0.9, label=words)
     return most

@@ -92,6 +92,7 @@ def draw_curve(axes, curve, name, states=()):
     axes.set_ylabel(with_unit(words_of(name), curve[name]))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(5, steps=STEPS))
+    axes.ticklabel_format(axis="y", useOffset=False)
     keys = [key_of("stable", BLUE, "o")] if not unstable.all() else []
     keys += [key_of("unstable", BLUE, "o", fill="white")] if unstable.any() else []
     keys += [key_of("fold", VERMILLION, "D")] if folds.any() else []
