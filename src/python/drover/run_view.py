@@ -18,7 +18,8 @@ def run_of(thing):
         return present(thing)
     if isinstance(thing, (Run, ParticleRun)):
         return thing
-    raise Error(f"{thing!r} is not a run; expected a path of an archive, an open run, or scene.start()")
+    name = getattr(thing, "path", thing)
+    raise Error(f"{name} is not a run; expected a path of an archive, an open run, or scene.start()")
 
 
 def present(simulation):
