@@ -159,11 +159,13 @@ Point point_of(const TravellingState& at, const StatesProblem& problem, numerics
                 .further = further_fields(at, problem, threads)};
     transform.backward(at.state, point.fields);
     if (!with_perturbations) return point;
-    constexpr std::size_t shown = 9;
-    std::vector<std::complex<double>>& rates = point.perturbations = solver.perturbation_rates(at, shown);
-    if (!rates.empty())
+    constexpr std::size_t shown = 8;
+    std::vector<std::complex<double>>& rates = point.perturbations =
+        solver.perturbation_rates(at, numerics::TravellingSolver::max_dense);
+    if (!rates.empty())  // of all: many may grow faster than the translation
         rates.erase(std::min_element(rates.begin(), rates.end(),
                                      [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); }));
+    if (rates.size() > shown) rates.resize(shown);
     return point;
 }
 

@@ -81,7 +81,7 @@ inline double apply(Operation operation, double a, double b) {
         case Operation::sin: return std::sin(a);
         case Operation::sinh: return std::sinh(a);
         case Operation::sqrt: return std::sqrt(a);
-        case Operation::step: return a > 0.0 ? 1.0 : a < 0.0 ? 0.0 : 0.5;
+        case Operation::step: return a > 0.0 ? 1.0 : 0.0;
         case Operation::tan: return std::tan(a);
         case Operation::tanh: return std::tanh(a);
         case Operation::number:

@@ -54,7 +54,7 @@ void strip_function(std::size_t size, Operation operation, const double* a, cons
         case Operation::negate: loop([](double x, double) { return -x; }); break;
         case Operation::abs: loop([](double x, double) { return std::abs(x); }); break;
         case Operation::sqrt: loop([](double x, double) { return std::sqrt(x); }); break;
-        case Operation::step: loop([](double x, double) { return x > 0.0 ? 1.0 : x < 0.0 ? 0.0 : 0.5; }); break;
+        case Operation::step: loop([](double x, double) { return x > 0.0 ? 1.0 : 0.0; }); break;
         case Operation::max: loop([](double x, double y) { return x < y ? y : x; }); break;
         case Operation::min: loop([](double x, double y) { return y < x ? y : x; }); break;
         default: loop([operation](double x, double y) { return apply(operation, x, y); }); break;

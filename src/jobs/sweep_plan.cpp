@@ -376,11 +376,13 @@ std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout
                          at, at.empty() ? "" : ": ", target.observable, mean.mean, found.without_error, row.seeds));
                 continue;
             }
-            unmet.push_back(
-                text("{}{}{} = {:.4g} has an error of {:.2g} after {} seeds, {:.2g} was wanted: raise "
-                     "sweep.max_seeds, or make the runs longer",
-                     at, at.empty() ? "" : ": ", target.observable, mean.mean, mean.error.value_or(nan), row.seeds,
-                     allowed(target, mean)));
+            const bool is_uncertain = mean.error && *mean.error <= allowed(target, mean);
+            unmet.push_back(text("{}{}{} = {:.4g} has an error of {:.2g} after {} seeds{}, {:.2g} was wanted: {}", at,
+                                 at.empty() ? "" : ": ", target.observable, mean.mean, mean.error.value_or(nan),
+                                 row.seeds, is_uncertain ? " that ended, too few to know this error" : "",
+                                 allowed(target, mean),
+                                 is_uncertain ? "see which runs failed, or raise sweep.max_seeds"
+                                              : "raise sweep.max_seeds, or make the runs longer"));
         }
     }
     return unmet;

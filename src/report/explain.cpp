@@ -122,7 +122,9 @@ run::List coefficients_of(const io::Scene& scene, const model::Model& model) {
 void add_steps(const io::Scene& scene, const model::Integrated& what, run::Record& root) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
     const bool is_nonlinear = what.equations.has_nonlinear_part(), has_tolerance = scene.time.tolerance > 0.0;
-    const int stages = has_tolerance ? method.stages_with_tolerance : method.stages;
+    const bool halves = has_tolerance && method.is_exponential && !io::has_noise(scene) &&
+                        std::ranges::any_of(what.equations.terms(), &model::TermSummary::is_timed);
+    const int stages = numerics::stages_per_part(method, has_tolerance, halves);
     const model::TransformCount transforms = model::transforms_of(what);
     const auto per_step = [&](const char* name, const char* meaning, int each) {
         return is_nonlinear && stages == 0 ? run::number(name, "1", meaning, NAN)

@@ -333,7 +333,7 @@ std::string steps_text(const numerics::AdaptiveStepper& stepper, const io::Scene
                     count.rejected, count.right_hand_sides, stepper.last_step());
     if (scene.time.tolerance > 0.0)
         return text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", count.accepted, count.rejected,
-                    scene.time.dt / stepper.division(), stepper.division());
+                    stepper.last_step(), std::llround(scene.time.dt / stepper.last_step()));
     return "";
 }
 

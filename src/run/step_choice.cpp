@@ -282,7 +282,7 @@ private:
     io::TimeControl chosen(const char* by, const std::string& error, double largest_part_error) const {
         io::TimeControl time = given_;
         time.dt = pilot_.time.dt;
-        if (given_.tolerance == 0.0) time.tolerance = std::min(largest_tolerance, 2.0 * largest_part_error);
+        if (given_.tolerance == 0.0) time.tolerance = std::min(target_, 2.0 * largest_part_error);
         time.chosen = by;
         time.pilot = text("{} in {} pilot run{} of {} by {} points to t = {:.4g} s", error, runs_,
                           runs_ == 1 ? "" : "s", pilot_.grid.nx, pilot_.grid.ny, pilot_.time.end);

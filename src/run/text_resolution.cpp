@@ -52,15 +52,25 @@ public:
         if (system_.nonlinear) system_.nonlinear(t, state_, rate_);
         return rate_;
     }
-    /// Components of the noises that multiply, and the effect of one of them that has the waves of the first field.
-    int noises() const { return system_.product_noise ? components(system_.product_noise->layout) : 0; }
-    const Spectra& effect_of(int noise, double t) {
-        Spectra increments(system_.grid, noises());
-        std::ranges::copy(state_[0], increments[noise].begin());
-        increments[noise][0] = 1.0;
+    /// The effect of all noises that multiply, with the waves of the first field in each component; nullptr: there is
+    /// none, or it has no value in the smooth state.
+    const Spectra* noise_at(double t) {
+        if (!system_.product_noise) return nullptr;
+        Spectra increments(system_.grid, components(system_.product_noise->layout));
+        constexpr double apart = 0.37;  // so that the effects of two do not cancel
+        for (int noise = 0; noise < increments.count(); ++noise) {
+            std::ranges::transform(state_[0], increments[noise].begin(),
+                                   [&](Complex mode) { return (1.0 + apart * noise) * mode; });
+            increments[noise][0] = 1.0 + apart * noise;
+        }
         std::ranges::fill(rate_.values, 0.0);
-        system_.product_noise->add(t, state_, increments, rate_);
-        return rate_;
+        try {
+            system_.product_noise->add(t, state_, increments, rate_);
+        } catch (const Error& error) {
+            if (error.fault() != Fault::run) throw;
+            return nullptr;
+        }
+        return &rate_;
     }
     const numerics::System& system() const { return system_; }
 
@@ -202,34 +212,39 @@ std::optional<std::string> space_warning(const io::Scene& scene) {
     // of a cell, which can make an error of a tenth.
     constexpr double max_aliased = 0.005, max_lost = 0.05;
     const auto warning = [&](const Spectra& coarse, const Spectra& fine, bool is_noise) -> std::optional<std::string> {
-        const int degree = here.system().degree;
+        std::vector<SpaceError> errors;  // of each field
+        double largest = 0.0;
         for (int c = 0; c < coarse.count(); ++c) {
-            SpaceError error = space_error(grid, degree, coarse[c], finer, fine[c], is_noise);
-            const std::size_t first = static_cast<std::size_t>(c);
-            if (first + 1 < components.size() && components[first + 1].part == 1) {  // both components of a vector
-                ++c;
-                const SpaceError other = space_error(grid, degree, coarse[c], finer, fine[c], is_noise);
-                error.aliased += other.aliased;
-                error.lost += other.lost;
-                error.all += other.all;
-            }
+            const SpaceError error = space_error(grid, here.system().degree, coarse[c], finer, fine[c], is_noise);
+            if (components[static_cast<std::size_t>(c)].part == 0) errors.push_back({});
+            errors.back().aliased += error.aliased;
+            errors.back().lost += error.lost;
+            errors.back().all += error.all;
+            if (std::isfinite(error.all)) largest = std::max(largest, errors.back().all);
+        }
+        constexpr double rounding = 1e-20;  // a square: where a noise does not drive a field
+        std::size_t field = 0;
+        for (std::size_t c = 0; c < components.size(); ++c) {
+            if (components[c].part != 0) continue;
+            const SpaceError& error = errors[field++];
             if (!std::isfinite(error.all + error.aliased + error.lost))
                 continue;  // the smooth state lies outside the domain of a function
+            if (is_noise && error.all <= rounding * largest) continue;
             if (error.aliased <= max_aliased * error.all && error.lost <= max_lost * error.all) continue;
             const double wrong = std::min(1.0, std::sqrt((error.aliased + error.lost) / std::max(error.all, 1e-300)));
             return text(
                 "the grid does not resolve a term written as text: the relative error of the {} of {} is {:.2g}, "
                 "compared with twice the points along each axis (terms in x and y): choose {}, or a smoother "
                 "expression",
-                is_noise ? "noise" : "rate", components[first].name, wrong, grid_keys(finer));
+                is_noise ? "noise" : "rate", components[c].name, wrong, grid_keys(finer));
         }
         return std::nullopt;
     };
     for (const double part : {0.0, 0.3819}) {  // of the run: some texts vanish at the start
         const double t = part * scene.time.end;
         if (auto found = warning(here.at(t), there.at(t), false)) return found;
-        for (int noise = 0; noise < here.noises(); ++noise)
-            if (auto found = warning(here.effect_of(noise, t), there.effect_of(noise, t), true)) return found;
+        if (const Spectra* coarse = here.noise_at(t), *fine = there.noise_at(t); coarse && fine)
+            if (auto found = warning(*coarse, *fine, true)) return found;
     }
     return std::nullopt;
 }
@@ -238,11 +253,30 @@ std::optional<std::string> space_warning(const io::Scene& scene) {
 struct Nodes {
     double before, begin, middle, end, after;
 };
+double simpson(double begin, double middle, double end) { return (begin + 4.0 * middle + end) / 6.0; }
 double as_seen(const numerics::TimeMethod& method, double dt, const Nodes& at) {
     if (!method.start.empty()) return dt / 24.0 * (13.0 * (at.begin + at.end) - at.before - at.after);
     if (method.order == 1) return dt * at.begin;
     if (method.order == 2) return dt / 2.0 * (at.begin + at.end);
-    return dt / 6.0 * (at.begin + 4.0 * at.middle + at.end);
+    return dt * simpson(at.begin, at.middle, at.end);
+}
+
+/// The error of a step that a method with a tolerance notices and divides the step for: four times what its estimate
+/// has of a rate with these values, since it sees smooth rates only in part; see numerics::AdaptiveStepper.
+/// first, last: the rates at a quarter of the step and at three quarters.
+double noticed_of(const numerics::TimeMethod& method, bool has_noise, double dt, const Nodes& at, double first,
+                  double last) {
+    constexpr double seen_in_part = 4.0;
+    double estimate = 0.0;
+    if (method.is_exponential && !has_noise)  // by halves
+        estimate = method.order < 3
+                       ? 0.25 * (at.begin - 2.0 * at.middle + at.end)
+                       : simpson(at.begin, at.middle, at.end) -
+                             0.5 * (simpson(at.begin, first, at.middle) + simpson(at.middle, last, at.end));
+    else if (method.is_exponential ? method.order < 3 : method.implicit_table.empty())
+        estimate = 0.5 * (at.end - at.begin);
+    else if (!method.is_exponential || method.order == 3) estimate = (at.begin - 2.0 * at.middle + at.end) / 6.0;
+    return seen_in_part * dt * std::abs(estimate);
 }
 
 /// The stages of a method of SUNDIALS with a fixed step, between the nodes above: ARK4(3)6L[2]SA, Kennedy and
@@ -255,16 +289,6 @@ constexpr std::array<Stage, 5> stages_of_ark436{{{0.0, 82889.0 / 524892.0},
                                                  {31.0 / 50.0, 69875.0 / 102672.0},
                                                  {17.0 / 20.0, -2260.0 / 8211.0},
                                                  {1.0, 0.25}}};
-
-/// The fractions of a step at which the estimate of a method with a tolerance looks, which divides the step where the
-/// rate changes between them: see numerics::AdaptiveStepper.
-std::vector<double> noticed_at(const numerics::TimeMethod& method, bool has_product_noise) {
-    if (!method.is_exponential)
-        return method.implicit_table.empty() ? std::vector{0.0, 1.0} : std::vector{0.0, 0.5, 1.0};
-    if (!has_product_noise)
-        return method.order < 3 ? std::vector{0.0, 0.5, 1.0} : std::vector{0.0, 0.25, 0.5, 0.75, 1.0};
-    return method.order < 3 ? std::vector{0.0, 1.0} : method.order == 3 ? std::vector{0.0, 0.5, 1.0} : std::vector{0.0};
-}
 
 /// The largest error of the integral of a rate over a window, over its largest deviation from a constant rate.  Of a
 /// method that divides its steps that of the part which it does not notice.
@@ -312,24 +336,20 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
     const FieldProblem problem = field_problem(scene);
     Rates rates(problem, small, small, problem.integrated.kept_degree);
     const int count = rates.at(0.0).count();
-    const std::vector<double> noticed = scene.time.tolerance > 0.0
-                                            ? noticed_at(method, rates.system().product_noise != nullptr)
-                                            : std::vector<double>{};
-    // The mean rate of each component and its longest wave, and the mean squares of the effects of noises.
+    const bool divides = scene.time.tolerance > 0.0, has_noise = io::has_noise(scene);
+    // The mean rate of each component and its longest wave, and the mean squares of what noise does to them.
     const std::size_t of_rates = 3 * static_cast<std::size_t>(count);
     const auto values_at = [&](double t) {
         std::vector<double> values;
         const Spectra& rate = rates.at(t);
         for (int c = 0; c < count; ++c)
             values.insert(values.end(), {rate[c][0].real(), rate[c][1].real(), rate[c][1].imag()});
-        for (int noise = 0; noise < rates.noises(); ++noise) {
-            const Spectra& effect = rates.effect_of(noise, t);
-            for (int c = 0; c < count; ++c) {
-                double& square = values.emplace_back(0.0);
-                for (std::size_t m = 0; m < effect.size; ++m)
-                    square += numerics::mode_weight(small, m % numerics::columns(small)) * std::norm(effect[c][m]);
-            }
-        }
+        values.resize(rates.system().product_noise ? of_rates + static_cast<std::size_t>(count) : of_rates, 0.0);
+        if (const Spectra* effect = rates.noise_at(t))
+            for (int c = 0; c < count; ++c)
+                for (std::size_t m = 0; m < effect->size; ++m)
+                    values[of_rates + static_cast<std::size_t>(c)] +=
+                        numerics::mode_weight(small, m % numerics::columns(small)) * std::norm((*effect)[c][m]);
         return values;
     };
     const std::size_t numbers = values_at(0.0).size();
@@ -358,20 +378,15 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
                     const std::vector<double> now = values_at(t + dt * stage.time);
                     for (std::size_t k = 0; k < now.size(); ++k) by_stages[k] += dt * stage.weight * now[k];
                 }
-            std::vector<double> lowest = begin, highest = begin;
-            for (const double part : noticed) {
-                const std::vector<double> now = values_at(t + part * dt);
-                for (std::size_t k = 0; k < of_rates; ++k) {
-                    lowest[k] = std::min(lowest[k], now[k]);
-                    highest[k] = std::max(highest[k], now[k]);
-                }
-            }
+            const std::vector<double> first_quarter = divides ? values_at(t + 0.25 * dt) : middle,
+                                      last_quarter = divides ? values_at(t + 0.75 * dt) : middle;
             for (std::size_t k = 0; k < errors.size(); ++k) {
                 const Nodes nodes{before[k], begin[k], middle[k], end[k], after[k]};
-                const double seen = k >= of_rates ? dt * middle[k]  // of a noise
-                                    : has_stages  ? by_stages[k]
-                                                  : as_seen(method, dt, nodes);
-                errors[k].add(seen, exact[k], dt * (highest[k] - lowest[k]));
+                if (k >= of_rates) errors[k].add(dt * middle[k], exact[k], 0.0);
+                else
+                    errors[k].add(has_stages ? by_stages[k] : as_seen(method, dt, nodes), exact[k],
+                                  divides ? noticed_of(method, has_noise, dt, nodes, first_quarter[k], last_quarter[k])
+                                          : 0.0);
             }
             before = std::exchange(begin, std::exchange(end, std::move(after)));
         }
@@ -381,17 +396,22 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
     // The mean and both parts of the wave of one component have the rounding errors of the largest of them, and a small
     // part of what changes may be aliased on this small grid.
     const auto largest_of = [&](const std::vector<TimeError>& errors, std::size_t k, double (TimeError::*of)() const) {
-        if (k >= of_rates) return (errors[k].*of)();
+        if (k >= of_rates) return (errors[k].*of)();  // of a noise
         const std::size_t first = k - k % 3;
         return std::max({(errors[first].*of)(), (errors[first + 1].*of)(), (errors[first + 2].*of)()});
+    };
+    const auto size_of = [&](std::size_t n, std::size_t k) {
+        double size = largest_of(all[n], k, &TimeError::size);
+        for (std::size_t one = of_rates; k >= of_rates && one < numbers; ++one)  // a noise may not drive this component
+            size = std::max(size, all[n][one].size());
+        return size;
     };
     for (std::size_t k = 0; k < numbers; ++k) {
         double largest = 0.0;
         for (const std::vector<TimeError>& errors : all)
             largest = std::max(largest, largest_of(errors, k, &TimeError::deviation));
         for (std::size_t n = 0; n < all.size(); ++n)
-            if (const double relative = all[n][k].relative(matters * largest, largest_of(all[n], k, &TimeError::size));
-                relative > worst) {
+            if (const double relative = all[n][k].relative(matters * largest, size_of(n, k)); relative > worst) {
                 worst = relative;
                 worst_time = static_cast<double>(windows[n].first) * dt;
             }

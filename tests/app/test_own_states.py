@@ -148,3 +148,24 @@ def test_the_values_of_a_state_are_named_once(tmp_path):
     heads = [line for line in drover(tmp_path, "stability", MODELS / "malthusian-flock.toml").stdout.splitlines()
              if line.startswith("state: ")]
     assert len(heads) == 3 and "state: isotropic, rho = 1.1" in heads
+
+
+@pytest.mark.parametrize("growth", [0.5, 1.0, 2.0])
+def test_the_fastest_of_many_growing_perturbations_is_reported(growth, tmp_path):
+    # A kink pair of Cahn and Hilliard, with w of the rates g - 100 k^2 and A of 0.9 - k^2 +- 5 i: more than eight grow
+    # faster than the translation.
+    side = 60.0
+    write(tmp_path, f"""
+field = [{{symbol = "u", conserved = true}}, {{symbol = "w"}}, {{symbol = "A", rank = "complex"}}]
+grid = {{nx = 128, ny = 1, lx = {side}, ly = 1.0}}
+time = {{dt = 0.05, end = 10.0}}
+initial = {{kind = "formula", u = "tanh((x - 15)/sqrt(2)) - tanh((x - 45)/sqrt(2)) - 1"}}
+coefficients = {{g = {growth}}}
+[equations]
+u = "lap (u^3 - u - lap u)"
+w = "g w - w^3 + 100 lap w"
+A = "(0.9 + 5 i) A + lap A - A^2 conj(A)"
+""")
+    found = states(tmp_path, "own.toml")
+    assert found["growth_rate"] == pytest.approx(max(growth, 0.9), abs=1e-6)
+    assert len(found["perturbations"]) == 8

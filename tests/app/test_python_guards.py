@@ -1,5 +1,6 @@
 """tests/app/test_python_guards.py: the module in forked processes, in threads, and where calls below it fail."""
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -232,3 +233,29 @@ def test_of_two_that_write_one_file_at_a_time_one_fails_and_the_file_is_whole(tm
             slow.write_bytes(b"slow")
             new_file.write(tmp_path / "film.mp4", b"fast")
     assert (tmp_path / "film.mp4").read_bytes() == b"fast" and len(list(tmp_path.iterdir())) == 1
+
+
+def isotropic(**more):
+    return drover.Scene.from_dict({"time": {"dt": 0.1, "end": 1.0}, "output.sample_every": 0.1, **more})
+
+
+@pytest.mark.parametrize("call, says", [
+    (lambda: drover.sweep(isotropic(), ["relaxation.rate"]), "expected a dict"),
+    (lambda: drover.sweep(isotropic(), {}, want="polar_order=2%"), "expected a dict"),
+    (lambda: drover.tradeoff(isotropic(), "polar_order=1%", 3), 'expected a time, such as "20min"'),
+    (lambda: drover.tradeoff(isotropic(), "polar_order", "3s"), "expected OBSERVABLE=ERROR"),
+    (lambda: drover.tradeoff(isotropic(), ["polar_order=1%", "polar_order=2%"], "3s"), "given twice"),
+    (lambda: drover.calibrate(isotropic(), budget="3s"), "without want; expected both"),
+    (lambda: drover.calibrate(isotropic(), share=(3, 2)), "expected (i, n) with i from 1 to n"),
+    (lambda: isotropic().stability(threads=-5), "expected 1 to 1024"),
+    (lambda: isotropic().states(points=1), "2 or more"),
+    (lambda: drover.film("run.h5", "run.gif", rate=60), "hundredths of a second"),
+    (lambda: drover.film("run.h5", "run.png", rate=5), "expected no rate"),
+    (lambda: drover.onset("table.h5", draws=5), "at least 20"),
+    (lambda: drover.onset("table.h5", points=[(0.5, 0.1)]), "points apply to a cell"),
+])
+def test_arguments_that_the_program_rejects_are_rejected(call, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(drover.Error, match=re.escape(says)) as raised:
+        call()
+    assert raised.value.fault == "input" and list(tmp_path.iterdir()) == []

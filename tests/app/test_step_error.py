@@ -373,8 +373,9 @@ def test_smooth_texts_of_place_and_time_are_no_alarm_and_do_not_shorten_the_step
 def timed(equation, method, dt, end, tolerance, **more):
     """A run of one field phi from 1 with a coefficient k = 0.1."""
     scene = library.Model([library.Field("phi", equation)], k=0.1, **more).scene(
-        points=8, side=8.0, dt=dt, end=end, initial={"phi": "1"})
-    run = scene.set({"time.stepper": method, "time.tolerance": tolerance, "output.sample_every": dt}).start()
+        points=8, side=8.0, dt=0.5, end=end, initial={"phi": "1"})
+    run = scene.set({"time.stepper": method, "time.tolerance": tolerance, "output.sample_every": 0.5,
+                       "time.dt": dt}).start()
     run.advance()
     return run
 
@@ -389,21 +390,36 @@ def test_a_tolerance_divides_steps_where_forces_of_t_vary(method):
     assert float(run.frame.phi.mean()) == pytest.approx(exact, abs=2e-5) and run.warnings == []
 
 
-# A pulse of the integral 1.77: at the middle and at a quarter of a step, and where no node sees it.
-@pytest.mark.parametrize("centre, is_seen", [(12.25, True), (12.125, True), (12.06, False)])
-def test_a_pulse_is_integrated_with_a_tolerance_or_reported(centre, is_seen):
-    run = timed("-k phi + 1 + 50 exp(-((t - c)/0.02)^2)", "etdrk4", 0.5, 16.0, 1e-4, c=centre)
+# A pulse that a node sees, or a part of it, or none; an error of the tolerance in each of some dozen parts, of the
+# largest value.
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("centre", [12.25, 12.245, 12.14, 12.125, 12.06, 12.0])
+def test_a_pulse_is_integrated_with_a_tolerance_or_reported(centre, tolerance):
+    run = timed("-k phi + 1 + 50 exp(-((t - c)/0.02)^2)", "etdrk4", 0.5, 16.0, tolerance, c=centre)
     exact = 10.0 - 9.0 * np.exp(-1.6) + np.sqrt(np.pi) * np.exp(-0.1 * (16.0 - centre))
     told = [warning for warning in run.warnings if "does not resolve the time dependence" in warning]
-    found = float(run.frame.phi.mean())
-    assert (abs(found - exact) < 1e-2 and not told) if is_seen else told
+    is_right = abs(float(run.frame.phi.mean()) - exact) < 12.0 * tolerance * exact
+    assert is_right or told
+    assert centre != 12.25 or (is_right and not told)
+    assert centre != 12.06 or told
 
 
-@pytest.mark.parametrize("method", ["etdrk2", "etdrk3", "etdrk4", "etdrk4-krogstad"])
-@pytest.mark.parametrize("place", [40, 40.5])  # of the jump, in steps of 1/16, whose times are exact
-def test_a_jump_at_a_step_and_in_the_middle_of_one_is_exact(method, place):
-    run = timed("-1e-9 k phi + step(t - j)", method, 0.0625, 5.0, 0.0, j=place / 16.0)
-    assert float(run.frame.phi.mean()) - 1.0 == pytest.approx(5.0 - place / 16.0, abs=1e-7)
+def test_a_pulse_is_resolved_by_steps_that_a_run_chooses():
+    for centre in (12.06, 12.1, 12.25):
+        run = timed("-k phi + 10 exp(-((t - c)/0.05)^2)", "etdrk4-krogstad", 0.0, 16.0, 0.0, c=centre)
+        exact = np.exp(-1.6) + 0.5 * np.sqrt(np.pi) * np.exp(-0.1 * (16.0 - centre))
+        # max_error, 1 %, is relative to the fluctuation over time, half of the final value.
+        assert float(run.frame.phi.mean()) == pytest.approx(exact, rel=1e-2) or run.warnings, centre
+
+
+def test_a_jump_costs_parts_near_it_alone(tmp_path):
+    run = timed("-k phi + step(t - c)", "etdrk4", 0.5, 8.0, 1e-5, c=2.03)
+    exact = np.exp(-0.8) + 10.0 * (1.0 - np.exp(-0.1 * 5.97))
+    assert float(run.frame.phi.mean()) == pytest.approx(exact, rel=1e-4)
+    # 16 steps, each in halves, and some parts of each length down to 1e-5 s, a 2^16th of a step, towards the jump.
+    (tmp_path / "jump.toml").write_text(run.scene.to_toml())
+    told = drover(tmp_path, "run", "jump.toml")
+    assert int(re.search(r"(\d+) steps taken", told.stdout + told.stderr)[1]) < 2 * 16 + 8 * 16
 
 
 def test_a_moving_source_is_no_alarm():

@@ -263,3 +263,22 @@ def test_no_tolerance_is_advised_where_noise_multiplies():
     run.advance()
     assert [one for one in run.warnings if "choose time.dt" in one]
     assert not [one for one in run.warnings if "choose time.tolerance" in one]
+
+
+@pytest.mark.parametrize("points", [(64, 1), (24, 1), (12, 12)])
+def test_noise_that_does_not_drive_a_field_is_no_alarm(points):
+    # In one dimension j_y drives nothing, and xi drives phi alone: rounding errors on either grid.
+    walkers = library.Model(
+        [library.Field("c", "D lap c + div(0.3 c grad(cos(q x))) + div(sqrt(2 D max(c, 0)) j)", conserved=True,
+                       reference=40.0), library.Field("phi", "-phi + (1 + 0.5 cos(q x)) phi xi")],
+        noises=[library.Noise("j", spin=1), library.Noise("xi")], D=1.0, q=2.0 * np.pi / 12.0)
+    run = walkers.scene(points=points, side=(12.0, 12.0 * points[1] / points[0]), dt=0.01, end=0.05).start()
+    run.advance()
+    assert not [one for one in run.warnings if "relative error" in one], run.warnings
+
+
+def test_noise_without_a_value_in_the_smooth_state_hides_no_other_term():
+    model = library.Model([library.Field("a", "2 - a + 50 exp(-((t - 2.03)/0.01)^2) + sqrt(a - 1) xi")],
+                          noises=[library.Noise("xi")])
+    scene = model.scene(points=8, side=8.0, dt=0.1, end=4.0, initial={"a": "20"})
+    assert [one for one in scene.check() if "does not resolve the time dependence" in one]

@@ -84,9 +84,9 @@ double AdaptiveStepper::relative_error(const Spectra& before, const Spectra& aft
     return largest;
 }
 
-bool AdaptiveStepper::takes_halves() const { return system_.is_timed && !system_.product_noise; }
+bool AdaptiveStepper::takes_halves() const { return system_.is_timed && !noise_ && !sundials_; }
 
-/// The halves into next_, and their error into error_.
+/// The halves into next_, and the error of the whole into error_.
 void AdaptiveStepper::attempt_in_halves(double t, std::uint64_t part, const Spectra& state) {
     const double half = 0.5 * control_.dt / division_;
     error_.values = state.values;
@@ -95,9 +95,7 @@ void AdaptiveStepper::attempt_in_halves(double t, std::uint64_t part, const Spec
     Stepper& finer = stepper(2 * division_);
     finer.step(t, 2 * part, next_);
     finer.step(t + half, 2 * part + 1, next_);
-    const double share = finer_error() / (1.0 - finer_error());
-    for (std::size_t k = 0; k < error_.values.size(); ++k)
-        error_.values[k] = share * (error_.values[k] - next_.values[k]);
+    for (std::size_t k = 0; k < error_.values.size(); ++k) error_.values[k] -= next_.values[k];
 }
 
 /// The relative error of a part from t, whose result is in next_.  INFINITY where the right-hand side failed: outside
@@ -117,7 +115,8 @@ double AdaptiveStepper::attempt(double t, std::uint64_t part, const Spectra& sta
 
 void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
     const double t = static_cast<double>(step) * control_.dt, tolerance = control_.tolerance;
-    const int order = stepper_table(control_.method).order;  // the error of the pair is proportional to dt^order
+    const int order = stepper_table(control_.method).order;  // the error of an embedded pair is as dt^order, or smaller
+    constexpr double safety = 2.0;
     double largest = 0.0;
     for (int i = 0; i < division_;) {
         const auto part =
@@ -126,8 +125,13 @@ void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
         if (error <= tolerance) {
             std::swap(state.values, next_.values);
             largest = std::max(largest, error);
-            ++count_.accepted;
+            count_.accepted += takes_halves() ? 2 : 1;
             ++i;
+            if (takes_halves() && i % 2 == 0 && division_ % 2 == 0 && safety * std::ldexp(error, order) < tolerance) {
+                i /= 2;
+                division_ /= 2;
+                largest = 0.0;  // of the parts before, which were shorter
+            }
             continue;
         }
         ++count_.rejected;
@@ -136,14 +140,15 @@ void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
         if (division_ > max_division / 2)
             fail_run(
                 "no step down to {:.3g} s meets time.tolerance = {} at t = {:.6g} s: its estimated error is "
-                "{:.3g}; the fields may be diverging; otherwise give a larger tolerance or a smaller time.dt",
-                control_.dt / division_, tolerance, t, error);
+                "{:.3g}; the fields may be diverging{}; otherwise give a larger tolerance or a smaller time.dt",
+                control_.dt / division_, tolerance, t, error,
+                system_.is_timed ? ", or a term may jump in t, of which steps of a fixed length make a smaller error"
+                                 : "");
         division_ *= 2;
         i *= 2;
     }
     taken_ = takes_halves() ? 2 * division_ : division_;
     count_.largest_error = std::max(count_.largest_error, largest);
-    constexpr double safety = 2.0;
     const double growth = static_cast<double>(division_) / coarser();
     if (division_ > 1 && safety * largest * std::pow(growth, order) < tolerance) division_ = coarser();
 }
@@ -222,10 +227,11 @@ std::int64_t AdaptiveStepper::steps_to_cheap_error() { return sundials_ ? 0 : st
 double AdaptiveStepper::work_of_step() const {
     // Of differences of integers, which are the same after a restart.
     const TimeMethod& method = time_method(control_.method);
-    const std::int64_t steps = count_.accepted + count_.rejected - count_before_.accepted - count_before_.rejected;
-    const int stages = control_.tolerance == 0.0 ? method.stages
-                       : takes_halves()          ? 3 * method.stages
-                                                 : method.stages_with_tolerance;
+    const std::int64_t accepted = count_.accepted - count_before_.accepted,
+                       rejected = count_.rejected - count_before_.rejected;
+    const bool halves = control_.tolerance > 0.0 && system_.nonlinear && takes_halves();
+    const std::int64_t steps = halves ? accepted / 2 + rejected : accepted + rejected;
+    const int stages = numerics::stages_per_part(method, control_.tolerance > 0.0, halves);
     const std::int64_t counted = count_.right_hand_sides - count_before_.right_hand_sides,
                        rates = counted > 0 ? counted : steps * stages;
     return static_cast<double>(rates) * control_.work.rate + static_cast<double>(steps) * control_.work.noise;
@@ -239,7 +245,7 @@ double AdaptiveStepper::work_of_error() const {
 
 double AdaptiveStepper::last_step() const {
     if (sundials_) return sundials_->last_step();
-    return control_.dt / (control_.tolerance > 0.0 && takes_halves() ? 2 * division_ : division_);
+    return control_.dt / (control_.tolerance > 0.0 && system_.nonlinear && takes_halves() ? 2 * division_ : division_);
 }
 
 std::vector<double> AdaptiveStepper::save_history() const {

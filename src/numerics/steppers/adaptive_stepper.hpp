@@ -35,9 +35,9 @@ struct StepControl {
 /// right-hand side throws a run Error, their number doubles; where a whole dt leaves a margin, it falls to the next
 /// smaller one.  A linear system is exact and is never divided.
 ///
-/// A part of a system with terms in t is taken whole and in halves, which are kept, and its error is that of the halves
-/// by their difference: embedded estimates of order four compare rates of one time.  Not with noise that multiplies
-/// fields, whose error no shorter part would meet: its estimate sees neither the noise nor all terms in t.
+/// A part of a system with terms in t and without noise is taken whole and in halves, which are kept, and its error is
+/// their difference: embedded estimates of order four compare rates of one time, and see no term in t.  After a jump in
+/// t the parts grow again within dt.  With noise the halves would differ by what it adds to them.
 ///
 /// The methods of SUNDIALS choose their steps themselves: see SundialsStepper.
 class AdaptiveStepper {

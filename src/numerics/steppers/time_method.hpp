@@ -21,6 +21,11 @@ struct TimeMethod {
 
 const std::vector<TimeMethod>& time_methods();
 
+/// Right-hand sides per part of dt; 0: they vary.  halves: it is taken whole and in halves, see AdaptiveStepper.
+inline int stages_per_part(const TimeMethod& method, bool has_tolerance, bool halves) {
+    return halves ? 3 * method.stages : has_tolerance ? method.stages_with_tolerance : method.stages;
+}
+
 /// Throws an input Error that lists the names.
 const TimeMethod& time_method(const std::string& name);
 

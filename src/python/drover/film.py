@@ -105,8 +105,8 @@ def checked_rate(output, rate):
         return 25
     if output.suffix not in CODECS:
         raise ArgumentError(f"rate = {rate}, and {output} is a picture for each frame; expected no rate")
-    if not 1 <= rate <= 1000:
-        raise ArgumentError(f"rate = {rate}; expected 1 to 1000 pictures per second")
+    if not isinstance(rate, (int, float)) or not 1 <= rate <= 1000:
+        raise ArgumentError(f"rate = {rate!r}; expected 1 to 1000 pictures per second")
     if output.suffix == ".gif" and (rate > 50 or 100 % rate):
         raise ArgumentError(f"rate = {rate}: in a GIF a picture lasts for whole hundredths of a second; expected 1, 2, "
                             "4, 5, 10, 20, 25 or 50 pictures per second, or an .mp4")

@@ -323,8 +323,9 @@ def flat(changes):
 
 def computed(function, scene, output, overwrite, **options):
     from drover.computed import theory_of
-    if not 0 <= options["threads"] <= 1024:
-        raise Error(f"threads = {options['threads']}; expected 1 to 1024, or 0: as the scene has it")
+    threads = options["threads"]
+    if not isinstance(threads, int) or not 0 <= threads <= 1024:
+        raise Error(f"threads = {threads!r}; expected 1 to 1024, or 0: as the scene has it")
     with hdf5():
         result = function(scene._native, **options)
         if output is not None:

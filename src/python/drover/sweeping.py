@@ -2,6 +2,7 @@
 import os
 import tempfile
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 
 from drover.campaign import folder_for_jobs, submit
@@ -70,12 +71,12 @@ def sweep(scene, vary, *, seeds=1, want=None, max_seeds=64, refine=None, refine_
     >>> sweep(scene, {"relaxation.rate": [0.5, 1.0]}).polar_order.dims
     ('relaxation.rate',)
     """
+    for name, value in (("vary", vary), ("want", want or {}), ("refine", refine or {})):
+        if not isinstance(value, Mapping):
+            raise ArgumentError(f"{name} = {value!r}; expected a dict: {{key: values}} of vary, {{observable: change}} "
+                                "of the others")
     varied = [f"{key} = {values_text(key, values)}" for key, values in vary.items()]
     changes = {"sweep.vary": varied, "sweep.seeds": seeds, "sweep.ramp": ramp, "sweep.keep": keep}
-    for name, value in (("vary", vary), ("want", want or {}), ("refine", refine or {})):
-        if not isinstance(value, dict):
-            raise ArgumentError(f"{name} = {value!r}; expected a dict, such as "
-                                + ('{"relaxation.rate": [0.5, 1.0]}' if name == "vary" else '{"polar_order": "2%"}'))
     if want:
         changes |= {"sweep.want": [f"{name}={error}" for name, error in want.items()], "sweep.max_seeds": max_seeds}
     if refine:
