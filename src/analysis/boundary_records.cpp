@@ -104,11 +104,19 @@ run::Record traced_record(const PlannedBoundary& plane, const DescribedLines& de
         run::json_only(run::flag("complete", "1: the lines are refined to boundary.chord", boundary.complete)));
     record.entries.push_back(
         run::json_only(run::count("evaluations", "evaluations of the stability margin", boundary.evaluations)));
+    record.entries.push_back(
+        run::json_only(run::count("poles", "vertices that are left out: the margin changes its sign there by diverging",
+                                  boundary.poles)));
     record.lists = {line_list(plane, described, boundary), singular_point_list(plane, boundary)};
     add_draws(plane, boundary, record);
     if (!boundary.complete)
         record.footer.push_back(
             "incomplete: the limit of evaluations was reached; the lines may be coarser than boundary.chord");
+    if (boundary.poles > 0)
+        record.footer.push_back(
+            text("left out: {} vertices where the margin changes its sign by diverging, as at a pole of a coefficient "
+                 "or at the edge of a logarithm",
+                 boundary.poles));
     return record;
 }
 

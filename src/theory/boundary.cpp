@@ -54,6 +54,40 @@ void add_margins(const MarginOf& margin, const ComputeAll& compute, BoundaryLine
             .value = at[0], .angle = at[1], .q = at[2], .frequency = at[3], .is_uniform = at[4] != 0.0};
     }
 }
+/// Whether the margin diverges at each vertex: it is far larger there than beside the line.
+std::vector<bool> are_poles(const numerics::Rectangle& plane, const MarginOf& margin, const ComputeAll& compute,
+                            const BoundaryLine& line) {
+    constexpr double beside = 1e-4, larger = 100.0;  // beside a pole of first order: 1e9 and more
+    const double width = plane.x1 - plane.x0, height = plane.y1 - plane.y0;
+    const std::vector<double> found = compute(line.points.size(), 1, [&](std::size_t i, std::span<double> number) {
+        const BoundaryPoint &from = line.points[i == 0 ? 0 : i - 1],
+                            &to = line.points[std::min(i + 1, line.points.size() - 1)], &at = line.points[i];
+        const double x = (to.x - from.x) / width, y = (to.y - from.y) / height,
+                     length = std::max(std::hypot(x, y), 1e-300);
+        number[0] = nan;
+        for (const double side : {beside, -beside}) {
+            const numerics::PlanePoint off{at.x - side * width * y / length, at.y + side * height * x / length};
+            if (off.x < plane.x0 || off.x > plane.x1 || off.y < plane.y0 || off.y > plane.y1) continue;
+            number[0] = std::fmin(number[0], std::abs(margin(off).value));
+        }
+    });
+    std::vector<bool> poles;
+    for (std::size_t i = 0; i < found.size(); ++i)
+        poles.push_back(std::abs(line.points[i].at.value) > larger * found[i] || std::isinf(line.points[i].at.value));
+    return poles;
+}
+
+/// The parts of a line between its poles.
+std::vector<BoundaryLine> without_poles(BoundaryLine line, const std::vector<bool>& poles) {
+    if (std::ranges::find(poles, true) == poles.end()) return {std::move(line)};
+    std::vector<BoundaryLine> parts(1);
+    for (std::size_t i = 0; i < poles.size(); ++i) {
+        if (!poles[i]) parts.back().points.push_back(line.points[i]);
+        else if (!parts.back().points.empty()) parts.emplace_back();
+    }
+    std::erase_if(parts, [](const BoundaryLine& part) { return part.points.size() < 2; });
+    return parts;
+}
 }  // namespace
 
 MarginOf where_valid(MarginOf margin) {
@@ -88,7 +122,9 @@ Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin
             const std::vector<BandEnds> ends = band_ends(plane, *result.field, draws, places, compute);
             for (std::size_t i = 0; i < ends.size(); ++i) line.points[i].band = ends[i];
         }
-        result.lines.push_back(std::move(line));
+        const std::vector<bool> poles = are_poles(plane, margin, compute, line);
+        result.poles += static_cast<std::size_t>(std::ranges::count(poles, true));
+        std::ranges::move(without_poles(std::move(line), poles), std::back_inserter(result.lines));
     }
     return result;
 }

@@ -26,11 +26,12 @@ struct Boundary {
     std::vector<numerics::PlanePoint> singular_points;  ///< unresolved cusps and double points
     std::size_t evaluations = 0;                        ///< of the margin without errors
     bool complete = true;
+    std::size_t poles = 0;  ///< vertices that are left out: the margin changes its sign there by diverging
     std::optional<DrawField> field = std::nullopt;  ///< with draws
 };
 
 /// Finds every closed curve wider than a sampling cell, see numerics/contour.hpp; vertices that a polyline within
-/// options.chord does not need are left out.  `draws`: the margins with other values of uncertain numbers, for the
+/// options.chord does not need are left out, and poles of the margin, not its jumps.  `draws`: the margins with other values of uncertain numbers, for the
 /// error band; without any there is none.  Several threads or processes
 /// call the margins at once.
 Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin, const std::vector<MarginOf>& draws,

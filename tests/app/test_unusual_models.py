@@ -56,6 +56,19 @@ def test_the_onset_does_not_depend_on_the_order_of_fields(tmp_path, fields):
     assert abs(points[:, 0] + 0.03).max() < 1e-9  # v = 0.1 p adds .03 to a
 
 
+def test_a_pole_of_a_coefficient_is_no_line(tmp_path):
+    # abar = c - e/(2 - n) vanishes on two branches, and changes its sign at n = 2 by diverging.
+    scene = write(tmp_path, ['{symbol = "n", conserved = true, reference = 1.0}', P],
+                  ['n = "D lap n - div p"', 'p = "(c - e/(2 - n) - p.p) p + K lap p - grad n"'],
+                  "c = 0.3\ne = 0.5\nK = 1.0\nD = 1.0")
+    found = drover_json(tmp_path, "boundary", scene, "--x", "uniform.n=0.2:3.5", "--y", "c=-1:1", "--set",
+                        'boundary.lines=["onset"]', "--set", "boundary.cells=16", "--set", "boundary.map=0")
+    (traced,) = found["traced"]
+    points = np.array([[point["x"], point["y"]] for part in traced["lines"] for point in part["points"]])
+    assert abs(points[:, 1] - 0.5 / (2.0 - points[:, 0])).max() < 1e-9 and traced["poles"] > 0
+    assert points[:, 0].min() < 0.3 and points[:, 0].max() > 3.4
+
+
 def test_a_flow_without_drag_has_no_part_in_long_waves(tmp_path):
     scene = write(tmp_path, ['{symbol = "phi", conserved = true}', V.replace("}", ", solenoidal = true}")],
                   ['phi = "M lap (phi^3 - r phi - lap phi) - v.grad phi"', 'v = "lap v + phi grad lap phi"'],
