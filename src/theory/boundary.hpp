@@ -31,9 +31,9 @@ struct Boundary {
 };
 
 /// Finds every closed curve wider than a sampling cell, see numerics/contour.hpp; vertices that a polyline within
-/// options.chord does not need are left out, and poles of the margin, not its jumps.  `draws`: the margins with other values of uncertain numbers, for the
-/// error band; without any there is none.  Several threads or processes
-/// call the margins at once.
+/// options.chord does not need are left out, and poles of the margin, not its jumps.  `draws`: the margins with other
+/// values of uncertain numbers, for the error band; without any there is none.  Several threads or processes call the
+/// margins at once.
 Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin, const std::vector<MarginOf>& draws,
                         const numerics::ContourOptions& options, const ComputeAll& compute);
 
