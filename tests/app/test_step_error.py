@@ -429,3 +429,10 @@ def test_a_moving_source_is_no_alarm():
     run = scene.start()
     run.advance()
     assert not [one for one in run.warnings if "time dependence" in one]
+
+
+@pytest.mark.parametrize("step", [0, 1, 4, 7, 12])
+def test_the_error_of_a_step_with_a_pulse_is_that_of_its_parts(step):
+    # The parts near a pulse are far shorter than the others of its step.
+    run = timed("-k phi + 1 + 50 exp(-((t - c)/0.02)^2)", "etdrk4", 0.5, 8.0, 1e-4, c=0.5 * step + 0.25)
+    assert float(run.observables.step_error.max()) < 1e-3 and run.warnings == []

@@ -84,7 +84,9 @@ double AdaptiveStepper::relative_error(const Spectra& before, const Spectra& aft
     return largest;
 }
 
-bool AdaptiveStepper::takes_halves() const { return system_.is_timed && !noise_ && !sundials_; }
+bool AdaptiveStepper::takes_halves() const {
+    return control_.tolerance > 0.0 && system_.nonlinear && system_.is_timed && !noise_ && !sundials_;
+}
 
 /// The halves into next_, and the error of the whole into error_.
 void AdaptiveStepper::attempt_in_halves(double t, std::uint64_t part, const Spectra& state) {
@@ -118,6 +120,7 @@ void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
     const int order = stepper_table(control_.method).order;  // the error of an embedded pair is as dt^order, or smaller
     constexpr double safety = 2.0;
     double largest = 0.0;
+    if (takes_halves()) of_parts_.assign(state.values.size(), 0.0);
     for (int i = 0; i < division_;) {
         const auto part =
             static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(division_) + static_cast<std::uint64_t>(i);
@@ -125,9 +128,12 @@ void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
         if (error <= tolerance) {
             std::swap(state.values, next_.values);
             largest = std::max(largest, error);
+            count_.largest_error = std::max(count_.largest_error, error);
             count_.accepted += takes_halves() ? 2 : 1;
             ++i;
-            if (takes_halves() && i % 2 == 0 && division_ % 2 == 0 && safety * std::ldexp(error, order) < tolerance) {
+            if (!takes_halves()) continue;
+            for (std::size_t k = 0; k < error_.values.size(); ++k) of_parts_[k] += error_.values[k];
+            if (i % 2 == 0 && division_ % 2 == 0 && safety * std::ldexp(error, order) < tolerance) {
                 i /= 2;
                 division_ /= 2;
                 largest = 0.0;  // of the parts before, which were shorter
@@ -147,8 +153,7 @@ void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
         division_ *= 2;
         i *= 2;
     }
-    taken_ = takes_halves() ? 2 * division_ : division_;
-    count_.largest_error = std::max(count_.largest_error, largest);
+    taken_ = division_;
     const double growth = static_cast<double>(division_) / coarser();
     if (division_ > 1 && safety * largest * std::pow(growth, order) < tolerance) division_ = coarser();
 }
@@ -214,6 +219,11 @@ double AdaptiveStepper::finer_error() const {
 }
 
 bool AdaptiveStepper::find_error(std::int64_t step, const Spectra& after, Spectra& before) {
+    if (takes_halves()) {
+        const double of_halves = finer_error() / (1.0 - finer_error());
+        for (std::size_t k = 0; k < before.values.size(); ++k) before.values[k] = of_halves * of_parts_[k];
+        return false;
+    }
     if (!sundials_ && stepper(1).last_error(static_cast<double>(step + 1) * control_.dt, after, before)) return false;
     repeat_finer(step, before);
     const double factor = 1.0 / (1.0 - finer_error());
@@ -222,16 +232,17 @@ bool AdaptiveStepper::find_error(std::int64_t step, const Spectra& after, Spectr
     return true;
 }
 
-std::int64_t AdaptiveStepper::steps_to_cheap_error() { return sundials_ ? 0 : stepper(1).steps_to_error(); }
+std::int64_t AdaptiveStepper::steps_to_cheap_error() {
+    return takes_halves() ? 1 : sundials_ ? 0 : stepper(1).steps_to_error();
+}
 
 double AdaptiveStepper::work_of_step() const {
     // Of differences of integers, which are the same after a restart.
     const TimeMethod& method = time_method(control_.method);
     const std::int64_t accepted = count_.accepted - count_before_.accepted,
                        rejected = count_.rejected - count_before_.rejected;
-    const bool halves = control_.tolerance > 0.0 && system_.nonlinear && takes_halves();
-    const std::int64_t steps = halves ? accepted / 2 + rejected : accepted + rejected;
-    const int stages = numerics::stages_per_part(method, control_.tolerance > 0.0, halves);
+    const std::int64_t steps = (takes_halves() ? accepted / 2 : accepted) + rejected;
+    const int stages = stages_per_part(method, control_.tolerance > 0.0, takes_halves());
     const std::int64_t counted = count_.right_hand_sides - count_before_.right_hand_sides,
                        rates = counted > 0 ? counted : steps * stages;
     return static_cast<double>(rates) * control_.work.rate + static_cast<double>(steps) * control_.work.noise;
@@ -245,7 +256,7 @@ double AdaptiveStepper::work_of_error() const {
 
 double AdaptiveStepper::last_step() const {
     if (sundials_) return sundials_->last_step();
-    return control_.dt / (control_.tolerance > 0.0 && system_.nonlinear && takes_halves() ? 2 * division_ : division_);
+    return control_.dt / (takes_halves() ? 2 * division_ : division_);
 }
 
 std::vector<double> AdaptiveStepper::save_history() const {

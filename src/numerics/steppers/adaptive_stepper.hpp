@@ -51,7 +51,7 @@ public:
     void advance(std::int64_t step, Spectra& state);
 
     /// Writes the error of the step that advance() has just taken from `before` to `after` over `before`.  A multistep
-    /// method has an estimate.  The step is taken again by others, and by that while it starts, in twice as many parts
+    /// method has an estimate, and parts that were taken in halves have theirs.  The step is taken again by others, and by that while it starts, in twice as many parts
     /// without control, or by methods of SUNDIALS that vary their step, with a hundredth of the tolerance.
     /// Returns whether the step was taken again.
     bool find_error(std::int64_t step, const Spectra& after, Spectra& before);
@@ -102,6 +102,7 @@ private:
     std::optional<SundialsStepper> sundials_, finer_sundials_;
     int division_ = 1, taken_ = 1;  // parts of the next dt, of the last one
     Spectra next_, error_;
+    std::vector<Complex> of_parts_;   // in halves: the sum of their errors in the last dt
     std::string failure_;             // of the right-hand side in the last attempt; else ""
     StepCount count_, count_before_;  // before the last advance()
 };
