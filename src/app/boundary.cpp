@@ -82,8 +82,7 @@ int print_table_boundary(const BoundaryOptions& options) {
     require(options.share.empty() && !options.collect && !options.status && options.slurm == 0 && options.workers == 0,
             file,
             "--share, --collect, --status, --workers and --slurm apply to scenes, and this is a table of coefficients, "
-            "whose "
-            "threshold takes seconds; expected none of them");
+            "whose threshold takes seconds; expected none of them");
     require(options.overrides.empty(), file,
             "--set, --x, --y and --convention apply to scenes, and this is a table of coefficients, whose plane is "
             "that of its area fractions; expected none of them");

@@ -68,7 +68,7 @@ std::vector<bool> are_poles(const numerics::Rectangle& plane, const MarginOf& ma
         for (const double side : {beside, -beside}) {
             const numerics::PlanePoint off{at.x - side * width * y / length, at.y + side * height * x / length};
             if (off.x < plane.x0 || off.x > plane.x1 || off.y < plane.y0 || off.y > plane.y1) continue;
-            number[0] = std::fmin(number[0], std::abs(margin(off).value));
+            number[0] = std::fmax(number[0], std::abs(margin(off).value));
         }
     });
     std::vector<bool> poles;

@@ -51,9 +51,9 @@ public:
     void advance(std::int64_t step, Spectra& state);
 
     /// Writes the error of the step that advance() has just taken from `before` to `after` over `before`.  A multistep
-    /// method has an estimate, and parts that were taken in halves have theirs.  The step is taken again by others, and by that while it starts, in twice as many parts
-    /// without control, or by methods of SUNDIALS that vary their step, with a hundredth of the tolerance.
-    /// Returns whether the step was taken again.
+    /// method has an estimate, and parts that were taken in halves have theirs.  The step is taken again by others, and
+    /// by that while it starts, in twice as many parts without control, or by methods of SUNDIALS that vary their step,
+    /// with a hundredth of the tolerance. Returns whether the step was taken again.
     bool find_error(std::int64_t step, const Spectra& after, Spectra& before);
     /// The number of steps from the last one to the next whose error costs no right-hand side; 0: those of all do.
     std::int64_t steps_to_cheap_error();
