@@ -55,7 +55,7 @@ SETS = {
     "phases": {f"{b}-{r}-{s}": point(b, r, s) for b, r, s in PHASES},
     "large": {f"large-{b}-0.11-{s}": point(b, 0.11, s, {"cell.lx": 90.0, "cell.ly": 90.0}) for b, s in LARGE},
     "variants": {f"{name}-{b}-0.11-1": point(b, 0.11, 1, VARIANTS[name])
-                 for b in (0.4, 0.5, 0.3, 0.6) for name in VARIANTS},
+                 for b in (0.4, 0.5, 0.3, 0.2, 0.6) for name in VARIANTS},
     "held": {f"held-0.6-0.11-{seed}": point(0.6, 0.11, seed, {"forces.hold_beads": True}) for seed in (1, 2)},
     "shapes": {"amorphous": ("amorphous", RODS["printed"]), "circle-dense": ("circle-flock", RODS["printed"]),
                "flower-poor": ("flower-poor", RODS["printed"]),
@@ -92,7 +92,10 @@ def order_of(rows, prefix, beads, rods):
 
 
 def passes(fractions, orders):
-    """The fraction where orders first pass ONSET_ORDER, by straight lines between neighbours; nan if they do not."""
+    """The fraction where orders first pass ONSET_ORDER, by straight lines between neighbours: the first one, if its order
+    is larger already; nan if they do not."""
+    if orders and orders[0] >= ONSET_ORDER:
+        return fractions[0]
     for low, high, before, after in zip(fractions, fractions[1:], orders, orders[1:]):
         if before < ONSET_ORDER <= after:
             return low + (high - low) * (ONSET_ORDER - before) / (after - before)
