@@ -412,10 +412,14 @@ def test_a_pulse_is_resolved_by_steps_that_a_run_chooses():
         assert float(run.frame.phi.mean()) == pytest.approx(exact, rel=1e-2) or run.warnings, centre
 
 
-def test_a_jump_costs_parts_near_it_alone(tmp_path):
-    run = timed("-k phi + step(t - c)", "etdrk4", 0.5, 8.0, 1e-5, c=2.03)
+@pytest.mark.parametrize("method, tolerance", [("etdrk4", 1e-5), ("etdrk2", 1e-6), ("etdrk4", 1e-9)])
+def test_a_jump_costs_parts_near_it_alone(tmp_path, method, tolerance):
+    run = timed("-k phi + step(t - c)", method, 0.5, 8.0, tolerance, c=2.03)
     exact = np.exp(-0.8) + 10.0 * (1.0 - np.exp(-0.1 * 5.97))
-    assert float(run.frame.phi.mean()) == pytest.approx(exact, rel=1e-4)
+    # The shortest part, dt/65536 = 8e-6 s, does not meet the smaller tolerances.
+    assert float(run.frame.phi.mean()) == pytest.approx(exact, rel=10.0 * max(tolerance, 1e-6)) and run.warnings == []
+    if method == "etdrk2":
+        return
     # 16 steps, each in halves, and some parts of each length down to 1e-5 s, a 2^16th of a step, towards the jump.
     (tmp_path / "jump.toml").write_text(run.scene.to_toml())
     told = drover(tmp_path, "run", "jump.toml")
