@@ -92,8 +92,8 @@ def order_of(rows, prefix, beads, rods):
 
 
 def passes(fractions, orders):
-    """The fraction where orders first pass ONSET_ORDER, by straight lines between neighbours: the first one, if its order
-    is larger already; nan if they do not."""
+    """The fraction where orders first pass ONSET_ORDER, by straight lines between neighbours: the first one, if its
+    order is larger already; nan if they do not."""
     if orders and orders[0] >= ONSET_ORDER:
         return fractions[0]
     for low, high, before, after in zip(fractions, fractions[1:], orders, orders[1:]):
