@@ -102,11 +102,13 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads, b
     recordings.push_back(samples());
 }
 
+namespace {
 numerics::Fields first_fields(const io::Scene& scene, const FieldProblem& problem, int degree) {
     std::vector<FrameField> wanted;
     for (const files::Quantity& one : problem.components) wanted.push_back({one.name, one.unit});
     return frame_of_file(scene, wanted, degree);
 }
+}  // namespace
 
 numerics::Spectra FieldSimulation::first_state(Threads& threads, bool resumed) const {
     if (scene_.initial.kind != "file")

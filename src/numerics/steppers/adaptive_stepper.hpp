@@ -47,7 +47,8 @@ public:
     /// Replaces the system by one on the same grid: the same equations with another linear part.
     void set_system(System system);
 
-    /// From step to step + 1 of dt.  Throws a run Error where no part meets the tolerance.
+    /// From step to step + 1 of dt.  Throws a run Error where no part meets the tolerance, but passes a jump in t of
+    /// which only the shortest part does not.
     void advance(std::int64_t step, Spectra& state);
 
     /// Writes the error of the step that advance() has just taken from `before` to `after` over `before`.  A multistep
