@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "drover/theory/theory.hpp"
+#include "numerics/algebra/bracket.hpp"
 #include "numerics/algebra/extremum.hpp"
 #include "theory/instabilities.hpp"
 
@@ -54,7 +55,10 @@ std::vector<double> with_maxima(const model::LinearisedAt& at, double angle, con
 std::vector<Band> growth_bands(const model::LinearisedAt& at, double angle, const GrowthSearch& search) {
     check(search);
     const std::vector<double> places = with_maxima(at, angle, log_wavenumbers(search));
-    const auto grows = [&](double x) { return growth(at, std::exp(x), angle).grows(); };
+    const auto excess = [&](double x) {
+        const Growth here = growth(at, std::exp(x), angle);
+        return here.rate - here.rounding;
+    };
     std::vector<Band> bands;
     bool inside = false;
     for (std::size_t k = 0; k < places.size(); ++k) {
@@ -62,13 +66,13 @@ std::vector<Band> growth_bands(const model::LinearisedAt& at, double angle, cons
         if (here.grows() && !inside) {
             Band band{.min = search.min, .max = search.max, .q = std::exp(places[k]), .growth = here};
             band.reaches_min = k == 0;
-            if (k > 0) band.min = std::exp(numerics::boundary_between(places[k - 1], places[k], 1e-15, grows));
+            if (k > 0) band.min = std::exp(numerics::crossing(places[k - 1], places[k], 1e-15, excess));
             bands.push_back(band);
         } else if (here.grows() && here.rate > bands.back().growth.rate) {
             bands.back().q = std::exp(places[k]);
             bands.back().growth = here;
         } else if (!here.grows() && inside) {
-            bands.back().max = std::exp(numerics::boundary_between(places[k - 1], places[k], 1e-15, grows));
+            bands.back().max = std::exp(numerics::crossing(places[k - 1], places[k], 1e-15, excess));
         }
         inside = here.grows();
     }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/constants.hpp"
+#include "numerics/algebra/bracket.hpp"
 #include "numerics/algebra/extremum.hpp"
 #include "theory/uniform_equations.hpp"
 
@@ -26,7 +27,12 @@ struct Landscape {
     auto along(double angle) const {
         return [this, angle](double x) { return at(x, angle); };
     }
-    bool grows(double x, double angle) const { return modes(state, state.wavevector(std::exp(x), angle)).grows(); }
+    /// The largest distance of a rate above its rounding error.
+    double excess(double x, double angle) const {
+        const Modes all = modes(state, state.wavevector(std::exp(x), angle));
+        return all.rates.size() > 0 ? (all.rates.real() - all.roundings).maxCoeff() : -infinite;
+    }
+    bool grows(double x, double angle) const { return excess(x, angle) > 0.0; }
     /// Whether a wave grows faster than the uniform state.
     bool is_wave(double x, double angle) const { return at(x, angle) > uniform * (1.0 + 1e-6); }
 };
@@ -66,19 +72,19 @@ InstabilityKind kind_of_change(const Landscape& land) {
 /// Where the waves of one angle stop growing, on both sides of one that grows.
 void set_range(const Landscape& land, Instability& found) {
     const std::vector<double>& log_q = land.log_q;
-    const auto grows = [&](double x) { return land.grows(x, found.angle); };
+    const auto excess = [&](double x) { return land.excess(x, found.angle); };
     found.min = 0.0;
     found.max = infinite;
     const double inside = std::log(found.q);
     for (auto x = log_q.rbegin(); x != log_q.rend(); ++x)
-        if (*x < inside && !grows(*x)) {
-            found.min = std::exp(numerics::boundary_between(*x, *(x - 1) < inside ? *(x - 1) : inside, 1e-14, grows));
+        if (*x < inside && !(excess(*x) > 0.0)) {
+            found.min = std::exp(numerics::crossing(*x, *(x - 1) < inside ? *(x - 1) : inside, 1e-14, excess));
             break;
         }
     for (const double& x : log_q)
-        if (x > inside && !grows(x)) {
+        if (x > inside && !(excess(x) > 0.0)) {
             const double before = &x == log_q.data() ? inside : std::max(inside, *(&x - 1));
-            found.max = std::exp(numerics::boundary_between(before, x, 1e-14, grows));
+            found.max = std::exp(numerics::crossing(before, x, 1e-14, excess));
             break;
         }
 }

@@ -139,12 +139,6 @@ double growth_rate(const model::LinearisedAt& at, double q, double angle) {
     return mode_rates(at, at.wavevector(q, angle)).real().maxCoeff();
 }
 
-bool Modes::grows() const {
-    for (Eigen::Index k = 0; k < rates.size(); ++k)
-        if (rates(k).real() > roundings(k)) return true;
-    return false;
-}
-
 double Modes::frequency(Eigen::Index mode) const {
     const std::complex<double> rate = rates(mode);
     const double rounding = std::max(roundings(mode), 1e-12 * std::abs(rate));

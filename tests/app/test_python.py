@@ -1,13 +1,9 @@
-"""tests/app/test_python.py: archives in Python: xarray, h5py, drover.open_run, drover.figure."""
+"""tests/app/test_python.py: archives in Python: xarray, h5py, drover.open_run."""
 import fcntl
 import os
 import shutil
 import struct
 import threading
-import signal
-import subprocess
-import sys
-import time
 import zlib
 from pathlib import Path
 
@@ -16,69 +12,11 @@ import netCDF4
 import numpy
 import pytest
 import xarray
-from matplotlib import image
 
 import drover
-from drover import figure, results, typeset
+from drover import results, typeset
 from drover.figures import panels
-import pictures
-from pictures import share_of
-from support import in_process, slow_but
-
-SCENE = """
-[uniform]
-rod_density = 0.5
-[current]
-speed = 1.0
-[relaxation]
-rate = 1.0
-[elasticity]
-stiffness = 0.5
-[pressure]
-rods = 0.5
-[diffusion]
-rods = 0.2
-[noise]
-order = 0.1
-rods = 0.2
-[grid]
-nx = 32
-ny = 32
-lx = 32.0
-ly = 32.0
-[time]
-dt = 0.25
-end = 60.0
-[initial]
-kind = "stationary"
-[output]
-frame_every = 30.0
-sample_every = 0.5
-[run]
-seed = 5
-"""
-SHAPES = {  # of the grid and the cell: nx, ny, lx, ly
-    "square": (32, 32, 32, 32), "least": (4, 4, 8, 8), "tiny": (8, 8, 8, 8), "wide": (32, 8, 64, 8),
-    "tall": (8, 32, 12, 60), "strip": (64, 4, 128, 4), "oblong": (32, 16, 30, 20)}
-
-
-def shape_settings(name):
-    return [f"grid.{key}={value}" for key, value in zip(("nx", "ny", "lx", "ly"), SHAPES[name])]
-
-
-def command(folder, output, settings=()):
-    scene = folder / "rods.toml"
-    scene.write_text(SCENE)
-    assert os.environ.get("DROVER"), "expected the program's path in the environment variable DROVER"
-    overrides = [word for setting in settings for word in ("--set", setting)]
-    return [os.environ["DROVER"], "run", str(scene), "--quiet", "--output", str(output), *overrides]
-
-
-def run(folder, settings=(), name="rods.h5"):
-    """Archive of a run."""
-    done = subprocess.run(command(folder, folder / name, settings), capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return folder / name
+from small_archive import SCENE, run, shape_settings, stopped_run
 
 
 @pytest.fixture(scope="module", name="archive")
@@ -91,38 +29,9 @@ def a_copy_that_a_test_may_spoil(archive, tmp_path):
     return Path(shutil.copy(archive, tmp_path / "copy.h5"))
 
 
-def frames_of(path):
-    """Number of frames so far; a run in progress has no summary."""
-    if not path.exists():
-        return 0
-    with drover.open_run(path) as going_on:
-        assert going_on.summary is None
-        return going_on.frames.sizes["time"]
-
-
-def wait_for_frames(process, path, wanted):
-    while frames_of(path) < wanted and process.poll() is None:  # no matter how long it takes
-        time.sleep(0.01)
-
-
 @pytest.fixture(scope="module", name="unfinished")
 def a_run_stopped_by_a_signal(tmp_path_factory):
-    """The archive, and data read from it during the run through a file opened some frames earlier."""
-    folder = tmp_path_factory.mktemp("unfinished")
-    path = folder / "rods.h5"
-    settings = ["time.end=1000000", "output.frame_every=1.0", "output.checkpoint_minutes=0"]
-    line = command(folder, path, settings)
-    with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
-        try:
-            wait_for_frames(process, path, 2)
-            with drover.open_run(path) as going_on:
-                wait_for_frames(process, path, going_on.frames.sizes["time"] + 3)
-                seen = going_on.frames.load(), going_on.observables.load()
-        finally:
-            process.send_signal(signal.SIGINT)
-            message = process.communicate()[1]
-    assert process.returncode == 3, message
-    return path, seen
+    return stopped_run(tmp_path_factory.mktemp("unfinished"))
 
 
 # --- third-party readers
@@ -347,126 +256,3 @@ def test_block_averages_preserve_the_mean_and_the_position():
     ("mm-2", "mm$^{-2}$"), ("mm", "mm"), ("mm2 s-1", "mm$^{2}$ s$^{-1}$"), ("1", "1")])
 def test_units_are_written_in_mathematical_notation(unit, text):
     assert typeset.unit_text(unit) == text
-
-
-# --- figures
-
-def draw(path, *arguments):
-    """The figure written by the command, [row, column, colour]."""
-    line = [sys.executable, "-m", "drover.figure", str(path), *map(str, arguments)]
-    done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=path.parent)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
-    return image.imread(done.stdout.strip())
-
-
-def overlaps(opened):
-    return pictures.overlaps(figure.draw(opened))
-
-
-def test_the_command_writes_a_png_beside_the_archive_and_prints_its_name(copy):
-    picture = draw(copy)
-    assert copy.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
-    assert picture.shape[0] > 1000 and picture.shape[1] > 1500
-    for colour in (panels.BLUE, panels.VERMILLION, panels.GREEN):  # the lines and points of the run are there
-        assert share_of(picture, colour) > 1e-4
-    assert 0.3 < share_of(picture, "#ffffff") < 0.95  # paper: neither blank nor blotted
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_cell_of_any_shape_is_drawn_without_overlaps(tmp_path, shape):
-    with drover.open_run(run(tmp_path, shape_settings(shape))) as opened:
-        assert overlaps(opened) == []
-
-
-def test_an_unfinished_run_is_drawn_and_marked(unfinished):
-    picture = draw(unfinished[0])
-    assert share_of(picture, panels.BLUE) > 1e-4
-    with drover.open_run(unfinished[0]) as opened:
-        assert overlaps(opened) == []
-        assert any("is not finished" in text.get_text() for text in figure.draw(opened).texts)
-
-
-def test_values_without_errors_are_drawn_as_open_symbols_and_explained(copy):
-    with h5py.File(copy, "r+") as file:
-        file["summary/structure_factor_rods_error"][:2] = numpy.nan
-    with drover.open_run(copy) as opened:
-        picture = figure.draw(opened)
-        assert any("open symbols" in text.get_text() for text in picture.texts)
-        hollow = [line for axes in picture.axes for line in axes.lines
-                  if line.get_color() == panels.BLUE and line.get_markerfacecolor() == "white"]
-        assert any(opened.summary.wavenumber.values[0] in line.get_xdata() for line in hollow)
-
-
-@pytest.mark.parametrize("settings, words", [
-    (["noise.order=0", "noise.rods=0", "initial.kind=uniform"], "no fluctuations"),
-    (["relaxation.rate=-0.05", "initial.kind=uniform", "time.end=10", "output.frame_every=5"],
-     "has no stationary state"),
-], ids=["without noise", "growing"])
-def test_a_run_without_linear_theory_is_drawn_and_marked(tmp_path, settings, words):
-    with drover.open_run(run(tmp_path, settings)) as opened:
-        picture = figure.draw(opened)
-        texts = [*picture.texts, *(text for axes in picture.axes for text in axes.texts)]
-        assert any(words in text.get_text().replace("\n", " ") for text in texts)
-        assert overlaps(opened) == []
-
-
-NO_RODS = ["fields.rod_density=false", "current.speed=0", "pressure.rods=0", "diffusion.rods=0", "noise.rods=0"]
-BEADS = ["fields.bead_density=true", "drag.coefficient=2", "driving.strength=1", "weathercock.strength=1",
-         "stiffness.beads=2",
-         "noise.order=0.01", "noise.beads=0.001"]
-FLOW = ["noise.order=0", "initial.kind=uniform", "force.kind=point", "force.x=0.1", "viscosity.shear=2", "time.end=5",
-        "output.frame_every=5"]
-FORMS = {  # settings, names of fields, what the map's title says
-    "polar": (NO_RODS, {"polar_order"}, "polar order and its magnitude"),
-    "rods, mean orientation": (["current.kind=density-order", "relaxation.saturation=1"],
-                               {"rod_density", "polar_order"},
-                               "rod density and polar order"),
-    "dilute": ([*NO_RODS, *BEADS, "fields.bead_velocity=dynamic"], {"bead_density", "bead_velocity", "polar_order"},
-               "bead density and polar order"),
-    "two-component": ([*BEADS, "fields.bead_velocity=dynamic"],
-                      {"bead_density", "rod_density", "bead_velocity", "polar_order"},
-                      "rod density and polar order"),
-    "overdamped": ([*BEADS, "fields.bead_velocity=slaved"],
-                   {"bead_density", "rod_density", "bead_velocity", "polar_order"},
-                   "rod density and polar order"),
-    "flow alone": ([*NO_RODS, *BEADS, *FLOW, "fields.bead_velocity=dynamic", "noise.beads=0", "weathercock.strength=0"],
-                   {"bead_density", "bead_velocity", "polar_order"}, "bead density and bead velocity"),
-}
-
-
-@pytest.mark.parametrize("shape", slow_but(["square", "wide"], "square"))
-@pytest.mark.parametrize("form", FORMS)
-def test_every_form_is_opened_and_drawn(tmp_path, form, shape):
-    settings, fields, words = FORMS[form]
-    with drover.open_run(run(tmp_path, [*shape_settings(shape), *settings])) as opened:
-        assert {name.removesuffix("_x").removesuffix("_y") for name in opened.frames.data_vars} == fields
-        unit = "mm-2" if form in ("two-component", "overdamped") else "1"
-        assert opened.frames.polar_order_x.units == unit
-        picture = figure.draw(opened)
-        assert f"(a) {words}" in [axes.get_title(loc="left") for axes in picture.axes]
-        assert overlaps(opened) == []
-
-
-def test_a_frame_can_be_chosen(copy):
-    assert not numpy.array_equal(draw(copy, "--output", copy.with_name("a.png"), "--frame", 0),
-                                 draw(copy, "--output", copy.with_name("b.png"), "--frame", 2))
-
-
-@pytest.mark.parametrize("arguments, message", [
-    (["missing.h5"], "missing.h5 does not exist"),
-    (["copy.h5", "--frame", "3"], "has no frame 3; expected 0 to 2"),
-    (["copy.h5", "--output", "nowhere/picture.png"], "cannot be written"),
-    (["copy.h5", "--output", "copy.h5"], 'the extension ".h5" is not supported'),
-    (["damaged.h5"], "/rod_density is damaged"),
-])
-def test_bad_input_gives_status_2_a_message_and_no_figure(copy, arguments, message):
-    with h5py.File(shutil.copy(copy, copy.with_name("damaged.h5"))) as file:
-        place = file["rod_density"].id.get_chunk_info(2)
-    with open(copy.with_name("damaged.h5"), "r+b") as file:  # its checksum no longer holds
-        file.seek(place.byte_offset + place.size // 2)
-        file.write(b"\x00\x01\x02\x03" * 16)
-    done = in_process(figure.main, copy.parent, *arguments)
-    assert done.returncode == 2 and done.stdout == ""
-    assert done.stderr.startswith("error: ") and message in done.stderr and done.stderr.count("\n") == 1
-    assert not list(copy.parent.glob("**/*.png"))

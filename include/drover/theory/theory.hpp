@@ -80,7 +80,6 @@ struct Modes {
     /// The rounding error of each rate: that of the fields coupled to it, in balanced units, times the condition of the
     /// mode, large where modes nearly coincide.
     Eigen::VectorXd roundings;
-    bool grows() const;                         ///< whether a rate is above its rounding error
     double frequency(Eigen::Index mode) const;  ///< -Im s; 0 within the rounding error
 };
 

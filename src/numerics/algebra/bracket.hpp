@@ -1,7 +1,9 @@
 // numerics/algebra/bracket.hpp: the location of a sign change between two points, and the end of a band.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "base/constants.hpp"
 
@@ -43,6 +45,20 @@ double sign_change(const Function& f, double at_0, double at_half, double at_1, 
         a = t, fa = value;
     }
     return fa;
+}
+
+/// Where `value` becomes or ceases to be above 0 between two places, to a part `precision` of them.
+template <class Value>
+double crossing(double low, double high, double precision, Value value) {
+    constexpr double least = std::numeric_limits<double>::min();
+    const auto at = [&](double part) {
+        const double here = value(low + part * (high - low));
+        return here > 0.0 ? here : -std::max(least, -here);
+    };
+    std::size_t calls = 0;
+    constexpr double least_part = 4.0 * std::numeric_limits<double>::epsilon();
+    const double tolerance = std::max(least_part, precision * (1.0 + std::abs(low)) / (high - low));
+    return low + (high - low) * sign_change(at, at(0.0), at(0.5), at(1.0), tolerance, calls);
 }
 
 /// From a place with this value on, over the samples first, first + step, ... of 0 to count - 1, at place(i) with the
