@@ -308,6 +308,11 @@ CalibrationLayout plan_in(const fs::path& folder, const io::Scene& scene) {
     CalibrationLayout layout = plan_calibration(scene);
     const fs::path file = folder / calibration_manifest;
     if (!fs::exists(file)) return layout;
+    for (const fs::directory_entry& one : fs::directory_iterator(folder))
+        require(one.path().extension() != ".trials", {},
+                "{} holds trials of an earlier version of drover, such as {}, which this version does not read; use "
+                "the version that wrote them, or another folder with --output",
+                folder.string(), one.path().filename().string());
     std::string there = files::read_text(file, "the scene of a calibration");
     there.erase(0, files::first_line(there).size() + 1);  // the version
     if (files::are_same(there, layout.manifest, layout.defaults)) layout.manifest = there;

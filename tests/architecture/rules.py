@@ -78,6 +78,34 @@ FILE_ACCESS = [
 SENTENCE = re.compile(r"\b\w*(?:failure|reason|remark|refusal|note|problem|unmet|missing|undefined|why_\w+|what\(\))\w*"
                       r"(?:\(\))?\.(?:find|rfind|starts_with|ends_with|contains|substr|compare)\(")
 
+# Comparisons of code with words in quotes, which are right where the words come from outside: why, a pattern of the
+# code, the files.  Whatever else decides by a word wants an enum or a value.
+COMPARISON = re.compile(r'[!=]= "|\b(?:starts_with|ends_with|r?find|compare|contains)\("')
+EVERYWHERE = ("src/*.cpp", "src/*.hpp", "include/*.hpp")
+COMPARED_WORDS = [
+    ("formulas, equations and their names are text", r"",
+     ("src/base/expression_*.cpp", "src/base/formula_*.cpp", "src/model/lowering.cpp",
+      "src/model/vector_operations.cpp", "src/io/scene_initial.cpp")),
+    ("terms are as they were written", r"\b(?:formula|text)\.(?:ends_with|find)", EVERYWHERE),
+    ("observables are known by their names in archives",
+     r'"(?:(?:size_)?mean_|variance_|spectral_tail_|_x|_y|_plate)"', EVERYWHERE),
+    ("arguments of functions are named in a model file", r"\bname == ", ("src/physics/program_functions.cpp",)),
+    ("users write durations and targets as text", r"",
+     ("src/base/duration.cpp", "src/jobs/accuracy_target.cpp", "src/jobs/target_plan.cpp")),
+    ("sections and keys of scenes are text", r"",
+     ("src/io/scene_text.cpp", "src/io/scene_model.cpp", "src/io/scene_declared.cpp", "src/physics/model_keys.cpp")),
+    ("a key of a scene by its name",
+     r'(?:(?:\b|_)keys?\b|\b(?:places|tables|section|row\.name|where)\b).*"', EVERYWHERE),
+    ("a choice of a scene, whose words its schema lists",
+     r"\b(?:shape|kind|model|law|friction|order|bearing|keep|ramp|outside|rule|stepper|calculus|coefficients|length|"
+     r'parity|branch|name|word|how)(?:\([^()]*\))? [!=]= "', EVERYWHERE),
+    ("units are text", r'\b(?:\w*units?|of_order|word|power|name|second)\b.*"(?:1|/|\[p\]|mm|none)', EVERYWHERE),
+    ("files have extensions", r'extension\(\)|\bending\b|\bnames?\b.*"\.', EVERYWHERE),
+    ("names within archives and files of other programs", r"",
+     ("src/files/*.cpp", "src/io/trajectory.cpp", "src/io/calibration.cpp", "src/app/python_package.cpp",
+      "src/run/provenance.cpp", "src/run/run_scene.cpp")),
+]
+
 MAX_LINES = 500
 MAX_COLUMNS = 120
 # Text files that people write, and files that the limit of columns exempts: data, generated tables, recorded output of
@@ -299,6 +327,18 @@ def check_sentences(tree):
                        "an enum")
 
 
+def check_comparisons(tree):
+    """Code compares with words in quotes only where the words come from outside."""
+    for path in files(tree, ("include", "src"), CPP):
+        allowed = [re.compile(around) for _, around, names in COMPARED_WORDS
+                   if any(fnmatch.fnmatch(str(path), name) for name in names)]
+        for number, line in enumerate((tree / path).read_text().splitlines(), 1):
+            code = line.split("//")[0]
+            if COMPARISON.search(code) and not any(around.search(code) for around in allowed):
+                yield (f"{path}:{number}: decides by a word in quotes: {code.strip()}; expected an enum or a value, or "
+                       "a reason in COMPARED_WORDS of tests/architecture/rules.py")
+
+
 def check_defects(tree):
     """Each defect that tests/defects/plant.py plants has its place in the sources."""
     planted = tree / "tests/defects/plant.py"
@@ -327,7 +367,8 @@ def files(tree, folders, suffixes):
 
 def broken_rules(tree):
     tree = Path(tree).resolve()
-    return [*check_sources(tree), *check_file_access(tree), *check_sentences(tree), *check_cycles(tree),
+    return [*check_sources(tree), *check_file_access(tree), *check_sentences(tree),
+            *check_comparisons(tree), *check_cycles(tree),
             *check_files(tree), *check_columns(tree), *check_top_level(tree), *check_defects(tree),
             *check_python_names(tree)]
 

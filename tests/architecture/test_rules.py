@@ -120,8 +120,11 @@ BROKEN = {
     "a system call outside the layer of files": (
         "src/run/bad.cpp", "const int file = ::open(name, O_RDONLY);",
         "src/run/bad.cpp:2: ::open is a system call on files"),
+    "a decision by a word": (
+        "src/run/bad.cpp", 'if (part == "grid") return;',
+        "src/run/bad.cpp:2: decides by a word in quotes"),
     "a decision by a sentence": (
-        "src/run/bad.cpp", 'if (trial.failure.starts_with("not run")) return;',
+        "src/run/bad.cpp", 'if (trial.failure.starts_with(not_run)) return;',
         "src/run/bad.cpp:2: failure.starts_with(...) reads a sentence"),
     "a long file": (
         "src/base/bad.cpp", "\n" * 500,

@@ -119,10 +119,10 @@ TEST(Setup, with_a_plate_substep_too_long_for_the_vibration_is_rejected) {
 }
 
 TEST(Setup, with_a_key_of_contacts_that_its_law_does_not_read_is_rejected) {
-    EXPECT_REJECTED(s.contacts.track_slip = false,
+    EXPECT_REJECTED((s.contacts.law = "pairwise", s.contacts.track_slip = false),
                     "at contacts.track_slip: contacts.track_slip = false has no effect with contacts.law = "
-                    "\"simultaneous\"; expected its default, true, or a contacts.law that resolves one contact after "
-                    "another");
+                    "\"pairwise\"; expected its default, true, or a contacts.law with groups");
+    EXPECT_EQ(rejection([](dem::Setup& s) { s.contacts.track_slip = false; }), "accepted");  // of single contacts
     EXPECT_REJECTED((s.contacts.law = "first-to-last", s.contacts.track_slip = false,
                      s.contacts.restitution = "kinetic"),
                     "at contacts.restitution: contacts.restitution = \"kinetic\" has no effect with "

@@ -166,7 +166,7 @@ void check_unread(const ContactControl& contacts, const Locate& locate) {
     const std::map<std::string, Reading> readings{
         {"law", {impulse, "contacts.model = \"impulse\""}},
         {"restitution", {groups && !slip_before, "a contacts.law with groups that tracks the slip"}},
-        {"track_slip", {in_turn, "a contacts.law that resolves one contact after another"}},
+        {"track_slip", {groups, by_groups}},
         {"increments", {simultaneous, "contacts.law = \"simultaneous\""}},
         {"inelastic_threshold", {simultaneous, "contacts.law = \"simultaneous\""}},
         {"substep", {groups, by_groups}},

@@ -164,7 +164,8 @@ Rows<ContactControl> ContactControl::rows() {
          any_number,
          {"energetic", "kinetic", "kinematic"}},
         {"track_slip", &ContactControl::track_slip,
-         "impulse: whether friction follows the slip through the impact; false: it keeps its initial direction"},
+         "impulse: whether friction follows the slip through the impact; false: it keeps its initial direction, in "
+         "single contacts alone where contacts.law is \"simultaneous\""},
         {"increments", &ContactControl::increments,
          "impulse: number of increments of the impact of a group; those of a single contact follow their error", "",
          within(1, 100000)},

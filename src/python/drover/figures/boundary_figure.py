@@ -113,6 +113,8 @@ def caption(theory, has_map, lines, conventions, angles, has_bands):
     if has_bands:
         words.append(f"Bands: between 16 and 84 % of {theory.scene['boundary'].get('draws', '?')} draws of all numbers "
                      "within their errors, a point is unstable; no band where fewer than half of them have the state.")
+    elif "error_x" in theory.groups.get("boundary", {}):
+        words.append("Errors of earlier versions of drover, which this file has, are not drawn.")
     if angles:
         words.append(f"Degrees on {'lines of the ordered state' if of_model else 'oblique lines'}: angle between the "
                      "order and the wave that becomes unstable first.")
