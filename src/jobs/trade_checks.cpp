@@ -159,7 +159,7 @@ LaterDrift later_drift(TradeBench& bench, const Candidate& best, const std::vect
     found.stopped = !bench.run({bench.trial_of(overrides)});
     const TrialMeasurement run = bench.measured(overrides);
     bench.duration = before;
-    if (found.stopped || !run.failure.empty()) return found;
+    if (found.stopped || !run.is_measured()) return found;
     for (std::size_t w = 0; w < references.size(); ++w) {
         const Bias mean = bench.mean_of(run.numbers[w]), bias = best.parts[w].biases();
         const double moved = mean.value - references[w].value - bias.value,
