@@ -88,10 +88,6 @@ std::optional<TrialStart> trial_start(TradeBench& bench) {
     return start;
 }
 
-double allowed_of(const AccuracyTarget& target, const Bias& mean) {
-    return target.error * (target.is_relative ? std::abs(mean.value) : 1.0);
-}
-
 std::vector<AxisLevel> compared_cells(const io::Scene& scene, const std::vector<AccuracyTarget>& targets) {
     const auto has_range = [](const AccuracyTarget& target) { return !target.ranges.empty(); };
     if (io::has_grid(scene.kind) && std::ranges::any_of(targets, has_range)) return {};

@@ -23,9 +23,6 @@ struct TrialStart {
 /// Throws a run Error where no grid is coarse enough.
 std::optional<TrialStart> trial_start(TradeBench& bench);
 
-/// The error that a target allows a number, in its unit.
-double allowed_of(const AccuracyTarget& target, const Bias& mean);
-
 /// Those of cell_levels(), but none where a target is of a range of waves: the waves of a larger cell are others, and
 /// their mean is another number.
 std::vector<AxisLevel> compared_cells(const io::Scene& scene, const std::vector<AccuracyTarget>& targets);

@@ -86,7 +86,7 @@ private:
             const AccuracyTarget& target = found_.targets[w];
             require_relative(target, found_.references[w]);
             require_unit(target, base.numbers[w].unit, found_.references[w].value);
-            bench_.allowed.push_back(allowed_of(target, found_.references[w]));
+            bench_.allowed.push_back(target.allowed(found_.references[w].value));
         }
     }
 
@@ -319,7 +319,7 @@ private:
         for (std::size_t w = 0; w < found_.targets.size(); ++w) {
             found_.references[w] =
                 less(bench_.mean_of(reference.numbers[w]), found_.grids[found_.pilot_grid].biases[w]);
-            bench_.allowed[w] = allowed_of(found_.targets[w], found_.references[w]);
+            bench_.allowed[w] = found_.targets[w].allowed(found_.references[w].value);
         }
         if (std::any_of(reference_bias_.begin(), reference_bias_.end(),
                         [](const Bias& bias) { return !std::isfinite(bias.value); }))
