@@ -301,17 +301,18 @@ std::vector<std::string> unmet_errors(const io::Scene& scene, const SweepLayout&
             std::string at;
             for (std::size_t k = 0; k < layout.keys.size(); ++k)
                 at += text("{}{} = {}", at.empty() ? "at " : ", ", layout.keys[k], row.point.values[k]);
+            if (!at.empty()) at += ": ";
             if (is_small) {
                 unmet.push_back(
-                    text("{}{}{} = {:.4g} comes from runs of which {} of {} are too short for an error estimate, so it "
+                    text("{}{} = {:.4g} comes from runs of which {} of {} are too short for an error estimate, so it "
                          "may still depend on their start: make the runs longer, or set analysis.warm_up",
-                         at, at.empty() ? "" : ": ", target.observable, mean.mean, found.without_error, row.seeds));
+                         at, target.observable, mean.mean, found.without_error, row.seeds));
                 continue;
             }
             const bool is_uncertain = mean.error && *mean.error <= target.allowed(mean.mean);
-            unmet.push_back(text("{}{}{} = {:.4g} has an error of {:.2g} after {} seeds{}, {:.2g} was wanted: {}", at,
-                                 at.empty() ? "" : ": ", target.observable, mean.mean, mean.error.value_or(nan),
-                                 row.seeds, is_uncertain ? " that ended, too few to know this error" : "",
+            unmet.push_back(text("{}{} = {:.4g} has an error of {:.2g} after {} seeds{}, {:.2g} was wanted: {}", at,
+                                 target.observable, mean.mean, mean.error.value_or(nan), row.seeds,
+                                 is_uncertain ? " that ended, too few to know this error" : "",
                                  target.allowed(mean.mean),
                                  is_uncertain ? "see which runs failed, or raise sweep.max_seeds"
                                               : "raise sweep.max_seeds, or make the runs longer"));

@@ -164,17 +164,9 @@ bool has_random_start(const io::Scene& scene) {
     return scene.initial.kind == "random" || (scene.initial.kind == "formula" && scene.initial.amplitude > 0.0);
 }
 
-namespace {
-AxisLevel grid_level(int nx, int ny) {
-    return {.name = text("{} by {}", nx, ny),
-            .overrides = {set("grid.nx", nx), set("grid.ny", ny)},
-            .name_of_row = text("{} by 1", nx)};
-}
-}  // namespace
-
-AxisLevel given_grid(const io::Scene& scene) {
-    AxisLevel level = grid_level(scene.grid.nx, scene.grid.ny);
-    level.overrides.clear();
+AxisLevel grid_level(const io::Scene& scene, int nx, int ny) {
+    AxisLevel level{.name = text("{} by {}", nx, ny), .overrides = {}, .name_of_row = text("{} by 1", nx)};
+    if (nx != scene.grid.nx) level.overrides = {set("grid.nx", nx), set("grid.ny", ny)};
     return level;
 }
 
@@ -187,13 +179,13 @@ std::vector<AxisLevel> grid_levels(const io::Scene& scene, bool same_start) {
     for (const int part : {4, 2}) {
         const int nx = scene.grid.nx / part, ny = scene.grid.ny == 1 ? 1 : scene.grid.ny / part;
         if (!comparable || nx < fewest || (ny != 1 && ny < fewest)) continue;
-        const AxisLevel level = grid_level(nx, ny);
+        const AxisLevel level = grid_level(scene, nx, ny);
         if (reason_against(scene, level.overrides)) continue;
         if (run::simulation_type_of(scene).warnings(io::changed(scene, level.overrides)).size() <= warnings)
             levels.push_back(level);
     }
-    levels.push_back(given_grid(scene));
-    if (comparable) levels.push_back(grid_level(2 * scene.grid.nx, scene.grid.ny == 1 ? 1 : 2 * scene.grid.ny));
+    levels.push_back(grid_level(scene, scene.grid.nx, scene.grid.ny));
+    if (comparable) levels.push_back(grid_level(scene, 2 * scene.grid.nx, scene.grid.ny == 1 ? 1 : 2 * scene.grid.ny));
     return levels;
 }
 

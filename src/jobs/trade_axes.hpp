@@ -46,8 +46,8 @@ void add_shorter(const io::Scene& scene, StepLadder& ladder, int count);
 /// Whether the start has random numbers, which are others on another grid.
 bool has_random_start(const io::Scene& scene);
 
-/// The grid of a scene, as a level.
-AxisLevel given_grid(const io::Scene& scene);
+/// The given grid without a change, or another one, of more or fewer points along both axes.
+AxisLevel grid_level(const io::Scene& scene, int nx, int ny);
 
 /// On a grid: a quarter, half, the given and twice the points along each axis, as far as they hold the start; of
 /// particles: none.  `same_start`: none where the start is random, and so another on each grid; false where the wanted

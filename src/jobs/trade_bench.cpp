@@ -4,6 +4,7 @@
 #include <gsl/gsl_cdf.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "drover/base/error.hpp"
@@ -35,20 +36,17 @@ std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
 Bias less(const Bias& a, const Bias& b) { return {a.value - b.value, std::hypot(a.error, b.error)}; }
 
 std::string text_of(const LevelOutcome& outcome) {
-    switch (outcome.state) {
-        case LevelState::measured: return "";
-        case LevelState::alone: return "bias not measured";
-        case LevelState::failed: return outcome.detail;
-        case LevelState::wrong_steps:
-            return text("the error of its steps is {} of a field's fluctuation: with another noise path it may fail",
-                        outcome.detail);
-        case LevelState::lacks_number: return "it has no " + outcome.detail;
-        case LevelState::impossible: return "not possible: " + outcome.detail;
-        case LevelState::not_affordable: return "not run: the budget is spent";
-        case LevelState::not_ended: return "not run yet";
-        case LevelState::grid_of_model: return "not considered: the given grid is part of the model";
-    }
-    return "";
+    constexpr std::array patterns{
+        "",
+        "bias not measured",
+        "{}",
+        "the error of its steps is {} of a field's fluctuation: with another noise path it may fail",
+        "it has no {}",
+        "not possible: {}",
+        "not run: the budget is spent",
+        "not run yet",
+        "not considered: the given grid is part of the model"};  // in the order of LevelState
+    return text(patterns[static_cast<std::size_t>(outcome.state)], outcome.detail);
 }
 
 void reject_wrong_steps(std::vector<std::vector<TrialMeasurement>>& runs) {

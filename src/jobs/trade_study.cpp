@@ -46,7 +46,7 @@ private:
         const std::optional<TrialStart> start = trial_start(bench_);
         if (!start) return false;
         refinement_ = size_of(bench_.scene) / size_of(start->scene);
-        if (refinement_ > 1.0) given_grid_ = given_grid(bench_.scene);
+        if (refinement_ > 1.0) given_grid_ = grid_level(bench_.scene, bench_.scene.grid.nx, bench_.scene.grid.ny);
         bench_.scene = start->scene;
         bench_.duration = start->duration;
         return true;
