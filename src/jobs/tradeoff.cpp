@@ -285,10 +285,7 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
                                    found.hosts.size(), joined(std::vector(found.hosts.begin(), found.hosts.end()))));
     for (const std::string& program : found.programs)
         if (program != run::this_program())
-            root.footer.push_back(
-                text("trials were made by drover {}, and this is drover {}: if a change between them "
-                     "affects results, repeat them in another folder",
-                     program, run::this_program()));
+            root.footer.push_back(other_program_text("trials were made by drover " + program, "them"));
     if (best == nullptr) {
         for (const std::string& note : found.notes) root.footer.push_back(note);
         root.footer.push_back(outcome.why_none = why_none(found, front, options.run_budget));
@@ -341,14 +338,16 @@ Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) 
     if (!options.collect) found = find_tradeoff(scene, options);
     if (found && found->stopped) return {.result = {}, .seconds = found->spent, .stopped = true};
     Tradeoff outcome;
-    alone(options.folder, true, [&] {
-        if (!found) found = find_tradeoff(scene, options);  // now: not before the result of another process
-        outcome = outcome_of(*found, scene, options);
-        files::replace_file(options.folder / "tradeoff.json", run::result_json(outcome.result).dump(1) + "\n");
-        const fs::path recommended = options.folder / "recommended.toml";
-        if (outcome.recommended) files::replace_file(recommended, outcome.recommended_text);
-        else fs::remove(recommended);  // of other targets
-    });
+    conclude(
+        options, [] { return true; },
+        [&](bool) {
+            if (!found) found = find_tradeoff(scene, options);  // now: not before the result of another process
+            outcome = outcome_of(*found, scene, options);
+            files::replace_file(options.folder / "tradeoff.json", run::result_json(outcome.result).dump(1) + "\n");
+            const fs::path recommended = options.folder / "recommended.toml";
+            if (outcome.recommended) files::replace_file(recommended, outcome.recommended_text);
+            else fs::remove(recommended);  // of other targets
+        });
     return outcome;
 }
 
