@@ -36,10 +36,7 @@ int print_outcome(const CalibrateOptions& options, const jobs::CalibrationOutcom
     if (outcome.unmet_targets > 0)
         log_warning("{} of {} measurements have a larger error than requested; they are kept and marked",
                     outcome.unmet_targets, outcome.units);
-    if (outcome.stopped) {
-        log_information("stopped by {}; re-run the same command to resume", run::stop_reason(run::stop_signal()));
-        return run::exit_stopped;
-    }
+    if (outcome.stopped) return print_stopped(";");
     if (outcome.failed > 0) log_warning("{} of {} measurements failed, see above", outcome.failed, outcome.units);
     if (outcome.unfinished > 0 && !is_share)
         log_warning("{} of {} measurements are not finished; re-run the same command{} to resume", outcome.unfinished,

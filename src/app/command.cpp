@@ -96,6 +96,11 @@ bool answers(const JobCommand& options, const char* command, const std::filesyst
     return options.status || options.slurm > 0;
 }
 
+int print_stopped(const char* kept) {
+    log_information("stopped by {}{} re-run the same command to resume", run::stop_reason(run::stop_signal()), kept);
+    return run::exit_stopped;
+}
+
 void add_max_time(CLI::App& command) {
     command
         .add_option_function<std::string>(

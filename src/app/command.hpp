@@ -84,6 +84,9 @@ struct JobAnswers {
 bool answers(const JobCommand& options, const char* command, const std::filesystem::path& folder,
              const JobAnswers& how);
 
+/// Says that a signal stopped the command and how to resume it; `kept` joins the two.  Returns the exit status.
+int print_stopped(const char* kept);
+
 /// --max-time, of a command that can be resumed.
 void add_max_time(CLI::App& command);
 /// The same and --stop-when, of a command with many jobs.

@@ -24,11 +24,7 @@ void print_table(const JobCommand& options, const std::filesystem::path& folder,
 
 int print_outcome(const JobCommand& options, const std::filesystem::path& folder, const jobs::SweepOutcome& outcome) {
     if (outcome.table && options.share.empty()) print_table(options, folder, *outcome.table);
-    if (outcome.stopped) {
-        log_information("stopped by {} after checkpoints; re-run the same command to resume",
-                        run::stop_reason(run::stop_signal()));
-        return run::exit_stopped;
-    }
+    if (outcome.stopped) return print_stopped(" after checkpoints;");
     const bool is_share = !options.share.empty();
     if (options.collect)
         for (const std::string& failure : outcome.failures) log_warning("{}", failure);

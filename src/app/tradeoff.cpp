@@ -5,7 +5,6 @@
 
 #include "app/command.hpp"
 #include "base/duration.hpp"
-#include "base/log.hpp"
 
 namespace drover::app {
 
@@ -29,11 +28,7 @@ int study_scene(const TradeoffCommand& options) {
                  .words = words}))
         return run::exit_done;
     const jobs::Tradeoff found = jobs::study_tradeoff(scene, study);
-    if (found.stopped) {
-        log_information("stopped by {}; every trial is kept: re-run the same command to resume",
-                        run::stop_reason(run::stop_signal()));
-        return run::exit_stopped;
-    }
+    if (found.stopped) return print_stopped("; every trial is kept:");
     if (!options.share.empty()) return run::exit_done;
     print_result(found.result, {.json = options.json}, scene, 1);
     if (!found.recommended) {

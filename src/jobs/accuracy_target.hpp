@@ -26,6 +26,7 @@ struct AccuracyTarget {
     double error = 0.0;
     bool is_relative = true;  ///< the error is a fraction of the mean
     std::string unit = {};    ///< of an absolute error, where it was given
+    double allowed(double value) const { return error * (is_relative ? std::abs(value) : 1.0); }
 };
 
 /// Reads "polar_order=1%", "polar_order=0.01" (an absolute error, also with its unit: "=0.01 mm-2") and

@@ -9,7 +9,6 @@
 #include "base/clock.hpp"
 #include "base/log.hpp"
 #include "drover/base/threads.hpp"
-#include "drover/base/version.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
 #include "files/record_bytes.hpp"
@@ -174,10 +173,8 @@ private:
 
     /// Whether more are welcome.
     bool offer_needed(const Offer& offer) {
-        const std::size_t first = units_.size() * static_cast<std::size_t>(options_.share.number - 1) /
-                                  static_cast<std::size_t>(options_.share.count);
         for (std::size_t i = 0; i < units_.size(); ++i) {
-            const std::size_t u = (first + i) % units_.size();
+            const std::size_t u = options_.share.nth(i, units_.size());
             Unit& one = units_[u];
             if (one.has_crashed || one.trials.ended()) continue;
             while (one.trials.has(one.next)) ++one.next;
@@ -323,14 +320,12 @@ void join(const io::Scene& scene, const CalibrationOptions& options) {
     const CalibrationLayout layout = plan_in(options.folder, scene);
     warn_of_idle_keys(scene);
     needed_assays(layout, options.targets);  // targets that it cannot answer are rejected before there is a folder
-    const Version built = version();
     const std::string factory = "# made by drover " + run::this_program();
     const std::string first = files::join_folder(options.folder, calibration_manifest, factory, layout.manifest);
     if (first != factory)
-        log_warning(
-            "{}: its first trials were {}; this is drover {} ({}): if a change between them affects trials, "
-            "start again in another folder",
-            options.folder.string(), first.substr(2), built.version, built.git_hash);
+        log_warning("{}",
+                    other_program_text(text("{}: its first trials were {}", options.folder.string(), first.substr(2)),
+                                       "the calibration"));
 }
 
 void run_trials(const io::Scene& scene, const StoredTrials& stored, const CalibrationOptions& options,
@@ -406,17 +401,14 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
     const StoredTrials stored(scene, layout, options.folder);
     CalibrationOutcome outcome{.units = layout.units.size()};
     if (!options.collect) run_trials(scene, stored, options, outcome);
+    std::vector<calibrate::TrialSet> trial_sets;
     const auto read = [&] {
-        std::vector<calibrate::TrialSet> trial_sets = stored.read();
+        trial_sets = stored.read();
         if (options.collect) outcome.already = count_of(trial_sets);
         if (options.targets.empty()) count_ended(trial_sets, outcome);
-        return trial_sets;
+        return outcome.unfinished == 0 && !outcome.stopped;
     };
-    read();
-    const bool is_last = outcome.unfinished == 0 && !outcome.stopped;
-    if (!options.share.is_plain() && !is_last) return outcome;
-    alone(options.folder, is_last, [&] {
-        std::vector<calibrate::TrialSet> trial_sets = read();  // anew: not those before the table of another process
+    conclude(options, read, [&](bool) {
         if (!options.targets.empty()) conclude_want(scene, layout, options, trial_sets, outcome);
         outcome.table = table_of(layout, trial_sets);
         write_table(scene, options.folder, outcome);

@@ -12,6 +12,7 @@
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
 #include "files/archive_reader.hpp"
+#include "files/checkpoint.hpp"
 #include "jobs/stop_rules.hpp"
 #include "jobs/worker_pool.hpp"
 #include "run/loop.hpp"
@@ -295,9 +296,37 @@ Working working_in(const std::filesystem::path& folder) {
     return working;
 }
 
-void wait_for_writer(const std::filesystem::path& archive) {
+EndedRun run_or_resume(const io::Scene& scene, bool rounds_up,
+                       const std::function<bool(const std::filesystem::path& archive)>& has_ended) {
+    const std::filesystem::path path = run::archive_path(scene);
+    const run::RunOptions options{.overwrite = true, .quiet = true, .rounds_up = rounds_up};
     constexpr int max_tries = 100;
-    for (int i = 0; files::is_being_written(archive) && i < max_tries; ++i) std::this_thread::sleep_for(50ms);
+    for (int i = 0; files::is_being_written(path) && i < max_tries; ++i) std::this_thread::sleep_for(50ms);
+    const auto ended = [](RunEnd end, run::RunOutcome outcome) {
+        return EndedRun{outcome.loop.signal != 0 ? RunEnd::stopped : end, std::move(outcome)};
+    };
+    if (run::stop_signal() != 0) return {};
+    RunEnd end = RunEnd::completed;
+    try {
+        if (std::filesystem::exists(path)) {
+            if (has_ended(path)) return {.end = RunEnd::found};
+            if (files::has_checkpoint(path))
+                return ended(RunEnd::continued,
+                             run::restart_run(path, std::vector{text("time.end={:.17g}", scene.time.end)}, options));
+        }
+    } catch (const run::MixedFiles&) {
+        throw;
+    } catch (const Error& error) {
+        if (error.fault() != Fault::input || files::is_being_written(path)) throw;
+        if (run::stop_signal() != 0) return {};
+        const std::filesystem::path kept = path.string() + ".damaged";
+        log_warning("{}; {} is run again from its start, and the file is kept as {}", error.what(),
+                    path.stem().string(), kept.filename().string());
+        std::filesystem::rename(path, kept);
+        files::remove_checkpoints(path);  // else a kill may leave them beside the archive of the new run
+        end = RunEnd::repeated;
+    }
+    return ended(end, run::run_scene(scene, options));
 }
 
 void require_folder(const std::filesystem::path& folder, const char* command) {
@@ -305,16 +334,25 @@ void require_folder(const std::filesystem::path& folder, const char* command) {
             "no such folder; expected the output folder of drover {}: set it with --output", command);
 }
 
-void alone(const std::filesystem::path& folder, bool is_complete, const std::function<void()>& work) {
-    files::Claims claims(folder / "claims", files::this_process(1, 1, 0));
+void conclude(const JobOptions& job, const std::function<bool()>& read,
+              const std::function<void(bool is_complete)>& write) {
+    const bool is_complete = read();
+    if (!job.share.is_plain() && !is_complete) return;
+    files::Claims claims(job.folder / "claims", files::this_process(1, 1, 0));
     constexpr int max_tries = 6000;
     for (int tries = 0; !claims.claim("table") && tries < max_tries; ++tries) {
         std::this_thread::sleep_for(100ms);
         claims.renew();
     }
-    work();
+    read();  // anew: not what was there before the table of another process
+    write(is_complete);
     // While others work, a claim of the dead keeps its place below theirs.
-    if (is_complete && working_in(folder).processes == 0) claims.remove_dead();
+    if (is_complete && working_in(job.folder).processes == 0) claims.remove_dead();
+}
+
+std::string other_program_text(const std::string& made_by, const char* what) {
+    return text("{}, and this is drover {}: if a change between them affects results, repeat {} in another folder",
+                made_by, run::this_program(), what);
 }
 
 std::string campaign_status(const std::filesystem::path& folder, const std::vector<UnitRecord>& records,

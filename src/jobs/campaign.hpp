@@ -8,6 +8,7 @@
 
 #include "files/claims.hpp"
 #include "jobs/campaign_records.hpp"
+#include "run/run_scene.hpp"
 
 namespace drover::jobs {
 
@@ -66,16 +67,32 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Waits up to five seconds for another writer of an archive: a process that was killed may have workers that end a
-/// moment later.
-void wait_for_writer(const std::filesystem::path& archive);
+/// How a run that may have been begun before has ended: it had ended already, or it was made from its start, from a
+/// checkpoint, or from its start as its archive is damaged.
+enum class RunEnd { stopped, found, completed, continued, repeated };
+struct EndedRun {
+    RunEnd end = RunEnd::stopped;
+    run::RunOutcome outcome = {};
+};
+
+/// Runs a scene, or resumes it.  `has_ended` tells, of an archive that is there, whether nothing is left to run; it
+/// throws an input Error for a damaged one, which is then kept beside the new one, and MixedFiles, which is thrown on.
+/// Waits up to five seconds for another writer of the archive: a killed process may have workers that end a moment
+/// later.
+EndedRun run_or_resume(const io::Scene& scene, bool rounds_up,
+                       const std::function<bool(const std::filesystem::path& archive)>& has_ended);
 
 /// Throws an input Error unless there is this folder, of a command.
 void require_folder(const std::filesystem::path& folder, const char* command);
 
-/// Calls `work` while no other process of the campaign does; waits for one, up to ten minutes.  `is_complete`: nothing
-/// is left to claim, and what killed processes left of their claims is removed.
-void alone(const std::filesystem::path& folder, bool is_complete, const std::function<void()>& work);
+/// Concludes a job: `read` takes what has ended anywhere and tells whether nothing is left to do; then a plain process,
+/// or the share that was last, calls `read` again and `write` while no other process of the job does; waits for one, up
+/// to ten minutes.  Where nothing is left, what killed processes left of their claims is removed.
+void conclude(const JobOptions& job, const std::function<bool()>& read,
+              const std::function<void(bool is_complete)>& write);
+
+/// A warning of results that another version made: "the trials were made by drover 0.1"; `what`: to be repeated.
+std::string other_program_text(const std::string& made_by, const char* what);
 
 /// The processes that work now.
 struct Working {

@@ -10,6 +10,10 @@ namespace drover::jobs {
 struct Share {
     int number = 1, count = 1;
     bool is_plain() const { return count == 1; }
+    /// Of so many units the one that the share takes as its i-th.
+    std::size_t nth(std::size_t i, std::size_t units) const {
+        return (units * static_cast<std::size_t>(number - 1) / static_cast<std::size_t>(count) + i) % units;
+    }
 };
 
 /// "2/8": the second of eight.  Throws an input Error for another text.

@@ -7,7 +7,6 @@
 
 #include "base/log.hpp"
 #include "drover/base/threads.hpp"
-#include "files/checkpoint.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
 #include "io/scene_text.hpp"
@@ -15,7 +14,6 @@
 #include "jobs/run_record.hpp"
 #include "jobs/sweep_plan.hpp"
 #include "run/provenance.hpp"
-#include "run/run_scene.hpp"
 #include "run/same_run.hpp"
 #include "run/scene_equations.hpp"
 #include "run/scene_support.hpp"
@@ -28,10 +26,6 @@ namespace fs = std::filesystem;
 constexpr const char* sweep_manifest = "sweep.toml";
 
 fs::path archive_of(const fs::path& folder, const SweepRun& run) { return folder / (run.name + ".h5"); }
-
-bool is_finished(const fs::path& path) {
-    return fs::exists(path) && files::ArchiveReader(path).has("/summary/warm_up");
-}
 
 std::string without_workers(io::Scene scene) {
     scene.sweep.workers = 0;
@@ -160,19 +154,23 @@ io::Scene scene_of(const Sweep& sweep, const SweepRun& run) {
     return result;
 }
 
-/// What is wrong with the archive of a run, which can be repeated then; else "", after `use` of it.  Throws MixedFiles
-/// for another file, or the archive of another run than its name says.
-std::string damage_of(
-    const Sweep& sweep, const SweepRun& run, const std::function<void()>& use = [] {}) {
+/// Throws an input Error for an archive that is damaged, so that the run can be repeated; MixedFiles for another file,
+/// or the archive of another run than its name says.
+void require_archive(const Sweep& sweep, const SweepRun& run) {
     const fs::path path = archive_of(sweep.folder, run);
-    if (!fs::exists(path)) return path.string() + ": is missing";
+    const SourceLocation where{.file = path.string()};
+    require(fs::exists(path), where, "is missing");
     const bool is_file = fs::is_regular_file(path);
-    if (is_file && fs::file_size(path) == 0) return path.string() + ": is empty";
+    require(!is_file || fs::file_size(path) > 0, where, "is empty");
     if (!is_file || !files::is_hdf5(path))
         throw run::MixedFiles(path, text("is not the archive of {}; expected that: move this elsewhere", run.name));
+    run::require_archive_of(scene_of(sweep, run), path, run::End::same);
+}
+
+/// What is wrong with an archive, in which case the run can be repeated; else "".  Throws MixedFiles.
+std::string damage_of(const Sweep& sweep, const SweepRun& run) {
     try {
-        run::require_archive_of(scene_of(sweep, run), path, run::End::same);
-        use();
+        require_archive(sweep, run);
     } catch (const run::MixedFiles&) {
         throw;
     } catch (const Error& error) {
@@ -211,10 +209,9 @@ std::vector<std::string> version_warnings(MadeBy runs_of) {
     std::vector<std::string> warnings;
     for (const auto& [version, runs] : runs_of)
         warnings.push_back(
-            text("{}{} made by drover {}, and this is drover {}: if a change between them affects "
-                 "results, repeat the sweep in another folder",
-                 runs.front(), runs.size() == 1 ? " was" : text(" and {} more were", runs.size() - 1), version,
-                 run::this_program()));
+            other_program_text(text("{}{} made by drover {}", runs.front(),
+                                    runs.size() == 1 ? " was" : text(" and {} more were", runs.size() - 1), version),
+                               "the sweep"));
     return warnings;
 }
 
@@ -256,26 +253,17 @@ std::optional<UnitResult> run_one(const Sweep& sweep, const SweepRun& run) {
         if (!report) return std::nullopt;
         return encode(results_of(std::move(*report)));
     }
-    const fs::path path = archive_of(sweep.folder, run);
-    wait_for_writer(path);
     if (run.before) require_start(sweep, sweep.layout.runs[*run.before]);
-    const run::RunOptions options{.overwrite = true, .quiet = true};
-    run::RunOutcome outcome;
-    const auto go_on = [&] {
-        if (is_finished(path)) outcome.report = run::make_report(files::ArchiveReader(path), run::Theory::omitted);
-        else if (files::has_checkpoint(path))
-            outcome = run::restart_run(path, std::vector{text("time.end={:.17g}", scene.time.end)}, options);
+    std::optional<run::Report> report;
+    const auto has_ended = [&](const fs::path& path) {
+        require_archive(sweep, run);
+        const files::ArchiveReader archive(path);
+        if (archive.has("/summary/warm_up")) report = run::make_report(archive, run::Theory::omitted);
+        return report.has_value();
     };
-    if (fs::exists(path))
-        if (const std::string damage = damage_of(sweep, run, go_on); !damage.empty()) {
-            const fs::path kept = path.string() + ".damaged";
-            log_warning("{}; {} is run again from its start, and the file is kept as {}", damage, run.name,
-                        kept.filename().string());
-            fs::rename(path, kept);
-        }
-    if (!outcome.report && outcome.loop.signal == 0) outcome = run::run_scene(scene, options);
-    if (outcome.loop.signal != 0) return std::nullopt;
-    return encode(results_of(std::move(*outcome.report)));
+    EndedRun ran = run_or_resume(scene, false, has_ended);
+    if (ran.end == RunEnd::stopped) return std::nullopt;
+    return encode(results_of(std::move(ran.end == RunEnd::found ? *report : *ran.outcome.report)));
 }
 
 /// What is known of all runs.
@@ -331,13 +319,10 @@ public:
 private:
     const SweepRun& run_of(const std::string& key) const { return sweep_.layout.runs[sweep_.runs.at(key)]; }
 
-    /// Each share begins elsewhere.
     bool offer_all(const Offer& offer) const {
         const std::vector<SweepRun>& runs = sweep_.layout.runs;
-        const std::size_t first = runs.size() * static_cast<std::size_t>(options_.share.number - 1) /
-                                  static_cast<std::size_t>(options_.share.count);
         for (std::size_t i = 0; i < runs.size(); ++i) {
-            const SweepRun& run = runs[(first + i) % runs.size()];
+            const SweepRun& run = runs[options_.share.nth(i, runs.size())];
             if (done_.contains(run.name) || (run.before && !done_.contains(runs[*run.before].name))) continue;
             if (!offer(run.name)) return false;
         }
@@ -390,12 +375,14 @@ std::map<std::string, RunResults> count_ended(Sweep& sweep, SweepOutcome& outcom
     return std::move(ended.results);
 }
 
-void conclude(Sweep& sweep, const JobOptions& options, const std::vector<std::string>& remarks, SweepOutcome& outcome) {
-    count_ended(sweep, outcome);
-    const bool is_last = outcome.missing == 0 && !outcome.stopped;
-    if (!options.share.is_plain() && !is_last) return;
-    alone(sweep.folder, is_last, [&] {
-        const auto results = count_ended(sweep, outcome);  // anew: not those before the table of another process
+void conclude_sweep(Sweep& sweep, const JobOptions& options, const std::vector<std::string>& remarks,
+                    SweepOutcome& outcome) {
+    std::map<std::string, RunResults> results;
+    const auto read = [&] {
+        results = count_ended(sweep, outcome);
+        return outcome.missing == 0 && !outcome.stopped;
+    };
+    conclude(options, read, [&](bool is_last) {
         outcome.table = sweep_table(sweep.layout, results);
         const std::vector<std::string> unmet = unmet_targets(sweep.scene, sweep.layout, *outcome.table);
         outcome.table->warnings.insert(outcome.table->warnings.begin(), unmet.begin(), unmet.end());
@@ -404,7 +391,7 @@ void conclude(Sweep& sweep, const JobOptions& options, const std::vector<std::st
         // The command that tries failed points of a ramp again needs their starts.
         if (is_last && outcome.failed == 0 && !sweep.keeps_archives()) remove_archives(sweep);
     });
-    outcome.table->warnings.insert(outcome.table->warnings.begin(), remarks.begin(), remarks.end());
+    if (outcome.table) outcome.table->warnings.insert(outcome.table->warnings.begin(), remarks.begin(), remarks.end());
 }
 
 /// All values are checked before anything runs.
@@ -443,7 +430,7 @@ SweepOutcome run_sweep(const io::Scene& scene, const JobOptions& options) {
         log_information("{} points, {} runs ({} already finished) in {}", sweep.layout.points.size(), outcome.runs,
                         outcome.already_done, folder.string());
     if (!options.collect) outcome.stopped = SweepWork(sweep, options).run();
-    conclude(sweep, options, remarks, outcome);
+    conclude_sweep(sweep, options, remarks, outcome);
     return outcome;
 }
 

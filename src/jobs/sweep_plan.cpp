@@ -2,6 +2,7 @@
 #include "jobs/sweep_plan.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <set>
@@ -159,21 +160,20 @@ std::vector<Varied> read_varied(const io::Scene& scene) {
     return varied;
 }
 
-/// An observable, and the change of it between neighbours from which on points are added between them.
-struct Refined {
-    std::string observable;
-    double change = 0.0;
-};
-
-std::vector<Refined> read_refined(const io::Scene& scene) {
+/// Of each the error is the change between neighbours from which on points are added between them.
+std::vector<AccuracyTarget> read_refined(const io::Scene& scene) {
     if (scene.sweep.refine.empty()) return {};
     const std::string list = "sweep.refine", example = text("\"{} = 0.1\"", run::example_observable(scene));
     const SourceLocation where = io::locate(scene, list);
-    std::vector<Refined> refined;
+    std::vector<AccuracyTarget> refined;
     for (const std::string& written : scene.sweep.refine) {
         const run::Assignment given = run::read_assignment(written, list, example, where);
-        refined.push_back({given.key, run::read_number(given.value, written, list, example, where)});
-        require(refined.back().change > 0.0, where,
+        refined.push_back({.text = written,
+                           .observable = given.key,
+                           .ranges = {},
+                           .error = run::read_number(given.value, written, list, example, where),
+                           .is_relative = false});
+        require(refined.back().error > 0.0, where,
                 "{} has \"{}\"; expected a change > 0, in units of the observable, as in {}", list, written, example);
     }
     return refined;
@@ -195,51 +195,56 @@ std::vector<AccuracyTarget> read_targets(const io::Scene& scene) {
     return targets;
 }
 
-/// The error that a target allows a mean.
-double allowed(const AccuracyTarget& target, const measure::Estimate& mean) {
-    return target.is_relative ? target.error * std::abs(mean.mean) : target.error;
-}
-
 /// An error of n runs is itself known to one part in sqrt(2 (n - 1)); those that came out small by chance would stop
 /// too early, and are enlarged by as much.
 bool is_met(const AccuracyTarget& target, const measure::Estimate& mean, int runs) {
-    return mean.error && *mean.error * (1.0 + 1.0 / std::sqrt(2.0 * (runs - 1))) <= allowed(target, mean);
+    return mean.error && *mean.error * (1.0 + 1.0 / std::sqrt(2.0 * (runs - 1))) <= target.allowed(mean.mean);
 }
 
-using Names = std::function<std::string(const std::vector<double>& values, std::int64_t seed)>;
+/// A sweep as far as it is known.
+struct Known {
+    const io::Scene& scene;
+    const std::vector<Varied>& varied;
+    std::function<std::string(const std::vector<double>& values, std::int64_t seed)> name_of;
+    const Marks& marks;
 
-/// The means over the first `seeds` seeds of a point; empty: not known yet, or a run of it failed.
-std::vector<measure::Estimate> marks_at(const std::vector<double>& values, const Names& names, const io::Scene& scene,
-                                        const Marks& marks, int seeds) {
-    std::vector<std::vector<measure::Estimate>> runs;  // [observable][seed]
-    for (int seed = 0; seed < seeds; ++seed) {
-        const auto found = marks.find(names(values, scene.run.seed + seed));
-        if (found == marks.end()) return {};
-        runs.resize(found->second.size());
-        for (std::size_t k = 0; k < runs.size(); ++k) runs[k].push_back(found->second[k]);
+    /// The means over the first `seeds` seeds of a point; empty: not known yet, or a run of it failed.
+    RunMarks means_at(const std::vector<double>& values, int seeds) const {
+        std::map<std::string, std::vector<measure::Estimate>> runs;
+        for (int seed = 0; seed < seeds; ++seed) {
+            const auto found = marks.find(name_of(values, scene.run.seed + seed));
+            if (found == marks.end()) return {};
+            for (const auto& [observable, estimate] : found->second) runs[observable].push_back(estimate);
+        }
+        RunMarks means;
+        for (const auto& [observable, of_seeds] : runs) means[observable] = measure::combine(of_seeds).mean;
+        return means;
     }
-    std::vector<measure::Estimate> means;
-    for (const auto& of_seeds : runs) means.push_back(measure::combine(of_seeds).mean);
-    return means;
-}
+};
 
-/// The number of seeds that a point needs: half as many more each time that those known do not suffice, so that it
-/// does not depend on the order in which runs end.
-int seeds_at(const std::vector<double>& values, const Names& names, const io::Scene& scene, const Marks& marks,
-             const std::vector<AccuracyTarget>& targets) {
+/// The points of a sweep, and the number of seeds of each.
+struct Wanted {
+    std::vector<SweepPoint> points;
+    std::vector<int> seeds;
+};
+
+/// Half as many more seeds of a point each time that those known do not suffice, so that their number does not depend
+/// on the order in which runs end.
+void add_seeds(const Known& known, Wanted& wanted) {
     constexpr int min_seeds = 4;
-    if (targets.empty()) return scene.sweep.seeds;
-    int seeds = std::min(std::max(scene.sweep.seeds, min_seeds), scene.sweep.max_seeds);
-    while (seeds < scene.sweep.max_seeds) {
-        const std::vector<measure::Estimate> means = marks_at(values, names, scene, marks, seeds);
-        if (means.empty()) break;
-        bool suffices = true;
-        for (std::size_t k = 0; k < targets.size(); ++k)
-            suffices = suffices && is_met(targets[k], means[means.size() - targets.size() + k], seeds);
-        if (suffices) break;
-        seeds = std::min(seeds + std::max(seeds / 2, 1), scene.sweep.max_seeds);
+    const int max_seeds = known.scene.sweep.max_seeds;
+    const std::vector<AccuracyTarget> targets = read_targets(known.scene);
+    for (std::size_t point = 0; point < wanted.points.size(); ++point) {
+        int& seeds = wanted.seeds[point];
+        for (seeds = std::min(std::max(seeds, min_seeds), max_seeds); seeds < max_seeds;
+             seeds = std::min(seeds + std::max(seeds / 2, 1), max_seeds)) {
+            const RunMarks means = known.means_at(wanted.points[point].values, seeds);
+            const auto suffices = [&](const AccuracyTarget& one) {
+                return is_met(one, means.at(one.observable), seeds);
+            };
+            if (means.empty() || std::ranges::all_of(targets, suffices)) break;
+        }
     }
-    return seeds;
 }
 
 /// More than asked for, and beyond twice the standard error, so that noise alone adds no points; a single run without
@@ -249,8 +254,11 @@ bool has_changed(const measure::Estimate& a, const measure::Estimate& b, double 
     return by > change && by > 2.0 * std::hypot(a.error.value_or(0.0), b.error.value_or(0.0));
 }
 
-std::vector<SweepPoint> refined_grid(const io::Scene& scene, const std::vector<Varied>& varied,
-                                     const std::vector<Refined>& refined, const Names& names, const Marks& marks) {
+/// Points between those that differ.
+void add_points(const Known& known, Wanted& wanted) {
+    const io::Scene& scene = known.scene;
+    const std::vector<Varied>& varied = known.varied;
+    const std::vector<AccuracyTarget> refined = read_refined(scene);
     const SourceLocation where = io::locate(scene, "sweep.refine");
     constexpr std::size_t max_keys = 3;
     require(!varied.empty() && varied.size() <= max_keys, where, "sweep.refine with {} varied keys; expected one to {}",
@@ -261,23 +269,76 @@ std::vector<SweepPoint> refined_grid(const io::Scene& scene, const std::vector<V
         axes.push_back(one.values);
         std::sort(axes.back().begin(), axes.back().end());
     }
-    std::map<std::vector<double>, std::vector<measure::Estimate>> known;
-    const auto at = [&](const std::vector<double>& values) -> const std::vector<measure::Estimate>& {
-        const auto [found, is_new] = known.try_emplace(values);
-        if (is_new) found->second = marks_at(values, names, scene, marks, scene.sweep.seeds);
+    std::map<std::vector<double>, RunMarks> means;
+    const auto at = [&](const std::vector<double>& values) -> const RunMarks& {
+        const auto [found, is_new] = means.try_emplace(values);
+        if (is_new) found->second = known.means_at(values, scene.sweep.seeds);
         return found->second;
     };
     const auto differs = [&](const std::vector<double>& a, const std::vector<double>& b) {
-        const std::vector<measure::Estimate>&here = at(a), &there = at(b);
-        for (std::size_t k = 0; k < refined.size(); ++k)
-            if (!here.empty() && !there.empty() && has_changed(here[k], there[k], refined[k].change)) return true;
-        return false;
+        const RunMarks &here = at(a), &there = at(b);
+        return !here.empty() && !there.empty() && std::ranges::any_of(refined, [&](const AccuracyTarget& one) {
+            return has_changed(here.at(one.observable), there.at(one.observable), one.error);
+        });
     };
-    std::vector<SweepPoint> points;
+    wanted.points.clear();
     for (std::vector<double>& values : refined_points(axes, scene.sweep.refine_levels, differs))
-        points.push_back({.values = std::move(values), .branch = {}});
-    return points;
+        wanted.points.push_back({.values = std::move(values), .branch = {}});
+    wanted.seeds.assign(wanted.points.size(), scene.sweep.seeds);
 }
+
+/// What is to be said of each wanted number at each point.
+std::vector<std::string> unmet_errors(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table) {
+    std::vector<std::string> unmet;
+    for (const AccuracyTarget& target : read_targets(scene)) {
+        const auto named = std::find(table.names.begin(), table.names.end(), target.observable);
+        for (const SweepRow& row : table.rows) {
+            if (named == table.names.end() || row.seeds < 2) continue;
+            const measure::Replicates& found = row.results[static_cast<std::size_t>(named - table.names.begin())];
+            const measure::Estimate& mean = found.mean;
+            const bool is_small = is_met(target, mean, row.seeds);
+            if (is_small && (!layout.finds_warm_up || found.without_error == 0)) continue;
+            std::string at;
+            for (std::size_t k = 0; k < layout.keys.size(); ++k)
+                at += text("{}{} = {}", at.empty() ? "at " : ", ", layout.keys[k], row.point.values[k]);
+            if (!at.empty()) at += ": ";
+            if (is_small) {
+                unmet.push_back(
+                    text("{}{} = {:.4g} comes from runs of which {} of {} are too short for an error estimate, so it "
+                         "may still depend on their start: make the runs longer, or set analysis.warm_up",
+                         at, target.observable, mean.mean, found.without_error, row.seeds));
+                continue;
+            }
+            const bool is_uncertain = mean.error && *mean.error <= target.allowed(mean.mean);
+            unmet.push_back(text("{}{} = {:.4g} has an error of {:.2g} after {} seeds{}, {:.2g} was wanted: {}", at,
+                                 target.observable, mean.mean, mean.error.value_or(nan), row.seeds,
+                                 is_uncertain ? " that ended, too few to know this error" : "",
+                                 target.allowed(mean.mean),
+                                 is_uncertain ? "see which runs failed, or raise sweep.max_seeds"
+                                              : "raise sweep.max_seeds, or make the runs longer"));
+        }
+    }
+    return unmet;
+}
+
+/// A rule by which results so far ask for more runs.
+struct SweepRule {
+    const char* key;
+    std::vector<AccuracyTarget> (*reads)(const io::Scene& scene);  ///< their observables; none: it is not used
+    void (*ask)(const Known& known, Wanted& wanted);
+    /// Throws for a number of a run that cannot meet it; nullptr: any can.
+    void (*check)(const AccuracyTarget& one, const std::string& unit, double value);
+    /// What it asked for and the runs do not give; nullptr: they always do.
+    std::vector<std::string> (*unmet)(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table);
+};
+
+constexpr std::array sweep_rules{
+    SweepRule{.key = "sweep.refine", .reads = &read_refined, .ask = &add_points, .check = nullptr, .unmet = nullptr},
+    SweepRule{.key = "sweep.want",
+              .reads = &read_targets,
+              .ask = &add_seeds,
+              .check = &require_unit,
+              .unmet = &unmet_errors}};
 
 /// A value that is listed twice has one point.
 void remove_repeated(std::vector<Varied>& varied) {
@@ -292,31 +353,31 @@ bool is_ramp(const io::Scene& scene) { return scene.sweep.ramp != "none"; }
 
 SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered) {
     std::vector<Varied> varied = read_varied(scene);
-    const std::vector<Refined> refined = read_refined(scene);
     const bool on_ramp = is_ramp(scene), down_again = scene.sweep.ramp == "up-down";
     if (on_ramp) require_ramp(scene, varied);
     else remove_repeated(varied);
     SweepLayout layout{.keys = {}, .points = {}, .runs = {}, .finds_warm_up = scene.analysis.warm_up < 0.0};
     for (const Varied& one : varied) layout.keys.push_back(one.key);
-    const Names names = [&](const std::vector<double>& values, std::int64_t seed) {
+    const auto named = [&](const std::vector<double>& values, std::int64_t seed) {
         return name_of(layout.keys, values, seed, numbered);
     };
-    layout.points = on_ramp           ? ramp_points(varied, down_again)
-                    : refined.empty() ? grid_points(varied)
-                                      : refined_grid(scene, varied, refined, names, marks);
+    Wanted wanted{.points = on_ramp ? ramp_points(varied, down_again) : grid_points(varied), .seeds = {}};
+    wanted.seeds.assign(wanted.points.size(), scene.sweep.seeds);
+    for (const SweepRule& rule : sweep_rules)
+        if (!rule.reads(scene).empty()) {
+            rule.ask({.scene = scene, .varied = varied, .name_of = named, .marks = marks}, wanted);
+            layout.is_adaptive = true;
+        }
+    layout.points = std::move(wanted.points);
     require(static_cast<double>(layout.points.size()) * scene.sweep.seeds <= max_runs,
             io::locate(scene, "sweep.refine"),
             "a sweep of {} runs; expected at most {:.0e}: give a larger change or fewer levels",
             layout.points.size() * static_cast<std::size_t>(scene.sweep.seeds), max_runs);
     const std::size_t of_ramp = on_ramp ? (down_again ? 2 : 1) * varied.back().values.size() - (down_again ? 1 : 0) : 1;
-    const std::vector<AccuracyTarget> targets = read_targets(scene);
-    layout.is_adaptive = !refined.empty() || !targets.empty();  // of every rule that reads marks
-    std::vector<int> seeds;
-    for (const SweepPoint& point : layout.points) seeds.push_back(seeds_at(point.values, names, scene, marks, targets));
-    layout.seeds = *std::ranges::max_element(seeds);
+    layout.seeds = *std::ranges::max_element(wanted.seeds);
     for (int seed = 0; seed < layout.seeds; ++seed)
         for (std::size_t point = 0; point < layout.points.size(); ++point) {
-            if (seed >= seeds[point]) continue;
+            if (seed >= wanted.seeds[point]) continue;
             layout.runs.push_back(run_at(layout, point, scene, seed, numbered));
             if (point % of_ramp > 0) layout.runs.back().before = layout.runs.size() - 2;
         }
@@ -334,57 +395,29 @@ NumberedPoints numbered_points(const io::Scene& scene) {
     return numbered;
 }
 
-std::vector<measure::Estimate> marks_of(const io::Scene& scene, const RunResults& results) {
-    std::vector<measure::Estimate> marks;
-    const auto add = [&](const std::string& list, const std::string& observable) {
-        std::vector<std::string> single;
-        for (const measure::SummaryRow& row : results.rows)
-            if (row.axes.empty()) {
-                single.push_back(row.name);
-                if (row.name == observable) marks.push_back(row.estimates.front());
+RunMarks marks_of(const io::Scene& scene, const RunResults& results) {
+    std::vector<std::string> single;
+    for (const measure::SummaryRow& row : results.rows)
+        if (row.axes.empty()) single.push_back(row.name);
+    RunMarks marks;
+    for (const SweepRule& rule : sweep_rules)
+        for (const AccuracyTarget& one : rule.reads(scene)) {
+            require(std::ranges::find(single, one.observable) != single.end(), io::locate(scene, rule.key),
+                    "{} names {}, which is no single number of the runs; expected one of {}", rule.key, one.observable,
+                    joined(single));
+            for (const measure::SummaryRow& row : results.rows) {
+                if (!row.axes.empty() || row.name != one.observable) continue;
+                marks[row.name] = row.estimates.front();
+                if (rule.check != nullptr) rule.check(one, row.unit, row.estimates.front().mean);
             }
-        require(std::find(single.begin(), single.end(), observable) != single.end(), io::locate(scene, list),
-                "{} names {}, which is no single number of the runs; expected one of {}", list, observable,
-                joined(single));
-    };
-    for (const Refined& refined : read_refined(scene)) add("sweep.refine", refined.observable);
-    for (const AccuracyTarget& target : read_targets(scene)) {
-        add("sweep.want", target.observable);
-        for (const measure::SummaryRow& row : results.rows)
-            if (row.name == target.observable) require_unit(target, row.unit, marks.back().mean);
-    }
+        }
     return marks;
 }
 
 std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table) {
     std::vector<std::string> unmet;
-    for (const AccuracyTarget& target : read_targets(scene)) {
-        const auto named = std::find(table.names.begin(), table.names.end(), target.observable);
-        for (const SweepRow& row : table.rows) {
-            if (named == table.names.end() || row.seeds < 2) continue;
-            const measure::Replicates& found = row.results[static_cast<std::size_t>(named - table.names.begin())];
-            const measure::Estimate& mean = found.mean;
-            const bool is_small = is_met(target, mean, row.seeds);
-            if (is_small && (!layout.finds_warm_up || found.without_error == 0)) continue;
-            std::string at;
-            for (std::size_t k = 0; k < layout.keys.size(); ++k)
-                at += text("{}{} = {}", at.empty() ? "at " : ", ", layout.keys[k], row.point.values[k]);
-            if (is_small) {
-                unmet.push_back(
-                    text("{}{}{} = {:.4g} comes from runs of which {} of {} are too short for an error estimate, so it "
-                         "may still depend on their start: make the runs longer, or set analysis.warm_up",
-                         at, at.empty() ? "" : ": ", target.observable, mean.mean, found.without_error, row.seeds));
-                continue;
-            }
-            const bool is_uncertain = mean.error && *mean.error <= allowed(target, mean);
-            unmet.push_back(text("{}{}{} = {:.4g} has an error of {:.2g} after {} seeds{}, {:.2g} was wanted: {}", at,
-                                 at.empty() ? "" : ": ", target.observable, mean.mean, mean.error.value_or(nan),
-                                 row.seeds, is_uncertain ? " that ended, too few to know this error" : "",
-                                 allowed(target, mean),
-                                 is_uncertain ? "see which runs failed, or raise sweep.max_seeds"
-                                              : "raise sweep.max_seeds, or make the runs longer"));
-        }
-    }
+    for (const SweepRule& rule : sweep_rules)
+        if (rule.unmet != nullptr) std::ranges::move(rule.unmet(scene, layout, table), std::back_inserter(unmet));
     return unmet;
 }
 

@@ -11,8 +11,10 @@
 
 namespace drover::jobs {
 
-/// The observables of sweep.refine and those of sweep.want in runs that have ended, by the name of the run.
-using Marks = std::map<std::string, std::vector<measure::Estimate>>;
+/// What the rules by which a sweep asks for more runs read of one run, by the name of the observable.
+using RunMarks = std::map<std::string, measure::Estimate>;
+/// Of runs that have ended, by the name of the run.
+using Marks = std::map<std::string, RunMarks>;
 
 /// The points that the first sweep of a folder numbered, by their values: their runs are "point-0003-seed-7", with any
 /// seed.  Those that later ones add are "relaxation.rate=0.5,seed=7".
@@ -29,9 +31,9 @@ bool is_ramp(const io::Scene& scene);
 SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered);
 
 /// Throws an input Error for an observable that the runs do not have.
-std::vector<measure::Estimate> marks_of(const io::Scene& scene, const RunResults& results);
+RunMarks marks_of(const io::Scene& scene, const RunResults& results);
 
-/// For each point of a sweep that has ended, and each wanted number whose error is larger than wanted there.
+/// For each point of a sweep that has ended, what a rule asked for and the runs do not give.
 std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table);
 
 /// A value between two for each key, as fine as a refined sweep may have it; empty without refinement.

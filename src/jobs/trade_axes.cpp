@@ -50,7 +50,7 @@ StepLadder dt_ladder(const io::Scene& scene, const std::string& method) {
     for (const double times :
          io::has_grid(scene.kind) ? std::vector{8.0, 4.0, 2.0, 1.0} : std::vector{5.0, 2.5, 2.0, 1.0}) {
         const AxisLevel level = dt_level(scene, method, scene.time.dt * times);
-        if (reason_against(scene, level.overrides).empty()) ladder.levels.push_back(level);
+        if (!reason_against(scene, level.overrides)) ladder.levels.push_back(level);
     }
     return ladder;
 }
@@ -60,7 +60,7 @@ StepLadder tolerance_ladder(const io::Scene& scene, const std::string& method, d
     StepLadder ladder{.method = method + " by tolerance", .levels = {}, .order = 1.0, .shorter = 10.0};
     for (double tolerance = largest; tolerance > 0.5 * smallest; tolerance *= 0.1) {
         const AxisLevel level = tolerance_level(method, dt, tolerance);
-        if (reason_against(scene, level.overrides).empty()) ladder.levels.push_back(level);
+        if (!reason_against(scene, level.overrides)) ladder.levels.push_back(level);
     }
     return ladder;
 }
@@ -108,10 +108,10 @@ std::vector<std::string> in_balance(const io::Scene& scene, const physics::Field
 std::string set(const std::string& key, double value) { return key + "=" + toml_text(value); }
 std::string set(const std::string& key, int value) { return text("{}={}", key, value); }
 
-std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
+std::optional<std::string> reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
     try {
         io::changed(scene, overrides);
-        return "";
+        return std::nullopt;
     } catch (const Error& error) {
         if (!is_of_scene(error.fault())) throw;
         return error.what();
@@ -155,7 +155,7 @@ void add_shorter(const io::Scene& scene, StepLadder& ladder, int count) {
             ladder.shorter == 2.0
                 ? dt_level(scene, finest.time.stepper, finest.time.dt / ladder.shorter)
                 : tolerance_level(finest.time.stepper, finest.time.dt, finest.time.tolerance / ladder.shorter);
-        if (!reason_against(scene, level.overrides).empty()) return;
+        if (reason_against(scene, level.overrides)) return;
         ladder.levels.push_back(level);
     }
 }
@@ -164,9 +164,14 @@ bool has_random_start(const io::Scene& scene) {
     return scene.initial.kind == "random" || (scene.initial.kind == "formula" && scene.initial.amplitude > 0.0);
 }
 
+AxisLevel grid_level(const io::Scene& scene, int nx, int ny) {
+    AxisLevel level{.name = text("{} by {}", nx, ny), .overrides = {}, .name_of_row = text("{} by 1", nx)};
+    if (nx != scene.grid.nx) level.overrides = {set("grid.nx", nx), set("grid.ny", ny)};
+    return level;
+}
+
 std::vector<AxisLevel> grid_levels(const io::Scene& scene, bool same_start) {
     if (!io::has_grid(scene.kind)) return {{"the cell", {}}};
-    const auto name = [](int nx, int ny) { return text("{} by {}", nx, ny); };
     std::vector<AxisLevel> levels;
     const bool comparable = !same_start || !has_random_start(scene);
     constexpr int fewest = 16;
@@ -174,16 +179,13 @@ std::vector<AxisLevel> grid_levels(const io::Scene& scene, bool same_start) {
     for (const int part : {4, 2}) {
         const int nx = scene.grid.nx / part, ny = scene.grid.ny == 1 ? 1 : scene.grid.ny / part;
         if (!comparable || nx < fewest || (ny != 1 && ny < fewest)) continue;
-        const AxisLevel level{name(nx, ny), {set("grid.nx", nx), set("grid.ny", ny)}};
-        if (!reason_against(scene, level.overrides).empty()) continue;
+        const AxisLevel level = grid_level(scene, nx, ny);
+        if (reason_against(scene, level.overrides)) continue;
         if (run::simulation_type_of(scene).warnings(io::changed(scene, level.overrides)).size() <= warnings)
             levels.push_back(level);
     }
-    levels.push_back({name(scene.grid.nx, scene.grid.ny), {}});
-    if (comparable) {
-        const int nx = 2 * scene.grid.nx, ny = scene.grid.ny == 1 ? 1 : 2 * scene.grid.ny;
-        levels.push_back({name(nx, ny), {set("grid.nx", nx), set("grid.ny", ny)}});
-    }
+    levels.push_back(grid_level(scene, scene.grid.nx, scene.grid.ny));
+    if (comparable) levels.push_back(grid_level(scene, 2 * scene.grid.nx, scene.grid.ny == 1 ? 1 : 2 * scene.grid.ny));
     return levels;
 }
 
@@ -239,7 +241,8 @@ void keep_modes_of(const io::Scene& scene, AxisLevel& level) {
 
 std::vector<AxisLevel> model_levels(const io::Scene& scene) {
     std::vector<AxisLevel> levels{{"full", {}}};
-    if (io::has_grid(scene.kind) && scene.grid.ny > 1) levels.push_back({"one-dimensional", {set("grid.ny", 1)}});
+    if (io::has_grid(scene.kind) && scene.grid.ny > 1)
+        levels.push_back({.name = "one-dimensional", .overrides = {set("grid.ny", 1)}, .has_one_row = true});
     switch (scene.kind) {
         case io::SceneKind::particles: add_particle_models(scene, levels); break;
         case io::SceneKind::model: add_declared_models(scene.declared, levels); break;
@@ -250,11 +253,11 @@ std::vector<AxisLevel> model_levels(const io::Scene& scene) {
         levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
     for (AxisLevel& level : levels) {
         level.reason = reason_against(scene, level.overrides);
-        if (!level.reason.empty() && scene.approximation.counterterm) {  // without noise or saturation it is of nothing
+        if (level.reason && scene.approximation.counterterm) {  // without noise or saturation it is of nothing
             level.overrides.emplace_back("approximation.counterterm=false");
             level.reason = reason_against(scene, level.overrides);
         }
-        if (io::has_grid(scene.kind) && level.reason.empty()) keep_modes_of(scene, level);
+        if (io::has_grid(scene.kind) && !level.reason) keep_modes_of(scene, level);
     }
     return levels;
 }

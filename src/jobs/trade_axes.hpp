@@ -1,5 +1,6 @@
 // jobs/trade_axes.hpp: the ways in which a scene is made cheaper or more accurate.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,10 @@ namespace drover::jobs {
 struct AxisLevel {
     std::string name;  ///< "dt = 0.5 s", "96 by 96", "without advection.strength"
     std::vector<std::string> overrides;
-    std::string reason = {};    ///< why the scene cannot be changed so; else ""
-    double sample_every = 0.0;  ///< where it must be longer than that of the scene [s]
+    std::optional<std::string> reason = {};  ///< why the scene cannot be changed so
+    double sample_every = 0.0;               ///< where it must be longer than that of the scene [s]
+    std::string name_of_row = {};            ///< of a grid: its name for models with one row
+    bool has_one_row = false;                ///< of a model, on every grid
 };
 
 /// A method of time stepping (or, of particles, the step alone) with ever shorter steps.
@@ -28,8 +31,8 @@ struct StepLadder {
 std::string set(const std::string& key, double value);
 std::string set(const std::string& key, int value);
 
-/// Why a scene does not allow changes; "" when it does.
-std::string reason_against(const io::Scene& scene, const std::vector<std::string>& overrides);
+/// Why a scene does not allow changes; nothing when it does.
+std::optional<std::string> reason_against(const io::Scene& scene, const std::vector<std::string>& overrides);
 
 /// The level without a change.
 bool is_given(const AxisLevel& level);
@@ -42,6 +45,9 @@ void add_shorter(const io::Scene& scene, StepLadder& ladder, int count);
 
 /// Whether the start has random numbers, which are others on another grid.
 bool has_random_start(const io::Scene& scene);
+
+/// The given grid without a change, or another one, of more or fewer points along both axes.
+AxisLevel grid_level(const io::Scene& scene, int nx, int ny);
 
 /// On a grid: a quarter, half, the given and twice the points along each axis, as far as they hold the start; of
 /// particles: none.  `same_start`: none where the start is random, and so another on each grid; false where the wanted

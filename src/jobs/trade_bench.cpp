@@ -4,6 +4,7 @@
 #include <gsl/gsl_cdf.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "drover/base/error.hpp"
@@ -34,19 +35,31 @@ std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
 
 Bias less(const Bias& a, const Bias& b) { return {a.value - b.value, std::hypot(a.error, b.error)}; }
 
+std::string text_of(const LevelOutcome& outcome) {
+    constexpr std::array patterns{
+        "",
+        "bias not measured",
+        "{}",
+        "the error of its steps is {} of a field's fluctuation: with another noise path it may fail",
+        "it has no {}",
+        "not possible: {}",
+        "not run: the budget is spent",
+        "not run yet",
+        "not considered: the given grid is part of the model"};  // in the order of LevelState
+    return text(patterns[static_cast<std::size_t>(outcome.state)], outcome.detail);
+}
+
 void reject_wrong_steps(std::vector<std::vector<TrialMeasurement>>& runs) {
     constexpr double too_wrong = 0.5;
     double min_error = INFINITY;
     for (const std::vector<TrialMeasurement>& ladder : runs)
         for (const TrialMeasurement& run : ladder)
-            if (run.failure.empty()) min_error = std::min(min_error, run.step_error);
+            if (run.is_measured()) min_error = std::min(min_error, run.step_error);
     if (min_error > 0.5 * too_wrong) return;
     for (std::vector<TrialMeasurement>& ladder : runs)
         for (TrialMeasurement& run : ladder)
-            if (run.failure.empty() && run.step_error > too_wrong)
-                run.failure = text(
-                    "the error of its steps is {:.2g} of a field's fluctuation: with another noise path it may fail",
-                    run.step_error);
+            if (run.is_measured() && run.step_error > too_wrong)
+                run.outcome = {LevelState::wrong_steps, text("{:.2g}", run.step_error)};
 }
 
 namespace {
@@ -150,9 +163,8 @@ bool TradeBench::has_run(double for_long) const {
 TrialMeasurement TradeBench::measured(const std::vector<std::string>& overrides, bool rounds_up) {
     const TrialRun trial = trial_of(overrides, rounds_up);
     const TrialResult* result = trials_.find(trial);
-    if (result == nullptr)
-        return {.failure = is_collecting ? "not run yet" : "not run: the budget is spent", .was_run = false};
-    if (!result->failure.empty()) return {.failure = result->failure};
+    if (result == nullptr) return {.outcome = {is_collecting ? LevelState::not_ended : LevelState::not_affordable}};
+    if (!result->failure.empty()) return {.outcome = {LevelState::failed, result->failure}};
     const auto key = std::pair(result->archive.string(), result->end);
     if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
     trials_.require_archive(trial, *result);
@@ -167,7 +179,7 @@ TrialMeasurement TradeBench::measured(const std::vector<std::string>& overrides,
             measured.numbers.push_back(target_number(target, report, archive));
         } catch (const Error& error) {
             if (overrides.empty() || !is_of_scene(error.fault())) throw;  // a simpler model may lack what is wanted
-            return measured_[key] = {.failure = text("it has no {}", target.text), .numbers = {}};
+            return measured_[key] = {.outcome = {LevelState::lacks_number, target.text}, .numbers = {}};
         }
     }
     if (warm_up == 0.0 && overrides.empty())
@@ -252,7 +264,7 @@ std::vector<TrialRun> TradeBench::reseeded(const std::vector<std::string>& overr
 std::vector<std::string> TradeBench::widen(const std::vector<std::string>& overrides) {
     std::vector<TrialMeasurement> runs{measured(overrides)};
     for (const std::vector<std::string>& changes : other_seeds(overrides))
-        if (TrialMeasurement run = measured(changes); run.failure.empty()) runs.push_back(std::move(run));
+        if (TrialMeasurement run = measured(changes); run.is_measured()) runs.push_back(std::move(run));
     min_error_.assign(targets_.size(), 0.0);
     std::vector<std::string> notes;
     for (std::size_t w = 0; runs.size() > 1 && w < targets_.size(); ++w) {

@@ -14,14 +14,37 @@ namespace drover::jobs {
 /// A bias of one wanted number and its standard error, in the unit of the number.
 using Bias = measure::RoughMean;
 
+/// Whether a trial or a level of an axis has numbers, or why not.
+enum class LevelState {
+    measured,
+    alone,           ///< measured, but with no other level to compare it with: its bias is taken as 0
+    failed,          ///< its run
+    wrong_steps,     ///< the error of its steps is too large
+    lacks_number,    ///< a wanted one
+    impossible,      ///< the scene does not allow it
+    not_affordable,  ///< it was not run
+    not_ended,       ///< it was not run before the trials were collected
+    grid_of_model    ///< the given grid is part of the model
+};
+
+struct LevelOutcome {
+    LevelState state = LevelState::measured;
+    std::string detail = {};  ///< the message of a failure, the error of the steps, or the number that it lacks
+    bool is_measured() const { return state == LevelState::measured || state == LevelState::alone; }
+    bool was_run() const { return state != LevelState::not_affordable && state != LevelState::not_ended; }
+};
+
+/// For people; "" for a level that is measured.
+std::string text_of(const LevelOutcome& outcome);
+
 /// A trial and its wanted numbers.
 struct TrialMeasurement {
-    std::string failure;  ///< why it has no numbers; else ""
-    bool was_run = true;  ///< false where the budget was too small, and of those that are collected where none ended
+    LevelOutcome outcome;
     double start_seconds = 0.0, step_seconds = 0.0;  ///< of a core; step: per second of the scene
     double end = 0.0;                                ///< of the trial, which may be a longer one of before [s]
     double step_error = 0.0;                         ///< the largest; 0: not estimated
     std::vector<TargetNumber> numbers;
+    bool is_measured() const { return outcome.is_measured(); }
 };
 
 /// Of the samples of a wanted number in a trial.

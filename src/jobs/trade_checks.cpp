@@ -88,10 +88,6 @@ std::optional<TrialStart> trial_start(TradeBench& bench) {
     return start;
 }
 
-double allowed_of(const AccuracyTarget& target, const Bias& mean) {
-    return target.error * (target.is_relative ? std::abs(mean.value) : 1.0);
-}
-
 std::vector<AxisLevel> compared_cells(const io::Scene& scene, const std::vector<AccuracyTarget>& targets) {
     const auto has_range = [](const AccuracyTarget& target) { return !target.ranges.empty(); };
     if (io::has_grid(scene.kind) && std::ranges::any_of(targets, has_range)) return {};
@@ -159,7 +155,7 @@ LaterDrift later_drift(TradeBench& bench, const Candidate& best, const std::vect
     found.stopped = !bench.run({bench.trial_of(overrides)});
     const TrialMeasurement run = bench.measured(overrides);
     bench.duration = before;
-    if (found.stopped || !run.failure.empty()) return found;
+    if (found.stopped || !run.is_measured()) return found;
     for (std::size_t w = 0; w < references.size(); ++w) {
         const Bias mean = bench.mean_of(run.numbers[w]), bias = best.parts[w].biases();
         const double moved = mean.value - references[w].value - bias.value,

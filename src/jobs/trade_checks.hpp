@@ -1,7 +1,6 @@
 // jobs/trade_checks.hpp: what the trials of a study start from, and whether what they show holds on finer grids, and
 // for longer than they last.
 #pragma once
-#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,9 +22,6 @@ struct TrialStart {
 /// Both follow from timings, so all processes in the folder take what the first has found.  Nothing when a signal came.
 /// Throws a run Error where no grid is coarse enough.
 std::optional<TrialStart> trial_start(TradeBench& bench);
-
-/// The error that a target allows a number, in its unit.
-double allowed_of(const AccuracyTarget& target, const Bias& mean);
 
 /// Those of cell_levels(), but none where a target is of a range of waves: the waves of a larger cell are others, and
 /// their mean is another number.
@@ -51,11 +47,6 @@ Bias bias_of_finest(const Bias& longer, const Bias& last, bool is_noisy);
 
 /// Whether the last difference between noisy grids is small, or at most two thirds of the one before.
 bool converges(const GridSteps& steps, const std::vector<double>& allowed);
-
-inline bool changes_grid(const AxisLevel& level) {
-    return std::any_of(level.overrides.begin(), level.overrides.end(),
-                       [](const std::string& change) { return change.starts_with("grid."); });
-}
 
 /// What a trial that is longer than the others shows of them.
 struct LaterDrift {

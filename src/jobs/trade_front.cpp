@@ -55,7 +55,7 @@ double seconds_of(const Findings& found, const Candidate& one) {
 bool weigh(const Findings& found, Candidate& one, double end) {
     one.end = end;
     const Checked* check = check_of(found, one);
-    if (check != nullptr && !check->failure.empty()) return false;
+    if (check != nullptr && !check->outcome.is_measured()) return false;
     const std::vector<Fluctuation>& fluctuations = fluctuations_of(one, check);
     one.ratio = 0.0;
     for (std::size_t w = 0; w < found.targets.size(); ++w) {
@@ -168,12 +168,9 @@ std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, c
 }
 
 std::vector<std::string> overrides_of(const Candidate& candidate) {
-    std::vector<std::string> overrides = candidate.model->level.overrides;
-    // A one-dimensional model keeps its single row on every grid.
-    const bool one_row = std::find(overrides.begin(), overrides.end(), "grid.ny=1") != overrides.end();
-    for (const LevelFound* level : {candidate.grid, candidate.step})
-        for (const std::string& change : level->level.overrides)
-            if (!one_row || !change.starts_with("grid.ny=")) overrides.push_back(change);
+    std::vector<std::string> overrides;
+    for (const LevelFound* one : {candidate.grid, candidate.model, candidate.step})  // the row of a model, on any grid
+        overrides.insert(overrides.end(), one->level.overrides.begin(), one->level.overrides.end());
     return overrides;
 }
 

@@ -16,13 +16,11 @@ namespace drover::jobs {
 /// What one level of an axis does.
 struct LevelFound {
     AxisLevel level;
-    std::string failure;       ///< why there is no bias: the run failed, the scene does not allow it, or the budget
-    bool was_run = true;       ///< false where the budget was too small
-    std::vector<Bias> biases;  ///< by target
-    bool is_compared = true;   ///< with another level; else its bias is taken as 0, not measured
+    LevelOutcome outcome;
+    std::vector<Bias> biases;                        ///< by target
     double start_seconds = 0.0, step_seconds = 0.0;  ///< cost relative to that of the given level of its axis
     std::vector<Fluctuation> fluctuations = {};      ///< of a model, by target: another one fluctuates otherwise
-    bool is_measured() const { return failure.empty(); }
+    bool is_measured() const { return outcome.is_measured(); }
 };
 
 /// The parts of the error of one wanted number, each with its standard error, in its unit.
@@ -47,7 +45,7 @@ struct Candidate {
 /// A trial of a combination: its biases replace the sums of those of its levels, its fluctuations those of its model.
 struct Checked {
     std::vector<std::string> overrides;
-    std::string failure;
+    LevelOutcome outcome;
     std::vector<Bias> biases;
     std::vector<Fluctuation> fluctuations;
 };

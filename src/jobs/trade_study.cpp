@@ -46,7 +46,7 @@ private:
         const std::optional<TrialStart> start = trial_start(bench_);
         if (!start) return false;
         refinement_ = size_of(bench_.scene) / size_of(start->scene);
-        if (refinement_ > 1.0) given_grid_ = text("{} by {}", bench_.scene.grid.nx, bench_.scene.grid.ny);
+        if (refinement_ > 1.0) given_grid_ = grid_level(bench_.scene, bench_.scene.grid.nx, bench_.scene.grid.ny);
         bench_.scene = start->scene;
         bench_.duration = start->duration;
         return true;
@@ -55,13 +55,13 @@ private:
     bool measure_axes() {
         if (!bench_.run({bench_.trial_of({})})) return false;
         const TrialMeasurement base = bench_.measured({});
-        if (!base.was_run && bench_.is_collecting)
+        if (!base.outcome.was_run() && bench_.is_collecting)
             fail_run("the trial of the scene as given has not ended; run the same command without --collect");
-        if (!base.failure.empty())
+        if (!base.is_measured())
             fail_run(
                 "the scene as given fails, so nothing can be compared with it: {}; give a shorter time.dt or "
                 "a larger --budget",
-                base.failure);
+                text_of(base.outcome));
         bench_.duration = std::max(bench_.duration, base.end);  // at least twice the warm-up, which is that of the base
         if (found_.sample_every == 0.0 && bench_.statistical && io::has_grid(bench_.scene.kind)) {
             found_.sample_every = bench_.sparse_sampling(base);
@@ -86,7 +86,7 @@ private:
             const AccuracyTarget& target = found_.targets[w];
             require_relative(target, found_.references[w]);
             require_unit(target, base.numbers[w].unit, found_.references[w].value);
-            bench_.allowed.push_back(allowed_of(target, found_.references[w]));
+            bench_.allowed.push_back(target.allowed(found_.references[w].value));
         }
     }
 
@@ -104,9 +104,10 @@ private:
         if (levels.size() > 1 && io::has_grid(bench_.scene.kind) && trials.size() < levels.size()) {
             const auto given = static_cast<std::size_t>(
                 std::ranges::find_if(levels, [](const AxisLevel& one) { return is_given(one); }) - levels.begin());
-            const TrialMeasurement coarser =
-                given > 0 ? bench_.measured(levels[given - 1].overrides) : TrialMeasurement{.failure = "none"};
-            if (coarser.failure.empty() && bench_.ratio(bench_.differences(coarser, base)) < small) levels.pop_back();
+            const auto is_near = [&](const TrialMeasurement& coarser) {
+                return coarser.is_measured() && bench_.ratio(bench_.differences(coarser, base)) < small;
+            };
+            if (given > 0 && is_near(bench_.measured(levels[given - 1].overrides))) levels.pop_back();
             else if (!bench_.run({bench_.trial_of(levels.back().overrides)})) return false;
         }
         collect(levels, found_.grids);
@@ -120,9 +121,8 @@ private:
             collect({levels.begin(), levels.end() - 1}, found_.grids);
             grid_is_model_ = true;
             for (LevelFound& grid : found_.grids) {
-                if (!is_given(grid.level)) grid.failure = grid_is_model;
+                grid.outcome = {is_given(grid.level) ? LevelState::alone : LevelState::grid_of_model};
                 grid.biases.assign(found_.targets.size(), {});
-                grid.is_compared = false;
             }
             found_.notes.push_back(
                 "the wanted numbers do not visibly converge as the grid is refined, since noise acts on its shortest "
@@ -140,9 +140,9 @@ private:
         if (refinement_ > 1.0) {
             found_.grids[given].start_seconds *= refinement_;
             found_.grids[given].step_seconds *= refinement_;
-            std::ranges::move(coarser_notes(bench_.scene, given_grid_, found_.grids[given].level.name),
+            std::ranges::move(coarser_notes(bench_.scene, given_grid_.name, found_.grids[given].level.name),
                               std::back_inserter(found_.notes));
-            found_.grids[given].level.name = given_grid_;
+            found_.grids[given].level = given_grid_;
         }
         return true;
     }
@@ -155,12 +155,12 @@ private:
         for (std::size_t k = 0; k < levels.size(); ++k) {
             runs.push_back(bench_.measured(levels[k].overrides));
             if (is_given(levels[k])) given = k;
-            if (!runs[k].failure.empty()) continue;
+            if (!runs[k].is_measured()) continue;
             earlier = before;
             before = last;
             last = k;
         }
-        if (!last) fail_run("no grid was measured: {}: {}", levels.front().name, runs.front().failure);
+        if (!last) fail_run("no grid was measured: {}: {}", levels.front().name, text_of(runs.front().outcome));
         const bool is_noisy = io::has_grid(bench_.scene.kind) && bench_.statistical;
         std::vector<Bias> finest(found_.targets.size());
         grid_steps_ = {finest, finest};
@@ -169,7 +169,7 @@ private:
         for (std::size_t w = 0; w < finest.size(); ++w)
             finest[w] = bias_of_finest(grid_steps_.longer[w], grid_steps_.last[w], is_noisy);
         for (std::size_t k = 0; k < levels.size(); ++k) {
-            LevelFound found{.level = levels[k], .failure = runs[k].failure, .biases = {}};
+            LevelFound found{.level = levels[k], .outcome = runs[k].outcome, .biases = {}};
             if (found.is_measured()) {
                 found.biases = k != *last ? bench_.differences(runs[k], runs[*last]) : finest;
                 for (std::size_t w = 0; w < finest.size() && k != *last; ++w) {
@@ -177,7 +177,7 @@ private:
                     if (is_noisy) bias.value += finest[w].value;
                     bias.error = std::hypot(bias.error, is_noisy ? finest[w].error : 0.5 * finest[w].value);
                 }
-                found.is_compared = k != *last || before;
+                if (k == *last && !before) found.outcome = {LevelState::alone};
                 found.start_seconds = given ? runs[k].start_seconds / std::max(runs[*given].start_seconds, 1e-3) : 1.0;
                 found.step_seconds = given ? runs[k].step_seconds / std::max(runs[*given].step_seconds, 1e-9) : 1.0;
             }
@@ -216,7 +216,7 @@ private:
         const bool is_known = bench_.is_resolved(reference_bias_, 2.0 * small);
         for (std::size_t l = 0; l < ladders_.size(); ++l) {
             const std::vector<LevelFound>& levels = found_.ladders[l];
-            if (!levels.back().was_run) continue;
+            if (!levels.back().outcome.was_run()) continue;
             const bool converged = is_known && levels.size() > 1 && levels.back().is_measured() &&
                                    bench_.is_resolved(levels.back().biases, small);
             if (converged) continue;
@@ -237,7 +237,7 @@ private:
         std::vector<Finest> finest;
         for (std::size_t l = 0; l < runs.size(); ++l)
             for (std::size_t k = runs[l].size(); k-- > 0;)
-                if (runs[l][k].failure.empty()) {
+                if (runs[l][k].is_measured()) {
                     finest.push_back({l, k, runs[l][k]});
                     break;
                 }
@@ -252,7 +252,7 @@ private:
             fail_run("no step of any method runs on {}; give a shorter time.dt",
                      found_.grids[found_.pilot_grid].level.name);
         if (finest.size() == 1 &&
-            (finest.front().level == 0 || !runs[finest.front().ladder][finest.front().level - 1].failure.empty())) {
+            (finest.front().level == 0 || !runs[finest.front().ladder][finest.front().level - 1].is_measured())) {
             // Nothing to compare it with: its own bias is not known.
             const Finest& one = finest.front();
             reference_ = on_pilot_grid(ladders_[one.ladder].levels[one.level].overrides);
@@ -274,7 +274,7 @@ private:
             min_distance = distance;
             const StepLadder& ladder = ladders_[one.ladder];
             // Two methods may agree by chance: the error is at least that which the ladder itself shows.
-            if (one.level > 0 && runs[one.ladder][one.level - 1].failure.empty()) {
+            if (one.level > 0 && runs[one.ladder][one.level - 1].is_measured()) {
                 const std::vector<Bias> last = scaled(bench_.differences(runs[one.ladder][one.level - 1], one.run),
                                                       1.0 / (std::pow(ladder.shorter, ladder.order) - 1.0));
                 for (std::size_t w = 0; w < own.size(); ++w)
@@ -304,7 +304,7 @@ private:
             std::vector<LevelFound>& found = found_.ladders.emplace_back();
             for (std::size_t k = 0; k < runs[l].size(); ++k) {
                 const TrialMeasurement& run = runs[l][k];
-                LevelFound level{.level = ladders_[l].levels[k], .failure = run.failure, .was_run = run.was_run};
+                LevelFound level{.level = ladders_[l].levels[k], .outcome = run.outcome};
                 if (level.is_measured()) {
                     level.biases = bench_.differences(run, reference);
                     // The reference has an error too: known in size, added in quadrature.
@@ -319,7 +319,7 @@ private:
         for (std::size_t w = 0; w < found_.targets.size(); ++w) {
             found_.references[w] =
                 less(bench_.mean_of(reference.numbers[w]), found_.grids[found_.pilot_grid].biases[w]);
-            bench_.allowed[w] = allowed_of(found_.targets[w], found_.references[w]);
+            bench_.allowed[w] = found_.targets[w].allowed(found_.references[w].value);
         }
         if (std::any_of(reference_bias_.begin(), reference_bias_.end(),
                         [](const Bias& bias) { return !std::isfinite(bias.value); }))
@@ -353,7 +353,7 @@ private:
         const TrialMeasurement base = bench_.measured(on_pilot_grid({}));
         for (const std::vector<LevelFound>& ladder : found_.ladders)
             for (const LevelFound& level : ladder) {
-                if (!level.is_measured() || !base.failure.empty()) continue;
+                if (!level.is_measured() || !base.is_measured()) continue;
                 const TrialMeasurement other = bench_.measured(on_pilot_grid(level.level.overrides));
                 const Bias paired = bench_.difference(other.numbers[0], base.numbers[0]);
                 if (!(paired.error > 0.0)) continue;
@@ -369,18 +369,19 @@ private:
         const std::vector<AxisLevel> levels = model_levels(on_pilot);
         std::vector<TrialRun> trials;
         for (const AxisLevel& level : levels)
-            if (level.reason.empty()) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+            if (!level.reason) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
         for (TrialRun& trial : bench_.reseeded(on_pilot_grid({}))) trials.push_back(std::move(trial));
         if (!bench_.run(trials)) return false;
         const TrialMeasurement full = bench_.measured(on_pilot_grid({}));
-        if (!full.failure.empty()) fail_run("the full model was not run: {}; give a larger --budget", full.failure);
+        if (!full.is_measured())
+            fail_run("the full model was not run: {}; give a larger --budget", text_of(full.outcome));
         add_unsettled(bench_.widen(on_pilot_grid({})));
         found_.models.clear();
         for (const AxisLevel& level : levels) {
-            const TrialMeasurement run = level.reason.empty()
-                                             ? bench_.measured(on_pilot_grid(level.overrides))
-                                             : TrialMeasurement{.failure = "not possible: " + level.reason};
-            LevelFound found{.level = level, .failure = run.failure, .biases = {}};
+            const TrialMeasurement run = level.reason
+                                             ? TrialMeasurement{.outcome = {LevelState::impossible, *level.reason}}
+                                             : bench_.measured(on_pilot_grid(level.overrides));
+            LevelFound found{.level = level, .outcome = run.outcome, .biases = {}};
             if (found.is_measured()) {
                 found.biases =
                     is_given(level) ? std::vector<Bias>(found_.targets.size()) : bench_.differences(run, full);
@@ -388,7 +389,7 @@ private:
                 found.step_seconds = run.step_seconds / std::max(full.step_seconds, 1e-9);
                 found.fluctuations = bench_.fluctuations(run);
             }
-            if (grid_is_model_ && changes_grid(level)) found.failure = grid_is_model;
+            if (grid_is_model_ && level.has_one_row) found.outcome = {LevelState::grid_of_model};
             found_.models.push_back(std::move(found));
         }
         found_.linear_theory.reset();
@@ -404,18 +405,18 @@ private:
         const std::vector<AxisLevel> cells = compared_cells(pilot(), found_.targets);
         std::vector<TrialRun> trials{bench_.trial_of(on_pilot_grid({}), true)};
         const auto is_tried = [&](const AxisLevel& level) {
-            return bench_.statistical && reason_against(bench_.scene, on_pilot_grid(level.overrides)).empty();
+            return bench_.statistical && !reason_against(bench_.scene, on_pilot_grid(level.overrides));
         };
         for (const AxisLevel& level : cells)
             if (is_tried(level)) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
         if (!bench_.run(trials)) return false;
         const TrialMeasurement full = bench_.measured(on_pilot_grid({}));
         const TrialMeasurement up = bench_.measured(on_pilot_grid({}), true);
-        found_.rounding = up.failure.empty() ? bench_.differences(up, full) : std::vector<Bias>{};
+        found_.rounding = up.is_measured() ? bench_.differences(up, full) : std::vector<Bias>{};
         found_.cell.clear();
         if (!cells.empty() && is_tried(cells.front())) {
             const TrialMeasurement large = bench_.measured(on_pilot_grid(cells.front().overrides));
-            if (large.failure.empty())
+            if (large.is_measured())
                 for (std::size_t w = 0; w < found_.targets.size(); ++w)
                     found_.cell.push_back(less(bench_.mean_of(full.numbers[w]), bench_.mean_of(large.numbers[w])));
         }
@@ -445,9 +446,9 @@ private:
             const std::vector<std::string> overrides = overrides_of(*best);
             if (!bench_.run({bench_.trial_of(overrides)})) return false;
             const TrialMeasurement run = bench_.measured(overrides), reference = bench_.measured(reference_);
-            if (!run.was_run) return true;
-            Checked checked{.overrides = overrides, .failure = run.failure, .biases = {}, .fluctuations = {}};
-            if (checked.failure.empty()) {
+            if (!run.outcome.was_run()) return true;
+            Checked checked{.overrides = overrides, .outcome = run.outcome, .biases = {}, .fluctuations = {}};
+            if (run.is_measured()) {
                 checked.fluctuations = bench_.fluctuations(run);
                 checked.biases = bench_.differences(run, reference);
                 for (std::size_t w = 0; w < found_.targets.size(); ++w) {
@@ -472,8 +473,6 @@ private:
         return drift.affordable;
     }
 
-    static constexpr const char* grid_is_model = "not considered: the given grid is part of the model";
-
     TradeBench bench_;
     TradeoffOptions options_;
     Findings found_;
@@ -484,7 +483,7 @@ private:
     double refinement_ = 1.0;             ///< points of the scene's grid over those of the trials'
     bool is_settled_ = true;              ///< the trials are longer than the slowest fluctuation of a wanted number
     bool grid_is_model_ = false;          ///< wanted numbers do not converge with the grid
-    std::string given_grid_;              ///< name of the scene's grid, where it is finer
+    AxisLevel given_grid_;                ///< the scene's, where it is finer
 };
 }  // namespace
 

@@ -25,17 +25,23 @@ namespace fs = std::filesystem;
 constexpr double much_better = 0.1;     // of the error allowed
 constexpr double little_to_save = 1.0;  // core seconds of the run as given
 
-/// The parts of an error that have a name of their own.
+/// The parts of an error that have a name of their own, and what is said where one is the largest.
 struct NamedPart {
     const char* name;
     double size;
+    const char* advice;
 };
 
 std::vector<NamedPart> named_parts(const Parts& parts) {
-    return {{"statistics", 2.0 * parts.statistics},
-            {"step", std::abs(parts.step.value) + 2.0 * parts.step.error},
-            {"grid", std::abs(parts.grid.value) + 2.0 * parts.grid.error},
-            {"model", std::abs(parts.model.value) + 2.0 * parts.model.error}};
+    const auto size = [](const Bias& bias) { return std::abs(bias.value) + 2.0 * bias.error; };
+    return {{"statistics", 2.0 * parts.statistics,
+             "statistics limit it: a shorter step or a finer grid is wasted; four times the duration halves the error"},
+            {"step", size(parts.step),
+             "the step limits it: a longer run is wasted; a shorter step or a method of higher order helps"},
+            {"grid", size(parts.grid),
+             "the grid limits it: a longer run or a shorter step is wasted; trials have at most twice the points of "
+             "the scene: give it a finer grid"},
+            {"model", size(parts.model), "the simpler model limits it: only a fuller model is more accurate"}};
 }
 
 /// The target of a candidate with the largest error for what it allows.
@@ -46,11 +52,9 @@ std::size_t hardest_target(const Findings& found, const Candidate& one) {
     return hardest;
 }
 
-std::string largest_part(const Findings& found, const Candidate& one) {
+std::string advice_on(const Findings& found, const Candidate& one) {
     const std::vector<NamedPart> parts = named_parts(one.parts[hardest_target(found, one)]);
-    return std::max_element(parts.begin(), parts.end(),
-                            [](const NamedPart& a, const NamedPart& b) { return a.size < b.size; })
-        ->name;
+    return std::ranges::max_element(parts, {}, &NamedPart::size)->advice;
 }
 
 std::string unit_text(const Findings& found, std::size_t target) {
@@ -64,25 +68,8 @@ std::string error_text(const Findings& found, std::size_t target, double error) 
     return text("{:.2g}{}", error, unit_text(found, target));
 }
 
-std::string advice_on(const Findings& found, const Candidate& one) {
-    const std::string part = largest_part(found, one);
-    if (part == "statistics")
-        return "statistics limit it: a shorter step or a finer grid is wasted; four times the duration halves the "
-               "error";
-    if (part == "step")
-        return "the step limits it: a longer run is wasted; a shorter step or a method of higher order helps";
-    if (part == "grid")
-        return "the grid limits it: a longer run or a shorter step is wasted; trials have at most twice the points of "
-               "the scene: give it a finer grid";
-    return "the simpler model limits it: only a fuller model is more accurate";
-}
-
-/// A one-dimensional model has one row on every grid.
 std::string grid_name(const Candidate& one) {
-    const std::vector<std::string>& changes = one.model->level.overrides;
-    const std::string& name = one.grid->level.name;
-    if (std::find(changes.begin(), changes.end(), "grid.ny=1") == changes.end()) return name;
-    return name.substr(0, name.find(" by ")) + " by 1";
+    return one.model->level.has_one_row ? one.grid->level.name_of_row : one.grid->level.name;
 }
 
 std::string duration_of(const Findings& found, const Candidate& one) {
@@ -102,7 +89,7 @@ run::Record candidate_record(const Findings& found, const Candidate& one) {
                     run::words("grid", "", theory ? "-" : grid_name(one)),
                     run::words("step", "", theory ? "-" : one.step->level.name),
                     run::words("duration", "", theory ? "-" : duration_of(found, one))}};
-    for (const auto& [name, size] : named_parts(parts))
+    for (const auto& [name, size, advice] : named_parts(parts))
         row.entries.push_back(run::number(std::string(name) + "_error", found.units[target],
                                           "part of the error, with twice its standard error", size, 2));
     row.entries.push_back(
@@ -146,7 +133,7 @@ void add_levels(const Findings& found, const std::string& axis, const std::vecto
         run::Record row{.entries = {run::words("axis", "", axis), run::words("level", "", level.level.name)}};
         for (std::size_t w = 0; w < found.targets.size(); ++w) {
             const std::string name = found.targets.size() == 1 ? "" : text("_{}", w + 1);
-            const Bias bias = level.is_measured() && level.is_compared ? level.biases[w] : Bias{NAN, NAN};
+            const Bias bias = level.outcome.state == LevelState::measured ? level.biases[w] : Bias{NAN, NAN};
             row.entries.push_back(
                 run::number("bias" + name, found.units[w], "of " + found.targets[w].text, bias.value, 3));
             row.entries.push_back(
@@ -156,9 +143,7 @@ void add_levels(const Findings& found, const std::string& axis, const std::vecto
                                           "core seconds per second of the scene; of grids and models relative to the "
                                           "given one",
                                           level.is_measured() ? level.step_seconds : NAN, 3));
-        row.entries.push_back(
-            run::words("remark", "",
-                       level.is_measured() && !level.is_compared ? "bias not measured" : short_text(level.failure)));
+        row.entries.push_back(run::words("remark", "", short_text(text_of(level.outcome))));
         list.rows.push_back(std::move(row));
     }
 }
@@ -174,7 +159,7 @@ run::List level_list(const Findings& found) {
     if (found.linear_theory)
         add_levels(
             found, "model",
-            {{.level = {.name = "linear theory", .overrides = {}}, .failure = "", .biases = *found.linear_theory}},
+            {{.level = {.name = "linear theory", .overrides = {}}, .outcome = {}, .biases = *found.linear_theory}},
             list);
     return list;
 }
@@ -244,8 +229,8 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
     };
     words.push_back(is_given(best.model->level) ? text("model {}: as given", best.model->level.name)
                                                 : text("model {}: bias {}", best.model->level.name, part(parts.model)));
-    words.push_back(
-        text("grid {}: bias {}", grid_name(best), best.grid->is_compared ? part(parts.grid) : "not measured"));
+    words.push_back(text("grid {}: bias {}", grid_name(best),
+                         best.grid->outcome.state == LevelState::alone ? "not measured" : part(parts.grid)));
     words.push_back(text("{}: bias {}", best.step->level.name, part(parts.step)));
     if (parts.whole)
         words.push_back(text("all three together: bias {}, from a trial of this combination", part(*parts.whole)));
@@ -300,10 +285,7 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
                                    found.hosts.size(), joined(std::vector(found.hosts.begin(), found.hosts.end()))));
     for (const std::string& program : found.programs)
         if (program != run::this_program())
-            root.footer.push_back(
-                text("trials were made by drover {}, and this is drover {}: if a change between them "
-                     "affects results, repeat them in another folder",
-                     program, run::this_program()));
+            root.footer.push_back(other_program_text("trials were made by drover " + program, "them"));
     if (best == nullptr) {
         for (const std::string& note : found.notes) root.footer.push_back(note);
         root.footer.push_back(outcome.why_none = why_none(found, front, options.run_budget));
@@ -356,14 +338,16 @@ Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) 
     if (!options.collect) found = find_tradeoff(scene, options);
     if (found && found->stopped) return {.result = {}, .seconds = found->spent, .stopped = true};
     Tradeoff outcome;
-    alone(options.folder, true, [&] {
-        if (!found) found = find_tradeoff(scene, options);  // now: not before the result of another process
-        outcome = outcome_of(*found, scene, options);
-        files::replace_file(options.folder / "tradeoff.json", run::result_json(outcome.result).dump(1) + "\n");
-        const fs::path recommended = options.folder / "recommended.toml";
-        if (outcome.recommended) files::replace_file(recommended, outcome.recommended_text);
-        else fs::remove(recommended);  // of other targets
-    });
+    conclude(
+        options, [] { return true; },
+        [&](bool) {
+            if (!found) found = find_tradeoff(scene, options);  // now: not before the result of another process
+            outcome = outcome_of(*found, scene, options);
+            files::replace_file(options.folder / "tradeoff.json", run::result_json(outcome.result).dump(1) + "\n");
+            const fs::path recommended = options.folder / "recommended.toml";
+            if (outcome.recommended) files::replace_file(recommended, outcome.recommended_text);
+            else fs::remove(recommended);  // of other targets
+        });
     return outcome;
 }
 

@@ -9,7 +9,6 @@
 #include "files/checkpoint.hpp"
 #include "files/run_id.hpp"
 #include "io/scene_text.hpp"
-#include "run/run_scene.hpp"
 #include "run/same_run.hpp"
 #include "run/signals.hpp"
 
@@ -18,6 +17,9 @@ namespace drover::jobs {
 namespace {
 namespace fs = std::filesystem;
 constexpr const char* agreed_prefix = "agreed-";
+
+/// Whether a unit is numbers to agree on, not a trial.
+bool is_agreement(const std::string& key) { return key.starts_with(agreed_prefix); }
 
 /// What a worker tells of a trial.
 struct Ran {
@@ -48,37 +50,20 @@ Ran ran_of(const UnitRecord& record) {
     return ran;
 }
 
-/// The state of a run that another process has continued beyond the end of this trial.
-std::optional<files::Checkpoint> longer_run(const TrialRun& trial, const fs::path& path) {
-    files::Checkpoint checkpoint = files::read_newest_checkpoint(path);
-    if (checkpoint.time < trial.scene.time.end * (1.0 - 1e-9)) return std::nullopt;
-    return checkpoint;
-}
-
 /// Nothing when a signal came.
-std::optional<TrialResult> run_or_continue(const TrialRun& trial) {
-    const fs::path path = run::archive_path(trial.scene);
-    const run::RunOptions options{.overwrite = true, .quiet = true, .rounds_up = trial.rounds_up};
+std::optional<TrialResult> run_trial(const TrialRun& trial) {
     TrialResult result{.end = trial.scene.time.end};
-    run::RunOutcome outcome;
-    wait_for_writer(path);
-    if (run::stop_signal() != 0) return std::nullopt;
-    try {
-        if (!fs::exists(path) || !files::has_checkpoint(path)) {
-            outcome = run::run_scene(trial.scene, options);
-        } else if (const auto longer = longer_run(trial, path)) {
-            result.end = longer->time;
-            result.run_id = longer->run_id;
-            return result;
-        } else {
-            outcome = run::restart_run(path, std::vector{text("time.end={:.17g}", trial.scene.time.end)}, options);
-        }
-    } catch (const Error& error) {
-        if (error.fault() != Fault::input || files::is_being_written(path)) throw;
-        if (run::stop_signal() != 0) return std::nullopt;
-        outcome = run::run_scene(trial.scene, options);  // its files are damaged: from the start
-    }
-    if (outcome.loop.signal != 0) return std::nullopt;
+    const auto is_longer = [&](const fs::path& path) {  // another process has continued it beyond the end of this trial
+        if (!files::has_checkpoint(path)) return false;
+        const files::Checkpoint checkpoint = files::read_newest_checkpoint(path);
+        if (checkpoint.time < result.end * (1.0 - 1e-9)) return false;
+        result.end = checkpoint.time;
+        result.run_id = checkpoint.run_id;
+        return true;
+    };
+    const auto [end, outcome] = run_or_resume(trial.scene, trial.rounds_up, is_longer);
+    if (end == RunEnd::stopped) return std::nullopt;
+    if (end == RunEnd::found) return result;
     const auto steps = static_cast<double>(std::max<std::int64_t>(outcome.loop.step, 1));
     result.run_id = files::run_id_of(files::ArchiveReader(outcome.archive));
     result.step_seconds = outcome.loop.core_seconds;
@@ -115,10 +100,7 @@ UnitPlan Trials::plan() {
                 },
             .run = [this](const std::string& key) { return run_one(wanted(key)); },
             .take = [this](const UnitRecord& record) { take(record); },
-            .holds =
-                [](const UnitRecord& record) {
-                    return record.key.starts_with(agreed_prefix) || !ran_of(record).is_of_machine;
-                },
+            .holds = [](const UnitRecord& record) { return is_agreement(record.key) || !ran_of(record).is_of_machine; },
             .claim = [this](const std::string& key) { return wanted(key).name; }};
 }
 
@@ -136,9 +118,11 @@ std::optional<UnitResult> Trials::run_one(const Wanted& one) const {
     Ran ran{.name = one.name, .result = {}};
     const double start = run::core_seconds();
     try {
-        const std::optional<TrialResult> result = run_or_continue(one.trial);
+        const std::optional<TrialResult> result = run_trial(one.trial);
         if (!result) return std::nullopt;
         ran.result = *result;
+    } catch (const run::MixedFiles&) {
+        throw;  // no failure of the trial
     } catch (const Error& error) {
         if (files::is_being_written(one.trial.scene.output.file))
             fail_environment("{}; run the command again", std::string(error.what()));
@@ -159,7 +143,7 @@ void Trials::take(const UnitRecord& record) {
     }
     lost_.erase(record.key);
     if (!taken_.insert(record.key).second) return;
-    if (record.key.starts_with(agreed_prefix)) {
+    if (is_agreement(record.key)) {
         files::ByteReader reader{std::as_bytes(std::span(record.result.content))};
         reader(agreed_[record.key]);
         return;
@@ -245,7 +229,7 @@ std::string trials_status(const fs::path& folder, const std::string& scene) {
     std::size_t ended = 0, failed = 0;
     double seconds = 0.0;
     for (const UnitRecord& record : campaign_records(folder, trials_identity(scene))) {
-        if (record.state != UnitState::done || record.key.starts_with(agreed_prefix)) continue;
+        if (record.state != UnitState::done || is_agreement(record.key)) continue;
         const Ran ran = ran_of(record);
         ++(ran.result.failure.empty() ? ended : failed);
         seconds += ran.result.seconds();

@@ -68,7 +68,7 @@ TEST(PairedDifference, of_series_with_a_common_noise_knows_its_mean_better_than_
 namespace {
 LevelFound level(const char* name, double bias, double bias_error, double start, double step) {
     return {.level = {name, {std::string("key=") + name}},
-            .failure = "",
+            .outcome = {},
             .biases = {{bias, bias_error}},
             .start_seconds = start,
             .step_seconds = step};
@@ -160,7 +160,7 @@ TEST(TradeFront, of_a_model_that_fluctuates_otherwise_has_its_own_errors_and_dur
     // A trial of a combination tells its own: a fifth of the time, and a fifth of the error.
     const Candidate first = front_of(found, scene_of_100_seconds(), &found.models.back()).front();
     found.checked.push_back({.overrides = overrides_of(first),
-                             .failure = "",
+                             .outcome = {},
                              .biases = {{0.0, 0.0}},
                              .fluctuations = {{.error = 0.006, .time = 1.8, .margin = 1.0}}});
     const Candidate checked = front_of(found, scene_of_100_seconds(), &found.models.back()).front();
@@ -174,7 +174,7 @@ TEST(TradeFront, replaces_sums_of_biases_by_those_of_a_trial_and_drops_what_fail
     const io::Scene scene = scene_of_100_seconds();
     const std::vector<Candidate> before = front_of(found, scene);
     found.checked.push_back({.overrides = overrides_of(*recommended(before, 1e9)),
-                             .failure = "",
+                             .outcome = {},
                              .biases = {{0.02, 0.0}},
                              .fluctuations = {}});
     const std::vector<Candidate> worse = front_of(found, scene);
@@ -182,7 +182,7 @@ TEST(TradeFront, replaces_sums_of_biases_by_those_of_a_trial_and_drops_what_fail
     ASSERT_NE(best, nullptr);
     EXPECT_FALSE(best->parts.front().whole.has_value());
     EXPECT_EQ(best->model->level.name, "full");
-    found.checked.front().failure = "unstable";
+    found.checked.front().outcome = {LevelState::failed, "unstable"};
     const std::vector<Candidate> failed = front_of(found, scene);
     for (const Candidate& one : failed) EXPECT_NE(overrides_of(one), found.checked.front().overrides);
 }

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <fstream>
+
 #include "drover/base/error.hpp"
 #include "files/support.hpp"
 #include "io/scene_text.hpp"
@@ -95,6 +97,35 @@ TEST(Trials, the_archive_of_another_run_of_a_trial_is_not_continued) {
         EXPECT_THAT(error.what(), ::testing::HasSubstr("the archive is of another run of this trial: run_id = "));
     }
     EXPECT_EQ(trials.find(longer), nullptr);
+}
+
+TEST(Trials, beside_the_checkpoints_of_another_run_stop_and_are_not_recorded) {
+    const Folder one, two;
+    Trials trials("", {.folder = one / "."}), others("", {.folder = two / "."});
+    trials.run({trial()});
+    others.run({trial()});
+    for (const char* end : {".checkpoint-a", ".checkpoint-b"})
+        std::filesystem::copy_file(others.find(trial())->archive.string() + end,
+                                   trials.find(trial())->archive.string() + end,
+                                   std::filesystem::copy_options::overwrite_existing);
+    TrialRun longer = trial();
+    longer.scene.time.end *= 2.0;
+    EXPECT_THROW(trials.run({longer}), Error);
+    EXPECT_EQ(Trials("", {.folder = one / "."}).find(longer), nullptr);
+}
+
+TEST(Trials, with_damaged_checkpoints_are_repeated_and_their_archive_is_kept) {
+    const Folder folder;
+    Trials trials("", {.folder = folder / "."});
+    trials.run({trial()});
+    const std::string archive = trials.find(trial())->archive.string();
+    for (const char* end : {".checkpoint-a", ".checkpoint-b"}) std::ofstream(archive + end) << "damaged";
+    TrialRun longer = trial();
+    longer.scene.time.end *= 2.0;
+    EXPECT_TRUE(trials.run({longer}));
+    ASSERT_NE(trials.find(longer), nullptr);
+    EXPECT_EQ(trials.find(longer)->failure, "");
+    EXPECT_TRUE(std::filesystem::exists(archive + ".damaged"));
 }
 
 TEST(Trials, tell_which_part_of_a_run_their_times_are_of) {
