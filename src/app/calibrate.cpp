@@ -8,7 +8,7 @@
 #include "base/log.hpp"
 #include "jobs/calibration.hpp"
 #include "jobs/tradeoff.hpp"
-#include "report/json.hpp"
+#include "report/shown.hpp"
 
 namespace drover::app {
 
@@ -24,11 +24,11 @@ int print_outcome(const CalibrateOptions& options, const jobs::CalibrationOutcom
         nlohmann::json result{{"table", outcome.file.string()},
                               {"trials_run", outcome.trials},
                               {"trials_found", outcome.already},
-                              {"coefficients", report::table_json(*outcome.table)}};
+                              {"coefficients", report::json_of(*outcome.table)}};
         if (outcome.want) result["want"] = run::result_json(*outcome.want);
         print_json(result);
     } else if (outcome.table && !is_share) {
-        print(jobs::calibration_text(*outcome.table));
+        print(report::text_of(*outcome.table));
         if (outcome.want) print("\n" + run::result_text(*outcome.want));
         print(text("\n{}: all coefficients, with errors, trials and origins; as text: table.toml\n",
                    outcome.file.string()));

@@ -9,7 +9,7 @@
 #include "base/log.hpp"
 #include "jobs/slurm_script.hpp"
 #include "jobs/stop_rules.hpp"
-#include "report/json.hpp"
+#include "report/shown.hpp"
 #include "report/write_result.hpp"
 #include "run/simulation_type.hpp"
 
@@ -176,14 +176,14 @@ int print_outcome(const run::RunOutcome& outcome, bool json) {
     }
     const run::Report& report = *outcome.report;
     if (json) {
-        nlohmann::json result = report::report_json(report);
+        nlohmann::json result = report::json_of(report);
         result["archive"] = outcome.archive.string();
         result["steps"] = outcome.loop.step;
         result["wall_seconds"] = outcome.loop.wall_seconds;
         print_json(result);
         return run::exit_done;
     }
-    print(run::report_text(report));
+    print(report::text_of(report));
     print(text("\n{}: {}, {} steps in {}\n", outcome.archive.string(), bytes_text(1e6 * outcome.archive_megabytes),
                outcome.loop.step, duration_text(outcome.loop.wall_seconds)));
     return run::exit_done;

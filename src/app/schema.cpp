@@ -7,7 +7,7 @@
 
 #include "app/command.hpp"
 #include "physics/model_keys.hpp"
-#include "report/json.hpp"
+#include "report/shown.hpp"
 
 namespace drover::app {
 

@@ -6,18 +6,18 @@
 
 #include "app/command.hpp"
 #include "base/log.hpp"
-#include "report/json.hpp"
+#include "report/shown.hpp"
 
 namespace drover::app {
 
 namespace {
 void print_table(const JobCommand& options, const std::filesystem::path& folder, const jobs::SweepTable& table) {
     if (options.json) {
-        print_json(report::table_json(table));
+        print_json(report::json_of(table));
         for (const std::string& warning : table.warnings) log_warning("{}", warning);
         return;
     }
-    print(jobs::table_text(table));
+    print(report::text_of(table));
     print(text("\n{}: all single numbers; table.nc there: all observables over their axes\n",
                (folder / "table.csv").string()));
 }

@@ -46,8 +46,6 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
 /// time left.  Of `options` it takes the folder, the targets and the budget.
 std::string calibration_status(const io::Scene& scene, const CalibrationOptions& options);
 
-/// Human-readable: one line per point, then remarks.
-std::string calibration_text(const calibrate::Table& table);
 /// The complete table as TOML.
 std::string calibration_toml(const calibrate::Table& table, const std::string& heading);
 

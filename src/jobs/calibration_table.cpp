@@ -1,8 +1,7 @@
-// jobs/calibration_table.cpp: tables from trials, and their output as text.
+// jobs/calibration_table.cpp: tables from trials, and as TOML.
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/catalogue.hpp"
 #include "calibrate/setup_rows.hpp"
 #include "jobs/calibration.hpp"
 
@@ -108,108 +107,6 @@ calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<cal
     add_setup_rows(layout, table);
     calibrate::add_derived(table);
     return table;
-}
-
-namespace {
-struct Column {
-    std::string row, heading;
-};
-const std::vector<Column>& usual_columns() {
-    static const std::vector<Column> columns{{"drag", "alpha/Gamma"},
-                                             {"relaxation_rate", "a"},
-                                             {"weathercock", "lambda"},
-                                             {"relaxation_over_weathercock", "a/lambda"},
-                                             {"alignment", "g"},
-                                             {"propulsion", "u"},
-                                             {"damping_rate", "Gamma/(m rho)"},
-                                             {"viscosity_kinematic", "eta/(m rho)"},
-                                             {"stiffness", "E"},
-                                             {"rotational_diffusion", "D_r"},
-                                             {"bead_diffusion", "D of beads"},
-                                             {"rod_diffusion", "D of rods"},
-                                             {"contact_scattering", "c of pairs"}};
-    return columns;
-}
-
-/// Whether any entry is not merely set.
-bool has_results(const calibrate::TableRow& row) {
-    return std::any_of(row.entries.begin(), row.entries.end(),
-                       [](const TableEntry& entry) { return entry.origin != Origin::set; });
-}
-
-/// The usual ones that the table has, then the quantities of assays of which these show nothing.
-std::vector<Column> columns_of(const calibrate::Table& table) {
-    std::vector<Column> columns;
-    const auto add = [&](const Column& column) {
-        const calibrate::TableRow* row = calibrate::find_row(table, column.row);
-        if (row != nullptr && has_results(*row)) columns.push_back(column);
-    };
-    for (const Column& column : usual_columns()) add(column);
-    const std::vector<Column> usual = columns;
-    for (const calibrate::Assay& assay : calibrate::make_assays({})) {
-        const auto is_of_assay = [&](const Column& column) {  // g, the row alignment, contains what that assay measures
-            return column.row == assay.name || std::any_of(assay.quantities.begin(), assay.quantities.end(),
-                                                           [&](const auto& one) { return one.name == column.row; });
-        };
-        if (std::any_of(usual.begin(), usual.end(), is_of_assay)) continue;
-        for (const calibrate::Quantity& quantity : assay.quantities)
-            if (quantity.wanted) add({quantity.name, quantity.name});
-    }
-    return columns;
-}
-
-std::string cell_text(const TableEntry& entry) {
-    if (entry.origin == Origin::missing) return "missing";
-    return text("{}{}", measured_text_with_error(entry.value, entry.error),
-                entry.origin == Origin::measured_short ? " !" : "");
-}
-
-std::string remarks_text(const calibrate::Table& table, const std::vector<Column>& columns) {
-    std::string out;
-    for (const calibrate::TableRow& row : table.rows) {
-        if (std::none_of(columns.begin(), columns.end(), [&](const Column& one) { return one.row == row.name; }))
-            continue;
-        for (std::size_t i = 0; i < row.entries.size(); ++i) {
-            const TableEntry& entry = row.entries[i];
-            if (!calibrate::lacks_input(table, row, i) &&
-                (entry.origin == Origin::missing || entry.origin == Origin::measured_short))
-                out += text("{} {} at {}: {}\n", entry.origin == Origin::missing ? "missing:" : "!", row.name,
-                            calibrate::point_text(table, row.by_rods, i), entry.remark);
-        }
-    }
-    return out;
-}
-}  // namespace
-
-std::string calibration_text(const calibrate::Table& table) {
-    std::string out;
-    const bool varied = !table.varied_key.empty();
-    if (varied) out += text("{:>16} ", table.varied_key);
-    out += text("{:>6} {:>6}", "Phi_b", "Phi_r");
-    const std::vector<Column> columns = columns_of(table);
-    std::vector<std::pair<const calibrate::TableRow*, std::size_t>> rows;  // with the widths of their columns
-    for (const Column& column : columns) {
-        const calibrate::TableRow* row = calibrate::find_row(table, column.row);
-        const std::string heading = text("{} [{}]", column.heading, row->unit);
-        constexpr std::size_t min_width = 21;
-        rows.emplace_back(row, std::max(min_width, heading.size()));
-        out += text(" {:>{}}", heading, rows.back().second);
-    }
-    out += '\n';
-    const std::size_t rods = std::max<std::size_t>(table.rod_fractions.size(), 1);
-    for (std::size_t v = 0; v < table.varied.size(); ++v)
-        for (std::size_t b = 0; b < table.bead_fractions.size(); ++b)
-            for (std::size_t r = 0; r < rods; ++r) {
-                if (varied) out += text("{:>16.6g} ", table.varied[v]);
-                out += text("{:>6.4g} {:>6}", table.bead_fractions[b],
-                            table.rod_fractions.empty() ? "-" : text("{:.4g}", table.rod_fractions[r]));
-                for (const auto& [row, width] : rows)
-                    out +=
-                        text(" {:>{}}", cell_text(row->entries[calibrate::entry_index(table, *row, v, b, r)]), width);
-                out += '\n';
-            }
-    const std::string remarks = remarks_text(table, columns);
-    return remarks.empty() ? out : out + "\n" + remarks;
 }
 
 namespace {

@@ -54,8 +54,6 @@ struct SweepTable {
 /// Of the runs that have ended, by name.
 SweepTable sweep_table(const SweepLayout& layout, const std::map<std::string, RunResults>& results);
 
-/// For people.
-std::string table_text(const SweepTable& table);
 /// With a header line; means, errors and own errors in separate columns, empty where they are not available.
 std::string table_csv(const SweepTable& table);
 

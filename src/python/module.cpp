@@ -28,7 +28,7 @@
 #include "physics/model_keys.hpp"
 #include "python/bindings.hpp"
 #include "report/explain.hpp"
-#include "report/json.hpp"
+#include "report/shown.hpp"
 #include "report/write_result.hpp"
 #include "run/field_simulation.hpp"
 #include "run/run_scene.hpp"
@@ -320,8 +320,8 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
                           {"unfinished", outcome.unfinished},
                           {"unmet", outcome.unmet_targets},
                           {"stopped", outcome.stopped},
-                          {"text", outcome.table ? jobs::calibration_text(*outcome.table) : ""}};
-    if (outcome.table) result["coefficients"] = report::table_json(*outcome.table);
+                          {"text", outcome.table ? report::text_of(*outcome.table) : ""}};
+    if (outcome.table) result["coefficients"] = report::json_of(*outcome.table);
     if (outcome.want) {
         result["want"] = run::result_json(*outcome.want);
         result["text"] = result["text"].get<std::string>() + "\n" + run::result_text(*outcome.want);
@@ -361,8 +361,8 @@ std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, i
         scene, {.folder = folder, .share = {.number = share, .count = shares}, .collect = collect, .quiet = quiet});
     const jobs::SweepTable table = outcome.table.value_or(jobs::SweepTable{});
     const nlohmann::json result{
-        {"keys", table.keys},         {"rows", report::table_json(table)}, {"text", jobs::table_text(table)},
-        {"warnings", table.warnings}, {"failed", outcome.failed},          {"failures", outcome.failures},
+        {"keys", table.keys},         {"rows", report::json_of(table)}, {"text", report::text_of(table)},
+        {"warnings", table.warnings}, {"failed", outcome.failed},       {"failures", outcome.failures},
         {"missing", outcome.missing}, {"stopped", outcome.stopped}};
     return result.dump();
 }

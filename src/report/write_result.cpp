@@ -1,10 +1,6 @@
-// report/write_result.cpp: a result as an archive, and such an archive as text.
+// report/write_result.cpp: a result as an archive.
 #include "report/write_result.hpp"
 
-#include <algorithm>
-#include <cmath>
-
-#include "drover/base/text.hpp"
 #include "run/provenance.hpp"
 #include "run/scene_support.hpp"
 
@@ -35,50 +31,6 @@ void write_result(const run::Result& result, const std::filesystem::path& file, 
         }
         for (const files::ResultTable& table : run::result_tables(result)) archive.replace(table);
     });
-}
-
-bool is_result(const files::ArchiveReader& archive) {
-    const std::string title = files::text_in(archive.attributes(), "title");
-    for (const char* what : {"boundary", "onset", "stability", "states", "sweep"})
-        if (title.starts_with(text("drover {} of ", what))) return true;
-    return false;
-}
-
-std::vector<files::StoredArray> arrays_by_path(const files::ArchiveReader& archive) {
-    std::vector<files::StoredArray> arrays = archive.contents().arrays;
-    std::ranges::sort(arrays, {}, &files::StoredArray::path);
-    return arrays;
-}
-
-namespace {
-/// "0.5", "16 by 9: 0 to 2.5, 3 not finite".
-std::string content_text(const files::Array& array) {
-    std::vector<double> finite;
-    for (const double value : array.values)
-        if (std::isfinite(value)) finite.push_back(value);
-    if (array.shape.empty() && array.values.size() == 1) return text("{:.6g}", array.values.front());
-    std::vector<std::string> sizes;
-    for (const std::size_t size : array.shape) sizes.push_back(text("{}", size));
-    std::string out = joined(sizes, " by ");
-    if (!finite.empty()) {
-        const auto [min, max] = std::minmax_element(finite.begin(), finite.end());
-        out += text(": {:.6g} to {:.6g}", *min, *max);
-    }
-    if (finite.size() < array.values.size()) out += text(", {} not finite", array.values.size() - finite.size());
-    return out;
-}
-}  // namespace
-
-std::string stored_text(const files::ArchiveReader& archive) {
-    std::string out;
-    for (const files::StoredArray& array : arrays_by_path(archive)) {
-        const std::string unit = files::text_in(array.attributes, "units"),
-                          meaning = files::text_in(array.attributes, "comment");
-        out += text("{:<40} {}{}\n", array.path, content_text(archive.read(array.path)),
-                    unit == "1" || unit.empty() ? "" : " " + unit);
-        if (!meaning.empty()) out += text("    {}\n", meaning);
-    }
-    return out;
 }
 
 }  // namespace drover::report

@@ -61,7 +61,4 @@ files::ResultTable result_table(const Report& report);
 inline constexpr std::array result_endings{
     "", "_error", "_step_bias", "_step_bias_error", "_autocorrelation_time", "_linear"};
 
-/// For people: scalars, structure factors and number fluctuations, each with its prediction.
-std::string report_text(const Report& report);
-
 }  // namespace drover::run

@@ -1,10 +1,10 @@
-// tests/run/report_text.cpp: which numbers of the table of a run are rounding alone.
+// tests/report/report.cpp: which numbers of the table of a run are rounding alone.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "run/report.hpp"
+#include "report/shown.hpp"
 
-namespace drover::run::report_text_tests {
+namespace drover::report::report_tests {
 namespace {
 
 using measure::Nature;
@@ -15,13 +15,13 @@ measure::SummaryRow row_of(const std::string& name, double mean, Nature nature) 
 }
 
 TEST(ReportText, shows_as_zero_what_is_rounding_of_its_field_and_keeps_ratios) {
-    Report report;
+    run::Report report;
     report.scene.kind = io::SceneKind::model;
     report.setting.fields = {{.name = "phi", .symbol = "phi", .unit = "1", .short_name = "phi"}};
     report.summary.rows = {row_of("max_phi", 1.0, Nature::number),       row_of("mean_phi", 1e-15, Nature::number),
                            row_of("skewness_phi", 2e-15, Nature::ratio), row_of("variance_phi", 3e-23, Nature::square),
                            row_of("energy_flow", 1e3, Nature::energy),   row_of("energy_other", 1e-10, Nature::energy)};
-    const std::string table = report_text(report);
+    const std::string table = text_of(report);
     EXPECT_THAT(table, ContainsRegex("mean_phi +1 +0 "));
     EXPECT_THAT(table, ContainsRegex("skewness_phi +1 +2e-15 "));
     EXPECT_THAT(table, ContainsRegex("variance_phi +1 +3e-23 "));  // above the square of 1e-12
@@ -29,4 +29,4 @@ TEST(ReportText, shows_as_zero_what_is_rounding_of_its_field_and_keeps_ratios) {
 }
 
 }  // namespace
-}  // namespace drover::run::report_text_tests
+}  // namespace drover::report::report_tests

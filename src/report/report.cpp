@@ -1,12 +1,16 @@
-// run/report_text.cpp: the results of a run as tables for people.
+// report/report.cpp: the results of a run as tables for people, and as JSON.
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
 
 #include "drover/dem/bodies.hpp"
-#include "run/report.hpp"
+#include "report/shown.hpp"
 #include "run/step_bias.hpp"
 
-namespace drover::run {
+namespace drover::report {
+
+using run::Report;
 
 namespace {
 using measure::Nature;
@@ -92,8 +96,6 @@ bool is_zero(const measure::Estimate& estimate, double rounding) {
     return !estimate.error.value_or(0.0) && std::abs(estimate.mean) <= rounding;
 }
 
-std::string exponent_cell(double value) { return std::isfinite(value) ? text("{:>9.4f}", value) : text("{:>9}", "-"); }
-
 std::string error_cell(const measure::Estimate& estimate, double rounding = 0.0) {
     if (is_zero(estimate, rounding)) return text("{:>9}", 0);
     return estimate.error ? text("{:>9.2g}", *estimate.error) : text("{:>9}", "n/a");
@@ -102,7 +104,7 @@ std::string error_cell(const measure::Estimate& estimate, double rounding = 0.0)
 /// Bias by the time step.
 std::string step_cell(const Report& report, const measure::SummaryRow& row, std::size_t component) {
     if (row.name == "step_error") return "";
-    return "   " + step_bias_text(report.step_bias, report.scene, row.name, component, row.estimates[component]);
+    return "   " + run::step_bias_text(report.step_bias, report.scene, row.name, component, row.estimates[component]);
 }
 
 std::string mean_cell(const measure::Estimate& estimate, double rounding = 0.0) {
@@ -111,11 +113,22 @@ std::string mean_cell(const measure::Estimate& estimate, double rounding = 0.0) 
     return text("{:>11}", measured_text(estimate.mean, *estimate.error));
 }
 
-/// (measured - predicted) in standard errors.
-std::string deviation_cell(const measure::Estimate& estimate, double predicted, double rounding) {
-    if (!estimate.error || !(*estimate.error > 0.0) || !std::isfinite(predicted)) return text("{:>7}", "-");
-    if (std::abs(estimate.mean - predicted) <= rounding) return text("{:>7}", "0.0");
-    return text("{:>+7.1f}", (estimate.mean - predicted) / *estimate.error);
+double prediction_of(const Report& report, const measure::SummaryRow& row, std::size_t component) {
+    const run::Prediction* prediction = run::find_prediction(report, row.name);
+    return prediction ? prediction->values[component] : NAN;
+}
+
+/// Mean and error; of a run of fields the prediction too, and (measured - predicted) in standard errors.
+std::string cells(const Report& report, const measure::SummaryRow& row, std::size_t component, double rounding) {
+    const measure::Estimate& estimate = row.estimates[component];
+    const std::string measured = mean_cell(estimate, rounding) + " " + error_cell(estimate, rounding);
+    if (!io::has_grid(report.scene.kind)) return measured;
+    const double predicted = prediction_of(report, row, component), difference = estimate.mean - predicted;
+    const bool has_deviation = estimate.error.value_or(0.0) > 0.0 && std::isfinite(predicted);
+    return measured + " " + cell(predicted) + " " +
+           (!has_deviation                     ? text("{:>7}", "-")
+            : std::abs(difference) <= rounding ? text("{:>7}", "0.0")
+                                               : text("{:>+7.1f}", difference / *estimate.error));
 }
 
 void add_scalars(const Report& report, std::string& out) {
@@ -128,7 +141,7 @@ void add_scalars(const Report& report, std::string& out) {
         const double tau = estimate.autocorrelation_time, rounding = rounding_of(report, row);
         if (row.name == "step_error" && std::isnan(estimate.mean)) {
             out += text("{:<28} {:>8} not resolved (effort {:.3g} %)\n", row.name, row.unit,
-                        100.0 * effort_of_estimates(report.scene));
+                        100.0 * run::effort_of_estimates(report.scene));
             continue;
         }
         const bool has_tau = std::isfinite(tau) && !is_zero(estimate, rounding);
@@ -161,17 +174,10 @@ void add_array(const Report& report, const measure::SummaryRow& row, std::string
     const std::size_t width = std::max<std::size_t>(11, heading.size());
     out += text("\n{} [{}]\n{:>{}} {:>11} {:>9}{}\n", row.name, row.unit, heading, width, "measured", "error",
                 is_of_fields ? text(" {:>11} {:>7}   step", "linear", "sigmas") : "");
-    const Prediction* prediction = find_prediction(report, row.name);
     const double rounding = rounding_of(report, row);
-    for (const std::size_t i : log_spaced(axis.values.size(), 12)) {
-        const double predicted = prediction ? prediction->values[i] : NAN;
-        out += text("{:>{}.5g} {} {}", axis.values[i], width, mean_cell(row.estimates[i], rounding),
-                    error_cell(row.estimates[i], rounding));
-        if (is_of_fields)
-            out += text(" {} {}{}", cell(predicted), deviation_cell(row.estimates[i], predicted, rounding),
-                        step_cell(report, row, i));
-        out += '\n';
-    }
+    for (const std::size_t i : log_spaced(axis.values.size(), 12))
+        out += text("{:>{}.5g} {}{}\n", axis.values[i], width, cells(report, row, i, rounding),
+                    is_of_fields ? step_cell(report, row, i) : "");
 }
 
 void add_boxes(const Report& report, const measure::MeasuredField& field, const measure::BoxFamily& family,
@@ -183,25 +189,23 @@ void add_boxes(const Report& report, const measure::MeasuredField& field, const 
     const measure::SummaryRow *number = row("_number"), *deviation = row("_number_deviation"),
                               *exponent = row("_number_exponent");
     if (number == nullptr || deviation == nullptr || exponent == nullptr) return;
-    const Prediction* linear = find_prediction(report, deviation->name);
-    const Prediction* linear_exponent = find_prediction(report, exponent->name);
     out += text("\nfluctuations of the {}, each in a {}: DN ~ N^exponent from each box to the next\n",
                 what == field.name ? "amount of " + what : text("number of {}s", what), family.shape);
     out +=
         text("{:>11} {:>11} {:>11} {:>9} {:>11} {:>7}   {:>9} {:>9} {:>9}   step (of DN)\n",
              family.along_x == family.along_y ? text("side [{}]", io::renamed("mm", report.scene.units)) : "short side",
              "N", "DN", "error", "linear", "sigmas", "exponent", "error", "linear");
+    const auto exponent_cell = [](double value) {
+        return std::isfinite(value) ? text("{:>9.4f}", value) : text("{:>9}", "-");
+    };
     for (std::size_t b = 0; b < number->estimates.size(); ++b) {
-        const double side = number->axes.front().values[b];
-        const double predicted = linear ? linear->values[b] : NAN;
-        out += text("{} {} {} {} {} {}", cell(side), mean_cell(number->estimates[b]),
-                    mean_cell(deviation->estimates[b]), error_cell(deviation->estimates[b]), cell(predicted),
-                    deviation_cell(deviation->estimates[b], predicted, 0.0));
-        if (b + 1 < number->estimates.size())
-            out += text("   {} {} {}", exponent_cell(exponent->estimates[b].mean), error_cell(exponent->estimates[b]),
-                        exponent_cell(linear_exponent ? linear_exponent->values[b] : NAN));
-        else out += std::string(32, ' ');
-        out += step_cell(report, *deviation, b) + '\n';
+        const std::string exponents =
+            b + 1 == number->estimates.size()
+                ? std::string(32, ' ')
+                : text("   {} {} {}", exponent_cell(exponent->estimates[b].mean), error_cell(exponent->estimates[b]),
+                       exponent_cell(prediction_of(report, *exponent, b)));
+        out += text("{} {} {}{}{}\n", cell(number->axes.front().values[b]), mean_cell(number->estimates[b]),
+                    cells(report, *deviation, b, 0.0), exponents, step_cell(report, *deviation, b));
     }
 }
 
@@ -220,7 +224,7 @@ void add_arrays(const Report& report, std::string& out) {
 }
 }  // namespace
 
-std::string report_text(const Report& report) {
+std::string text_of(const Report& report) {
     const measure::Summary& summary = report.summary;
     std::string out =
         text("t = 0 to {}, {} samples, the first {} left out as warm-up\n",
@@ -237,8 +241,8 @@ std::string report_text(const Report& report) {
             (slowest == nullptr ||
              row.estimates.front().autocorrelation_time > slowest->estimates.front().autocorrelation_time))
             slowest = &row;
-    if (slowest != nullptr) out += "\nnote: " + slowest->name + ": " + slowest->estimates.front().why_no_error + "\n";
     std::string shown = slowest != nullptr ? slowest->estimates.front().why_no_error : "";
+    if (slowest != nullptr) out += "\nnote: " + slowest->name + ": " + shown + "\n";
     for (const measure::SummaryRow& row : summary.rows) {
         if (!row.axes.empty() || std::isfinite(row.estimates.front().mean)) continue;
         const std::string& why_no_error = row.estimates.front().why_no_error;
@@ -248,4 +252,36 @@ std::string report_text(const Report& report) {
     return out;
 }
 
-}  // namespace drover::run
+nlohmann::json json_of(const Report& report) {
+    const files::ResultTable table = run::result_table(report);
+    std::map<std::string, std::vector<double>> numbers;
+    for (std::size_t i = 0; i < table.values.size(); ++i) numbers[table.quantities[i].name] = table.values[i];
+    nlohmann::json rows = nlohmann::json::object();
+    for (const measure::SummaryRow& row : report.summary.rows) {
+        nlohmann::json& entry = rows[row.name] = {{"unit", row.unit}, {"formula", row.formula}};
+        std::vector<nlohmann::json> estimates;
+        for (const measure::Estimate& estimate : row.estimates) {
+            estimates.push_back({{"warm_up", run::number_json(estimate.warm_up)}, {"samples", estimate.samples}});
+            if (!estimate.why_no_error.empty()) estimates.back()["refusal"] = estimate.why_no_error;
+        }
+        for (const std::string ending : run::result_endings) {
+            const std::vector<double>& values = numbers[row.name + ending];
+            const std::string name = ending.empty() ? "mean" : ending.substr(1);
+            for (std::size_t i = 0; i < values.size(); ++i)
+                (ending == "_linear" ? entry[name][i] : estimates[i][name]) = run::number_json(values[i]);
+        }
+        if (row.axes.empty()) entry.update(estimates.front());
+        else if (!estimates.empty()) entry["values"] = std::move(estimates);
+    }
+    return {{"time", report.time},
+            {"samples", report.summary.samples},
+            {"warm_up_samples", report.summary.warm_up},
+            {"note", report.summary.note},
+            {"warnings", report.warnings},
+            {"no_prediction", report.no_prediction},
+            {"linear_about", report.about},
+            {"no_step_bias", report.step_bias.missing},
+            {"results", std::move(rows)}};
+}
+
+}  // namespace drover::report

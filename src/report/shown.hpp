@@ -1,0 +1,36 @@
+// report/shown.hpp: reports, tables and files as text for people, and as JSON for --json of the program and for Python.
+// Numbers that are not finite become null.
+#pragma once
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "calibrate/table.hpp"
+#include "io/scene.hpp"
+#include "jobs/sweep.hpp"
+#include "run/report.hpp"
+#include "run/result.hpp"
+
+namespace drover::report {
+
+/// Scalars, structure factors and number fluctuations, each with its prediction.
+std::string text_of(const run::Report& report);
+nlohmann::json json_of(const run::Report& report);
+
+/// One line for each point, then remarks.
+std::string text_of(const calibrate::Table& table);
+/// Coefficients by name, each with its points.
+nlohmann::json json_of(const calibrate::Table& table);
+
+std::string text_of(const jobs::SweepTable& table);
+nlohmann::json json_of(const jobs::SweepTable& table);
+
+/// What a file holds: an archive of a run, a table of coefficients, or extended XYZ.
+std::string info_text(const std::filesystem::path& file, bool with_scene);
+nlohmann::json info_json(const std::filesystem::path& file);
+
+/// The sections of scenes, with their keys.
+nlohmann::json schema_json(const std::vector<io::SectionDescription>& sections);
+
+}  // namespace drover::report
