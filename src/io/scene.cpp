@@ -243,7 +243,6 @@ void require_grid(const Scene& scene, const std::string& command) {
 model::Start default_start(SceneKind kind) { return start_without_keys(formulas_of(kind)); }
 
 int kept_degree(const Scene& scene, const model::Equations& equations) {
-    if (scene.kind == SceneKind::fields) return physics::kept_degree(physics::Equations(scene.model), scene.dealiasing);
     return numerics::kept_degree(std::max(equations.degree(), scene.dealiasing.degree), scene.dealiasing.rule);
 }
 

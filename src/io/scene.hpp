@@ -189,7 +189,7 @@ void require_grid(const Scene& scene, const std::string& command);
 
 /// The initial state where a scene has no [initial].
 model::Start default_start(SceneKind kind);
-/// The degree that decides which modes are kept.
+/// The degree that decides which modes of a model of one's own are kept.
 int kept_degree(const Scene& scene, const model::Equations& equations);
 
 /// Whether a number of the model came from the table of calibrated.table.

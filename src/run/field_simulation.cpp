@@ -61,6 +61,8 @@ private:
     std::optional<StepBias> bias_;                 // none: not measured
 };
 
+RunBytes bytes_of(const io::Scene& scene, const FieldProblem& problem);
+
 bool makes_step_error(const FieldProblem& problem) { return problem.integrated.equations.has_explicit_part(); }
 
 numerics::StepWork work_of_run(const io::Scene& scene, const FieldProblem& problem) {
@@ -87,6 +89,7 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads, b
       state_(first_state(threads, resumed)),
       fields_(scene_.grid, state_.count()),
       balanced_(scene_.grid, static_cast<int>(problem_.balanced.size())) {
+    bytes = bytes_of(scene_, problem_);
     health_ = make_field_health(problem_, evolution_.linear(), state_);
     evolution_.start(state_);
     fresh_ = evolution_.save();
@@ -170,14 +173,6 @@ int choose_threads(const io::Scene& scene) {
 
 std::string field_size(const io::Scene& scene) { return text("{} by {} points", scene.grid.nx, scene.grid.ny); }
 
-double field_disk_bytes(const io::Scene& scene) {
-    const FieldProblem problem = field_problem(scene);
-    const auto components = static_cast<double>(problem.components.size() + problem.balanced.size());
-    const double frame = static_cast<double>(numerics::points(scene.grid)) * components;
-    const double shells = 0.5 * (scene.grid.ny == 1 ? scene.grid.nx : std::min(scene.grid.nx, scene.grid.ny));
-    return recorded_bytes(scene, frame, components * (8.0 + shells * (3.0 + 2.0 * measure::direction_sectors)) + 64.0);
-}
-
 TimedScene timed_fields(const io::Scene& scene) {
     constexpr double max_points = 256.0 * 256.0;
     const auto work = [](const numerics::Grid& grid) {
@@ -210,10 +205,15 @@ double twin_stepper_bytes(const numerics::System& system, const io::TimeControl&
            static_cast<double>(numerics::modes(system.grid)) * numerics::components(system.layout) *
                sizeof(numerics::Complex);
 }
-}  // namespace
 
-double field_simulation_bytes(const io::Scene& scene) {
-    const FieldProblem problem = field_problem(scene);
+double disk_bytes(const io::Scene& scene, const FieldProblem& problem) {
+    const auto components = static_cast<double>(problem.components.size() + problem.balanced.size());
+    const double frame = static_cast<double>(numerics::points(scene.grid)) * components;
+    const double shells = 0.5 * (scene.grid.ny == 1 ? scene.grid.nx : std::min(scene.grid.nx, scene.grid.ny));
+    return recorded_bytes(scene, frame, components * (8.0 + shells * (3.0 + 2.0 * measure::direction_sectors)) + 64.0);
+}
+
+RunBytes bytes_of(const io::Scene& scene, const FieldProblem& problem) {
     const model::Integrated& what = problem.integrated;
     numerics::System system = what.equations.linear_system(scene.grid, what.kept_degree);
     const bool evaluates = what.equations.has_nonlinear_part();
@@ -236,9 +236,14 @@ double field_simulation_bytes(const io::Scene& scene) {
     }
     // The state, the last two healthy ones, a copy for the checkpoint and its file; fields, and a frame of them with
     // its compressed bytes; scratch; shells, sectors and powers.
-    return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers_bytes(system, scene.time, 2) +
-           explicit_part + more + (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
+    const double memory = numerics::noise_path_bytes(system, scene.time.dt, halvings) +
+                          steppers_bytes(system, scene.time, 2) + explicit_part + more +
+                          (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
+    return {.memory = memory, .disk = disk_bytes(scene, problem)};
 }
+}  // namespace
+
+RunBytes field_bytes(const io::Scene& scene) { return bytes_of(scene, field_problem(scene)); }
 
 namespace {
 ScheduledRecording FieldSimulation::frames() {

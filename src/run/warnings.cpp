@@ -350,8 +350,9 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
 }
 
 /// Means so far from the state of the exact linear part that the fields stand still: their step error cannot tell.
-void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene, const model::Equations& compiled,
+void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
                     std::vector<std::string>& warnings) {
+    const model::Equations& compiled = what.equations;
     const std::vector<model::StateComponent> components = model::components_of_state(compiled);
     model::UniformState means = compiled.reference();
     const auto mean_of = [&](std::size_t c) -> double& {
@@ -363,7 +364,7 @@ void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene,
         mean_of(c) = series.back();
     }
     if (scene.initial.formulas.empty() && means == compiled.reference()) return;
-    const model::Equations equations = integrated_in_run(scene).equations;
+    const model::Equations equations = about_start(scene, what).equations;
     if (!stands_still(scene, equations, means)) return;
     std::vector<std::string> far;
     for (std::size_t c = 0; c < components.size(); ++c)
@@ -380,16 +381,16 @@ void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene,
 
 }  // namespace
 
-std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
-    const model::Integrated what = integrated_of(scene);
-    std::vector<std::string> warnings = field_scene_warnings(scene);
+std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene,
+                                        const model::Integrated& what) {
+    std::vector<std::string> warnings = field_scene_warnings(scene, what);
     add_not_finite(archive, scene, what.equations, warnings);
     add_resolution(archive, scene, what, warnings);
     add_density_warnings(archive, scene, what, warnings);
     add_few_particles(archive, scene, what, warnings);
     add_step_error(archive, scene, what.equations.has_product_noise(), warnings);
     add_late_order(archive, scene, what, warnings);
-    add_standstill(archive, scene, what.equations, warnings);
+    add_standstill(archive, scene, what, warnings);
     return warnings;
 }
 
