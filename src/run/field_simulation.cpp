@@ -269,9 +269,10 @@ ScheduledRecording FieldSimulation::samples() {
 }
 
 /// Throws StepTooLong where the step was chosen for the error of the fields, `error` after `step` steps.
-void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step) {
+void check_chosen_step(const io::Scene& scene, const numerics::StepError::Relative& error, std::int64_t step) {
+    const io::TimeControl& time = scene.time;
     constexpr double any = 1.0;  // where the fields of two steps may part
-    if (time.chosen != "fields" || time.max_error >= any) return;
+    if (scene.found.step.by != "fields" || time.max_error >= any) return;
     if (!(error.error > time.max_error)) return;  // also where it is not resolved
     // Errors grow at least in proportion to time, and fall less than the order tells: fields that are not smooth.
     const double t = static_cast<double>(step) * time.dt,
@@ -288,8 +289,10 @@ void check_chosen_step(const io::TimeControl& time, const numerics::StepError::R
 /// Where the step was chosen, and no tolerance divides it, a run Error of `work` becomes a StepTooLong: a pilot has
 /// fewer points, or ends earlier.
 template <class Work>
-void blame_chosen_step(const io::TimeControl& time, Work work) {
-    if (time.tolerance > 0.0 || (time.chosen != "fields" && time.chosen != "means")) return work();
+void blame_chosen_step(const io::Scene& scene, Work work) {
+    const io::TimeControl& time = scene.time;
+    const std::string& by = scene.found.step.by;
+    if (time.tolerance > 0.0 || (by != "fields" && by != "means")) return work();
     try {
         work();
     } catch (const StepTooLong&) {
@@ -303,7 +306,7 @@ void blame_chosen_step(const io::TimeControl& time, Work work) {
 }
 
 void FieldSimulation::advance(std::int64_t step) {
-    blame_chosen_step(scene_.time, [&] {
+    blame_chosen_step(scene_, [&] {
         try {
             evolution_.advance(step, state_);
             if (bias_) bias_->advance(step + 1, state_);
@@ -315,7 +318,7 @@ void FieldSimulation::advance(std::int64_t step) {
 }
 
 void FieldSimulation::check_health(std::int64_t step) {
-    blame_chosen_step(scene_.time, [&] {
+    blame_chosen_step(scene_, [&] {
         check_step_error(step);
         check_field_health(diagnosed(), transform_, state_, step, health_);
     });
@@ -329,7 +332,7 @@ void FieldSimulation::check_step_error(std::int64_t step) {
     else if (!too_large_since_) too_large_since_ = step;
     const std::int64_t a_while = steps / 64;
     if (too_large_since_ && (step == steps || step >= *too_large_since_ + a_while))
-        check_chosen_step(scene_.time, error, step);
+        check_chosen_step(scene_, error, step);
 }
 
 /// The choices of an adaptive stepper, for people; "" where its steps are fixed.

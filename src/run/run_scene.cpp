@@ -49,9 +49,9 @@ std::vector<std::string> log_start(const io::Scene& scene, const Simulation& sim
     for (const std::string& warning : warnings) log_warning("{}", warning);
     log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", simulation_type_of(scene).size(scene),
                     simulation.steps, simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
-    if (!scene.time.chosen.empty())
+    if (const auto& [by, pilot] = scene.found.step; !by.empty())
         log_information("time.dt = {} s was chosen: {}", scene.time.dt,
-                        scene.time.pilot.empty() ? "the model is linear, and every step exact" : scene.time.pilot);
+                        pilot.empty() ? "the model is linear, and every step exact" : pilot);
     log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),
                     bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
     if (needs.disk_bytes > needs.disk_free)

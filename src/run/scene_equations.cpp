@@ -53,15 +53,10 @@ double counterterm_of(const io::Scene& scene) {
     return calibrate::counterterm(scene.model, {scene.grid, degree}, io::locate(scene, "approximation.counterterm"));
 }
 
-io::Scene with_counterterm(const io::Scene& scene) {
-    io::Scene result = scene;
-    if (scene.approximation.counterterm) calibrate::add_counterterm(counterterm_of(scene), result.model);
-    return result;
-}
-
-model::Integrated integrated_in_run(const io::Scene& scene) {
-    const io::Scene with = with_counterterm(scene);
-    return about_start(with, integrated_of(with));
+model::Integrated integrated_in_run(const io::Scene& given) {
+    io::Scene scene = given;
+    if (scene.approximation.counterterm) calibrate::add_counterterm(counterterm_of(scene), scene.model);
+    return about_start(scene, integrated_of(scene));
 }
 
 model::Equations equations_of(const io::Scene& scene) {

@@ -17,9 +17,7 @@ bool stands_still(const io::Scene& scene, const model::Equations& equations, con
 model::Integrated about_start(const io::Scene& scene, model::Integrated what);
 /// What approximation.counterterm adds to the growth of order [1/s].
 double counterterm_of(const io::Scene& scene);
-/// With the rate that it gives a run; theory is of the scene as it is.
-io::Scene with_counterterm(const io::Scene& scene);
-/// What a run of the scene integrates: with that rate, about_start.
+/// What a run of the scene integrates: with that rate, about_start; theory is of the scene as it is.
 model::Integrated integrated_in_run(const io::Scene& scene);
 /// The equations alone: a function of the calling program may be missing.
 model::Equations equations_of(const io::Scene& scene);

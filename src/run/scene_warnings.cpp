@@ -94,7 +94,7 @@ namespace {
 void add_saturation_by_waves(const io::Scene& scene, int degree, std::vector<std::string>& warnings) {
     constexpr double max_without = 0.1, max_part = 1.0;
     const bool has_counterterm = scene.approximation.counterterm;
-    if (scene.kind != io::SceneKind::fields || (scene.calibrated.filled.empty() && !has_counterterm)) return;
+    if (scene.kind != io::SceneKind::fields || (scene.found.filled.empty() && !has_counterterm)) return;
     const double part = calibrate::part_of_waves(scene.model, {scene.grid, degree});
     if (!has_counterterm && part > max_without)
         warnings.push_back(text(

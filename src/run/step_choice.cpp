@@ -167,7 +167,7 @@ RelativeBias largest_bias(const Pilot& longer, const Pilot& shorter, const model
 class Ladder {
 public:
     Ladder(const io::Scene& scene, const io::Scene& pilot, const model::Equations& equations)
-        : given_(scene.time),
+        : given_(scene),
           model_(equations.model()),
           target_(choice_margin * max_error_of(scene)),
           pilot_(pilot),
@@ -177,8 +177,8 @@ public:
           is_coarse_(numerics::points(pilot_.grid) < numerics::points(scene.grid)),
           threads_(choose_threads(pilot_)) {}
 
-    /// dt, tolerance and the words of time.chosen; none: see failure().
-    std::optional<io::TimeControl> choose() {
+    /// The scene with dt, a tolerance, and how they were found; none: see failure().
+    std::optional<io::Scene> choose() {
         if (!is_noisy_)
             if (auto chosen = by_fields(); chosen || !is_chaotic()) return chosen;
         return by_means();
@@ -210,7 +210,7 @@ private:
         return run;
     }
 
-    std::optional<io::TimeControl> by_fields() {
+    std::optional<io::Scene> by_fields() {
         for (int unresolved = 0; within_reach(); pilot_.time.dt *= 0.5) {
             const Pilot run = next_run(foreseen_ * target_);
             const bool reached_end = std::isinf(run.stopped);
@@ -247,8 +247,8 @@ private:
         return true;
     }
 
-    std::optional<io::TimeControl> by_means() {
-        pilot_.time.tolerance = given_.tolerance;
+    std::optional<io::Scene> by_means() {
+        pilot_.time.tolerance = given_.time.tolerance;
         if (!stopped_.empty()) pilot_.time.dt *= std::exp2(static_cast<double>(stopped_.size()) - 1.0);
         std::optional<Pilot> longer;
         for (; within_reach(); pilot_.time.dt *= 0.5) {
@@ -274,17 +274,17 @@ private:
         return std::nullopt;
     }
 
-    io::TimeControl chosen(const char* by, const std::string& error, double largest_part_error) const {
-        io::TimeControl time = given_;
-        time.dt = pilot_.time.dt;
-        if (given_.tolerance == 0.0) time.tolerance = std::min(target_, 2.0 * largest_part_error);
-        time.chosen = by;
-        time.pilot = text("{} in {} pilot run{} of {} by {} points to t = {:.4g} s", error, runs_,
-                          runs_ == 1 ? "" : "s", pilot_.grid.nx, pilot_.grid.ny, pilot_.time.end);
-        return time;
+    io::Scene chosen(const char* by, const std::string& error, double largest_part_error) const {
+        io::Scene scene = given_;
+        scene.time.dt = pilot_.time.dt;
+        if (given_.time.tolerance == 0.0) scene.time.tolerance = std::min(target_, 2.0 * largest_part_error);
+        scene.found.step = {.by = by,
+                            .pilot = text("{} in {} pilot run{} of {} by {} points to t = {:.4g} s", error, runs_,
+                                          runs_ == 1 ? "" : "s", pilot_.grid.nx, pilot_.grid.ny, pilot_.time.end)};
+        return scene;
     }
 
-    io::TimeControl given_;
+    io::Scene given_;
     const model::Model& model_;
     double target_;
     io::Scene pilot_;
@@ -305,7 +305,8 @@ void shorten_to_times(io::Scene& scene, const model::Model& model) {
     constexpr double max_steps = 1e7;
     const double chosen = scene.time.dt;
     while (!resolves_time(scene, model) && scene.time.end / scene.time.dt < max_steps) scene.time.dt *= 0.5;
-    if (scene.time.dt < chosen) scene.time.pilot += text("; shortened from {:.4g} s to resolve the terms of t", chosen);
+    if (scene.time.dt < chosen)
+        scene.found.step.pilot += text("; shortened from {:.4g} s to resolve the terms of t", chosen);
 }
 }  // namespace
 
@@ -317,7 +318,7 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
     const model::Equations equations = equations_of(scene);
     if (!equations.has_explicit_part()) {
         result.time.dt = io::longest_step(scene);
-        result.time.chosen = "linear";
+        result.found.step.by = "linear";
         return result;
     }
     if (scene.time.tolerance > 0.0 && numerics::time_method(scene.time.stepper).stages_with_tolerance == 0) {
@@ -331,10 +332,9 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
         const io::Scene pilot = pilot_scene(result, coarser);
         if (coarser > 1 && !represents(pilot, result)) continue;
         Ladder ladder(result, pilot, equations);
-        if (const auto time = ladder.choose()) {
-            result.time = *time;
-            shorten_to_times(result, equations.model());
-            return result;
+        if (auto chosen = ladder.choose()) {
+            shorten_to_times(*chosen, equations.model());
+            return *chosen;
         }
         failure = ladder.failure();
     }
