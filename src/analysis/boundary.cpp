@@ -26,7 +26,7 @@ using theory::MarginState;
 /// Of a table at one point, in a plane of area fractions.
 void warn_of_fixed_coefficients(const io::Scene& scene, const PlannedBoundary& planned) {
     const io::CalibratedPlan& calibrated = scene.calibrated;
-    if (calibrated.filled.empty() || calibrated.coefficients == "local" ||
+    if (scene.found.filled.empty() || calibrated.coefficients == "local" ||
         !(planned.x.is_fraction || planned.y.is_fraction))
         return;
     log_warning(

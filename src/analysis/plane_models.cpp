@@ -221,7 +221,7 @@ std::vector<io::Scene> drawn_scenes(const io::Scene& scene, const std::vector<st
         uncertain.push_back({.error = error, .add = [number = number](io::Scene& of, double change) {
                                  number.set(of, number.in(of) + change);
                              }});
-    const bool has_errors = !uncertain.empty() || (!is_own && !scene.calibrated.filled.empty());
+    const bool has_errors = !uncertain.empty() || (!is_own && !scene.found.filled.empty());
     const int count = scene.boundary.draws;
     if (!has_errors || count == 0) return {};
     std::vector<io::Scene> drawn;

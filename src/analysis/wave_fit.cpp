@@ -224,8 +224,7 @@ WaveRecord record_of(const io::Scene& scene, const model::Equations& equations, 
             scene.file);
     if (source.scene.kind == io::SceneKind::particles)
         return particle_waves(source.archive, source.name, source.scene, equations.model(), choice);
-    RecordedFields recorded{.grid = source.scene.grid,
-                            .kept_degree = io::kept_degree(source.scene, run::equations_of(source.scene))};
+    RecordedFields recorded{.grid = source.scene.grid, .kept_degree = run::compiled_of(source.scene).kept_degree};
     for (const model::StateComponent& one : model::components_of_state(equations))
         recorded.components.push_back({one.name, io::renamed(one.unit, source.scene.units)});
     return field_waves(source.archive, source.name, recorded, choice);
@@ -234,14 +233,14 @@ WaveRecord record_of(const io::Scene& scene, const model::Equations& equations, 
 /// same fields.
 WaveProblem wave_problem(const io::Scene& scene, const std::vector<std::string>& keys, const WaveChoice& choice,
                          const FrameSource& source) {
-    const model::Equations equations = run::equations_of(scene);
+    const model::Integrated what = run::compiled_of(scene);
+    const model::Equations& equations = what.equations;
     const std::string placed = run::placed_term_of(scene, equations);
     require(placed.empty(), {scene.file}, "{} depends on position or time; expected equations with uniform states",
             placed);
     WaveProblem problem;
     problem.record = record_of(scene, equations, choice, source);
-    const measure::FieldSetting observed =
-        measure::make_field_setting(equations, scene.grid, io::kept_degree(scene, equations));
+    const measure::FieldSetting observed = measure::make_field_setting(equations, scene.grid, what.kept_degree);
     const FrameMeans means =
         means_of(problem.record, equations, source.name, measure::name_of(observed, observed.order));
     model::UniformState about = equations.reference();

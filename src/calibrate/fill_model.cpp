@@ -87,23 +87,23 @@ void set_number(const std::string& key, const Uncertain& number, physics::ModelV
 }
 }  // namespace
 
-FilledModel fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
-                       physics::ModelValues& model) {
+std::vector<FilledNumber> fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
+                                     physics::ModelValues& model) {
     const std::vector<std::string> numbers = without_nodes(keys);
     const std::vector<FieldNumber> found = field_numbers(table, numbers, point, order_kind(model));
-    FilledModel result;
+    std::vector<FilledNumber> filled;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         const double factor = lambda_factor(model, numbers[i]);
         const Uncertain number{.value = factor * found[i].number.value, .error = factor * found[i].number.error};
         set_number(numbers[i], number, model);
-        result.filled.push_back(numbers[i] + ": " + origin_name(found[i].origin) + ", " + number_text(number));
+        filled.push_back({numbers[i], text("{}, {}", origin_name(found[i].origin), number_text(number))});
     }
     if (numbers.size() < keys.size()) {
         check_nodes(table, point, order_kind(model));
         fill_nodes(table, point, model);
-        result.filled.push_back(std::string(all_nodes) + ": at the nodes of the table");
+        filled.push_back({all_nodes, "at the nodes of the table"});
     }
-    return result;
+    return filled;
 }
 
 std::vector<physics::ModelValues> redrawn_models(const Table& table, const StatePoint& point,

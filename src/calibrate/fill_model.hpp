@@ -8,9 +8,9 @@
 
 namespace drover::calibrate {
 
-/// What a table gave to a model, for people: "drag.coefficient: measured, 3.1 +- 0.2"; and what its mean field expects.
-struct FilledModel {
-    std::vector<std::string> filled, expected;
+/// What a table gave to a model: "drag.coefficient", and in words "measured, 3.1 +- 0.2".
+struct FilledNumber {
+    std::string key, origin;
 };
 
 /// Which keys a table is to provide: those that it has, the form has a field for, and `is_given` denies.  With `local`
@@ -19,8 +19,8 @@ std::vector<std::string> missing_keys(const physics::ModelValues& model, bool lo
                                       const std::function<bool(const std::string& key)>& is_given);
 
 /// Fills these keys of a model.  Throws an input Error for missing values, and for values out of the range of the key.
-FilledModel fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
-                       physics::ModelValues& model);
+std::vector<FilledNumber> fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
+                                     physics::ModelValues& model);
 
 /// The model with these keys filled from tables redrawn within their errors, each with all that follows from it.  A
 /// table with a number out of the range of its key is left out, so there may be fewer than `count`.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <tuple>
 
 #include "io/scene_parts.hpp"
@@ -71,6 +72,36 @@ struct KeyOf {
 constexpr std::array keys_of_kinds{KeyOf{"time.stepper", grids},   KeyOf{"time.tolerance", grids},
                                    KeyOf{"time.max_error", grids}, KeyOf{"time.chosen", grids},
                                    KeyOf{"time.pilot", grids},     KeyOf{"output.powers", grids}};
+
+/// A key that drover writes, of its section the last; its default is what was found.
+struct FoundKey {
+    std::string section;
+    Description row;
+};
+
+std::vector<FoundKey> keys_of(const Found& found) {
+    std::vector<std::string> filled;
+    for (const auto& [key, origin] : found.filled) filled.push_back(origin.empty() ? key : key + ": " + origin);
+    return {{"time",
+             {.name = "chosen",
+              .default_value = found.step.by,
+              .choices = {"", "fields", "means", "linear"},
+              .doc = "written by drover: dt was left out and chosen for the error of the fields, of time means (with "
+                     "noise, or chaotic), or for a linear model, of which every step is exact; empty: dt was given; "
+                     "fields only"}},
+            {"time",
+             {.name = "pilot",
+              .default_value = found.step.pilot,
+              .doc = "written by drover: the error and the pilot runs from which dt was chosen"}},
+            {"calibrated",
+             {.name = "filled",
+              .default_value = filled,
+              .doc = "written by drover: what came from the table, its origin and its error; leave it out"}},
+            {"calibrated",
+             {.name = "expected",
+              .default_value = found.expected,
+              .doc = "written by drover: what the mean field of the table expects; leave it out"}}};
+}
 
 bool is_of(SceneKind kind, SectionOf section) { return (section & row_of(kind).section) != 0; }
 
@@ -153,9 +184,29 @@ std::function<double(int x, int y)> noise_moment_of(const Scene& scene) {
 
 }  // namespace
 
+Found found_in(const LocatedTables& tables) {
+    using Texts = std::vector<std::string>;
+    std::vector<Value> values;
+    for (const auto& [section, row] : keys_of({})) {
+        values.push_back(row.default_value);
+        const auto table = tables.find(section);
+        if (table == tables.end() || !table->second.values.contains(row.name)) continue;
+        values.back() = checked_value(row, section, table->second.values.at(row.name));
+    }
+    Found found{.step = {.by = std::get<std::string>(values[0]), .pilot = std::get<std::string>(values[1])},
+                .filled = {},
+                .expected = std::get<Texts>(values[3])};
+    for (const std::string& line : std::get<Texts>(values[2])) {
+        const std::size_t colon = line.find(": ");
+        found.filled.push_back({line.substr(0, colon), colon == std::string::npos ? "" : line.substr(colon + 2)});
+    }
+    return found;
+}
+
 Scene scene_of(const LocatedTables& given, const std::string& file) {
     LocatedTables tables = given;
     Scene scene;
+    scene.found = found_in(tables);
     scene.file = file;
     scene.kind = kind_of(tables);
     if (scene.kind == SceneKind::particles) scene.time.dt = dt_of_particles;
@@ -175,9 +226,11 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
         sections.push_back(name);
         const auto table = tables.find(name);
         if (table == tables.end()) return;
-        read_table(table->second, name, part);
         scene.places.emplace(name, table->second.where);
         for (const auto& [key, value] : table->second.values) scene.places.emplace(name + "." + key, value.where);
+        for (const FoundKey& one : keys_of({}))
+            if (one.section == name) table->second.values.erase(one.row.name);
+        read_table(table->second, name, part);
     });
     reject_keys_of_others(scene);
     if (scene.declared.calculus == "stratonovich") scene.declared.noise_moment = noise_moment_of(scene);
@@ -243,34 +296,79 @@ void require_grid(const Scene& scene, const std::string& command) {
 model::Start default_start(SceneKind kind) { return start_without_keys(formulas_of(kind)); }
 
 int kept_degree(const Scene& scene, const model::Equations& equations) {
-    if (scene.kind == SceneKind::fields) return physics::kept_degree(physics::Equations(scene.model), scene.dealiasing);
     return numerics::kept_degree(std::max(equations.degree(), scene.dealiasing.degree), scene.dealiasing.rule);
 }
 
-std::string chosen_text(const Scene& scene, const std::function<bool(const std::string&)>& is_chosen) {
-    std::string result;
+namespace {
+/// The chosen part of a scene, without its model.
+WrittenTables written_sections(const Scene& scene, const std::function<bool(const std::string&)>& is_chosen) {
+    WrittenTables tables;
     for_sections(scene, [&](SectionOf belongs, const std::string& name, const char*, const auto& part) {
         if (!is_of(scene.kind, belongs) || !is_chosen(name)) return;
-        if (!result.empty()) result += '\n';
-        result += "[" + name + "]\n";
-        for (const auto& [key, value] :
-             name == initial_section ? initial_values(scene.initial, formulas_of(scene.kind)) : values_of(part))
-            if (const std::string whole = name + "." + key; is_of(scene.kind, whole) && is_chosen(whole))
-                result += key + " = " + toml_text(value) + "\n";
+        tables.push_back({.name = name,
+                          .values = name == initial_section ? initial_values(scene.initial, formulas_of(scene.kind))
+                                                            : values_of(part)});
+        for (const auto& [section, row] : keys_of(scene.found))
+            if (section == name) tables.back().values.emplace_back(row.name, row.default_value);
+        std::erase_if(tables.back().values, [&](const auto& value) {
+            const std::string whole = name + "." + value.first;
+            return !is_of(scene.kind, whole) || !is_chosen(whole);
+        });
     });
-    return result;
+    return tables;
 }
 
-std::string resolved_text(const Scene& scene) {
-    std::string model;
-    if (scene.kind == SceneKind::fields) model = model_text(scene.model);
-    if (scene.kind == SceneKind::model) model = declared_text(scene.declared);
+/// All of a scene.
+WrittenTables written_scene(const Scene& scene) {
+    WrittenTables tables;
+    if (scene.kind == SceneKind::fields) tables = written_model(scene.model);
+    if (scene.kind == SceneKind::model) tables = written_model(scene.declared);
     // Without a step the run chooses its method too, unless the scene gives one.
     const bool is_method_open = has_grid(scene.kind) && scene.time.dt == 0.0 && !scene.places.contains("time.stepper");
-    const std::string rest =
-        chosen_text(scene, [&](const std::string& key) { return !(is_method_open && key == "time.stepper"); });
-    return model.empty() || rest.empty() ? model + rest : model + "\n" + rest;
+    std::ranges::move(written_sections(scene,
+                                       [&](const auto& key) { return !(is_method_open && key == "time.stepper"); }),
+                      std::back_inserter(tables));
+    return tables;
 }
+
+/// As TOML, with the parameters of terms in the terms that have them.
+std::string text_of(const WrittenTables& tables, const std::map<std::string, double>& parameters = {}) {
+    std::string result;
+    for (const auto& [name, values] : tables) {
+        if (name == parameter_table) continue;
+        const std::size_t number = name.find('[');  // of an item of a list
+        result += result.empty() ? "" : "\n";
+        result += number == std::string::npos ? "[" + name + "]\n" : "[[" + name.substr(0, number) + "]]\n";
+        for (const auto& [key, value] : values) {
+            if (key != parameter_names) {
+                result += key + " = " + toml_text(value) + "\n";
+                continue;
+            }
+            std::vector<std::string> words;
+            for (const std::string& one : std::get<std::vector<std::string>>(value))
+                words.push_back(one + " = " + toml_text(parameters.at(one)));
+            result += "parameters = { " + joined(words) + " }\n";
+        }
+    }
+    return result;
+}
+}  // namespace
+
+LocatedTables tables_of(const Scene& scene) {
+    LocatedTables tables;
+    for (const auto& [name, values] : written_scene(scene)) {
+        LocatedTable& table = tables.emplace(name, LocatedTable{{.file = scene.file}, {}}).first->second;
+        for (const auto& [key, value] : values)
+            table.values.emplace(key, LocatedValue{value, {.file = key == parameter_names ? "" : scene.file}});
+    }
+    return tables;
+}
+
+std::string chosen_text(const Scene& scene, const std::function<bool(const std::string&)>& is_chosen) {
+    return text_of(written_sections(scene, is_chosen));
+}
+
+std::string resolved_text(const Scene& scene) { return text_of(written_scene(scene), scene.model.parameters); }
 
 std::vector<SectionDescription> scene_schema(const physics::ModelFile& file) {
     std::vector<SectionDescription> sections;
@@ -296,6 +394,8 @@ std::vector<SectionDescription> scene_schema(const physics::ModelFile& file) {
             if (belongs != all && is_of(row.kind, belongs)) kinds.push_back(row.kind);
         std::vector<Description> rows = descriptions<std::remove_cvref_t<decltype(part)>>();
         if (name == initial_section) rows = initial_rows(FormulasOf::rod_bead);
+        for (const FoundKey& one : keys_of({}))
+            if (one.section == name) rows.push_back(one.row);
         sections.push_back({name, doc, std::move(rows), kinds});
     });
     return sections;

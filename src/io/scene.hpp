@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibrate/catalogue.hpp"
+#include "calibrate/fill_model.hpp"
 #include "drover/base/schema.hpp"
 #include "drover/dem/setup.hpp"
 #include "drover/numerics/grid.hpp"
@@ -25,8 +26,6 @@ struct TimeControl {
     std::string stepper = "etdrk2";  ///< a row of numerics::stepper_tables()
     double tolerance = 0.0;          ///< local error relative to the field; 0: fixed steps dt
     double max_error = 0.01;         ///< estimated error of the fields above which a run warns; 0: no estimate
-    std::string chosen;              ///< written by drover: what chose dt: "fields", "means", "linear"; "": given
-    std::string pilot;               ///< written by drover: the error and the pilot runs that chose dt
 
     static Rows<TimeControl> rows();
 };
@@ -140,10 +139,22 @@ struct CalibratedPlan {
     double varied = 0.0;                                       ///< of the key that the table varies, when it has one
     std::string coefficients = "uniform";  ///< uniform: at these area fractions; local: at the local densities
     std::string outside = "refuse";        ///< refuse or hold: behaviour beyond the table
-    std::vector<std::string> filled;       ///< written by drover: "drag.coefficient: measured, 3.1 +- 0.2"
-    std::vector<std::string> expected;     ///< written by drover: mean-field predictions of the table
 
     static Rows<CalibratedPlan> rows();
+};
+
+/// How a time step was found.
+struct StepChoice {
+    std::string by;     ///< what chose dt: "fields", "means", "linear"; "": given
+    std::string pilot;  ///< the error and the pilot runs that chose dt
+};
+
+/// What drover found for a scene, and writes among the inputs of a resolved one: time.chosen, time.pilot,
+/// calibrated.filled and calibrated.expected.
+struct Found {
+    StepChoice step;
+    std::vector<calibrate::FilledNumber> filled;  ///< numbers that the table gave to the model
+    std::vector<std::string> expected;            ///< mean-field predictions of the table
 };
 
 /// A scene with a section of particles ([cell], [plates], [beads], [rods], ...) is a scene of particles, one that
@@ -175,6 +186,7 @@ struct Scene {
     CalibratedPlan calibrated;
     CalibrationPlan calibration;  // of particles, as are the plans of its assays
     calibrate::Plans plans;
+    Found found;  // all others are inputs
 };
 
 /// "fields", "particles", "model".
@@ -189,7 +201,7 @@ void require_grid(const Scene& scene, const std::string& command);
 
 /// The initial state where a scene has no [initial].
 model::Start default_start(SceneKind kind);
-/// The degree that decides which modes are kept.
+/// The degree that decides which modes of a model of one's own are kept.
 int kept_degree(const Scene& scene, const model::Equations& equations);
 
 /// Whether a number of the model came from the table of calibrated.table.
@@ -228,11 +240,15 @@ struct ModelNumber {
 /// Of the parameters of terms it knows those that `model` has: "terms.W".
 ModelNumber model_number(const std::string& key, const SourceLocation& where, const physics::ModelValues& model);
 
+/// What drover found, of the tables of a resolved scene.
+Found found_in(const LocatedTables& tables);
 /// The scene of these tables, with defaults for absent keys; not yet filled from a calibrated table, nor checked.
 /// Throws an input Error for an unknown key or table, a value out of range, or tables of both kinds.
 Scene scene_of(const LocatedTables& tables, const std::string& file);
 
-/// Every key of the scene's kind with its value, as TOML that reads back as the same scene.
+/// Every key of the scene's kind with its value, as tables that read back as the same scene.
+LocatedTables tables_of(const Scene& scene);
+/// The same as TOML.
 std::string resolved_text(const Scene& scene);
 /// The chosen part of it, by section and key: "sweep" and "sweep.keep"; without the model.
 std::string chosen_text(const Scene& scene, const std::function<bool(const std::string& section_or_key)>& is_chosen);

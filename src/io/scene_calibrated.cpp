@@ -2,8 +2,8 @@
 #include "io/scene_calibrated.hpp"
 
 #include <algorithm>
+#include <iterator>
 
-#include "calibrate/fill_model.hpp"
 #include "io/calibration.hpp"
 
 namespace drover::io {
@@ -42,33 +42,29 @@ calibrate::StatePoint point_of(const Scene& scene, const calibrate::Table& table
 }
 
 void fill(Scene& scene, const std::vector<std::string>& missing) {
-    CalibratedPlan& plan = scene.calibrated;
     const calibrate::Table table = read_calibration(table_file(scene));
     const calibrate::StatePoint point = point_of(scene, table);
-    const calibrate::FilledModel found = calibrate::fill_model(table, point, missing, scene.model);
-    plan.filled.insert(plan.filled.end(), found.filled.begin(), found.filled.end());
-    if (has_mean_field_of_table(scene, missing)) plan.expected = calibrate::expected_texts(table, point);
+    std::ranges::move(calibrate::fill_model(table, point, missing, scene.model),
+                      std::back_inserter(scene.found.filled));
+    if (has_mean_field_of_table(scene, missing)) scene.found.expected = calibrate::expected_texts(table, point);
 }
 }  // namespace
 
-std::string filled_name(const std::string& line) { return line.substr(0, line.find(':')); }
-
 bool is_from_table(const Scene& scene, const std::string& key) {
-    const auto& filled = scene.calibrated.filled;
-    return std::any_of(filled.begin(), filled.end(), [&](const std::string& line) { return filled_name(line) == key; });
+    return std::ranges::find(scene.found.filled, key, &calibrate::FilledNumber::key) != scene.found.filled.end();
 }
 
 std::vector<physics::ModelValues> drawn_models(const Scene& scene, int count) {
-    const CalibratedPlan& plan = scene.calibrated;
-    if (plan.filled.empty()) return std::vector<physics::ModelValues>(static_cast<std::size_t>(count), scene.model);
+    if (scene.found.filled.empty())
+        return std::vector<physics::ModelValues>(static_cast<std::size_t>(count), scene.model);
     std::vector<std::string> keys;
-    for (const std::string& line : plan.filled) keys.push_back(filled_name(line));
+    for (const calibrate::FilledNumber& one : scene.found.filled) keys.push_back(one.key);
     const SourceLocation where = locate(scene, "calibrated.table");
     require(
         std::filesystem::exists(table_file(scene)), where,
         "no file {}; expected the table of the calibrated numbers, from which their errors are drawn: put it there, "
         "or leave the errors out by boundary.draws = 0",
-        plan.table);
+        scene.calibrated.table);
     try {
         const calibrate::Table table = read_calibration(table_file(scene));
         return calibrate::redrawn_models(table, point_of(scene, table), keys, scene.model, count);
@@ -119,9 +115,6 @@ Rows<CalibratedPlan> CalibratedPlan::rows() {
          "",
          any_number,
          {"refuse", "hold"}},
-        {"filled", &Plan::filled,
-         "written by drover: what came from the table, its origin and its error; leave it out"},
-        {"expected", &Plan::expected, "written by drover: what the mean field of the table expects; leave it out"},
     };
 }
 

@@ -239,16 +239,7 @@ Rows<TimeControl> TimeControl::rows() {
              "a run warns when the estimated error of its time steps (observable step_error) exceeds this part of "
              "the fluctuation of a field, its deviation from its mean over the cell and time; fields only; 0: the "
              "error is not estimated",
-             "", within(0.0, 1.0)},
-            {"chosen",
-             &TimeControl::chosen,
-             "written by drover: dt was left out and chosen for the error of the fields, of time means (with "
-             "noise, or chaotic), or for a linear model, of which every step is exact; empty: dt was given; "
-             "fields only",
-             "",
-             any_number,
-             {"", "fields", "means", "linear"}},
-            {"pilot", &TimeControl::pilot, "written by drover: the error and the pilot runs from which dt was chosen"}};
+             "", within(0.0, 1.0)}};
 }
 
 Rows<Output> Output::rows() {

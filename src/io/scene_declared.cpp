@@ -310,36 +310,32 @@ model::Model model_of(const DeclaredModel& declared) {
 }
 
 namespace {
-/// The keys of a table, without one.
-template <class Declared>
-std::string keys_text(const Declared& one, const char* left_out = "") {
-    std::string result;
-    for (const auto& [key, value] : values_of(one))
-        if (key != left_out) result += key + " = " + toml_text(value) + "\n";
-    return result;
-}
-
 /// Of a field or a noise, with its rank or its spin.
 template <class Declared>
-std::string list_text(const char* list, const Declared& one) {
-    return text("\n[[{}]]\n", list) + keys_text(one, one.spin >= 0 ? "rank" : "spin");
+WrittenTable written_item(const char* list, std::size_t number, const Declared& one) {
+    WrittenTable table{.name = text("{}[{}]", list, number), .values = values_of(one)};
+    std::erase_if(table.values, [&](const auto& value) { return value.first == (one.spin >= 0 ? "rank" : "spin"); });
+    return table;
 }
 }  // namespace
 
-std::string declared_text(const DeclaredModel& model) {
-    std::string result = "[model]\n" + keys_text(model);
-    for (const DeclaredField& field : model.fields) result += list_text("field", field);
-    for (const DeclaredNoise& noise : model.noises) result += list_text("white_noise", noise);
-    for (const DeclaredTable& table : model.tables) result += "\n[[tabulated]]\n" + keys_text(table);
+WrittenTables written_model(const DeclaredModel& model) {
+    WrittenTables tables{{.name = "model", .values = values_of(model)}};
+    for (std::size_t n = 0; n < model.fields.size(); ++n)
+        tables.push_back(written_item("field", n + 1, model.fields[n]));
+    for (std::size_t n = 0; n < model.noises.size(); ++n)
+        tables.push_back(written_item("white_noise", n + 1, model.noises[n]));
+    for (std::size_t n = 0; n < model.tables.size(); ++n)
+        tables.push_back({.name = text("tabulated[{}]", n + 1), .values = values_of(model.tables[n])});
     for (const auto& [section, texts] :
          {std::pair{"equations", &model.equations}, std::pair{"define", &model.definitions}}) {
         if (texts->empty()) continue;
-        result += text("\n[{}]\n", section);
-        for (const auto& [name, value] : *texts) result += name + " = " + toml_text(value.text) + "\n";
+        tables.push_back({.name = section, .values = {}});
+        for (const auto& [name, value] : *texts) tables.back().values.emplace_back(name, value.text);
     }
-    if (!model.coefficients.empty()) result += "\n[coefficients]\n";
-    for (const auto& [name, value] : model.coefficients) result += name + " = " + toml_text(value) + "\n";
-    return result;
+    if (!model.coefficients.empty())
+        tables.push_back({.name = "coefficients", .values = {model.coefficients.begin(), model.coefficients.end()}});
+    return tables;
 }
 
 Rows<DeclaredModel> DeclaredModel::rows() {

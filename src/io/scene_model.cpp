@@ -82,24 +82,24 @@ void read_terms(const LocatedTables& tables, physics::ModelValues& model,
     }
 }
 
-std::string term_text(const TextTerm& term, const physics::ModelValues& model) {
-    const auto list = [](const std::vector<model::Text>& texts) {
-        std::vector<std::string> words;
-        for (const auto& one : texts) words.push_back(one.text);
-        return toml_text(words);
-    };
-    std::string result = "[[terms]]\nof = " + toml_text(term.of) + "\n";
-    if (!term.value.empty()) result += "value = " + list(term.value) + "\n";
-    if (!term.flux.empty()) result += "flux = " + list(term.flux) + "\n";
+std::vector<std::string> words_of(const std::vector<model::Text>& texts) {
+    std::vector<std::string> words;
+    for (const auto& one : texts) words.push_back(one.text);
+    return words;
+}
+
+WrittenTable written_term(const TextTerm& term, const std::string& name) {
+    WrittenTable table{.name = name, .values = {{"of", term.of}}};
+    if (!term.value.empty()) table.values.emplace_back("value", words_of(term.value));
+    if (!term.flux.empty()) table.values.emplace_back("flux", words_of(term.flux));
     if (!term.function.empty())
-        result += "function = " + toml_text(term.function) + "\narguments = " + toml_text(term.arguments) +
-                  "\ndegree = " + toml_text(std::int64_t{term.degree}) + "\nsource = " + toml_text(term.source) + "\n";
-    if (term.is_explicit) result += "explicit = true\n";
-    std::vector<std::string> parameters;
-    for (const std::string& name : term.parameters)
-        parameters.push_back(name + " = " + toml_text(model.parameters.at(name)));
-    if (!parameters.empty()) result += "parameters = { " + joined(parameters) + " }\n";
-    return result;
+        table.values.insert(table.values.end(), {{"function", term.function},
+                                                 {"arguments", term.arguments},
+                                                 {"degree", std::int64_t{term.degree}},
+                                                 {"source", term.source}});
+    if (term.is_explicit) table.values.emplace_back("explicit", true);
+    if (!term.parameters.empty()) table.values.emplace_back(parameter_names, term.parameters);
+    return table;
 }
 }  // namespace
 
@@ -128,16 +128,18 @@ bool is_model_table(const std::string& name) {
                        [&](const physics::ModelSection& section) { return section.name == name; });
 }
 
-std::string model_text(const physics::ModelValues& model) {
-    std::string result;
+WrittenTables written_model(const physics::ModelValues& model) {
+    WrittenTables tables;
     for (const physics::ModelSection& section : physics::model_sections()) {
-        if (!result.empty()) result += '\n';
-        result += "[" + section.name + "]\n";
+        tables.push_back({.name = section.name, .values = {}});
         for (const physics::ModelKey& key : section.keys)
-            result += key.description.name + " = " + toml_text(key.get(model)) + "\n";
+            tables.back().values.emplace_back(key.description.name, key.get(model));
     }
-    for (const TextTerm& term : model.text_terms) result += "\n" + term_text(term, model);
-    return result;
+    for (const TextTerm& term : model.text_terms)
+        tables.push_back(written_term(term, term_table(tables.size() - physics::model_sections().size() + 1)));
+    if (!model.parameters.empty())
+        tables.push_back({.name = parameter_table, .values = {model.parameters.begin(), model.parameters.end()}});
+    return tables;
 }
 
 }  // namespace drover::io

@@ -12,11 +12,18 @@
 
 namespace drover::io {
 
+/// A table as a scene is written, with its keys in order: "grid", "terms[2]".
+struct WrittenTable {
+    std::string name;
+    std::vector<std::pair<std::string, Value>> values;
+};
+using WrittenTables = std::vector<WrittenTable>;
+
 // ---- A model file: sections by the registry of coefficients, terms as text
 
 /// The table of the parameters of text terms.
 inline constexpr const char* parameter_table = "terms";
-/// What the reader adds to the table of a text term that has parameters: a key without a place.
+/// What the table of a text term that has parameters has beside its own keys: a key without a place.
 inline constexpr const char* parameter_names = "parameter_names";
 
 /// Fills the model from the tables of a scene and notes where each key is.  `[[terms]]` number n is the table terms[n],
@@ -27,8 +34,8 @@ void read_model(const LocatedTables& tables, physics::ModelValues& model,
 /// The tables that belong to a model, whether or not a scene has them.
 bool is_model_table(const std::string& name);
 
-/// The model as TOML.
-std::string model_text(const physics::ModelValues& model);
+/// The model as tables.
+WrittenTables written_model(const physics::ModelValues& model);
 
 // ---- A declared model
 
@@ -49,8 +56,8 @@ std::vector<std::string> component_names(const DeclaredModel& model);
 /// The formulas of a table by key: texts or numbers.  Throws an input Error for another value.
 std::map<std::string, model::Text> texts_of(const LocatedTable& table, const std::string& section);
 
-/// The model, without the formulas of its start, as TOML.
-std::string declared_text(const DeclaredModel& model);
+/// The model, without the formulas of its start, as tables.
+WrittenTables written_model(const DeclaredModel& model);
 
 // ---- [initial] of scenes of fields: its keys, and the formulas of components
 

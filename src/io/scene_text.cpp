@@ -232,38 +232,19 @@ bool invalidates_filled(const Setting& setting) {
            setting.name() == "weathercock.convention";
 }
 
-/// calibrated.filled of a resolved scene, or nullptr.
-std::vector<std::string>* filled_of(LocatedTables& tables) {
-    const auto calibrated = tables.find("calibrated");
-    if (calibrated == tables.end()) return nullptr;
-    const auto filled = calibrated->second.values.find("filled");
-    if (filled == calibrated->second.values.end()) return nullptr;
-    return std::get_if<std::vector<std::string>>(&filled->second.value);
-}
-
 /// Removes the numbers that the table filled in earlier, so that they are filled in for another state.
 void remove_filled(LocatedTables& tables) {
-    const std::vector<std::string>* filled = filled_of(tables);
-    if (filled == nullptr) return;
-    for (const std::string& written : *filled) {
-        const std::string name = filled_name(written);
-        const std::size_t dot = name.find('.');  // no dot in "table", which is filled as one
-        const auto table = tables.find(name.substr(0, dot));
+    for (const calibrate::FilledNumber& one : found_in(tables).filled) {
+        const std::size_t dot = one.key.find('.');  // no dot in "table", which is filled as one
+        const auto table = tables.find(one.key.substr(0, dot));
         if (table == tables.end()) continue;
         if (dot == std::string::npos) tables.erase(table);
-        else table->second.values.erase(name.substr(dot + 1));
+        else table->second.values.erase(one.key.substr(dot + 1));
     }
-    for (const char* own : {"filled", "expected"}) tables.at("calibrated").values.erase(own);
+    if (const auto table = tables.find("calibrated"); table != tables.end())
+        for (const char* own : {"filled", "expected"}) table->second.values.erase(own);
 }
 
-/// Marks a number as set by the user instead of filled in from the table.
-void mark_as_set(const Setting& setting, LocatedTables& tables) {
-    if (std::vector<std::string>* filled = filled_of(tables))
-        std::erase_if(*filled, [&](const std::string& written) { return filled_name(written) == setting.name(); });
-}
-}  // namespace
-
-namespace {
 constexpr std::uint64_t max_scene_bytes = 1 << 20;
 
 /// The file that model.file names: in the folder of the scene, else among the installed models.
@@ -329,18 +310,24 @@ void include_model(LocatedTables& tables, const std::string& scene) {
     tables = std::move(whole);
 }
 
+/// Tables, with settings and what the calibrated table gives; not yet checked.
+Scene scene_with(LocatedTables tables, const std::string& name, std::span<const std::string> overrides) {
+    std::vector<Setting> settings;
+    for (const std::string& written : overrides) settings.push_back(read_setting(written));
+    if (std::any_of(settings.begin(), settings.end(), invalidates_filled)) remove_filled(tables);
+    for (const Setting& setting : settings) apply_setting(setting, tables);
+    Scene scene = scene_of(tables, name);
+    std::erase_if(scene.found.filled, [&](const calibrate::FilledNumber& one) {
+        return std::ranges::find(settings, one.key, &Setting::name) != settings.end();
+    });
+    return scene;
+}
+
 Scene unchecked_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides,
                       const physics::TermFunctions& functions) {
     LocatedTables tables = tables_of(parsed(toml, name), name);
     include_model(tables, name);
-    std::vector<Setting> settings;
-    for (const std::string& written : overrides) settings.push_back(read_setting(written));
-    if (std::any_of(settings.begin(), settings.end(), invalidates_filled)) remove_filled(tables);
-    for (const Setting& setting : settings) {
-        mark_as_set(setting, tables);
-        apply_setting(setting, tables);
-    }
-    Scene scene = scene_of(tables, name);
+    Scene scene = scene_with(std::move(tables), name, overrides);
     for (const auto& [number, function] : functions) {
         require(number >= 1 && number <= scene.model.text_terms.size(), {.file = name},
                 "a function for terms[{}], and the scene has {} terms; expected one of these", number,
@@ -359,14 +346,11 @@ Scene parse_scene(const std::string& toml, const std::string& name, std::span<co
     return scene;
 }
 
-Scene changed(const Scene& scene, const std::vector<std::string>& overrides) try {
-    Scene result = parse_scene(resolved_text(scene), scene.file, overrides);
-    for (auto& [key, place] : result.places)  // lines are those of the resolved text
-        if (place.file == scene.file) place = {.file = scene.file};
+Scene changed(const Scene& scene, const std::vector<std::string>& overrides) {
+    Scene result = scene_with(tables_of(scene), scene.file, overrides);
+    fill_from_table(result);
+    check(result);
     return result;
-} catch (const Error& error) {
-    if (!error.place().starts_with(scene.file + ":")) throw;
-    throw Error(error.fault(), {scene.file}, error.message());
 }
 
 Scene archived_scene(const std::string& toml, const std::string& name) {

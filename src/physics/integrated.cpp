@@ -6,7 +6,6 @@
 
 #include "base/constants.hpp"
 #include "numerics/steppers/kept_modes.hpp"
-#include "physics/program_functions.hpp"
 #include "physics/written_model.hpp"
 
 namespace drover::physics {
@@ -130,7 +129,6 @@ Domain domain_of(const Equations& e) {
 }  // namespace
 
 model::Integrated integrated(const Equations& e, const Densities& about, const Dealiasing& dealiasing) {
-    require_functions(e.model);
     model::Integrated what{.equations = e.solver(about), .kept_degree = kept_degree(e, dealiasing)};
     const Domain domain = domain_of(e);
     for (const int k : domain.component)

@@ -222,7 +222,7 @@ void add_means_of_start(const io::Scene& scene, const model::Equations& equation
 }
 
 run::Record explain_fields(const io::Scene& scene) {
-    const model::Integrated what = run::integrated_in_run(run::with_counterterm(scene));
+    const model::Integrated what = run::integrated_in_run(scene);
     const ListedTerms of = listed_terms(scene, what.equations);
     const numerics::Grid& grid = scene.grid;
     run::Record root{.heading = text("fields on {} by {} points, {} by {} {}", grid.nx, grid.ny, grid.lx, grid.ly,

@@ -91,7 +91,7 @@ void check_result_names(const io::Scene& scene) {
 }
 
 FieldProblem field_problem(const io::Scene& scene) {
-    FieldProblem problem{.integrated = integrated_in_run(with_counterterm(scene))};
+    FieldProblem problem{.integrated = integrated_in_run(scene)};
     problem.components = quantities(model::components_of_state(problem.integrated.equations));
     problem.balanced = quantities(model::components_in_balance(problem.integrated.equations));
     complete_problem(scene, problem);

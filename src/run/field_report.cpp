@@ -51,10 +51,10 @@ std::vector<PredictedRow> predicted_rows(const model::Model& model, const measur
 }
 
 /// The observables that the archive has: those of earlier versions have fewer.
-ArchivedFields measured_in(const files::ArchiveReader& archive, const io::Scene& scene,
-                           const model::Equations& equations, const Sampling& sampling) {
-    ArchivedFields result{.setting =
-                              measure::make_field_setting(equations, scene.grid, io::kept_degree(scene, equations))};
+ArchivedFields measured_in(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
+                           const Sampling& sampling) {
+    const model::Equations& equations = what.equations;
+    ArchivedFields result{.setting = measure::make_field_setting(equations, scene.grid, what.kept_degree)};
     measure::FieldSetting& setting = result.setting;
     const auto is_absent = [&](const auto& row) {
         return !archive.has(std::string(field_samples_group) + "/" + row.name);
@@ -123,12 +123,12 @@ void predict(const model::Equations& equations, const ArchivedFields& measured, 
 }  // namespace
 
 Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
-    const model::Equations equations = equations_of(scene);
+    const model::Integrated what = compiled_of(scene);
     Sampling sampling = sampling_of(archive, scene, field_samples_group);
     // Exactly stationary: a start that was found in the samples would be a fluctuation, and bias the means.
-    const bool is_linear = !equations.has_explicit_part();
+    const bool is_linear = !what.equations.has_explicit_part();
     if (!sampling.warm_up && scene.initial.kind == "stationary" && is_linear) sampling.warm_up = 0;
-    ArchivedFields measured = measured_in(archive, scene, equations, sampling);
+    ArchivedFields measured = measured_in(archive, scene, what, sampling);
     Report report = summary_report(scene, sampling, measured.recorded);
     report.setting = measured.setting;
     report.step_bias = step_biases(archive, scene, is_linear, std::move(measured.biased), report.summary);
@@ -136,8 +136,8 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
         report.warnings = {missing + ": no linear theory and no warnings here; the archive has both"};
         return report;
     }
-    if (theory == Theory::included) predict(equations, measured, report);
-    report.warnings = field_warnings(archive, scene);
+    if (theory == Theory::included) predict(what.equations, measured, report);
+    report.warnings = field_warnings(archive, scene, what);
     for (std::string& warning : step_bias_warnings(report.step_bias, scene, report.summary))
         report.warnings.push_back(std::move(warning));
     return report;

@@ -61,6 +61,8 @@ private:
     std::optional<StepBias> bias_;                 // none: not measured
 };
 
+RunBytes bytes_of(const io::Scene& scene, const FieldProblem& problem);
+
 bool makes_step_error(const FieldProblem& problem) { return problem.integrated.equations.has_explicit_part(); }
 
 numerics::StepWork work_of_run(const io::Scene& scene, const FieldProblem& problem) {
@@ -87,6 +89,7 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads, b
       state_(first_state(threads, resumed)),
       fields_(scene_.grid, state_.count()),
       balanced_(scene_.grid, static_cast<int>(problem_.balanced.size())) {
+    bytes = bytes_of(scene_, problem_);
     health_ = make_field_health(problem_, evolution_.linear(), state_);
     evolution_.start(state_);
     fresh_ = evolution_.save();
@@ -170,14 +173,6 @@ int choose_threads(const io::Scene& scene) {
 
 std::string field_size(const io::Scene& scene) { return text("{} by {} points", scene.grid.nx, scene.grid.ny); }
 
-double field_disk_bytes(const io::Scene& scene) {
-    const FieldProblem problem = field_problem(scene);
-    const auto components = static_cast<double>(problem.components.size() + problem.balanced.size());
-    const double frame = static_cast<double>(numerics::points(scene.grid)) * components;
-    const double shells = 0.5 * (scene.grid.ny == 1 ? scene.grid.nx : std::min(scene.grid.nx, scene.grid.ny));
-    return recorded_bytes(scene, frame, components * (8.0 + shells * (3.0 + 2.0 * measure::direction_sectors)) + 64.0);
-}
-
 TimedScene timed_fields(const io::Scene& scene) {
     constexpr double max_points = 256.0 * 256.0;
     const auto work = [](const numerics::Grid& grid) {
@@ -210,10 +205,15 @@ double twin_stepper_bytes(const numerics::System& system, const io::TimeControl&
            static_cast<double>(numerics::modes(system.grid)) * numerics::components(system.layout) *
                sizeof(numerics::Complex);
 }
-}  // namespace
 
-double field_simulation_bytes(const io::Scene& scene) {
-    const FieldProblem problem = field_problem(scene);
+double disk_bytes(const io::Scene& scene, const FieldProblem& problem) {
+    const auto components = static_cast<double>(problem.components.size() + problem.balanced.size());
+    const double frame = static_cast<double>(numerics::points(scene.grid)) * components;
+    const double shells = 0.5 * (scene.grid.ny == 1 ? scene.grid.nx : std::min(scene.grid.nx, scene.grid.ny));
+    return recorded_bytes(scene, frame, components * (8.0 + shells * (3.0 + 2.0 * measure::direction_sectors)) + 64.0);
+}
+
+RunBytes bytes_of(const io::Scene& scene, const FieldProblem& problem) {
     const model::Integrated& what = problem.integrated;
     numerics::System system = what.equations.linear_system(scene.grid, what.kept_degree);
     const bool evaluates = what.equations.has_nonlinear_part();
@@ -236,9 +236,14 @@ double field_simulation_bytes(const io::Scene& scene) {
     }
     // The state, the last two healthy ones, a copy for the checkpoint and its file; fields, and a frame of them with
     // its compressed bytes; scratch; shells, sectors and powers.
-    return numerics::noise_path_bytes(system, scene.time.dt, halvings) + steppers_bytes(system, scene.time, 2) +
-           explicit_part + more + (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
+    const double memory = numerics::noise_path_bytes(system, scene.time.dt, halvings) +
+                          steppers_bytes(system, scene.time, 2) + explicit_part + more +
+                          (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
+    return {.memory = memory, .disk = disk_bytes(scene, problem)};
 }
+}  // namespace
+
+RunBytes field_bytes(const io::Scene& scene) { return bytes_of(scene, field_problem(scene)); }
 
 namespace {
 ScheduledRecording FieldSimulation::frames() {
@@ -264,9 +269,10 @@ ScheduledRecording FieldSimulation::samples() {
 }
 
 /// Throws StepTooLong where the step was chosen for the error of the fields, `error` after `step` steps.
-void check_chosen_step(const io::TimeControl& time, const numerics::StepError::Relative& error, std::int64_t step) {
+void check_chosen_step(const io::Scene& scene, const numerics::StepError::Relative& error, std::int64_t step) {
+    const io::TimeControl& time = scene.time;
     constexpr double any = 1.0;  // where the fields of two steps may part
-    if (time.chosen != "fields" || time.max_error >= any) return;
+    if (scene.found.step.by != "fields" || time.max_error >= any) return;
     if (!(error.error > time.max_error)) return;  // also where it is not resolved
     // Errors grow at least in proportion to time, and fall less than the order tells: fields that are not smooth.
     const double t = static_cast<double>(step) * time.dt,
@@ -283,8 +289,10 @@ void check_chosen_step(const io::TimeControl& time, const numerics::StepError::R
 /// Where the step was chosen, and no tolerance divides it, a run Error of `work` becomes a StepTooLong: a pilot has
 /// fewer points, or ends earlier.
 template <class Work>
-void blame_chosen_step(const io::TimeControl& time, Work work) {
-    if (time.tolerance > 0.0 || (time.chosen != "fields" && time.chosen != "means")) return work();
+void blame_chosen_step(const io::Scene& scene, Work work) {
+    const io::TimeControl& time = scene.time;
+    const std::string& by = scene.found.step.by;
+    if (time.tolerance > 0.0 || (by != "fields" && by != "means")) return work();
     try {
         work();
     } catch (const StepTooLong&) {
@@ -298,7 +306,7 @@ void blame_chosen_step(const io::TimeControl& time, Work work) {
 }
 
 void FieldSimulation::advance(std::int64_t step) {
-    blame_chosen_step(scene_.time, [&] {
+    blame_chosen_step(scene_, [&] {
         try {
             evolution_.advance(step, state_);
             if (bias_) bias_->advance(step + 1, state_);
@@ -310,7 +318,7 @@ void FieldSimulation::advance(std::int64_t step) {
 }
 
 void FieldSimulation::check_health(std::int64_t step) {
-    blame_chosen_step(scene_.time, [&] {
+    blame_chosen_step(scene_, [&] {
         check_step_error(step);
         check_field_health(diagnosed(), transform_, state_, step, health_);
     });
@@ -324,7 +332,7 @@ void FieldSimulation::check_step_error(std::int64_t step) {
     else if (!too_large_since_) too_large_since_ = step;
     const std::int64_t a_while = steps / 64;
     if (too_large_since_ && (step == steps || step >= *too_large_since_ + a_while))
-        check_chosen_step(scene_.time, error, step);
+        check_chosen_step(scene_, error, step);
 }
 
 /// The choices of an adaptive stepper, for people; "" where its steps are fixed.

@@ -12,8 +12,7 @@ namespace drover::run {
 
 // The functions of fields for run/simulation_type.hpp, which documents them.
 int choose_threads(const io::Scene& scene);
-double field_simulation_bytes(const io::Scene& scene);
-double field_disk_bytes(const io::Scene& scene);
+RunBytes field_bytes(const io::Scene& scene);
 std::string field_size(const io::Scene& scene);
 TimedScene timed_fields(const io::Scene& scene);
 void check_field_start(const io::Scene& scene);

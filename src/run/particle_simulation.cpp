@@ -103,6 +103,16 @@ dem::Bodies start_bodies(const io::Scene& scene, std::span<const double> saved) 
     return dem::pack(scene.particles, seed_of(scene), [&](const std::string& key) { return io::locate(scene, key); });
 }
 
+RunBytes bytes_of(const io::Scene& scene, const dem::Bodies& bodies, const measure::ParticleSetting& setting) {
+    constexpr double per_sphere = 2000.0, fixed = 4e6;  // state, contacts, neighbours, rows, a checkpoint's copies
+    const auto spheres = static_cast<double>(io::sphere_count(bodies));
+    double sample = 1.0;
+    for (const auto& row : measure::particle_observables(setting))
+        sample += static_cast<double>(measure::size_of(row.axes));
+    const double frame = 9.0 * spheres + static_cast<double>(saved_of_bodies(bodies) + 20);
+    return {.memory = fixed + per_sphere * spheres, .disk = recorded_bytes(scene, frame, sample)};
+}
+
 class ParticleSimulation final : public Simulation {
 public:
     ParticleSimulation(const io::Scene& the_scene, dem::Bodies bodies, Threads& the_threads);
@@ -136,6 +146,7 @@ ParticleSimulation::ParticleSimulation(const io::Scene& the_scene, dem::Bodies b
       world_(scene_.particles, std::move(bodies), dt, seed_of(scene_), the_threads,
              [this](const std::string& key) { return io::locate(scene_, key); }),
       energy_start_(world_.energy_kinetic()) {
+    bytes = bytes_of(scene_, world_.bodies(), setting_);
     const std::int64_t every = io::whole_steps(scene_, "output.frame_every", scene_.output.frame_every);
     for (const io::BodyRecording& one : io::trajectory_recordings(scene_.particles, world_.bodies()))
         recordings.push_back({one.recording, every, [this, make_row = one.row, group = one.recording.group] {
@@ -236,19 +247,9 @@ int particle_threads(const io::Scene& scene) {
     return std::clamp(static_cast<int>(std::min(spheres_of(scene) / spheres_per_thread, 64.0)), 1, usable_cores());
 }
 
-double particle_simulation_bytes(const io::Scene& scene) {
-    constexpr double per_sphere = 2000.0, fixed = 4e6;  // state, contacts, neighbours, rows, a checkpoint's copies
-    return fixed + per_sphere * spheres_of(scene);
-}
-
-double particle_disk_bytes(const io::Scene& scene) {
+RunBytes particle_bytes(const io::Scene& scene) {
     const dem::Bodies bodies = bodies_of(scene);
-    const measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
-    double sample = 1.0;
-    for (const auto& row : measure::particle_observables(setting))
-        sample += static_cast<double>(measure::size_of(row.axes));
-    const auto frame = static_cast<double>(9 * io::sphere_count(bodies) + saved_of_bodies(bodies) + 20);
-    return recorded_bytes(scene, frame, sample);
+    return bytes_of(scene, bodies, measure::make_particle_setting(scene.particles, bodies));
 }
 
 std::string particle_size(const io::Scene& scene) {

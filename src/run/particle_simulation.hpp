@@ -12,8 +12,7 @@ namespace drover::run {
 
 // The functions of particles for run/simulation_type.hpp, which documents them.
 int particle_threads(const io::Scene& scene);
-double particle_simulation_bytes(const io::Scene& scene);
-double particle_disk_bytes(const io::Scene& scene);
+RunBytes particle_bytes(const io::Scene& scene);
 std::string particle_size(const io::Scene& scene);
 void check_particle_start(const io::Scene& scene);
 TimedScene timed_particles(const io::Scene& scene);

@@ -33,16 +33,25 @@ std::vector<files::Recording> recordings_of(const Simulation& simulation) {
     return recordings;
 }
 
+Needs needs_for(const io::Scene& scene, const RunBytes& bytes) {
+    std::error_code problem;
+    const std::filesystem::space_info space = std::filesystem::space(files::folder_of(archive_path(scene)), problem);
+    return {.memory_bytes = bytes.memory,
+            .disk_bytes = bytes.disk,
+            .memory_free = static_cast<double>(memory_available()),
+            .disk_free = problem ? 0.0 : static_cast<double>(space.available)};
+}
+
 /// Returns the warnings that it logged.
 std::vector<std::string> log_start(const io::Scene& scene, const Simulation& simulation, std::int64_t first) {
-    const Needs needs = needs_of(scene);
+    const Needs needs = needs_for(scene, simulation.bytes);
     const std::vector<std::string> warnings = simulation_type_of(scene).warnings(scene);
     for (const std::string& warning : warnings) log_warning("{}", warning);
     log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", simulation_type_of(scene).size(scene),
                     simulation.steps, simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
-    if (!scene.time.chosen.empty())
+    if (const auto& [by, pilot] = scene.found.step; !by.empty())
         log_information("time.dt = {} s was chosen: {}", scene.time.dt,
-                        scene.time.pilot.empty() ? "the model is linear, and every step exact" : scene.time.pilot);
+                        pilot.empty() ? "the model is linear, and every step exact" : pilot);
     log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),
                     bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
     if (needs.disk_bytes > needs.disk_free)
@@ -111,12 +120,7 @@ std::filesystem::path archive_path(const io::Scene& scene) {
 Needs needs_of(const io::Scene& given) {
     io::Scene scene = given;
     if (scene.time.dt == 0.0) scene.time.dt = io::longest_step(scene);
-    std::error_code problem;
-    const std::filesystem::space_info space = std::filesystem::space(files::folder_of(archive_path(scene)), problem);
-    return {.memory_bytes = simulation_type_of(scene).memory_bytes(scene),
-            .disk_bytes = simulation_type_of(scene).disk_bytes(scene),
-            .memory_free = static_cast<double>(memory_available()),
-            .disk_free = problem ? 0.0 : static_cast<double>(space.available)};
+    return needs_for(scene, simulation_type_of(scene).bytes(scene));
 }
 
 void check_memory(const io::Scene& scene) {

@@ -71,8 +71,7 @@ void require_archive_of(const io::Scene& scene, const std::filesystem::path& fil
         if (!expected.places.contains("time.stepper")) expected.time.stepper = found.time.stepper;
         if (expected.time.tolerance == 0.0) expected.time.tolerance = found.time.tolerance;
         expected.time.dt = found.time.dt;
-        expected.time.chosen = found.time.chosen;
-        expected.time.pilot = found.time.pilot;
+        expected.found.step = found.found.step;
     }
     // The archive that a run starts from may have moved, with the folder.
     if (!expected.initial.file.empty() && !found.initial.file.empty()) expected.initial.file = found.initial.file;

@@ -9,6 +9,7 @@
 #include "model/start.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "physics/integrated.hpp"
+#include "physics/program_functions.hpp"
 
 namespace drover::run {
 
@@ -22,10 +23,15 @@ model::Integrated whole_equations_of(const io::Scene& scene) {
 }
 }  // namespace
 
-model::Integrated integrated_of(const io::Scene& scene) {
+model::Integrated compiled_of(const io::Scene& scene) {
     model::Integrated what = whole_equations_of(scene);
     if (scene.approximation.quasi_linear) what.long_waves = scene.approximation.quasi_linear_above;
     return what;
+}
+
+model::Integrated integrated_of(const io::Scene& scene) {
+    physics::require_functions(scene.model);
+    return compiled_of(scene);
 }
 
 bool stands_still(const io::Scene& scene, const model::Equations& equations, const model::UniformState& means) {
@@ -34,8 +40,7 @@ bool stands_still(const io::Scene& scene, const model::Equations& equations, con
            equations.part_of_slow_change(means, scene.grid, scene.time.dt) < half;
 }
 
-model::Integrated integrated_in_run(const io::Scene& scene) {
-    model::Integrated what = integrated_of(scene);
+model::Integrated about_start(const io::Scene& scene, model::Integrated what) {
     if (scene.kind != io::SceneKind::model || scene.initial.formulas.empty()) return what;
     if (!what.equations.has_nonlinear_part() || what.equations.placed_term() != nullptr) return what;
     const model::UniformState means = model::means_of_start(scene.initial, what.equations, scene.grid);
@@ -48,10 +53,10 @@ double counterterm_of(const io::Scene& scene) {
     return calibrate::counterterm(scene.model, {scene.grid, degree}, io::locate(scene, "approximation.counterterm"));
 }
 
-io::Scene with_counterterm(const io::Scene& scene) {
-    io::Scene result = scene;
-    if (scene.approximation.counterterm) calibrate::add_counterterm(counterterm_of(scene), result.model);
-    return result;
+model::Integrated integrated_in_run(const io::Scene& given) {
+    io::Scene scene = given;
+    if (scene.approximation.counterterm) calibrate::add_counterterm(counterterm_of(scene), scene.model);
+    return about_start(scene, integrated_of(scene));
 }
 
 model::Equations equations_of(const io::Scene& scene) {

@@ -7,16 +7,18 @@
 
 namespace drover::run {
 
-/// What a run integrates, about the state of the references.
+/// What a run integrates, about the state of the references; a function of the calling program may be missing.
+model::Integrated compiled_of(const io::Scene& scene);
+/// The same.  Throws an input Error where a function is missing.
 model::Integrated integrated_of(const io::Scene& scene);
 /// Whether steps of the scene make less than half of slow changes about these means: see part_of_slow_change.
 bool stands_still(const io::Scene& scene, const model::Equations& equations, const model::UniformState& means);
-/// As integrated_of; a model of one's own about the means of its start where steps about the references stand still.
-model::Integrated integrated_in_run(const io::Scene& scene);
+/// The same; a model of one's own about the means of its start where steps about the references stand still.
+model::Integrated about_start(const io::Scene& scene, model::Integrated what);
 /// What approximation.counterterm adds to the growth of order [1/s].
 double counterterm_of(const io::Scene& scene);
-/// With the rate that it gives a run; theory is of the scene as it is.
-io::Scene with_counterterm(const io::Scene& scene);
+/// What a run of the scene integrates: with that rate, about_start; theory is of the scene as it is.
+model::Integrated integrated_in_run(const io::Scene& scene);
 /// The equations alone: a function of the calling program may be missing.
 model::Equations equations_of(const io::Scene& scene);
 

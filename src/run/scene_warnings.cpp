@@ -94,7 +94,7 @@ namespace {
 void add_saturation_by_waves(const io::Scene& scene, int degree, std::vector<std::string>& warnings) {
     constexpr double max_without = 0.1, max_part = 1.0;
     const bool has_counterterm = scene.approximation.counterterm;
-    if (scene.kind != io::SceneKind::fields || (scene.calibrated.filled.empty() && !has_counterterm)) return;
+    if (scene.kind != io::SceneKind::fields || (scene.found.filled.empty() && !has_counterterm)) return;
     const double part = calibrate::part_of_waves(scene.model, {scene.grid, degree});
     if (!has_counterterm && part > max_without)
         warnings.push_back(text(
@@ -111,9 +111,9 @@ void add_saturation_by_waves(const io::Scene& scene, int degree, std::vector<std
 }
 }  // namespace
 
-std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
-    const model::Equations equations = equations_of(scene);
-    const int degree = io::kept_degree(scene, equations);
+std::vector<std::string> field_scene_warnings(const io::Scene& scene, const model::Integrated& what) {
+    const model::Equations& equations = what.equations;
+    const int degree = what.kept_degree;
     std::vector<std::string> warnings = model::start_warnings(scene.initial, equations, scene.grid, degree);
     if (scene.kind == io::SceneKind::fields)
         std::ranges::move(physics::function_remarks(physics::CompiledModel(scene.model)), std::back_inserter(warnings));
@@ -147,7 +147,7 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene) {
                  "\"random\", or noise",
                  rate > 0.0 ? text(", although a mode grows at {:.3g} /s", rate) : ""));
     }
-    std::ranges::move(text_resolution_warnings(scene), std::back_inserter(warnings));
+    std::ranges::move(text_resolution_warnings(scene, equations.model()), std::back_inserter(warnings));
     return warnings;
 }
 

@@ -27,6 +27,12 @@ struct ScheduledRecording {
     std::function<bool(std::int64_t step)> due = {};
 };
 
+/// What a run needs [bytes].
+struct RunBytes {
+    double memory = 0.0;
+    double disk = 0.0;  ///< for its archive, before compression
+};
+
 /// A simulation ready to run.  Only advance(), restore() and accept() change its state.
 class Simulation {
 public:
@@ -50,6 +56,7 @@ public:
     const double dt;           ///< [s]
     const std::int64_t steps;  ///< in all
     const int threads;
+    RunBytes bytes;
     std::vector<ScheduledRecording> recordings;  ///< the last one holds the observables
 };
 

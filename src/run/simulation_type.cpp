@@ -5,6 +5,7 @@
 #include "io/trajectory.hpp"
 #include "run/field_simulation.hpp"
 #include "run/particle_simulation.hpp"
+#include "run/scene_equations.hpp"
 #include "run/warnings.hpp"
 
 namespace drover::run {
@@ -29,25 +30,27 @@ Report report_of(const files::ArchiveReader& archive, const io::Scene& scene, Th
     for (measure::SummaryRow& row : report.summary.rows) io::rename_units(row.axes, scene.units);
     return report;
 }
+
+std::vector<std::string> warnings_of_fields(const io::Scene& scene) {
+    return field_scene_warnings(scene, compiled_of(scene));
+}
 }  // namespace
 
 const SimulationType& simulation_type_of(const io::Scene& scene) {
     static const SimulationType fields{.make = simulation_of<make_field_simulation>,
                                        .threads = choose_threads,
-                                       .memory_bytes = field_simulation_bytes,
-                                       .disk_bytes = field_disk_bytes,
+                                       .bytes = field_bytes,
                                        .size = field_size,
                                        .body = "a grid of",
                                        .size_key = "grid.nx",
                                        .start = "initial",
                                        .timed = timed_fields,
                                        .check_start = check_field_start,
-                                       .warnings = field_scene_warnings,
+                                       .warnings = warnings_of_fields,
                                        .report = report_of<make_field_report>};
     static const SimulationType particles{.make = make_particle_simulation,
                                           .threads = particle_threads,
-                                          .memory_bytes = particle_simulation_bytes,
-                                          .disk_bytes = particle_disk_bytes,
+                                          .bytes = particle_bytes,
                                           .size = particle_size,
                                           .body = "a world of",
                                           .size_key = "beads.area_fraction",

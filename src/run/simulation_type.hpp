@@ -19,11 +19,10 @@ struct SimulationType {
     std::unique_ptr<Simulation> (*make)(const io::Scene& scene, Threads& threads, std::span<const double> saved);
     /// The number of threads: as set, or the cores that the process may use, fewer for a small scene.
     int (*threads)(const io::Scene& scene);
-    double (*memory_bytes)(const io::Scene& scene);  ///< of memory that the simulation needs
-    double (*disk_bytes)(const io::Scene& scene);    ///< of its archive, before compression
-    std::string (*size)(const io::Scene& scene);     ///< "16 by 16 points"
-    const char* body;                                ///< "a grid of": precedes size in messages
-    const char* size_key;                            ///< the key of the scene that reduces its size
+    RunBytes (*bytes)(const io::Scene& scene);    ///< that a run needs; Simulation::bytes has the same
+    std::string (*size)(const io::Scene& scene);  ///< "16 by 16 points"
+    const char* body;                             ///< "a grid of": precedes size in messages
+    const char* size_key;                         ///< the key of the scene that reduces its size
     const char* start;  ///< the section with kind, file and frame, from which a ramp of a sweep and another run start
     TimedScene (*timed)(const io::Scene& scene);
     /// Throws an input Error where the scene begins with a frame of a file that is not there or not of this scene.

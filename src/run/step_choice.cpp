@@ -33,9 +33,6 @@ bool has_error_estimate(const io::Scene& scene) {
     return method.estimates_error && method.stages_with_tolerance > 0;
 }
 
-/// Whether a step makes an error.
-bool has_explicit_terms(const io::Scene& scene) { return equations_of(scene).has_explicit_part(); }
-
 /// Points along an axis of a pilot, at least 32 where the run has them.
 int pilot_points(int points, int coarser) {
     for (; coarser > 1 && points % 2 == 0 && points >= 64; coarser /= 2) points /= 2;
@@ -166,24 +163,22 @@ RelativeBias largest_bias(const Pilot& longer, const Pilot& shorter, const model
     return largest;
 }
 
-/// Noise that multiplies fields has steps of first weak order; all others are of the second.
-bool has_product_noise(const io::Scene& scene) { return equations_of(scene).has_product_noise(); }
-
 /// One scene, ever shorter steps.
 class Ladder {
 public:
-    Ladder(const io::Scene& scene, const io::Scene& pilot)
-        : given_(scene.time),
+    Ladder(const io::Scene& scene, const io::Scene& pilot, const model::Equations& equations)
+        : given_(scene),
+          model_(equations.model()),
           target_(choice_margin * max_error_of(scene)),
           pilot_(pilot),
-          bias_of_difference_(has_product_noise(scene) ? 2.0 : 4.0 / 3.0),
+          bias_of_difference_(equations.has_product_noise() ? 2.0 : 4.0 / 3.0),
           foreseen_(std::exp2(numerics::time_method(scene.time.stepper).order - 1)),
           is_noisy_(io::has_noise(scene)),
           is_coarse_(numerics::points(pilot_.grid) < numerics::points(scene.grid)),
           threads_(choose_threads(pilot_)) {}
 
-    /// dt, tolerance and the words of time.chosen; none: see failure().
-    std::optional<io::TimeControl> choose() {
+    /// The scene with dt, a tolerance, and how they were found; none: see failure().
+    std::optional<io::Scene> choose() {
         if (!is_noisy_)
             if (auto chosen = by_fields(); chosen || !is_chaotic()) return chosen;
         return by_means();
@@ -215,7 +210,7 @@ private:
         return run;
     }
 
-    std::optional<io::TimeControl> by_fields() {
+    std::optional<io::Scene> by_fields() {
         for (int unresolved = 0; within_reach(); pilot_.time.dt *= 0.5) {
             const Pilot run = next_run(foreseen_ * target_);
             const bool reached_end = std::isinf(run.stopped);
@@ -252,8 +247,8 @@ private:
         return true;
     }
 
-    std::optional<io::TimeControl> by_means() {
-        pilot_.time.tolerance = given_.tolerance;
+    std::optional<io::Scene> by_means() {
+        pilot_.time.tolerance = given_.time.tolerance;
         if (!stopped_.empty()) pilot_.time.dt *= std::exp2(static_cast<double>(stopped_.size()) - 1.0);
         std::optional<Pilot> longer;
         for (; within_reach(); pilot_.time.dt *= 0.5) {
@@ -264,7 +259,7 @@ private:
                 continue;
             }
             if (longer) {
-                const RelativeBias bias = largest_bias(*longer, run, equations_of(pilot_).model(), bias_of_difference_);
+                const RelativeBias bias = largest_bias(*longer, run, model_, bias_of_difference_);
                 failure_ = text("its bias of {} is {:.2g} +- {:.2g}", bias.name, bias.relative, bias.error);
                 if (bias.bound() <= target_) {
                     pilot_.time.dt *= 2.0;
@@ -279,21 +274,23 @@ private:
         return std::nullopt;
     }
 
-    io::TimeControl chosen(const char* by, const std::string& error, double largest_part_error) const {
-        io::TimeControl time = given_;
-        time.dt = pilot_.time.dt;
-        if (given_.tolerance == 0.0) time.tolerance = std::min(target_, 2.0 * largest_part_error);
-        time.chosen = by;
-        time.pilot = text("{} in {} pilot run{} of {} by {} points to t = {:.4g} s", error, runs_,
-                          runs_ == 1 ? "" : "s", pilot_.grid.nx, pilot_.grid.ny, pilot_.time.end);
-        return time;
+    io::Scene chosen(const char* by, const std::string& error, double largest_part_error) const {
+        io::Scene scene = given_;
+        scene.time.dt = pilot_.time.dt;
+        if (given_.time.tolerance == 0.0) scene.time.tolerance = std::min(target_, 2.0 * largest_part_error);
+        scene.found.step = {.by = by,
+                            .pilot = text("{} in {} pilot run{} of {} by {} points to t = {:.4g} s", error, runs_,
+                                          runs_ == 1 ? "" : "s", pilot_.grid.nx, pilot_.grid.ny, pilot_.time.end)};
+        return scene;
     }
 
-    io::TimeControl given_;
+    io::Scene given_;
+    const model::Model& model_;
     double target_;
     io::Scene pilot_;
-    double bias_of_difference_;  // of means: half of the step makes half or a quarter of it
-    double foreseen_;            // half of the step makes the error of fields at least so many times smaller
+    // Of means: half of the step makes a quarter of it; half with noise that multiplies fields, of first weak order.
+    double bias_of_difference_;
+    double foreseen_;  // half of the step makes the error of fields at least so many times smaller
     bool is_noisy_, is_coarse_;
     Threads threads_;
     int runs_ = 0;
@@ -302,12 +299,14 @@ private:
     std::pair<std::string, double> roughest_;
     std::string failure_;
 };
+
 /// A pilot may end before a pulse in time, or step over it.
-void shorten_to_times(io::Scene& scene) {
+void shorten_to_times(io::Scene& scene, const model::Model& model) {
     constexpr double max_steps = 1e7;
     const double chosen = scene.time.dt;
-    while (!resolves_time(scene) && scene.time.end / scene.time.dt < max_steps) scene.time.dt *= 0.5;
-    if (scene.time.dt < chosen) scene.time.pilot += text("; shortened from {:.4g} s to resolve the terms of t", chosen);
+    while (!resolves_time(scene, model) && scene.time.end / scene.time.dt < max_steps) scene.time.dt *= 0.5;
+    if (scene.time.dt < chosen)
+        scene.found.step.pilot += text("; shortened from {:.4g} s to resolve the terms of t", chosen);
 }
 }  // namespace
 
@@ -316,9 +315,10 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
     io::Scene result = scene;
     // The cheapest for its error in most comparisons (tests/bench), with noise and without.
     if (!scene.places.contains("time.stepper")) result.time.stepper = "etdrk4-krogstad";
-    if (!has_explicit_terms(scene)) {
+    const model::Equations equations = equations_of(scene);
+    if (!equations.has_explicit_part()) {
         result.time.dt = io::longest_step(scene);
-        result.time.chosen = "linear";
+        result.found.step.by = "linear";
         return result;
     }
     if (scene.time.tolerance > 0.0 && numerics::time_method(scene.time.stepper).stages_with_tolerance == 0) {
@@ -331,11 +331,10 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
     for (const int coarser : {4, 2, 1}) {
         const io::Scene pilot = pilot_scene(result, coarser);
         if (coarser > 1 && !represents(pilot, result)) continue;
-        Ladder ladder(result, pilot);
-        if (const auto time = ladder.choose()) {
-            result.time = *time;
-            shorten_to_times(result);
-            return result;
+        Ladder ladder(result, pilot, equations);
+        if (auto chosen = ladder.choose()) {
+            shorten_to_times(*chosen, equations.model());
+            return *chosen;
         }
         failure = ladder.failure();
     }

@@ -17,7 +17,6 @@
 #include "numerics/steppers/time_method.hpp"
 #include "run/field_problem.hpp"
 #include "run/growing_waves.hpp"
-#include "run/scene_equations.hpp"
 
 namespace drover::run {
 
@@ -103,8 +102,8 @@ std::vector<std::string> formulas_of(const model::Model& model) {
     return formulas;
 }
 
-bool any_text_mentions(const io::Scene& scene, const std::vector<std::string>& names) {
-    const std::vector<std::string> formulas = formulas_of(equations_of(scene).model());
+bool mentions(const model::Model& model, const std::vector<std::string>& names) {
+    const std::vector<std::string> formulas = formulas_of(model);
     return std::ranges::any_of(formulas, [&](const std::string& one) { return io::mentions(one, names); });
 }
 
@@ -197,15 +196,12 @@ SpaceError space_error(const Grid& grid, int degree, std::span<const Complex> co
     return error;
 }
 
-std::optional<std::string> space_warning(const io::Scene& scene) {
-    constexpr std::size_t max_points = std::size_t{512} * 512;
+std::optional<std::string> space_warning(const io::Scene& scene, const FieldProblem& problem) {
     const Grid& grid = scene.grid;
-    if (!any_text_mentions(scene, {"x", "y"}) || numerics::points(grid) > max_points) return std::nullopt;
     Grid finer = grid;
     finer.nx = grid.nx == 1 ? 1 : 2 * grid.nx;
     finer.ny = grid.ny == 1 ? 1 : 2 * grid.ny;
     // Twice the grid with all its waves: products of the smooth state have none that would need to be cut.
-    const FieldProblem problem = field_problem(scene);
     const std::vector<model::StateComponent> components = model::components_of_state(problem.integrated.equations);
     Rates here(problem, grid, grid, problem.integrated.kept_degree), there(problem, finer, grid, 1);
     // A jump loses and folds a few per cent on 100 points, and makes an error of less; on 32 points it is moved by half
@@ -324,75 +320,99 @@ private:
     std::vector<double> integral_;
 };
 
-std::optional<std::string> time_warning(const io::Scene& scene) {
-    if (scene.time.dt == 0.0 || !any_text_mentions(scene, {"t"})) return std::nullopt;
-    const double dt = scene.time.dt;
+/// The rates on a few points as numbers: the mean rate of each component and both parts of its longest wave, and behind
+/// them the mean square of what noise does to each.
+class RateNumbers {
+public:
+    RateNumbers(const FieldProblem& problem, const Grid& grid)
+        : rates_(problem, grid, grid, problem.integrated.kept_degree), components_(problem.components.size()) {}
+
+    std::size_t of_rates() const { return 3 * components_; }
+    std::size_t count() const { return of_rates() + (rates_.system().product_noise ? components_ : 0); }
+    std::vector<double> at(double t) {
+        std::vector<double> values;
+        const Spectra& rate = rates_.at(t);
+        for (int c = 0; c < rate.count(); ++c)
+            values.insert(values.end(), {rate[c][0].real(), rate[c][1].real(), rate[c][1].imag()});
+        values.resize(count(), 0.0);
+        const std::size_t width = numerics::columns(rates_.system().grid);
+        if (const Spectra* effect = rates_.noise_at(t))
+            for (std::size_t c = 0; c < components_; ++c)
+                for (std::size_t m = 0; m < effect->size; ++m)
+                    values[of_rates() + c] += numerics::mode_weight(rates_.system().grid, m % width) *
+                                              std::norm((*effect)[static_cast<int>(c)][m]);
+        return values;
+    }
+
+private:
+    Rates rates_;
+    std::size_t components_;
+};
+
+/// How a scene steps, and how finely its rates are sampled.
+struct Stepping {
+    double dt;
+    const numerics::TimeMethod& method;
+    bool has_stages, divides, has_noise;
+    int parts;                  ///< of a step
+    std::vector<double> named;  ///< times
+};
+
+/// of_text: the equations.
+Stepping stepping_of(const io::Scene& scene, const model::Model& of_text) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
     const bool has_stages = scene.time.tolerance == 0.0 && method.name == "arkode-ark436l2sa";
-    Grid small = scene.grid;
-    const int few = any_text_mentions(scene, {"x", "y"}) ? 16 : 8;  // of a moving source some harmonics are kept
-    small.nx = std::min(small.nx, few);
-    small.ny = std::min(small.ny, few);
-    const FieldProblem problem = field_problem(scene);
-    Rates rates(problem, small, small, problem.integrated.kept_degree);
-    const int count = rates.at(0.0).count();
-    const bool divides = scene.time.tolerance > 0.0, has_noise = io::has_noise(scene);
-    // The mean rate of each component and its longest wave, and the mean squares of what noise does to them.
-    const std::size_t of_rates = 3 * static_cast<std::size_t>(count);
-    const auto values_at = [&](double t) {
-        std::vector<double> values;
-        const Spectra& rate = rates.at(t);
-        for (int c = 0; c < count; ++c)
-            values.insert(values.end(), {rate[c][0].real(), rate[c][1].real(), rate[c][1].imag()});
-        values.resize(rates.system().product_noise ? of_rates + static_cast<std::size_t>(count) : of_rates, 0.0);
-        if (const Spectra* effect = rates.noise_at(t))
-            for (int c = 0; c < count; ++c)
-                for (std::size_t m = 0; m < effect->size; ++m)
-                    values[of_rates + static_cast<std::size_t>(c)] +=
-                        numerics::mode_weight(small, m % numerics::columns(small)) * std::norm((*effect)[c][m]);
-        return values;
-    };
-    const std::size_t numbers = values_at(0.0).size();
-    const auto steps = static_cast<std::int64_t>(std::llround(scene.time.end / dt));
     constexpr int fewest = 7, in_stages = 21, samples = 2048;  // a switch falls into one of the parts
-    const int parts = std::max(has_stages ? in_stages : fewest, static_cast<int>(samples / std::max(steps, {1})) | 1);
-    const std::vector<double> named = named_times(problem.integrated.equations.model(), scene.time.end);
-    const std::vector<Window> windows = windows_of(steps, dt, named);
-    std::vector<std::vector<TimeError>> all;
-    for (const Window& window : windows) {
-        std::vector<TimeError>& errors = all.emplace_back(numbers);
-        const auto first = static_cast<double>(window.first);
-        std::vector<double> before = values_at((first - 1.0) * dt), begin = values_at(first * dt),
-                            end = values_at((first + 1.0) * dt);
-        for (std::int64_t step = window.first; step < window.first + window.count; ++step) {
-            const double t = static_cast<double>(step) * dt;
-            std::vector<double> exact(errors.size(), 0.0), after = values_at(t + 2.0 * dt);
-            const std::vector<double> middle = values_at(t + 0.5 * dt);
-            for (const auto& [at, width] : parts_of_step(t, dt, parts, named)) {
-                const std::vector<double> now = values_at(at);
-                for (std::size_t k = 0; k < exact.size(); ++k) exact[k] += width * now[k];
-            }
-            std::vector<double> by_stages(errors.size(), 0.0);
-            if (has_stages)
-                for (const Stage& stage : stages_of_ark436) {
-                    const std::vector<double> now = values_at(t + dt * stage.time);
-                    for (std::size_t k = 0; k < now.size(); ++k) by_stages[k] += dt * stage.weight * now[k];
-                }
-            const std::vector<double> first_quarter = divides ? values_at(t + 0.25 * dt) : middle,
-                                      last_quarter = divides ? values_at(t + 0.75 * dt) : middle;
-            for (std::size_t k = 0; k < errors.size(); ++k) {
-                const Nodes nodes{before[k], begin[k], middle[k], end[k], after[k]};
-                if (k >= of_rates) errors[k].add(dt * middle[k], exact[k], 0.0);
-                else
-                    errors[k].add(has_stages ? by_stages[k] : as_seen(method, dt, nodes), exact[k],
-                                  divides ? noticed_of(method, has_noise, dt, nodes, first_quarter[k], last_quarter[k])
-                                          : 0.0);
-            }
-            before = std::exchange(begin, std::exchange(end, std::move(after)));
+    const std::int64_t steps = std::max<std::int64_t>(std::llround(scene.time.end / scene.time.dt), 1);
+    return {.dt = scene.time.dt,
+            .method = method,
+            .has_stages = has_stages,
+            .divides = scene.time.tolerance > 0.0,
+            .has_noise = io::has_noise(scene),
+            .parts = std::max(has_stages ? in_stages : fewest, static_cast<int>(samples / steps) | 1),
+            .named = named_times(of_text, scene.time.end)};
+}
+
+/// Adds `weight` times the rates at a time.
+void add_rates(RateNumbers& rates, double t, double weight, std::vector<double>& to) {
+    const std::vector<double> now = rates.at(t);
+    for (std::size_t k = 0; k < to.size(); ++k) to[k] += weight * now[k];
+}
+
+/// Of each number of the rates.
+std::vector<TimeError> errors_of(RateNumbers& rates, const Stepping& how, const Window& window) {
+    std::vector<TimeError> errors(rates.count());
+    const double dt = how.dt;
+    const auto first = static_cast<double>(window.first);
+    std::vector<double> before = rates.at((first - 1.0) * dt), begin = rates.at(first * dt),
+                        end = rates.at((first + 1.0) * dt);
+    for (std::int64_t step = window.first; step < window.first + window.count; ++step) {
+        const double t = static_cast<double>(step) * dt;
+        std::vector<double> exact(errors.size(), 0.0), by_stages = exact, after = rates.at(t + 2.0 * dt);
+        const std::vector<double> middle = rates.at(t + 0.5 * dt);
+        for (const auto& [at, width] : parts_of_step(t, dt, how.parts, how.named)) add_rates(rates, at, width, exact);
+        if (how.has_stages)
+            for (const Stage& stage : stages_of_ark436)
+                add_rates(rates, t + dt * stage.time, dt * stage.weight, by_stages);
+        const std::vector<double> first_quarter = how.divides ? rates.at(t + 0.25 * dt) : middle,
+                                  last_quarter = how.divides ? rates.at(t + 0.75 * dt) : middle;
+        for (std::size_t k = 0; k < errors.size(); ++k) {
+            const Nodes nodes{before[k], begin[k], middle[k], end[k], after[k]};
+            if (k >= rates.of_rates()) errors[k].add(dt * middle[k], exact[k], 0.0);
+            else
+                errors[k].add(how.has_stages ? by_stages[k] : as_seen(how.method, dt, nodes), exact[k],
+                              how.divides
+                                  ? noticed_of(how.method, how.has_noise, dt, nodes, first_quarter[k], last_quarter[k])
+                                  : 0.0);
         }
+        before = std::exchange(begin, std::exchange(end, std::move(after)));
     }
+    return errors;
+}
+
+/// The largest relative error, and its window.  all: of each window.  of_rates: numbers that are no noise.
+std::pair<double, std::size_t> worst_error(const std::vector<std::vector<TimeError>>& all, std::size_t of_rates) {
     constexpr double matters = 0.01;  // of the largest change in any window
-    double worst = 0.0, worst_time = 0.0;
     // The mean and both parts of the wave of one component have the rounding errors of the largest of them, and a small
     // part of what changes may be aliased on this small grid.
     const auto largest_of = [&](const std::vector<TimeError>& errors, std::size_t k, double (TimeError::*of)() const) {
@@ -400,45 +420,72 @@ std::optional<std::string> time_warning(const io::Scene& scene) {
         const std::size_t first = k - k % 3;
         return std::max({(errors[first].*of)(), (errors[first + 1].*of)(), (errors[first + 2].*of)()});
     };
-    const auto size_of = [&](std::size_t n, std::size_t k) {
-        double size = largest_of(all[n], k, &TimeError::size);
-        for (std::size_t one = of_rates; k >= of_rates && one < numbers; ++one)  // a noise may not drive this component
-            size = std::max(size, all[n][one].size());
+    const auto size_of = [&](const std::vector<TimeError>& errors, std::size_t k) {
+        double size = largest_of(errors, k, &TimeError::size);
+        for (std::size_t one = of_rates; k >= of_rates && one < errors.size();
+             ++one)  // it may not drive this component
+            size = std::max(size, errors[one].size());
         return size;
     };
-    for (std::size_t k = 0; k < numbers; ++k) {
+    std::pair<double, std::size_t> worst{0.0, 0};
+    for (std::size_t k = 0; k < all.front().size(); ++k) {
         double largest = 0.0;
         for (const std::vector<TimeError>& errors : all)
             largest = std::max(largest, largest_of(errors, k, &TimeError::deviation));
         for (std::size_t n = 0; n < all.size(); ++n)
-            if (const double relative = all[n][k].relative(matters * largest, size_of(n, k)); relative > worst) {
-                worst = relative;
-                worst_time = static_cast<double>(windows[n].first) * dt;
-            }
+            if (const double relative = all[n][k].relative(matters * largest, size_of(all[n], k));
+                relative > worst.first)
+                worst = {relative, n};
     }
+    return worst;
+}
+
+std::optional<std::string> time_warning(const io::Scene& scene, const FieldProblem& problem) {
+    const double dt = scene.time.dt;
+    const model::Model& model = problem.integrated.equations.model();
+    Grid small = scene.grid;
+    const int few = mentions(model, {"x", "y"}) ? 16 : 8;  // of a moving source some harmonics are kept
+    small.nx = std::min(small.nx, few);
+    small.ny = std::min(small.ny, few);
+    RateNumbers rates(problem, small);
+    const Stepping how = stepping_of(scene, model);
+    const std::vector<Window> windows = windows_of(std::llround(scene.time.end / dt), dt, how.named);
+    std::vector<std::vector<TimeError>> all;
+    for (const Window& window : windows) all.push_back(errors_of(rates, how, window));
+    const auto [worst, window] = worst_error(all, rates.of_rates());
     constexpr double max_wrong = 0.03;  // a switch in the middle of 100 steps is wrong by 0.02, and its fields by less
     if (worst <= max_wrong) return std::nullopt;
     return text(
         "time.dt = {} does not resolve the time dependence of a term written as text: its integral over the steps is "
         "wrong by {:.2g} of its change, from t = {:.6g} s on: choose time.dt = {:.3g}, or a slower variation",
-        dt, std::min(worst, 1.0), worst_time, dt / 4.0);
+        dt, std::min(worst, 1.0), static_cast<double>(windows[window].first) * dt, dt / 4.0);
+}
+
+bool depends_on_time(const io::Scene& scene, const model::Model& model) {
+    return scene.time.dt > 0.0 && mentions(model, {"t"});
 }
 }  // namespace
 
-bool resolves_time(const io::Scene& scene) {
+bool resolves_time(const io::Scene& scene, const model::Model& model) {
     try {
-        return !time_warning(scene);
+        return !depends_on_time(scene, model) || !time_warning(scene, field_problem(scene));
     } catch (const Error& error) {
         if (error.fault() != Fault::run) throw;
         return true;  // not known, as below
     }
 }
 
-std::vector<std::string> text_resolution_warnings(const io::Scene& scene) {
+std::vector<std::string> text_resolution_warnings(const io::Scene& scene, const model::Model& model) {
+    constexpr std::size_t max_points = std::size_t{512} * 512;
+    const bool in_space = mentions(model, {"x", "y"}) && numerics::points(scene.grid) <= max_points;
+    std::optional<FieldProblem> problem;
     std::vector<std::string> warnings;
-    for (const auto& check : {space_warning, time_warning}) {
+    for (const auto& [check, is_needed] :
+         {std::pair{&space_warning, in_space}, std::pair{&time_warning, depends_on_time(scene, model)}}) {
+        if (!is_needed) continue;
         try {
-            if (const std::optional<std::string> warning = check(scene)) warnings.push_back(*warning);
+            if (!problem) problem = field_problem(scene);
+            if (const std::optional<std::string> warning = check(scene, *problem)) warnings.push_back(*warning);
         } catch (const Error& error) {  // the smooth state lies outside the domain of a term: the run is another
             if (error.fault() != Fault::run) throw;
         }

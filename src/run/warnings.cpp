@@ -317,7 +317,7 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     if (std::isnan(*worst)) return;
     // A step that was chosen for means need not follow the noise path more closely than this.
     constexpr double decoupled = 0.3;
-    const double allowed = std::max(scene.time.max_error, scene.time.chosen == "means" ? decoupled : 0.0);
+    const double allowed = std::max(scene.time.max_error, scene.found.step.by == "means" ? decoupled : 0.0);
     if (*worst <= allowed) return;
     // dt may be no more than an interval of outputs; no tolerance sees the error of noise that multiplies fields.
     if (scene.time.tolerance > 0.0 && !has_product_noise) {
@@ -345,13 +345,14 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
              order > 0.5 && order < 4.0 && scene.time.stepper != "etdrk4-krogstad"
                  ? ", or time.stepper = \"etdrk4-krogstad\""
                  : "",
-             scene.time.chosen == "means" ? " if the fields matter; it was chosen for means, whose column is step"
-                                          : ""));
+             scene.found.step.by == "means" ? " if the fields matter; it was chosen for means, whose column is step"
+                                            : ""));
 }
 
 /// Means so far from the state of the exact linear part that the fields stand still: their step error cannot tell.
-void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene, const model::Equations& compiled,
+void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
                     std::vector<std::string>& warnings) {
+    const model::Equations& compiled = what.equations;
     const std::vector<model::StateComponent> components = model::components_of_state(compiled);
     model::UniformState means = compiled.reference();
     const auto mean_of = [&](std::size_t c) -> double& {
@@ -363,7 +364,7 @@ void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene,
         mean_of(c) = series.back();
     }
     if (scene.initial.formulas.empty() && means == compiled.reference()) return;
-    const model::Equations equations = integrated_in_run(scene).equations;
+    const model::Equations equations = about_start(scene, what).equations;
     if (!stands_still(scene, equations, means)) return;
     std::vector<std::string> far;
     for (std::size_t c = 0; c < components.size(); ++c)
@@ -380,16 +381,16 @@ void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene,
 
 }  // namespace
 
-std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene) {
-    const model::Integrated what = integrated_of(scene);
-    std::vector<std::string> warnings = field_scene_warnings(scene);
+std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene,
+                                        const model::Integrated& what) {
+    std::vector<std::string> warnings = field_scene_warnings(scene, what);
     add_not_finite(archive, scene, what.equations, warnings);
     add_resolution(archive, scene, what, warnings);
     add_density_warnings(archive, scene, what, warnings);
     add_few_particles(archive, scene, what, warnings);
     add_step_error(archive, scene, what.equations.has_product_noise(), warnings);
     add_late_order(archive, scene, what, warnings);
-    add_standstill(archive, scene, what.equations, warnings);
+    add_standstill(archive, scene, what, warnings);
     return warnings;
 }
 

@@ -21,12 +21,13 @@ inline constexpr double max_tail_over_linear = 3.0;
 
 /// Each warning names the key of the scene and a value that would do.
 
-/// What is known before a run.
-std::vector<std::string> field_scene_warnings(const io::Scene& scene);
+/// What is known before a run.  what: its equations.
+std::vector<std::string> field_scene_warnings(const io::Scene& scene, const model::Integrated& what);
 
 /// Those, and what its archive shows.  Every reader of an archive gets the same: a run,
 /// a restart, drover info.
-std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene);
+std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene,
+                                        const model::Integrated& what);
 
 /// Whether terms are functions of the calling program, which may fail where a run does not ask them.
 bool calls_program(const io::Scene& scene);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "io/scene_text.hpp"
+#include "run/scene_equations.hpp"
 #include "run/warnings.hpp"
 
 namespace drover::run::model_scene_tests {
@@ -9,12 +10,13 @@ namespace {
 
 std::vector<std::string> warnings_of(const std::string& equation, const std::string& more = "",
                                      const std::string& noise = "0") {
-    return field_scene_warnings(io::parse_scene("[[field]]\nsymbol = \"u\"\nnoise = " + noise +
-                                                    "\n[equations]\nu = \"" + equation +
-                                                    "\"\n[time]\ndt = 0.1\nend = 1.0\n[grid]\nnx = 32\nny = 32\nlx = "
-                                                    "6.283185307179586\nly = 6.283185307179586\n" +
-                                                    more,
-                                                "own.toml"));
+    const io::Scene scene =
+        io::parse_scene("[[field]]\nsymbol = \"u\"\nnoise = " + noise + "\n[equations]\nu = \"" + equation +
+                            "\"\n[time]\ndt = 0.1\nend = 1.0\n[grid]\nnx = 32\nny = 32\nlx = 6.283185307179586\nly = "
+                            "6.283185307179586\n" +
+                            more,
+                        "own.toml");
+    return field_scene_warnings(scene, compiled_of(scene));
 }
 const std::string random_start = "[initial]\nkind = \"random\"\namplitude = 0.1\n";
 
