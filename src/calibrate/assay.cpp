@@ -106,6 +106,10 @@ Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions&
     require(static_cast<bool>(assay.trial), {}, "{}: no function of a trial; expected an assay with one", assay.name);
     require(dem::is_periodic(conditions.setup.cell), {}, "{}: the cell shape is \"{}\"; expected \"periodic\"",
             assay.name, conditions.setup.cell.shape);
+    const bool of_beads = assay.population == Population::beads;
+    const char* const bodies = of_beads ? "beads" : "rods";
+    require(of_beads ? conditions.setup.beads.any() : conditions.setup.rods.any(), {},
+            "{}: the setup has no {}; expected {}.area_fraction or {}.count > 0", assay.name, bodies, bodies, bodies);
     if (assay.check) assay.check(conditions.setup, no_location);
     return assay.trial(make, conditions.setup, trial_seed(conditions.seed, assay.name, trial));
 }
@@ -116,6 +120,7 @@ Resampling resample(const Assay& assay, std::span<const Trial> trials) {
         require(trial.size() == trials.front().size(), {},
                 "{}: trials with {} and with {} numbers; expected equal lengths", assay.name, trials.front().size(),
                 trial.size());
+    require(!trials.front().empty(), {}, "{}: trials of no numbers; expected one or more", assay.name);
     require(static_cast<bool>(assay.estimator), {}, "{}: no estimator; expected an assay with one", assay.name);
     const Estimator estimator = assay.estimator(trials);
     require(static_cast<bool>(estimator), {}, "{}: its estimator gives no function; expected one of the means",

@@ -18,8 +18,11 @@ public:
     void impose(const dem::BodyForces& forces) override { world_.set_forces(forces); }
 
     void advance_to(double time) override {
-        const auto end = static_cast<std::int64_t>(std::llround(time / world_.dt()));
-        if (end <= step_) return;
+        const double steps = std::round(time / world_.dt());
+        require(steps >= static_cast<double>(step_) && steps < 0x1p53, {},
+                "advance_to({}) at t = {} s; expected a finite time that is not earlier", time,
+                static_cast<double>(step_) * world_.dt());
+        const auto end = static_cast<std::int64_t>(steps);
         while (step_ < end) world_.advance(step_++);
         bodies_ = world_.bodies();
     }
@@ -45,6 +48,7 @@ public:
     }
 
     double shear_wave(int waves) const override {
+        check_waves(waves);
         const double q = 2.0 * std::numbers::pi * waves / world_.setup().cell.ly;
         const auto wave = [q](const dem::Bead& bead) { return std::sin(q * bead.position.y); };
         // Least-squares fit to the velocities, as in the force that holds the wave.
@@ -53,11 +57,16 @@ public:
     }
 
     double density_wave(int waves) const override {
+        check_waves(waves);
         const double q = 2.0 * std::numbers::pi * waves / world_.setup().cell.lx;
         return 2.0 * mean([q](const dem::Bead& bead) { return std::cos(q * bead.position.x); });
     }
 
 private:
+    void check_waves(int waves) const {
+        require(waves >= 1 && !bodies_.beads.empty(), {}, "{} waves of {} beads; expected 1 or more of each", waves,
+                bodies_.beads.size());
+    }
     template <class Function>
     double mean(Function function) const {
         double total = 0.0;

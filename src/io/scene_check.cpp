@@ -171,14 +171,6 @@ void check_particles(const Scene& scene, const Locate& locate) {
             dt_of_particles);
     dem::check_contact_law(scene.particles, dem::shapes_of(scene.particles, locate), scene.time.dt, locate);
     check_calibration(scene, locate);
-    // The motion of the plates within a step is a series in dt times the frequency.
-    constexpr double min_steps = 20.0;
-    const dem::Plates& plates = scene.particles.plates;
-    const double steps = 1.0 / (scene.time.dt * plates.frequency);
-    require(plates.amplitude == 0.0 || steps >= min_steps, locate("time.dt"),
-            "time.dt = {} s is {:.3g} steps a period of plates.frequency = {} 1/s; expected at least {}: choose a "
-            "smaller time.dt",
-            scene.time.dt, steps, plates.frequency, min_steps);
 }
 }  // namespace
 

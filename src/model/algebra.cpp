@@ -111,6 +111,14 @@ std::vector<int> Algebra::call(const std::shared_ptr<const GivenFunction>& funct
     return nodes;
 }
 
+std::vector<double> slopes_of(const GivenFunction& function, std::span<const double> arguments) {
+    std::vector<double> slopes = function.slopes(arguments);
+    const std::size_t expected = arguments.size() * static_cast<std::size_t>(function.results);
+    require(slopes.size() == expected, {}, "a function of {} arguments with {} results gave {} slopes; expected {}",
+            arguments.size(), function.results, slopes.size(), expected);
+    return slopes;
+}
+
 int total_slope(GraphBuilder& graph, const std::vector<FunctionCall>& calls, int root,
                 const std::function<int(int slot)>& slope_of_slot) {
     std::map<int, int> of_results;

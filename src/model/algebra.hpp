@@ -87,6 +87,9 @@ struct FunctionCall {
     int end() const { return value_slot(function->results); }
 };
 
+/// Throws an input Error for another number of slopes than results times arguments.
+std::vector<double> slopes_of(const GivenFunction& function, std::span<const double> arguments);
+
 /// The derivative of a node, also through the calls, whose arguments are nodes of this graph, from the derivative of
 /// each slot that holds no result of a call.  Throws an input Error at graph.where for a slope of a slope of a call.
 int total_slope(GraphBuilder& graph, const std::vector<FunctionCall>& calls, int root,

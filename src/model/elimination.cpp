@@ -25,13 +25,15 @@ Right solve_balance(const Matrix& of_held, const Right& right) {
 }
 }  // namespace
 
-UniformState CompiledEquations::balanced(const UniformState& at) const {
-    require(at.size() == static_cast<std::size_t>(components), {},
-            "a uniform state of {} values; expected {}, one for "
-            "each component",
-            at.size(), components);
-    for (const double value : at)
+void check_state(const UniformState& state, std::size_t components) {
+    require(state.size() == components, {}, "a uniform state of {} values; expected {}, one for each component",
+            state.size(), components);
+    for (const double value : state)
         require(std::isfinite(value), {}, "a uniform state with the value {}; expected finite values", value);
+}
+
+UniformState CompiledEquations::balanced(const UniformState& at) const {
+    check_state(at, static_cast<std::size_t>(components));
     const std::vector<int> held = this->held();
     if (held.empty()) return at;
     std::vector<int> others;

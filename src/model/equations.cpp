@@ -34,13 +34,26 @@ bool Equations::has_nonlinear_part() const {
            std::any_of(constants.begin(), constants.end(), [](double constant) { return constant != 0.0; });
 }
 
+namespace {
+void check_term(const CompiledEquations& c, std::size_t n) {
+    require(n < c.terms.size(), {}, "term {}; expected less than {}, the number of terms", n, c.terms.size());
+}
+
+void check_field(const CompiledEquations& c, std::size_t n) {
+    require(n < c.model.fields.size(), {}, "field {}; expected less than {}, the number of fields", n,
+            c.model.fields.size());
+}
+}  // namespace
+
 Equations Equations::about(const UniformState& state) const {
+    check_state(state, static_cast<std::size_t>(components()));
     auto split = std::make_shared<CompiledEquations>(*compiled_);
     split->split(state);
     return Equations(std::move(split));
 }
 
 Equations Equations::only(std::size_t term) const {
+    check_term(*compiled_, term);
     auto part = std::make_shared<CompiledEquations>(*compiled_);
     part->terms.clear();
     part->summaries.clear();
@@ -61,11 +74,13 @@ Equations Equations::only(std::size_t term) const {
 
 bool Equations::has_derivative(std::size_t n, const UniformState& at) const {
     const CompiledEquations& c = *compiled_;
+    check_term(c, n);
     return c.has_slopes(c.terms[n], c.slots_at(c.balanced(at)));
 }
 
 bool Equations::is_isotropic(std::size_t n) const {
     const CompiledEquations& c = *compiled_;
+    check_term(c, n);
     std::vector<LinearForm> rows(static_cast<std::size_t>(c.components));
     if (c.terms[n].summary.is_placed || !has_derivative(n, c.reference())) return false;
     c.visit_slopes(c.terms[n], c.slots_at(c.balanced(c.reference())),
@@ -149,6 +164,7 @@ UniformState CompiledEquations::completed(const UniformState& at) const {
 
 double Equations::varying_mass(std::size_t field, const UniformState& at) const {
     const CompiledEquations& c = *compiled_;
+    check_field(c, field);
     for (const Mass& mass : c.masses)
         if (mass.field == field) return evaluate(c.calls[mass.call].values[0], c.slots_at(c.balanced(at), false));
     return 1.0;
@@ -196,7 +212,7 @@ void CompiledEquations::visit_slopes(
 
 Symbol Equations::term_symbol(std::size_t n, const UniformState& about, const Wavevector& q) const {
     const CompiledEquations& c = *compiled_;
-    require(n < c.terms.size(), {}, "term {}; expected less than {}, the number of terms", n, c.terms.size());
+    check_term(c, n);
     const Term& term = c.terms[n];
     Symbol m = Symbol::Zero(c.components, c.components);
     c.visit_slopes(term, c.slots_at(c.balanced(about)), [&](int row, const Derivative& derivative, double coefficient) {
@@ -218,6 +234,7 @@ Symbol Equations::symbol(const UniformState& about, const Wavevector& q) const {
 }
 
 std::string Equations::latex(std::size_t index) const {
+    check_field(*compiled_, index);
     const Field& field = model().fields[index];
     const auto name = [this](const std::string& word) {
         const auto typeset = [](const std::string& symbol, int spin) {

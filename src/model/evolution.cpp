@@ -17,6 +17,7 @@ EvolutionControl checked(const EvolutionControl& control) {
     numerics::check(control.grid);
     require(control.dt > 0.0 && std::isfinite(control.dt), {}, "dt = {}; expected a finite step above 0", control.dt);
     require(control.threads >= 1, {}, "threads = {}; expected 1 or more", control.threads);
+    require(control.first_step >= 0, {}, "first_step = {}; expected 0 or more", control.first_step);
     return control;
 }
 }  // namespace
@@ -29,7 +30,8 @@ struct Evolution::Work {
     numerics::Transform transform;
     numerics::Stepper stepper;
     numerics::Spectra state;
-    std::int64_t step = 0;
+    std::int64_t step = control.first_step;
+    bool failed = false;
 
     Work(const Equations& the_equations, const EvolutionControl& the_control)
         : equations(the_equations),
@@ -66,6 +68,7 @@ Evolution::Evolution(const Equations& equations, const EvolutionControl& control
     : work_(std::make_unique<Work>(equations, control)) {}
 Evolution::~Evolution() = default;
 Evolution::Evolution(Evolution&&) noexcept = default;
+Evolution& Evolution::operator=(Evolution&&) noexcept = default;
 
 numerics::Fields Evolution::fields() const {
     numerics::Fields result(work_->control.grid, work_->state.count());
@@ -78,8 +81,7 @@ numerics::Fields Evolution::balanced() const {
 }
 
 void Evolution::set_fields(const numerics::Fields& fields) {
-    const auto expected = numerics::points(work_->control.grid) * static_cast<std::size_t>(work_->state.count());
-    require(fields.values.size() == expected, {}, "{} values of fields; expected {}", fields.values.size(), expected);
+    numerics::check(fields, work_->control.grid, work_->state.count());
     require(std::all_of(fields.values.begin(), fields.values.end(), [](double value) { return std::isfinite(value); }),
             {}, "the fields have values that are not finite; expected finite values");
     numerics::Spectra fresh(work_->control.grid, work_->state.count());
@@ -87,15 +89,21 @@ void Evolution::set_fields(const numerics::Fields& fields) {
     remove_divergence(work_->equations, work_->control.grid, fresh);
     work_->state = std::move(fresh);
     work_->stepper.restore_history({});  // rates of other fields are no history of these
+    work_->failed = false;
 }
 
 void Evolution::advance(std::int64_t steps) {
+    require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
+    require(!work_->failed, {}, "the run has failed at t = {:.6g}; expected other fields first, by set_fields()",
+            time());
     constexpr std::int64_t check_every = 8;
+    work_->failed = true;  // unless all steps succeed
     for (std::int64_t i = 0; i < steps; ++i) {
         work_->stepper.step(time(), static_cast<std::uint64_t>(work_->step), work_->state);
         ++work_->step;
         if (work_->step % check_every == 0 || i + 1 == steps) work_->check_finite();
     }
+    work_->failed = false;
 }
 
 std::int64_t Evolution::step() const { return work_->step; }

@@ -42,6 +42,7 @@ std::vector<int> turning_components(const Model& model) {
 
 double direction_of(const Model& model, const UniformState& state) {
     const std::vector<int> firsts = first_components(model);
+    check_state(state, components(model));
     for (const std::size_t n : drawn_fields(model)) {
         const auto at = static_cast<std::size_t>(firsts[n]);
         if (const int spin = model.fields[n].spin; spin > 0 && (state[at] != 0.0 || state[at + 1] != 0.0))
@@ -65,6 +66,20 @@ std::vector<LinearisedAt::Power> powers_of_terms(const CompiledEquations& c, con
 }
 }  // namespace
 
+namespace {
+void check_sizes(const LeftSides& left, Eigen::Index count) {
+    const auto rows = left.slopes.rows(), columns = left.slopes.cols();
+    const bool has_noise = left.noise.size() > 0 || left.flux_noise.size() > 0;
+    require(
+        left.mass_density.size() == count &&
+            (!has_noise || (left.noise.size() == count && left.flux_noise.size() == count)) &&
+            (left.slopes.size() == 0 || (rows == count && columns == count)),
+        {},
+        "left sides of {} masses, {} and {} noises and {} by {} slopes; expected {} of each, or no noises or slopes",
+        left.mass_density.size(), left.noise.size(), left.flux_noise.size(), rows, columns, count);
+}
+}  // namespace
+
 LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about)
     : equations_(equations), about_(equations.completed(about)), state_(equations.state_components()) {
     const CompiledEquations& c = *equations.compiled_;
@@ -83,6 +98,8 @@ LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about
 LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about, LeftSides left)
     : equations_(equations), about_(about), left_(std::move(left)) {
     const CompiledEquations& c = *equations.compiled_;
+    check_state(about_, static_cast<std::size_t>(c.components));
+    check_sizes(left_, c.components);
     require(left_.factors.empty() || left_.factors.size() == c.terms.size(), {},
             "{} factors of {} terms; expected one of each, or none", left_.factors.size(), c.terms.size());
     powers_ = powers_of_terms(c, c.terms, about_, left_.factors);
@@ -176,6 +193,8 @@ Symbol LinearisedAt::resolved(const Symbol& m, const Wavevector& q) const {
 
 Eigen::RowVectorXcd LinearisedAt::of_forces(const Eigen::RowVectorXcd& of_rates, const Wavevector& q) const {
     const Parts& parts = parts_at(q);
+    require(of_rates.size() == static_cast<Eigen::Index>(parts.state.size()), {},
+            "{} weights of rates; expected {}, one for each row of the symbol", of_rates.size(), parts.state.size());
     Eigen::RowVectorXcd result = Eigen::RowVectorXcd::Zero(equations_.components());
     const Eigen::RowVectorXcd of_state = of_rates.cwiseQuotient(left_.mass_density(parts.state).transpose());
     result(parts.state) = of_state;
@@ -197,6 +216,9 @@ Wavevector LinearisedAt::wavevector(double q, double angle) const {
 }
 
 Symbol LinearisedAt::along_and_across(const Symbol& of_components, const Wavevector& q) const {
+    const int count = equations_.components();
+    require(of_components.rows() == count && of_components.cols() == count, {},
+            "a matrix of {} by {}; expected {} by {}", of_components.rows(), of_components.cols(), count, count);
     const double size = std::hypot(q.x, q.y);
     if (size == 0.0) return of_components;
     return equations_.compiled_->in_frame(of_components, q.x / size, q.y / size);

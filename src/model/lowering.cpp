@@ -311,6 +311,12 @@ const GivenFunction* Lowering::given_function(const std::string& name) const {
 
 /// A function of numbers is a number.
 Value Lowering::given_call(const FormulaText& text, const Formula& f, const GivenFunction& function) {
+    if (!function.values || !function.slopes || function.arguments < 1 || function.results < 1 || function.results > 2)
+        text.fail_with(f.at,
+                       "the function {} of {} arguments with {} results, {} values and {} slopes; expected 1 or more "
+                       "arguments, 1 or 2 results, and both functions",
+                       f.name, function.arguments, function.results, function.values ? "with" : "without",
+                       function.slopes ? "with" : "without");
     std::vector<int> nodes;
     Parity parity = function.results == 1 ? Parity::even : Parity::none;
     for (const Formula& argument : f.arguments) {
@@ -339,7 +345,8 @@ Value Lowering::given_call(const FormulaText& text, const Formula& f, const Give
 
 Value Lowering::call(const FormulaText& text, const Formula& f) {
     if (const GivenFunction* function = given_function(f.name)) {
-        return function->values ? given_call(text, f, *function) : part_of_complex(text, f);
+        const bool is_part = !function->values && (f.name == "re" || f.name == "im" || f.name == "conj");
+        return is_part ? part_of_complex(text, f) : given_call(text, f, *function);
     }
     if (f.name == "outer") return outer(text, f);
     if (f.name == explicit_name)
@@ -452,9 +459,9 @@ void Names::add(const std::string& name, const Meaning& meaning, const SourceLoc
     const bool has_place = !where.file.empty();  // a coefficient has none
     const std::string first = location_text(places_[name]);
     require(is_new, has_place ? where : places_[name], "the name {} is used twice{}; expected another name", name,
-            !has_place      ? ": it is a coefficient as well"
-            : first.empty() ? ""
-                            : ", first at " + first);
+            meaning.kind == Kind::coefficient ? ": it is a coefficient as well"
+            : first.empty()                   ? ""
+                                              : ", first at " + first);
     places_[name] = where;
 }
 

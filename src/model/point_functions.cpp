@@ -279,7 +279,7 @@ void PointFunctions::call(const Evaluated& one, std::size_t size, Rows& rows) co
     for (std::size_t i = 0; i < size; ++i) {
         for (std::size_t a = 0; a < point.size(); ++a)
             point[a] = arguments[a].values ? arguments[a].values[i] : arguments[a].number;
-        const std::vector<double> slopes = one.function->slopes(point);
+        const std::vector<double> slopes = slopes_of(*one.function, point);
         for (std::size_t n = 0; n < slopes.size(); ++n)
             if (one.slopes[n] >= 0) rows.result(one.slopes[n], first)[i] = slopes[n];
     }

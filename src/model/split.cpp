@@ -101,7 +101,7 @@ void CompiledEquations::call(const Call& call, bool with_slopes, std::vector<dou
         out[static_cast<std::size_t>(k)] = &values[static_cast<std::size_t>(call.value_slot(k))];
     call.function->values(1, given, std::span(out).first(static_cast<std::size_t>(call.function->results)));
     if (!with_slopes) return;
-    const std::vector<double> slopes = call.function->slopes(arguments);
+    const std::vector<double> slopes = slopes_of(*call.function, arguments);
     for (int k = 0; k < call.function->results; ++k)
         for (std::size_t a = 0; a < arguments.size(); ++a)
             values[static_cast<std::size_t>(call.slope_slot(k, static_cast<int>(a)))] =

@@ -84,6 +84,7 @@ Symbol CompiledEquations::sum_noise(const Wavevector& q) const {
 }
 
 Symbol Equations::noise(const UniformState& about, const Wavevector& q) const {
+    check_state(about, static_cast<std::size_t>(compiled_->components));
     Symbol strengths = compiled_->sum_noise(q);
     if (!has_product_noise()) return strengths;
     const Symbol shared = compiled_->product_symbol(about, q);

@@ -33,9 +33,15 @@ Assay plain(double value) {
             .conclude = {}};
 }
 
+Conditions some_rods() {
+    Conditions conditions{.setup = {}, .seed = 5};
+    conditions.setup.rods.count = 1;
+    return conditions;
+}
+
 std::vector<Trial> trials_of(const Assay& assay, std::size_t count) {
     std::vector<Trial> trials;
-    for (std::size_t t = 0; t < count; ++t) trials.push_back(run_trial(assay, {}, {.setup = {}, .seed = 5}, t));
+    for (std::size_t t = 0; t < count; ++t) trials.push_back(run_trial(assay, {}, some_rods(), t));
     return trials;
 }
 
@@ -86,7 +92,7 @@ TEST(AssayRule, stops_after_the_first_round_that_meets_the_goal_and_ignores_late
     EXPECT_EQ(more.measurement->trials, decision.measurement->trials);
     EXPECT_EQ(more.measurement->estimates[0].mean, decision.measurement->estimates[0].mean);
     EXPECT_EQ(more.measurement->estimates[0].error, decision.measurement->estimates[0].error);
-    const Measurement whole = carry_out(assay, {}, {.setup = {}, .seed = 5}, goal);
+    const Measurement whole = carry_out(assay, {}, some_rods(), goal);
     EXPECT_EQ(whole.trials, decision.measurement->trials);
     EXPECT_EQ(whole.estimates[0].mean, decision.measurement->estimates[0].mean);
 }
@@ -99,12 +105,12 @@ TEST(AssayRule, evaluates_each_round_once) {
         return whole(trials);
     };
     const Goal goal{.relative_error = 0.001, .round = 4, .min_rounds = 2, .max_trials = 80};  // never reached
-    EXPECT_EQ(carry_out(assay, {}, {.setup = {}, .seed = 5}, goal).trials, 80u);
+    EXPECT_EQ(carry_out(assay, {}, some_rods(), goal).trials, 80u);
     EXPECT_EQ(evaluations, 19);  // after 8, 12, ..., 80 trials
 }
 
 TEST(AssayRule, rejects_an_assay_that_lacks_a_function_or_gives_another_number_of_estimates) {
-    const Conditions conditions{.setup = {}, .seed = 5};
+    const Conditions conditions = some_rods();
     const std::vector<Trial> trials = trials_of(plain(1.0), 8);
     Assay none = plain(1.0);
     none.trial = nullptr;
@@ -121,15 +127,14 @@ TEST(AssayRule, rejects_an_assay_that_lacks_a_function_or_gives_another_number_o
 }
 
 TEST(AssayRule, reports_a_target_that_is_not_reached) {
-    const Measurement far =
-        carry_out(plain(10.0), {}, {.setup = {}, .seed = 5}, {.relative_error = 0.001, .max_trials = 40});
+    const Measurement far = carry_out(plain(10.0), {}, some_rods(), {.relative_error = 0.001, .max_trials = 40});
     EXPECT_FALSE(far.reached);
     EXPECT_EQ(far.trials, 32u);  // whole rounds
     const double error = *far.estimates[0].error / far.estimates[0].mean;
     EXPECT_EQ(far.unmet_target, text("plain: length has an error of {:.3g} % after 32 trials; the target is 0.1 %: "
                                      "about {:.0f} trials are needed",
                                      100.0 * error, std::ceil(32.0 * std::pow(error / 0.001, 2))));
-    const Measurement none = carry_out(plain(0.0), {}, {.setup = {}, .seed = 5}, {.max_trials = 40});
+    const Measurement none = carry_out(plain(0.0), {}, some_rods(), {.max_trials = 40});
     EXPECT_NE(none.unmet_target.find("not significantly different from 0"), std::string::npos) << none.unmet_target;
 }
 
@@ -150,6 +155,17 @@ TEST(AssayRule, rejects_invalid_goals_and_trials) {
         return refusal_of([&] { run_trial(of, synthetic_factory({}), conditions, 0); });
     };
     EXPECT_EQ(message(relaxation(), 0, 900).substr(0, 33), "relaxation: the setup has no rods");
+    const Assay beads = [] {
+        Assay result = plain(1.0);
+        result.population = Population::beads;
+        return result;
+    }();
+    EXPECT_EQ(message(beads, 4, 0), "plain: the setup has no beads; expected beads.area_fraction or beads.count > 0");
+    EXPECT_EQ(message(assay, 0, 900), "plain: the setup has no rods; expected rods.area_fraction or rods.count > 0");
+    EXPECT_EQ(refusal_of([&] {
+                  estimate(assay, std::vector<Trial>{{}, {}});
+              }),
+              "plain: trials of no numbers; expected one or more");
     EXPECT_EQ(message(damping(), 4, 0).substr(0, 31), "damping: the setup has no beads");
 }
 

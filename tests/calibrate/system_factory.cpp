@@ -66,5 +66,16 @@ TEST(WorldSystem, applies_forces_and_measures_their_effect) {
     EXPECT_LT(system->density_wave(1), -0.1);  // beads gather at half of the cell, where the force vanishes
 }
 
+TEST(WorldSystem, rejects_steps_times_and_waves_that_give_no_numbers) {
+    for (const double dt : {0.0, -2e-5, static_cast<double>(NAN), 1.0})
+        EXPECT_THROW(system_factory(dt)(tiny().setup, 1), Error);
+    const auto system = system_factory(2e-5)(tiny().setup, 1);
+    system->advance_to(0.001);
+    for (const double time : {0.0005, -1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)})
+        EXPECT_THROW(system->advance_to(time), Error);
+    EXPECT_THROW(static_cast<void>(system->shear_wave(0)), Error);
+    EXPECT_THROW(static_cast<void>(system->density_wave(0)), Error);
+}
+
 }  // namespace
 }  // namespace drover::calibrate::system_factory_tests

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/refusal.hpp"
 #include "dem/packing_support.hpp"
 #include "dem/scenes.hpp"
 
@@ -124,6 +125,50 @@ TEST(BodiesOfAWorld, keep_their_numbers_and_shapes_when_others_are_set) {
     larger.shapes[0] = make_ball(0.82, 2.7);
     world.set_bodies(larger, 0);
     EXPECT_EQ(world.save(), before);  // the world keeps its shapes
+}
+
+TEST(BodiesOfAWorld, that_overlap_the_plates_or_are_not_finite_are_rejected_at_the_start) {
+    Threads threads;
+    const dem::Setup setup = square(20.0);  // the base is at 0.08 mm at t = 0, the lid at 1.28 mm
+    const auto refused = [&](const Bodies& bodies, double dt = 1e-5) {
+        return refusal_of([&] { World(setup, bodies, dt, 1, threads); });
+    };
+    const auto ball = [](double diameter, const Vector& at, const Vector& velocity = {}) {
+        return Bodies{.shapes = {make_ball(diameter, 2.7)},
+                      .beads = {{.position = at, .velocity = velocity}},
+                      .rods = {}};
+    };
+    EXPECT_EQ(refused(ball(0.8, {0.0, 0.0, 0.6})), "no refusal");
+    EXPECT_EQ(refused(ball(0.8, {0.0, 0.0, 0.3})),
+              "bead 0 and the base overlap by 0.18 mm, 0.45 of a radius; expected at most contacts.max_overlap = 0.02");
+    EXPECT_NE(refused(ball(0.8, {0.0, 0.0, 30.0})).find("bead 0 and the lid overlap"), std::string::npos);
+    EXPECT_NE(refused(ball(3.0, {0.0, 0.0, 0.7})).find("overlap"), std::string::npos);
+    EXPECT_NE(refused(ball(0.8, {0.0, 0.0, 0.6}, {NAN, 0.0, 0.0})).find("expected finite values"), std::string::npos);
+    Bodies rods{.shapes = {rod_shape(setup)}, .beads = {}, .rods = {lying_rod(setup, 0.0, 0.0, 0.0)}};
+    rods.rods[0].axis = {3.0, 0.0, 0.0};
+    const World world(setup, rods, 1e-5, 1, threads);
+    EXPECT_EQ(world.bodies().rods[0].axis.x, 1.0);
+    rods.rods[0].axis = {};
+    EXPECT_EQ(refused(rods), "the axis of rod 0 is of length 0; expected 1");
+    for (const double dt : {0.0, -1e-5, static_cast<double>(NAN), static_cast<double>(INFINITY), 1.0})
+        EXPECT_NE(refused(ball(0.8, {0.0, 0.0, 0.6}), dt).find("time.dt = "), std::string::npos) << dt;
+}
+
+TEST(BodiesOfAWorld, that_overlapped_in_a_step_are_advanced_only_after_others_are_set) {
+    Threads threads;
+    const dem::Setup setup = elastic(20.0);
+    Bodies bodies{.shapes = {make_ball(0.8, 2.7)},
+                  .beads = {{.position = {-1.0, 0.0, 0.6}}, {.position = {1.0, 0.0, 0.6}}},
+                  .rods = {}};
+    World world(setup, bodies, 1e-3, 1, threads);
+    const std::vector<double> before = world.save();
+    bodies.beads[0].velocity.x = 1700.0;  // within one step into the other
+    world.set_bodies(bodies, 0);
+    EXPECT_NE(refusal_of([&] { world.advance(0); }).find("overlap by"), std::string::npos);
+    EXPECT_NE(refusal_of([&] { world.advance(1); }).find("expected set_bodies() or restore() first"),
+              std::string::npos);
+    world.restore(before);
+    EXPECT_NO_THROW(world.advance(0));
 }
 
 }  // namespace

@@ -194,5 +194,20 @@ TEST(Masses, divide_forces_at_every_point_however_small_they_are) {
             << k;
 }
 
+TEST(GivenFunctions, that_are_not_complete_or_give_another_number_of_slopes_are_rejected) {
+    const auto rejects = [](auto change) {
+        Model model = with("table(n, n)", false);
+        change(model.functions.at("table"));
+        EXPECT_THROW(Equations{model}, Error);
+    };
+    rejects([](GivenFunction& f) { f.values = nullptr; });
+    rejects([](GivenFunction& f) { f.slopes = nullptr; });
+    rejects([](GivenFunction& f) { f.slopes = nullptr, f.has_exact_slopes = false; });
+    for (const int results : {-1, 0, 3}) rejects([&](GivenFunction& f) { f.results = results; });
+    for (const int arguments : {-1, 0}) rejects([&](GivenFunction& f) { f.arguments = arguments; });
+    for (const std::size_t count : {0u, 1u, 3u})
+        rejects([&](GivenFunction& f) { f.slopes = [=](auto) { return std::vector<double>(count); }; });
+}
+
 }  // namespace
 }  // namespace drover::model::given_functions_tests

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "drover/base/error.hpp"
@@ -259,6 +260,55 @@ TEST(StepperTables, have_a_citation_an_order_and_a_last_stage_at_the_end_of_the_
         }
     }
     EXPECT_THROW(stepper_table("rk9"), Error);
+}
+
+TEST(Stepper, keeps_its_own_table_and_rejects_one_that_it_cannot_use) {
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    const System system = small_flock(transform);
+    auto table = std::make_unique<StepperTable>(stepper_table("etdrk2"));
+    Spectra expected = start(transform), state = expected;
+    Stepper(system, *table, 0.1, 1, threads).step(0.0, 0, expected);
+    Stepper stepper(system, *table, 0.1, 1, threads);
+    table.reset();
+    stepper.step(0.0, 0, state);
+    EXPECT_EQ(state.values, expected.values);
+    const auto rejects = [&](auto change) {
+        StepperTable changed = stepper_table("etdrk2");
+        change(changed);
+        EXPECT_THROW(Stepper(system, changed, 0.1, 1, threads), Error);
+    };
+    for (const int order : {-1, 0, max_phi + 1, 20})
+        rejects([&](StepperTable& t) { t.stages[1].terms[0][0].order = order; });
+    rejects([](StepperTable& t) { t.stages.back().c = 0.5; });
+    rejects([](StepperTable& t) { t.stages.clear(); });
+    rejects([](StepperTable& t) { t.stages[0].terms.resize(3); });
+    StepperTable high = stepper_table("exponential-euler");  // phi_1 = 1 + z phi_2 = 1 + z/2 + z^2 phi_3: all in bounds
+    high.stages[0].terms[0].push_back({.weight = 0.0, .order = max_phi});
+    EXPECT_NO_THROW(Stepper(system, high, 0.1, 1, threads).step(0.0, 0, state));
+}
+
+TEST(Stepper, rejects_arrays_and_scratch_of_another_grid_or_layout) {
+    Threads threads(1);
+    const Transform transform(small_grid, 3, threads);
+    System system = small_flock(transform);
+    const StepperTable& table = stepper_table("etdrk2");
+    const auto scratch = std::make_shared<StepperScratch>();
+    Stepper stepper(system, table, 0.1, 1, threads, scratch);
+    Spectra state = start(transform), next = state, error = state, none;
+    const Spectra few(small_grid, state.count() - 1), small({.nx = 8, .ny = 8}, state.count());
+    for (Spectra other : {none, few, small}) {
+        EXPECT_THROW(stepper.step(0.0, 0, other), Error);
+        EXPECT_THROW(stepper.attempt(0.0, 0, state, other, error), Error);
+        EXPECT_THROW(stepper.attempt(0.0, 0, state, next, other), Error);
+    }
+    EXPECT_THROW(Stepper(system, stepper_table("etdrk4"), 0.1, 1, threads, scratch), Error);
+    system.grid = {.nx = 8, .ny = 8, .lx = 6.0, .ly = 6.0};
+    EXPECT_THROW(Stepper(system, table, 0.1, 1, threads, scratch), Error);
+    for (const auto& [nx, ny] : {std::pair{7, 8}, {8, 0}, {262144, 8}}) {
+        system.grid.nx = nx, system.grid.ny = ny;
+        EXPECT_THROW(Stepper(system, table, 0.1, 1, threads), Error);
+    }
 }
 
 }  // namespace

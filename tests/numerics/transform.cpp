@@ -10,6 +10,7 @@
 #include <numbers>
 #include <thread>
 
+#include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
 
 namespace drover::numerics::transform_tests {
@@ -252,6 +253,20 @@ TEST(TransformLong, may_be_made_while_other_threads_free_memory_of_fftw) {
     }
     stops = true;
     for (std::thread& thread : threads) thread.join();
+}
+
+TEST(Transform, rejects_arrays_of_another_grid_or_number_of_components) {
+    Threads threads(1);
+    const Grid grid{8, 6, 1, 1}, other{8, 8, 1, 1};
+    const Transform transform(grid, 1, threads);
+    Fields fields(grid, 2), large(other, 2), none;
+    Spectra spectra(grid, 2), wide(other, 2), one(grid, 1);
+    EXPECT_THROW(transform.forward(large, spectra), Error);
+    EXPECT_THROW(transform.forward(none, spectra), Error);
+    EXPECT_THROW(transform.forward(fields, wide), Error);
+    EXPECT_THROW(transform.forward(fields, one), Error);
+    EXPECT_THROW(transform.backward(wide, fields), Error);
+    EXPECT_THROW(transform.backward(spectra, large), Error);
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ struct Vocabulary {
 };
 
 /// A function of the values in the slots: an immutable directed acyclic graph in which each subexpression occurs once,
-/// so that derivatives stay of the size of the expression.  Copies share the graph.
+/// so that derivatives stay of the size of the expression.  Copies share the graph; one that was moved from can only be
+/// assigned to or destroyed.
 class Expression {
 public:
     Expression() : Expression(0.0) {}

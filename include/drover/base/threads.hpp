@@ -10,6 +10,7 @@ namespace drover {
 
 /// A fixed team of threads.  A loop is divided into chunks that depend on its length only, so that results are
 /// identical for any number of threads.  After a fork between two loops the child makes a team of its own.
+/// Use it, and everything made with it, from one thread at a time.
 class Threads {
 public:
     /// count >= 1, including the calling thread.

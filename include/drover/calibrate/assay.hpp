@@ -38,16 +38,16 @@ public:
     virtual ~ParticleSystem() = default;
     /// Replaces the forces on the bodies from now on.
     virtual void impose(const dem::BodyForces& forces) = 0;
-    /// Advances to a time since the start [s], not earlier than the current time.
+    /// Advances to a time since the start [s].  Throws an input Error for one that is earlier than now or not finite.
     virtual void advance_to(double time) = 0;
 
     virtual std::vector<RodPose> rods() const = 0;
     virtual BeadMotion beads() const = 0;
     /// Position of each bead.
     virtual std::vector<Position> bead_positions() const = 0;
-    /// Amplitude A of v_x = A sin(2 pi waves y/ly) of the beads [mm/s].
+    /// Amplitude A of v_x = A sin(2 pi waves y/ly) of the beads [mm/s].  Throws an input Error without beads or waves.
     virtual double shear_wave(int waves) const = 0;
-    /// Amplitude d of the bead density rho (1 + d cos(2 pi waves x/lx)).
+    /// Amplitude d of the bead density rho (1 + d cos(2 pi waves x/lx)).  Throws as shear_wave().
     virtual double density_wave(int waves) const = 0;
 };
 
@@ -55,7 +55,7 @@ public:
 using SystemFactory = std::function<std::unique_ptr<ParticleSystem>(const dem::Setup& setup, std::uint64_t seed)>;
 
 /// Creates systems of the particle world, single-threaded, with time step dt [s].
-/// A system throws what dem::World and dem::pack throw.
+/// A system throws what dem::World and the packing throw.
 SystemFactory system_factory(double dt);
 
 /// The result of one trial: numbers whose means over trials suffice for an estimate.  The assay fixes their count.
@@ -142,8 +142,8 @@ Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions&
 /// between their mean and the estimate is the first-order bias in 1/n (a quotient of noisy means is biased) and is
 /// subtracted.  If more than one resample in 50 gives no finite value, there is no error, and `why_no_error` gives the
 /// reason.
-/// Throws an input Error for fewer than two trials, trials of different lengths, an assay without an estimator, and
-/// another number of estimates than of quantities.
+/// Throws an input Error for fewer than two trials, trials without numbers or of different lengths, an assay without an
+/// estimator, and another number of estimates than of quantities.
 /// Source: Efron & Tibshirani, An introduction to the bootstrap (1993), ch. 6 and 10.
 std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials);
 

@@ -60,7 +60,7 @@ struct Bead {
 struct Rod {
     Vector position;             ///< of its centre of mass [mm], not wrapped
     Vector velocity;             ///< [mm/s]
-    Vector axis{1.0, 0.0, 0.0};  ///< n, from tail to head, of length 1
+    Vector axis{1.0, 0.0, 0.0};  ///< n, from tail to head; a World makes its length 1
     Vector angular_momentum;     ///< [mg mm^2/s]
     std::uint32_t shape = 0;     ///< of Bodies::shapes
 };
@@ -74,7 +74,7 @@ struct Bodies {
 
 /// The bodies that a setup asks for, at rest at the origin; a packing places them.  The diameters of a mixture are
 /// distributed in their proportions, rounded by largest remainders; the sizes of rods are drawn from the seed.  Throws
-/// an input Error for an impossible shape.
+/// an input Error for an invalid setup or an impossible shape.
 Bodies make_bodies(const Setup& setup, std::uint64_t seed, const Locate& locate = no_location);
 
 /// The shapes of these bodies, rods at their mean size.

@@ -104,8 +104,8 @@ struct BodyForces {
 
 /// How contacts are resolved.
 struct ContactControl {
-    std::string model = "impulse";          ///< the contact law, see dem/contact/contact_law.hpp
-    std::string law = "simultaneous";       ///< see dem/impact/impact.hpp; pairwise: dem/contact/contact_law.hpp
+    std::string model = "impulse";          ///< the contact law: see the page "Particles" of the manual
+    std::string law = "simultaneous";       ///< of groups of contacts: see that page
     std::string restitution = "energetic";  ///< energetic, kinetic, kinematic
     bool track_slip = true;  ///< friction follows the slip through the impact; false: keeps the direction before
     int increments = 8;      ///< of the impact of a group

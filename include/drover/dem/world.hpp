@@ -76,15 +76,17 @@ struct OverlapRecord {
 /// threads.
 class World {
 public:
-    /// `threads` must outlive it.  Throws an input Error for an invalid setup, a body of no shape or a dt that is too
-    /// long for the contact law, and a run Error for a body without a finite position.
+    /// `threads` must outlive it.  Throws an input Error for an invalid setup, a body of no shape, a dt that is not
+    /// above 0 or too long for the plates or the contact law, and for bodies as set_bodies(), at step 0.
     World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
           const Locate& locate = no_location);
-    World(World&&) noexcept;
+    World(World&&) noexcept;  ///< one that was moved from can only be assigned to or destroyed
+    World& operator=(World&&) noexcept;
     ~World();
 
     /// From time step dt to (step + 1) dt.  Throws a run Error that names pair, overlap and step if two bodies overlap
-    /// by more than contacts.max_overlap of a radius or a body diverges.
+    /// by more than contacts.max_overlap of a radius or a body diverges; the world can then be advanced after
+    /// set_bodies() or restore() alone.
     void advance(std::int64_t step);
 
     /// Replaces the body forces.  They are not part of the state: set them before restore().  Throws an input Error for
@@ -95,7 +97,8 @@ public:
     /// Other positions, axes and velocities of its bodies, at the beginning of a step.  What this does to the kinetic
     /// energy counts as work of forces; contacts begin anew.  The shapes are those of the constructor.  Throws an input
     /// Error, and keeps the state, for another number of bodies or another shape of one, for values that are not
-    /// finite, and for bodies that overlap each other or a surface by more than contacts.max_overlap of a radius.
+    /// finite, an axis of length 0, and bodies that overlap each other or a surface by more than contacts.max_overlap
+    /// of a radius; a run Error for one far from the cell.
     void set_bodies(const Bodies& bodies, std::int64_t step);
     const Setup& setup() const;
     double dt() const;
@@ -106,7 +109,8 @@ public:
     std::string non_finite() const;  ///< the first value that is not finite, and the work behind it; empty: none
 
     std::vector<double> save() const;
-    /// Throws an input Error if the state is not of this world.
+    /// The state must be from save() of a world with the same setup, bodies, dt and seed: only its length is checked.
+    /// Throws an input Error for another length.
     void restore(std::span<const double> state);
 
 private:

@@ -20,7 +20,8 @@ class ExplicitPart;  // model/explicit_part.hpp
 /// Copies share the equations; one that was moved from can only be assigned to or destroyed.
 class Equations {
 public:
-    /// Throws an input Error, at its column, for a name, rank or parity that does not fit.
+    /// Throws an input Error, at its column, for a name, rank or parity that does not fit, and for a GivenFunction
+    /// that is not complete.
     explicit Equations(const Model& model);
 
     const Model& model() const;
@@ -37,9 +38,11 @@ public:
 
     /// All fields at their reference: the state about which the linear part is exact, unless about() gave another.
     UniformState reference() const;
-    /// The same equations with the linear part about this state of all components.
+    /// The same equations with the linear part about this state of all components.  Throws an input Error for a state
+    /// of another size or with values that are not finite, as all that take a uniform state.
     Equations about(const UniformState& state) const;
     /// The same with one term of a field with a rate, by its number in terms(), and with all balances; without noise.
+    /// Throws an input Error for a number that no term has, as all that take one.
     Equations only(std::size_t term) const;
     /// A uniform state with the values of fields in balance that follow from the others.  Throws as uniform_rates.
     UniformState completed(const UniformState& at) const;
@@ -53,13 +56,14 @@ public:
     /// LinearisedAt is faster for many q.
     /// Throws an input Error for a term that depends on position or time.
     Symbol symbol(const UniformState& about, const numerics::Wavevector& q) const;
-    /// The mass of a field in a uniform state, at x = y = t = 0; 1 unless it varies.
+    /// The mass of a field in a uniform state, at x = y = t = 0; 1 unless it varies.  Throws an input Error for a
+    /// number that no field has, as latex().
     double varying_mass(std::size_t field, const UniformState& at) const;
     /// Whether a term that does not depend on position or time has a finite derivative in a uniform state.
     bool has_derivative(std::size_t term, const UniformState& at) const;
     /// Whether the linearisation of a term about the references exists, and commutes with turns and reflections.
     bool is_isotropic(std::size_t term) const;
-    /// What one term contributes, without elimination.  Throws an input Error for a number that no term has.
+    /// What one term contributes, without elimination.
     Symbol term_symbol(std::size_t term, const UniformState& about, const numerics::Wavevector& q) const;
     /// Strengths of the noise of all components at q in a uniform state: <f f^H> = noise delta(t - t') per area,
     /// Hermitian.
@@ -79,7 +83,8 @@ public:
     bool has_finite_degree() const;  ///< false: some are no polynomials, and count as products of two
 
     /// L, N and Q on a grid.  N keeps what it needs of these equations.  kept_degree: the degree that decides which
-    /// modes are kept; 0: that of the products.  part: what evaluates N; nullptr where N is 0.
+    /// modes are kept; 0: that of the products.  part (for drover itself): what evaluates N;
+    /// nullptr where N is 0.
     numerics::System system(const numerics::Grid& grid, Threads& threads, int kept_degree = 0,
                             std::shared_ptr<ExplicitPart>* part = nullptr) const;
     /// Without N: see ExplicitPart.

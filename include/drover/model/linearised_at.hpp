@@ -12,25 +12,28 @@ namespace drover::model {
 std::vector<int> turning_components(const Model& model);
 
 /// The direction of a uniform state [rad]: that of the first of turning_components() with a value, of a spin m >= 1,
-/// from the x axis, in (-pi/m, pi/m]; 0 without one.
+/// from the x axis, in (-pi/m, pi/m]; 0 without one.  Throws an input Error for a state of another size.
 double direction_of(const Model& model, const UniformState& state);
 
 /// Left-hand sides that replace those of the equations: mass_density d_t F = right-hand side, with noise on d_t F.
 struct LeftSides {
-    std::vector<double> factors = {};   ///< of each term; empty: 1
-    Eigen::VectorXd mass_density;       ///< of each component; 0: in balance
-    Eigen::MatrixXd slopes = {};        ///< of `mass_density` in the components; empty: 0
-    Eigen::VectorXd noise, flux_noise;  ///< strengths of white noise, and of conserved noise
-    double direction = 0.0;             ///< from which the angles of waves are measured [rad]
+    std::vector<double> factors = {};  ///< of each term; empty: 1
+    Eigen::VectorXd mass_density;      ///< of each component; 0: in balance
+    Eigen::MatrixXd slopes = {};       ///< of `mass_density` in the components; empty: 0
+    Eigen::VectorXd noise,
+        flux_noise;          ///< strengths of white noise, and of conserved noise; both empty: as in the equations
+    double direction = 0.0;  ///< from which the angles of waves are measured [rad]
 };
 
-/// Prepared once, a symbol costs one sum of small matrices.
+/// Prepared once, a symbol costs one sum of small matrices.  One that was moved from can only be assigned to or
+/// destroyed.
 class LinearisedAt {
 public:
     /// Fields in balance take the values that follow from the others.  Throws an input Error as Equations::symbol: for
     /// a term that depends on position or time, for a state of another size, where a derivative is not finite.
     LinearisedAt(const Equations& equations, const UniformState& about);
-    /// Of equations that have rates alone, with other left sides.
+    /// Of equations that have rates alone, with other left sides.  Throws an input Error for left sides of another
+    /// number of components.
     LinearisedAt(const Equations& equations, const UniformState& about, LeftSides left);
 
     const Equations& equations() const { return equations_; }
@@ -53,7 +56,7 @@ public:
     Symbol noise(const numerics::Wavevector& q) const;
 
     /// Weights of the forces on all components that give the same sum as `of_rates`, weights of the rates of symbol();
-    /// forces on fields in balance act through these fields.
+    /// forces on fields in balance act through these fields.  Throws an input Error for another number of weights.
     Eigen::RowVectorXcd of_forces(const Eigen::RowVectorXcd& of_rates, const numerics::Wavevector& q) const;
 
     /// Whether some field has no divergence, so that waves in the limit of small q are not those at q = 0.
@@ -69,7 +72,7 @@ public:
     numerics::Wavevector wavevector(double q, double angle) const;
     /// A matrix between all components at q with its fields resolved along and across q: of a field of spin m the first
     /// part is cos(m theta) F_1 + sin(m theta) F_2, the second -sin(m theta) F_1 + cos(m theta) F_2, where theta is the
-    /// angle of q (0 at q = 0).
+    /// angle of q (0 at q = 0).  Throws an input Error for a matrix of another size.
     Symbol along_and_across(const Symbol& of_components, const numerics::Wavevector& q) const;
 
     /// factors (i q_x)^x (i q_y)^y: a summand of whole().

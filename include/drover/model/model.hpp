@@ -12,7 +12,7 @@
 
 namespace drover::model {
 
-/// A formula in vector notation (base/formula.hpp), with the place of its first character.
+/// A formula in vector notation (the page "Your own model" of the manual), with the place of its first character.
 struct Text {
     std::string text = {};
     SourceLocation where = {};
@@ -24,9 +24,10 @@ struct PointArgument {
     double number = 0.0;
 };
 
-/// A function of numbers at each point that is no formula: a table, or a function of the calling program.
+/// A function of numbers at each point that is no formula: a table, or a function of the calling program.  `values` and
+/// `slopes` are required; both must throw a drover::Error outside the domain.
 struct GivenFunction {
-    int arguments = 1;
+    int arguments = 1;              ///< >= 1
     int results = 1;                ///< 1: a scalar; 2: the x and y components of a vector
     int degree = 1;                 ///< as a polynomial of its arguments: decides which modes are kept
     bool has_finite_degree = true;  ///< false: it is no such polynomial
@@ -34,7 +35,7 @@ struct GivenFunction {
     /// Writes the results at points, from any thread; throws what the function throws.
     std::function<void(std::size_t size, std::span<const PointArgument> arguments, std::span<double* const> out)>
         values;
-    /// Slopes at one point, [result][argument], from any thread.
+    /// Slopes at one point, [result][argument], from any thread; by differences where has_exact_slopes is false.
     std::function<std::vector<double>(std::span<const double> arguments)> slopes;
 };
 
@@ -130,9 +131,9 @@ struct Definition {
 };
 
 struct Model {
-    std::vector<Field> fields;
-    std::vector<Definition> definitions;
-    std::map<std::string, double> coefficients;  ///< by symbol
+    std::vector<Field> fields = {};
+    std::vector<Definition> definitions = {};
+    std::map<std::string, double> coefficients = {};  ///< by symbol
     std::map<std::string, GivenFunction> functions = {};
     std::vector<WhiteNoise> noises = {};
     bool chiral = false;  ///< allows terms that distinguish left and right
@@ -151,6 +152,11 @@ std::vector<std::string> component_names(const Field& field);
 std::vector<std::string> dataset_names(const Field& field);
 
 inline int components(const Field& field) { return field.spin == 0 ? 1 : 2; }
+inline std::size_t components(const Model& model) {
+    std::size_t count = 0;
+    for (const Field& field : model.fields) count += static_cast<std::size_t>(components(field));
+    return count;
+}
 
 /// A field of a model, and the first of its components among those of all fields.
 struct PlacedField {

@@ -6,6 +6,10 @@
 
 #include "drover/base/error.hpp"
 
+// Matrices cross the border between the library and programs.
+static_assert(EIGEN_MAX_ALIGN_BYTES == 32,
+              "link drover::drover, or define EIGEN_MAX_ALIGN_BYTES=32 as the library does");
+
 namespace drover::model {
 
 /// d/dt of small deviations ~ exp(i q.r) from a uniform state: rates = symbol * deviations, by components.
@@ -13,6 +17,9 @@ using Symbol = Eigen::MatrixXcd;
 
 /// Values of all components in a uniform state, in the order of the fields, fields in balance included.
 using UniformState = std::vector<double>;
+
+/// Throws an input Error for a state of another number of components, or with values that are not finite.
+void check_state(const UniformState& state, std::size_t components);
 
 /// One summand of a right-hand side.
 struct TermSummary {

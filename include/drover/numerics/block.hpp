@@ -61,7 +61,8 @@ NoiseTree noise_tree(const Block& m, const Block& q, double whole, int count);
 /// The rates of the modes of da/dt = m a, in no order.
 std::vector<std::complex<double>> eigenvalues(const Block& m);
 
-/// Stationary covariance s of the same process: m s + s m^T + q = 0.  Throws a run Error unless every mode decays.
+/// Stationary covariance s of the same process: m s + s m^T + q = 0.  Throws an input Error for matrices of different
+/// sizes, and a run Error unless every mode decays.
 Block stationary_covariance(const Block& m, const Block& q);
 
 /// f with f f^T = c, for a covariance c that may be only semi-definite: each variable is scaled by its own deviation,

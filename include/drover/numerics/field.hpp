@@ -96,4 +96,9 @@ struct Spectra {
     std::vector<Complex> values;
 };
 
+/// Throws an input Error for arrays of another size than those of the grid, or of another number of components.  Arrays
+/// of a grid with as many points are not told apart.
+void check(const Fields& fields, const Grid& grid, int components);
+void check(const Spectra& spectra, const Grid& grid, int components);
+
 }  // namespace drover::numerics

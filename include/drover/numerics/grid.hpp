@@ -10,16 +10,16 @@ namespace drover::numerics {
 /// A periodic rectangle.  Real arrays are [y][x], x fastest.  Spectral arrays have the layout of the real-to-complex
 /// transform: [ny][nx/2 + 1], column i the mode number i along x, row j the mode number j or j - ny along y.
 struct Grid {
-    int nx = 256;      ///< points along x, even, >= 4
-    int ny = 256;      ///< points along y, even, >= 4; or 1: fields that do not depend on y
-    double lx = 64.0;  ///< side along x [mm]
-    double ly = 64.0;  ///< side along y [mm]
+    int nx = 256;      ///< points along x, even, 4 to max_points_along
+    int ny = 256;      ///< points along y, as nx; or 1: fields that do not depend on y
+    double lx = 64.0;  ///< side along x [length]: that of the model, mm in scenes
+    double ly = 64.0;  ///< side along y
 
     static Rows<Grid> rows();
 };
 
 struct Wavevector {
-    double x = 0.0, y = 0.0;  ///< [1/mm]
+    double x = 0.0, y = 0.0;  ///< [1/length]
 };
 
 inline std::size_t points(const Grid& grid) {
@@ -44,7 +44,11 @@ inline Wavevector wavevector(const Grid& grid, std::size_t column, std::size_t r
 /// excludes only the Nyquist modes, whose odd derivatives are not real fields.
 bool is_kept(const Grid& grid, int degree, std::size_t column, std::size_t row);
 
-/// Throws an input Error unless sizes are even and >= 4, or ny is 1, and sides positive and finite.
+/// Twice that of scenes, whose formulas are compared with those on a finer grid.
+inline constexpr int max_points_along = 131072;
+
+/// Throws an input Error unless sizes are even, >= 4 and at most max_points_along, or ny is 1, and sides positive and
+/// finite.
 void check(const Grid& grid, const Locate& locate = no_location);
 
 }  // namespace drover::numerics

@@ -23,19 +23,22 @@ struct StepperScratch {
 /// A method applied to one system with one step.  The blocks of each |q| are computed at construction.
 class Stepper {
 public:
-    /// A stepper with a noise path of its own.  Throws a run Error if a linear mode grows beyond the range of numbers
-    /// in one step.
+    /// A stepper with a noise path of its own.  Copies the system and the table; `threads` must outlive it.  Throws an
+    /// input Error for an invalid grid, table or dt and for scratch of another grid, layout or method, and a run Error
+    /// if a linear mode grows beyond the range of numbers in one step.
     Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads,
             std::shared_ptr<StepperScratch> scratch = nullptr);
-    /// Steps of dt/2^halvings on a noise path made for dt.
+    /// For drover itself: steps of dt/2^halvings on a noise path made for dt.
     Stepper(const System& system, const StepperTable& table, double dt, int halvings, std::shared_ptr<NoisePath> noise,
             Threads& threads, std::shared_ptr<StepperScratch> scratch = nullptr);
     ~Stepper();
-    Stepper(Stepper&&) noexcept;
+    Stepper(Stepper&&) noexcept;  ///< one that was moved from can only be assigned to or destroyed
+    Stepper& operator=(Stepper&&) noexcept;
 
     /// From a(t) to a(t + dt) in place.  Modes that are not kept must be zero.  The noise is that of the interval
     /// `step_number` of length dt.  A multistep method starts anew where step_number does not follow that of the last
     /// call; otherwise `state` must be the result of that call.
+    /// Throws an input Error for a state of another grid or layout.
     /// knows_first_rate: a Runge-Kutta stepper of the same method and scratch has just taken a step from this state.
     void step(double t, std::uint64_t step_number, Spectra& state, bool knows_first_rate = false);
 
@@ -56,7 +59,8 @@ public:
     bool estimates_error() const;
 
     /// A step that may still be rejected: next = a(t + dt), error = an estimate of its local error (with noise: on the
-    /// same noise path).  Throws an input Error for a method without an estimate.
+    /// same noise path).  Throws an input Error for a method without an estimate, and for arrays, all three, that are
+    /// not of the grid and layout of the system.
     void attempt(double t, std::uint64_t step_number, const Spectra& state, Spectra& next, Spectra& error);
 
     double dt() const;
@@ -70,7 +74,8 @@ private:
 double stepper_bytes(const System& system, const StepperTable& table, int count);
 
 /// A sample of the stationary distribution of the linear system; modes at q = 0 that do not decay are zero.
-/// Throws a run Error where a mode with q != 0 grows or does not decay.
+/// `state` is of the grid and layout of the system.  Throws an input Error if it is not, and for a system without
+/// noise, and a run Error where a mode with q != 0 grows or does not decay.
 void draw_stationary(const System& system, const RandomKey& key, Spectra& state);
 
 }  // namespace drover::numerics

@@ -39,6 +39,10 @@ struct StepperTable {
     int start_parts = 1;     ///< equal parts of a step at the start
 };
 
+/// Throws an input Error for a table that no stepper can use: without stages, with a last c other than 1, lists of
+/// another number than of rates, or phi functions beyond 1 to max_phi.
+void check(const StepperTable& table);
+
 /// All methods.
 std::span<const StepperTable> stepper_tables();
 

@@ -49,7 +49,7 @@ struct ProductNoise {
 struct System {
     Grid grid;
     Layout layout;
-    /// L at |q| [1/mm]: rates [1/s].  Smooth in q; even and odd powers as the parities of the fields require.
+    /// L at |q|: rates, per time.  Smooth in q; even and odd powers as the parities of the fields require.
     std::function<IsotropicBlocks(double q)> linear;
     /// N: writes all of `rate`, never `state`.  Empty: the system is linear.
     std::function<void(double t, const Spectra& state, Spectra& rate)> nonlinear;

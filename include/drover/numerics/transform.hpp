@@ -21,8 +21,8 @@ struct Strip {
 /// not kept are skipped.
 class Transform {
 public:
-    /// degree: of the products formed in real space; modes with |k| >= N/(degree + 1) on an axis are zero in every
-    /// Spectra that forward() writes, and backward() takes them as zero.
+    /// `threads` must outlive it.  degree: of the products formed in real space; modes with |k| >= N/(degree + 1) on an
+    /// axis are zero in every Spectra that forward() writes, and backward() takes them as zero.
     Transform(const Grid& grid, int degree, Threads& threads);
     ~Transform();
     Transform(const Transform&) = delete;
@@ -30,10 +30,11 @@ public:
 
     const Grid& grid() const;
 
-    /// Fourier coefficients of each component.  `from` is not changed.
+    /// Fourier coefficients of each component.  `from` is not changed.  Throws an input Error for arrays of another
+    /// grid, or of different numbers of components.
     void forward(const Fields& from, Spectra& to) const;
 
-    /// Values on the grid of each component.  `from` is not changed.
+    /// Values on the grid of each component.  `from` is not changed.  Throws as forward().
     void backward(const Spectra& from, Fields& to) const;
 
     /// Transforms `from` to the grid, a few rows at a time, calls `work` for each such strip while it is in the cache,

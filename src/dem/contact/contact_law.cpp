@@ -99,6 +99,7 @@ ContactLaw contact_law(const ContactControl& control) {
 }
 
 void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const Locate& locate) {
+    require(dt > 0.0 && std::isfinite(dt), locate("time.dt"), "time.dt = {} s; expected a finite number > 0", dt);
     const auto check = [&]<class Law>(const Law& law) {
         if constexpr (std::is_same_v<Law, PairwiseLaw>) {
             constexpr double periods = 0.05;
@@ -120,6 +121,14 @@ void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, dou
         }
     };
     std::visit(check, contact_law(setup.contacts));
+    // The motion of the plates within a step is a series in dt times the frequency.
+    constexpr double min_steps_of_period = 20.0;
+    const Plates& plates = setup.plates;
+    const double steps = 1.0 / (dt * plates.frequency);
+    require(plates.amplitude == 0.0 || steps >= min_steps_of_period, locate("time.dt"),
+            "time.dt = {} s is {:.3g} steps a period of plates.frequency = {} 1/s; expected at least {}: choose a "
+            "smaller time.dt",
+            dt, steps, plates.frequency, min_steps_of_period);
 }
 
 }  // namespace drover::dem

@@ -202,8 +202,8 @@ std::string contact_models_doc();
 /// The law that contacts.model and contacts.law name, with its parameters.
 ContactLaw contact_law(const ContactControl& control);
 
-/// Of a soft law, throws an input Error unless all coefficients of restitution are above 0 and dt resolves the shortest
-/// contact of two of these shapes; of the pairwise law, unless dt resolves the vibration.
+/// Throws an input Error unless dt is above 0 and resolves the vibration; of a soft law, unless all coefficients of
+/// restitution are above 0 and dt resolves the shortest contact of two of these shapes.
 void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const Locate& locate);
 
 }  // namespace drover::dem

@@ -122,6 +122,7 @@ void World::restore(std::span<const double> numbers) {
     s.soft_contacts.records().assign(records, {});
     for (SoftRecord& record : s.soft_contacts.records()) for_numbers(record, read);
     for (std::size_t r = 0; r < s.spheres.rods.size(); ++r) set_rod_spheres(s.spheres, r);
+    s.failed = false;
     list_again(s.setup.cell, s.setup.contacts.skin, s.spheres, s.neighbours, s.threads);
 }
 

@@ -35,6 +35,9 @@ Spheres make_spheres(const Setup& setup, const std::vector<Shape>& shapes, const
     for (std::size_t r = 0; r < bodies.rods.size(); ++r) {
         const Rod& rod = bodies.rods[r];
         rods.rod.push_back(rod);
+        const double size = length(rod.axis);
+        require(size != 0.0, {}, "the axis of rod {} is of length 0; expected 1", r);
+        if (std::abs(size - 1.0) > 1e-9) rods.rod.back().axis = 1.0 / size * rod.axis;  // else to the same bits
         rods.memory.push_back({});
         rods.kind.push_back(rod.shape);
         rods.image.push_back({0, 0});
@@ -356,21 +359,24 @@ World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, T
     check_shapes(bodies);
     check_contact_law(setup, bodies.shapes, dt, locate);
     state_ = std::make_unique<State>(setup, std::move(bodies), dt, seed, threads);
-    make_neighbours(setup.cell, setup.contacts.skin, state_->spheres, state_->neighbours, threads);
-    state_->left_skin = false;
+    state_->neighbours = state_->checked_neighbours(state_->spheres, 0);
     state_->bead_potential_start = state_->bead_potential();
 }
 World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
 World::~World() = default;
 
 void World::advance(std::int64_t step) {
     State& s = *state_;
+    require(!s.failed, {}, "the world failed at step {}; expected set_bodies() or restore() first", s.step + 1);
+    s.failed = true;  // unless the step succeeds
     s.step = step;
     s.plates.set_time(static_cast<double>(step) * s.dt);
     s.turn_rods();
     s.hold_beads();
     s.push_beads();
     s.record_overlap(std::visit([&](const auto& chosen) { return s.step_with(chosen); }, s.law));
+    s.failed = false;
 }
 
 void World::set_forces(const BodyForces& forces) {
@@ -418,25 +424,30 @@ DeepestOverlap deepest_overlap(const Walls& walls, const PlateMotion& plates, co
 }
 }  // namespace
 
+Neighbours World::State::checked_neighbours(Spheres& placed, std::int64_t at_step) const {
+    const std::string wrong = first_non_finite(placed);
+    require(wrong.empty(), {}, "{}; expected finite values", wrong);
+    Neighbours made;
+    make_neighbours(setup.cell, setup.contacts.skin, placed, made, threads);
+    PlateMotion moved = plates;
+    moved.set_time(static_cast<double>(at_step) * dt);
+    const DeepestOverlap deepest = deepest_overlap(walls, moved, placed, made, threads);
+    require(deepest.of_radius <= setup.contacts.max_overlap, {},
+            "{} overlap by {:.2g} mm, {:.2g} of a radius; expected at most contacts.max_overlap = {}", deepest.names,
+            deepest.depth, deepest.of_radius, setup.contacts.max_overlap);
+    return made;
+}
+
 void World::set_bodies(const Bodies& bodies, std::int64_t step) {
     State& s = *state_;
     check_same_shapes(bodies, this->bodies());
     Spheres spheres = make_spheres(s.setup, s.shapes, bodies);
-    const std::string wrong = first_non_finite(spheres);
-    require(wrong.empty(), {}, "{}; expected finite values", wrong);
-    Neighbours neighbours;
-    make_neighbours(s.setup.cell, s.setup.contacts.skin, spheres, neighbours, s.threads);
-    PlateMotion plates = s.plates;
-    plates.set_time(static_cast<double>(step) * s.dt);
-    const DeepestOverlap deepest = deepest_overlap(s.walls, plates, spheres, neighbours, s.threads);
-    require(deepest.of_radius <= s.setup.contacts.max_overlap, {},
-            "{} overlap by {:.2g} mm, {:.2g} of a radius; expected at most contacts.max_overlap = {}", deepest.names,
-            deepest.depth, deepest.of_radius, s.setup.contacts.max_overlap);
+    Neighbours neighbours = s.checked_neighbours(spheres, step);
     const double energy = energy_kinetic(), potential = s.bead_potential();
     spheres.rods.memory = std::move(s.spheres.rods.memory);  // the kicks go on
     s.spheres = std::move(spheres);
     s.neighbours = std::move(neighbours);
-    s.left_skin = false;
+    s.left_skin = s.failed = false;
     s.soft_contacts.records().clear();
     s.balance.forces += energy_kinetic() - energy;
     s.bead_potential_start += s.bead_potential() - potential;

@@ -35,6 +35,7 @@ struct World::State {
     OverlapRecord worst_overlap;
     double bead_potential_start = 0.0;
     bool left_skin = false;  // since the neighbour list was made
+    bool failed = false;     // in a step
 
     struct ChunkResult : ContactReport {
         bool left_skin = false;
@@ -63,6 +64,9 @@ struct World::State {
     template <SoftLaw Law>
     ContactReport step_with(const Law& law);
 
+    /// The neighbours at the beginning of a step.  Throws an input Error for values that are not finite, and for
+    /// overlaps beyond contacts.max_overlap.
+    Neighbours checked_neighbours(Spheres& placed, std::int64_t at_step) const;
     void set_forces(const BodyForces& forces);
     void turn_rods();
     void hold_beads();

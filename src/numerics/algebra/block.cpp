@@ -393,6 +393,7 @@ std::vector<std::complex<double>> eigenvalues(const Block& m) {
 }
 
 Block stationary_covariance(const Block& m, const Block& q) {
+    require(m.size == q.size, {}, "a noise of {} rows of an operator of {}; expected as many", q.size, m.size);
     Block result(m.size);
     if (m.size == 0) return result;
     using ComplexMatrix = DynamicMatrix<std::complex<Real>>;

@@ -17,13 +17,16 @@ void check(const Grid& grid, const Locate& locate) {
     require(grid.nx >= 4 && grid.nx % 2 == 0, locate("grid.nx"), "grid.nx = {}; expected an even number >= 4", grid.nx);
     require(grid.ny == 1 || (grid.ny >= 4 && grid.ny % 2 == 0), locate("grid.ny"),
             "grid.ny = {}; expected an even number >= 4, or 1 for fields that do not depend on y", grid.ny);
+    for (const auto& [name, count] : {std::pair{"nx", grid.nx}, std::pair{"ny", grid.ny}})
+        require(count <= max_points_along, locate(text("grid.{}", name)), "grid.{} = {}; expected at most {}", name,
+                count, max_points_along);
     for (const auto& [name, side] : {std::pair{"lx", grid.lx}, std::pair{"ly", grid.ly}})
         require(std::isfinite(side) && side > 0.0, locate(text("grid.{}", name)),
                 "grid.{} = {}; expected a positive length", name, side);
 }
 
 Rows<Grid> Grid::rows() {
-    constexpr Range size{.min = 4, .max = 65536}, size_or_one{.min = 1, .max = 65536};
+    constexpr Range size{.min = 4, .max = max_points_along / 2}, size_or_one{.min = 1, .max = max_points_along / 2};
     return Rows<Grid>{
         {"nx", &Grid::nx, "points along x, an even number; a one-dimensional grid lies along x, with ny = 1", "", size},
         {"ny", &Grid::ny, "points along y, an even number; 1: one-dimensional, nothing depends on y", "", size_or_one},

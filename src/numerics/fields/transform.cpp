@@ -415,6 +415,8 @@ const Grid& Transform::grid() const { return plans_->grid; }
 
 void Transform::forward(const Fields& from, Spectra& to) const {
     Plans& p = *plans_;
+    check(from, p.grid, from.count());
+    check(to, p.grid, from.count());
     // Two at a time, so that they stay in the cache.
     for (int c = 0; c < from.count(); c += 2) {
         const int count = std::min(2, from.count() - c);
@@ -437,6 +439,8 @@ void Transform::forward(const Fields& from, Spectra& to) const {
 
 void Transform::backward(const Spectra& from, Fields& to) const {
     Plans& p = *plans_;
+    check(from, p.grid, from.count());
+    check(to, p.grid, from.count());
     for (int c = 0; c < from.count(); c += 2) {
         const int count = std::min(2, from.count() - c);
         Complex* scratch = p.scratch_in.buffer(p.scratch_size(2));

@@ -28,6 +28,7 @@ Block stationary_factor(const Block& m, const Block& q) {
 
 void draw_stationary(const System& system, const RandomKey& key, Spectra& state) {
     require(static_cast<bool>(system.noise), {}, "a stationary initial state needs noise; this system has none");
+    check(state, system.grid, components(system.layout));
     const DistinctWavenumbers wavenumbers = distinct_wavenumbers(system.grid, system.degree);
     std::vector<double> factors;
     for (const double q : wavenumbers.q) {

@@ -34,11 +34,17 @@ Block combined(const std::vector<PhiTerm>& terms, const std::map<double, PhiFunc
     return result;
 }
 
+template <class Visit>
+void for_terms(const StepperTable& table, Visit visit) {
+    for (const StepperStage& stage : table.stages)
+        for (const auto& terms : stage.terms) std::for_each(terms.begin(), terms.end(), visit);
+    for (const auto& terms : table.error) std::for_each(terms.begin(), terms.end(), visit);
+}
+
 /// The highest order of phi functions that a table uses, at least that for which they are accurate.
 int highest_phi(const StepperTable& table) {
     int highest = 3;
-    for (const auto& terms : table.error)
-        for (const PhiTerm& term : terms) highest = std::max(highest, term.order);
+    for_terms(table, [&](const PhiTerm& term) { highest = std::max(highest, term.order); });
     return highest;
 }
 
@@ -52,15 +58,22 @@ std::map<double, PhiFunctions> phi_at_fractions(const StepperTable& table, const
         if (std::frexp(at, &exponent) == 0.5 && exponent <= 1) halves = std::max(halves, 2 - exponent);
         else if (!result.contains(at)) result.emplace(at, phi_functions(m, at * dt, highest));
     };
-    for (const StepperStage& stage : table.stages) {
-        add(stage.c);
-        for (const auto& terms : stage.terms)
-            for (const PhiTerm& term : terms) add(term.at);
-    }
+    for (const StepperStage& stage : table.stages) add(stage.c);
+    for_terms(table, [&](const PhiTerm& term) { add(term.at); });
     std::vector<PhiFunctions> of_halves = phi_functions_of_halves(m, dt, halves, highest);
     for (int k = 0; k < halves; ++k)
         result.emplace(std::ldexp(1.0, -k), std::move(of_halves[static_cast<std::size_t>(k)]));
     return result;
+}
+
+const StepperTable& checked(const StepperTable& table) {
+    check(table);
+    return table;
+}
+
+const System& checked(const System& system) {
+    check(system.grid);
+    return system;
 }
 
 /// The exact propagator alone: sufficient for a linear system.
@@ -79,7 +92,7 @@ struct Stepper::Work {
         std::ptrdiff_t apart;  // from the first row to the second; 0: there is one row
     };
     System system;
-    const StepperTable* table;
+    StepperTable table;
     double dt;
     std::shared_ptr<NoisePath> noise;
     int noise_level, product_level;
@@ -108,7 +121,7 @@ struct Stepper::Work {
     Source source_of(const std::vector<WeightedInput>& inputs, const Spectra& old, const Rows& row,
                      Complex* scratch) const;
     void take_stages(double t, std::uint64_t step_number, const Spectra& state, bool knows_first_rate = false);
-    std::size_t first_old_rate() const { return table->stages.size() + 1; }
+    std::size_t first_old_rate() const { return table.stages.size() + 1; }
     void keep_last_rate();
     void step_with_history(double t, std::uint64_t step_number, Spectra& state);
     void start_step(double t, std::uint64_t step_number, Spectra& state);
@@ -118,47 +131,53 @@ struct Stepper::Work {
 Stepper::Work::Work(const System& the_system, const StepperTable& the_table, double the_dt,
                     std::shared_ptr<NoisePath> the_noise, int halvings, Threads& the_threads,
                     std::shared_ptr<StepperScratch> the_scratch)
-    : system(the_system),
-      table(the_system.nonlinear ? &the_table : &linear_table()),
+    : system(checked(the_system)),
+      table(the_system.nonlinear ? checked(the_table) : linear_table()),
       dt(the_dt),
       noise(std::move(the_noise)),
       noise_level(noise ? noise->level() + halvings : -1),
       product_level(system.product_noise ? noise->of_products()->level() + halvings : -1),
       threads(the_threads),
       wavenumbers(distinct_wavenumbers(the_system.grid, the_system.degree)),
-      arrays(the_scratch && table->history == 0 ? std::move(the_scratch) : std::make_shared<StepperScratch>()),
+      arrays(the_scratch && table.history == 0 ? std::move(the_scratch) : std::make_shared<StepperScratch>()),
       rates(arrays->rates),
       stage(arrays->stage),
       next(arrays->next) {
     require(std::isfinite(dt) && dt > 0.0, {}, "dt = {}; expected a positive time", dt);
-    require(table->history == 0 || !noise, {}, "stepper \"{}\" with noise; expected a system without", table->name);
+    require(table.history == 0 || !noise, {}, "stepper \"{}\" with noise; expected a system without", table.name);
     prepare_stages();
     if (system.product_noise) product_noise = Spectra(system.grid, components(system.product_noise->layout));
-    if (next.size > 0) return;  // shared
     const int count = components(system.layout);
+    const std::size_t rate_count = std::max(table.stages.size(), table.error.size());
+    if (next.size > 0) {  // shared
+        require(!system.nonlinear || rates.size() == rate_count, {},
+                "scratch with {} rates; expected {}, those of \"{}\"", rates.size(), rate_count, table.name);
+        check(next, system.grid, count);
+        return;
+    }
     if (system.nonlinear) {
-        rates.assign(std::max(table->stages.size(), table->error.size()), Spectra(system.grid, count));
+        rates.assign(rate_count, Spectra(system.grid, count));
         stage = Spectra(system.grid, count);
     }
     next = Spectra(system.grid, count);
 }
 
 void Stepper::Work::prepare_stages() {
-    for (StagePlan& plan : stage_plans(*table)) combinations.push_back({.plan = std::move(plan), .matrices = {}});
-    estimate.plan = error_plan(*table);
+    for (StagePlan& plan : stage_plans(table)) combinations.push_back({.plan = std::move(plan), .matrices = {}});
+    estimate.plan = error_plan(table);
     const auto check = [&](const StagePlan& plan) {
         require(plan.uses.size() <= max_uses, {}, "stepper \"{}\": a stage of {} matrices; expected at most {}",
-                table->name, plan.uses.size(), max_uses);
+                table.name, plan.uses.size(), max_uses);
     };
     for (const Combination& combination : combinations) check(combination.plan);
     check(estimate.plan);
-    for (std::size_t s = 0; s < table->stages.size(); ++s) {
+    for (std::size_t s = 0; s < table.stages.size(); ++s) {
         int exponent = 0;
-        const bool is_power_of_two = std::frexp(table->stages[s].c, &exponent) == 0.5;  // exact in any rounding mode
+        const bool is_power_of_two = std::frexp(table.stages[s].c, &exponent) == 0.5;  // exact in any rounding mode
         const int halvings = 1 - exponent;
         require(!noise || is_power_of_two, {},
-                "stepper \"{}\": a stage at {} of the step; expected 1, 1/2, 1/4, ... with noise", table->name,
-                table->stages[s].c);
+                "stepper \"{}\": a stage at {} of the step; expected 1, 1/2, 1/4, ... with noise", table.name,
+                table.stages[s].c);
         combinations[s].halvings = halvings;
     }
     const std::size_t entries = block_entries(system.layout);
@@ -169,8 +188,8 @@ void Stepper::Work::prepare_stages() {
     reserve(estimate);
     const auto of_wavenumber = [&](std::size_t n) {
         const IsotropicBlocks rate_blocks = linear_blocks(system, wavenumbers.q[n]);
-        const auto even = phi_at_fractions(*table, rate_blocks.even, dt),
-                   odd = phi_at_fractions(*table, rate_blocks.odd, dt);
+        const auto even = phi_at_fractions(table, rate_blocks.even, dt),
+                   odd = phi_at_fractions(table, rate_blocks.odd, dt);
         std::vector<double> made;
         const auto store = [&](double c, Combination& to) {
             made.clear();
@@ -181,7 +200,7 @@ void Stepper::Work::prepare_stages() {
                                made);
             std::copy(made.begin(), made.end(), to.matrices.begin() + static_cast<std::ptrdiff_t>(n * made.size()));
         };
-        for (std::size_t s = 0; s < table->stages.size(); ++s) store(table->stages[s].c, combinations[s]);
+        for (std::size_t s = 0; s < table.stages.size(); ++s) store(table.stages[s].c, combinations[s]);
         store(1.0, estimate);
     };
     constexpr std::size_t wavenumbers_per_chunk = 64;
@@ -281,7 +300,7 @@ void Stepper::Work::enforce_hermitian(Spectra& state) const {
 
 Stepper::Stepper(const System& system, const StepperTable& table, double dt, std::uint64_t seed, Threads& threads,
                  std::shared_ptr<StepperScratch> scratch)
-    : work_(std::make_unique<Work>(system, table, dt, make_noise_path(system, dt, seed, threads), 0, threads,
+    : work_(std::make_unique<Work>(system, table, dt, make_noise_path(checked(system), dt, seed, threads), 0, threads,
                                    std::move(scratch))) {}
 Stepper::Stepper(const System& system, const StepperTable& table, double dt, int halvings,
                  std::shared_ptr<NoisePath> noise, Threads& threads, std::shared_ptr<StepperScratch> scratch)
@@ -289,14 +308,15 @@ Stepper::Stepper(const System& system, const StepperTable& table, double dt, int
                                    std::move(scratch))) {}
 Stepper::~Stepper() = default;
 Stepper::Stepper(Stepper&&) noexcept = default;
+Stepper& Stepper::operator=(Stepper&&) noexcept = default;
 
 double Stepper::dt() const { return work_->dt; }
 
 void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spectra& state, bool knows_first_rate) {
-    const std::size_t last = table->stages.size() - 1;
+    const std::size_t last = table.stages.size() - 1;
     if (system.set_step) system.set_step(dt);
     for (std::size_t s = 0; s <= last; ++s) {
-        const double c = s == 0 ? 0.0 : table->stages[s - 1].c;
+        const double c = s == 0 ? 0.0 : table.stages[s - 1].c;
         if (system.nonlinear && !(s == 0 && knows_first_rate))
             system.nonlinear(t + c * dt, s == 0 ? state : stage, rates[s]);
         const Combination& combination = combinations[s];
@@ -315,7 +335,8 @@ void Stepper::Work::take_stages(double t, std::uint64_t step_number, const Spect
 }
 
 void Stepper::step(double t, std::uint64_t step_number, Spectra& state, bool knows_first_rate) {
-    if (work_->table->history > 0) return work_->step_with_history(t, step_number, state);
+    check(state, work_->system.grid, components(work_->system.layout));
+    if (work_->table.history > 0) return work_->step_with_history(t, step_number, state);
     work_->take_stages(t, step_number, state, knows_first_rate);
     std::swap(state.values, work_->next.values);
 }
@@ -331,16 +352,16 @@ void Stepper::Work::step_with_history(double t, std::uint64_t step_number, Spect
     if (known_rates == 0) knows_new_rate = false;
     else keep_last_rate();
     if (system.set_step) system.set_step(dt);
-    if (knows_new_rate) std::swap(rates[0].values, rates[table->stages.size()].values);
+    if (knows_new_rate) std::swap(rates[0].values, rates[table.stages.size()].values);
     else system.nonlinear(t, state, rates[0]);
     knows_new_rate = false;
     const std::size_t old_rates = rates.size() - first_old_rate();
     can_estimate = known_rates >= old_rates;
-    if (known_rates < static_cast<std::size_t>(table->history)) {
+    if (known_rates < static_cast<std::size_t>(table.history)) {
         start_step(t, step_number, state);
     } else {
         starter.reset();
-        right_hand_sides = static_cast<std::int64_t>(table->stages.size());
+        right_hand_sides = static_cast<std::int64_t>(table.stages.size());
         take_stages(t, step_number, state, true);
         std::swap(state.values, next.values);
     }
@@ -349,8 +370,8 @@ void Stepper::Work::step_with_history(double t, std::uint64_t step_number, Spect
 }
 
 void Stepper::Work::start_step(double t, std::uint64_t step_number, Spectra& state) {
-    const int parts = table->start_parts;
-    const StepperTable& start = stepper_table(table->start);
+    const int parts = table.start_parts;
+    const StepperTable& start = stepper_table(table.start);
     right_hand_sides = 1 + parts * static_cast<std::int64_t>(start.stages.size());
     if (!starter) starter = std::make_unique<Stepper>(system, start, dt / parts, 0, threads);
     for (int part = 0; part < parts; ++part)
@@ -361,7 +382,7 @@ void Stepper::Work::start_step(double t, std::uint64_t step_number, Spectra& sta
 bool Stepper::last_error(double t_end, const Spectra& state, Spectra& error) {
     Work& w = *work_;
     if (!w.can_estimate) return false;
-    if (!w.knows_new_rate) w.system.nonlinear(t_end, state, w.rates[w.table->stages.size()]);
+    if (!w.knows_new_rate) w.system.nonlinear(t_end, state, w.rates[w.table.stages.size()]);
     w.knows_new_rate = true;
     w.combine(w.estimate, state, -1, error);
     return true;
@@ -369,7 +390,7 @@ bool Stepper::last_error(double t_end, const Spectra& state, Spectra& error) {
 
 std::int64_t Stepper::steps_to_error() const {
     const Work& w = *work_;
-    if (w.table->history == 0) return 0;
+    if (w.table.history == 0) return 0;
     return static_cast<std::int64_t>(w.rates.size() - w.first_old_rate() - w.known_rates) + 1;
 }
 
@@ -393,13 +414,13 @@ void Stepper::restore_history(std::span<const double> saved) {
     w.can_estimate = w.knows_new_rate = false;
     if (saved.empty()) return;
     const std::size_t numbers = 2 * w.next.values.size(), count = (saved.size() - 1) / numbers;
-    const std::size_t max_rates = w.table->history == 0 ? 0 : w.rates.size() - w.first_old_rate();
+    const std::size_t max_rates = w.table.history == 0 ? 0 : w.rates.size() - w.first_old_rate();
     require(saved.size() == 1 + count * numbers && count >= 1 && count <= max_rates && saved[0] >= 0.0 &&
                 saved[0] < 0x1p53,
             {},
             "the checkpoint contains {} numbers of the history of \"{}\"; expected 1 + {} for each of at most {} "
             "rates; use the other checkpoint",
-            saved.size(), w.table->name, numbers, max_rates);
+            saved.size(), w.table.name, numbers, max_rates);
     w.following_step = static_cast<std::uint64_t>(saved[0]);
     w.known_rates = count;
     const double* from = saved.data() + 1;
@@ -410,13 +431,15 @@ void Stepper::restore_history(std::span<const double> saved) {
         }
 }
 
-bool Stepper::estimates_error() const { return work_->table->history == 0 && !work_->estimate.plan.uses.empty(); }
+bool Stepper::estimates_error() const { return work_->table.history == 0 && !work_->estimate.plan.uses.empty(); }
 
 void Stepper::attempt(double t, std::uint64_t step_number, const Spectra& state, Spectra& next, Spectra& error) {
     Work& w = *work_;
-    require(estimates_error(), {}, "stepper \"{}\" has no estimate of its error; expected one that has", w.table->name);
+    require(estimates_error(), {}, "stepper \"{}\" has no estimate of its error; expected one that has", w.table.name);
+    for (const Spectra* arrays : std::initializer_list<const Spectra*>{&state, &next, &error})
+        check(*arrays, w.system.grid, components(w.system.layout));
     w.take_stages(t, step_number, state);
-    if (w.table->error.size() > w.table->stages.size()) w.system.nonlinear(t + w.dt, w.next, w.rates.back());
+    if (w.table.error.size() > w.table.stages.size()) w.system.nonlinear(t + w.dt, w.next, w.rates.back());
     w.combine(w.estimate, state, -1, error);
     std::copy(w.next.values.begin(), w.next.values.end(), next.values.begin());
 }

@@ -2,9 +2,11 @@
 #include "drover/numerics/stepper_table.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
+#include "drover/numerics/block.hpp"
 
 namespace drover::numerics {
 
@@ -136,6 +138,27 @@ const std::vector<StepperTable> tables = [] {
     return all;
 }();
 }  // namespace
+
+void check(const StepperTable& table) {
+    const std::size_t stages = table.stages.size(), errors = table.error.size();
+    require(stages > 0 && table.stages.back().c == 1.0, {},
+            "stepper \"{}\": {} stages, the last at {} of the step; expected one or more, the last at 1", table.name,
+            stages, stages > 0 ? table.stages.back().c : 0.0);
+    const auto check_list = [&](const std::vector<Terms>& lists, bool is_length) {
+        require(is_length, {}, "stepper \"{}\": {} lists of a stage or the error; expected one for each rate",
+                table.name, lists.size());
+        for (const Terms& terms : lists)
+            for (const PhiTerm& term : terms)
+                require(term.order >= 1 && term.order <= max_phi && std::isfinite(term.at), {},
+                        "stepper \"{}\": phi_{} at {} of the step; expected orders of 1 to {}", table.name, term.order,
+                        term.at, max_phi);
+    };
+    for (std::size_t s = 0; s < stages; ++s)
+        check_list(table.stages[s].terms,
+                   table.history > 0 ? table.stages[s].terms.size() <= errors : table.stages[s].terms.size() == s + 1);
+    check_list(table.error,
+               table.history > 0 ? errors > stages : errors == 0 || errors == stages || errors == stages + 1);
+}
 
 std::span<const StepperTable> stepper_tables() { return tables; }
 
