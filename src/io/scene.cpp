@@ -79,13 +79,15 @@ struct FoundKey {
     Description row;
 };
 
+const std::vector<std::string> names_of_choices{"", "fields", "means", "linear"};
+
 std::vector<FoundKey> keys_of(const Found& found) {
     std::vector<std::string> filled;
     for (const auto& [key, origin] : found.filled) filled.push_back(origin.empty() ? key : key + ": " + origin);
     return {{"time",
              {.name = "chosen",
-              .default_value = found.step.by,
-              .choices = {"", "fields", "means", "linear"},
+              .default_value = names_of_choices[static_cast<std::size_t>(found.step.by)],
+              .choices = names_of_choices,
               .doc = "written by drover: dt was left out and chosen for the error of the fields, of time means (with "
                      "noise, or chaotic), or for a linear model, of which every step is exact; empty: dt was given; "
                      "fields only"}},
@@ -193,12 +195,14 @@ Found found_in(const LocatedTables& tables) {
         if (table == tables.end() || !table->second.values.contains(row.name)) continue;
         values.back() = checked_value(row, section, table->second.values.at(row.name));
     }
-    Found found{.step = {.by = std::get<std::string>(values[0]), .pilot = std::get<std::string>(values[1])},
+    const auto by = std::ranges::find(names_of_choices, std::get<std::string>(values[0])) - names_of_choices.begin();
+    Found found{.step = {.by = static_cast<ChosenBy>(by), .pilot = std::get<std::string>(values[1])},
                 .filled = {},
                 .expected = std::get<Texts>(values[3])};
     for (const std::string& line : std::get<Texts>(values[2])) {
-        const std::size_t colon = line.find(": ");
-        found.filled.push_back({line.substr(0, colon), colon == std::string::npos ? "" : line.substr(colon + 2)});
+        const std::size_t colon = line.find(':');
+        found.filled.push_back(
+            {line.substr(0, colon), line.substr(std::min(line.size(), line.find_first_not_of(": ", colon)))});
     }
     return found;
 }

@@ -143,9 +143,12 @@ struct CalibratedPlan {
     static Rows<CalibratedPlan> rows();
 };
 
+/// By what time.dt was chosen: not at all, since it was given; the error of the fields, of time means; a linear model.
+enum class ChosenBy { given, fields, means, linear };
+
 /// How a time step was found.
 struct StepChoice {
-    std::string by;     ///< what chose dt: "fields", "means", "linear"; "": given
+    ChosenBy by = ChosenBy::given;
     std::string pilot;  ///< the error and the pilot runs that chose dt
 };
 

@@ -290,7 +290,7 @@ void write_table(const io::Scene& scene, const fs::path& folder, CalibrationOutc
 }
 
 void warn_of_idle_keys(const io::Scene& scene) {
-    const auto is_idle = [](const std::string& one) { return one.starts_with("forces") || one.starts_with("packing"); };
+    const auto is_idle = [](const std::string& key) { return key.starts_with("forces") || key.starts_with("packing"); };
     io::Scene alone = scene;
     alone.particles.forces = {};
     alone.particles.packing = {};

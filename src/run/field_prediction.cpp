@@ -75,12 +75,12 @@ std::string words_of(const io::Scene& scene, const model::Model& model, const th
     const UniformState& values = state.values;
     if (scene.kind == io::SceneKind::model)
         return text("\"{}\", {}", state.is_isotropic ? "isotropic" : "ordered", theory::state_text(model, values));
-    double order = 0.0, velocity = 0.0;
-    for (const auto& [field, at] : model::placed_fields(model)) {
-        if (field.symbol == "p") order = std::hypot(values[at], values[at + 1]);
-        if (field.symbol == "v") velocity = std::hypot(values[at], values[at + 1]);
-    }
-    return text("\"{}\", |p| = {:.4g} and |v| = {:.4g} mm/s", state.name, order, velocity);
+    std::string sizes;
+    for (const auto& [field, at] : model::placed_fields(model))
+        if (field.spin > 0)
+            sizes += text("{}|{}| = {:.4g}{}", sizes.empty() ? ", " : " and ", field.symbol,
+                          std::hypot(values[at], values[at + 1]), field.unit == "1" ? "" : " " + field.unit);
+    return text("\"{}\"{}", state.name, sizes);
 }
 }  // namespace
 

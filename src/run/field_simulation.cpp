@@ -272,7 +272,7 @@ ScheduledRecording FieldSimulation::samples() {
 void check_chosen_step(const io::Scene& scene, const numerics::StepError::Relative& error, std::int64_t step) {
     const io::TimeControl& time = scene.time;
     constexpr double any = 1.0;  // where the fields of two steps may part
-    if (scene.found.step.by != "fields" || time.max_error >= any) return;
+    if (scene.found.step.by != io::ChosenBy::fields || time.max_error >= any) return;
     if (!(error.error > time.max_error)) return;  // also where it is not resolved
     // Errors grow at least in proportion to time, and fall less than the order tells: fields that are not smooth.
     const double t = static_cast<double>(step) * time.dt,
@@ -291,8 +291,8 @@ void check_chosen_step(const io::Scene& scene, const numerics::StepError::Relati
 template <class Work>
 void blame_chosen_step(const io::Scene& scene, Work work) {
     const io::TimeControl& time = scene.time;
-    const std::string& by = scene.found.step.by;
-    if (time.tolerance > 0.0 || (by != "fields" && by != "means")) return work();
+    const io::ChosenBy by = scene.found.step.by;
+    if (time.tolerance > 0.0 || (by != io::ChosenBy::fields && by != io::ChosenBy::means)) return work();
     try {
         work();
     } catch (const StepTooLong&) {

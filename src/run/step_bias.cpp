@@ -211,7 +211,7 @@ double effort_of_estimates(const io::Scene& scene) {
 
 double effort_of_step_error(const io::Scene& scene) {
     // Of a chosen step more: a false alarm costs a run.
-    const double times = scene.found.step.by == "fields" ? 5.0 : 1.0;
+    const double times = scene.found.step.by == io::ChosenBy::fields ? 5.0 : 1.0;
     return times * shares_of_effort(scene).step_error * effort_of_estimates(scene);
 }
 

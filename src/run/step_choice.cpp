@@ -224,10 +224,12 @@ private:
             if (reached_end && unresolved == 0 &&
                 (run.count.rejected <= few || pilot_.time.tolerance < largest_tolerance)) {
                 if (run.step_error <= target_)
-                    return chosen("fields", text("step_error {:.2g}", run.step_error), run.count.largest_error);
+                    return chosen(io::ChosenBy::fields, text("step_error {:.2g}", run.step_error),
+                                  run.count.largest_error);
                 const double of_longer = pilot_.time.dt;
                 pilot_.time.dt *= 0.5;
-                return chosen("fields", text("step_error {:.2g} with dt = {:.4g} s", run.step_error, of_longer),
+                return chosen(io::ChosenBy::fields,
+                              text("step_error {:.2g} with dt = {:.4g} s", run.step_error, of_longer),
                               run.count.largest_error / foreseen_);
             }
             stopped_.push_back(run.stopped);
@@ -263,7 +265,7 @@ private:
                 failure_ = text("its bias of {} is {:.2g} +- {:.2g}", bias.name, bias.relative, bias.error);
                 if (bias.bound() <= target_) {
                     pilot_.time.dt *= 2.0;
-                    return chosen("means",
+                    return chosen(io::ChosenBy::means,
                                   text("bias of {}, the largest of the means, {:.2g} +- {:.2g}", bias.name,
                                        bias.relative, bias.error),
                                   0.0);
@@ -274,7 +276,7 @@ private:
         return std::nullopt;
     }
 
-    io::Scene chosen(const char* by, const std::string& error, double largest_part_error) const {
+    io::Scene chosen(io::ChosenBy by, const std::string& error, double largest_part_error) const {
         io::Scene scene = given_;
         scene.time.dt = pilot_.time.dt;
         if (given_.time.tolerance == 0.0) scene.time.tolerance = std::min(target_, 2.0 * largest_part_error);
@@ -318,7 +320,7 @@ io::Scene with_chosen_step(const io::Scene& scene, bool quiet) {
     const model::Equations equations = equations_of(scene);
     if (!equations.has_explicit_part()) {
         result.time.dt = io::longest_step(scene);
-        result.found.step.by = "linear";
+        result.found.step.by = io::ChosenBy::linear;
         return result;
     }
     if (scene.time.tolerance > 0.0 && numerics::time_method(scene.time.stepper).stages_with_tolerance == 0) {

@@ -317,7 +317,7 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     if (std::isnan(*worst)) return;
     // A step that was chosen for means need not follow the noise path more closely than this.
     constexpr double decoupled = 0.3;
-    const double allowed = std::max(scene.time.max_error, scene.found.step.by == "means" ? decoupled : 0.0);
+    const double allowed = std::max(scene.time.max_error, scene.found.step.by == io::ChosenBy::means ? decoupled : 0.0);
     if (*worst <= allowed) return;
     // dt may be no more than an interval of outputs; no tolerance sees the error of noise that multiplies fields.
     if (scene.time.tolerance > 0.0 && !has_product_noise) {
@@ -345,8 +345,9 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
              order > 0.5 && order < 4.0 && scene.time.stepper != "etdrk4-krogstad"
                  ? ", or time.stepper = \"etdrk4-krogstad\""
                  : "",
-             scene.found.step.by == "means" ? " if the fields matter; it was chosen for means, whose column is step"
-                                            : ""));
+             scene.found.step.by == io::ChosenBy::means
+                 ? " if the fields matter; it was chosen for means, whose column is step"
+                 : ""));
 }
 
 /// Means so far from the state of the exact linear part that the fields stand still: their step error cannot tell.

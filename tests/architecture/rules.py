@@ -88,7 +88,7 @@ COMPARED_WORDS = [
       "src/model/vector_operations.cpp", "src/io/scene_initial.cpp")),
     ("terms are as they were written", r"\b(?:formula|text)\.(?:ends_with|find)", EVERYWHERE),
     ("observables are known by their names in archives",
-     r'"(?:(?:size_)?mean_|variance_|spectral_tail_|_x|_y|_plate)"', EVERYWHERE),
+     r'"(?:(?:size_)?mean_|variance_|spectral_tail_|_(?:x|y|plate)?)"', EVERYWHERE),
     ("arguments of functions are named in a model file", r"\bname == ", ("src/physics/program_functions.cpp",)),
     ("users write durations and targets as text", r"",
      ("src/base/duration.cpp", "src/jobs/accuracy_target.cpp", "src/jobs/target_plan.cpp")),
