@@ -49,7 +49,7 @@ std::vector<std::string> log_start(const io::Scene& scene, const Simulation& sim
     for (const std::string& warning : warnings) log_warning("{}", warning);
     log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", simulation_type_of(scene).size(scene),
                     simulation.steps, simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
-    if (const auto& [by, pilot] = scene.found.step; !by.empty())
+    if (const auto& [by, pilot] = scene.found.step; by != io::ChosenBy::given)
         log_information("time.dt = {} s was chosen: {}", scene.time.dt,
                         pilot.empty() ? "the model is linear, and every step exact" : pilot);
     log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),
