@@ -130,6 +130,7 @@ Correlations dynamic_structures(const model::LinearisedAt& at, const Wavevector&
 }
 
 Correlations lagged_covariances(const model::LinearisedAt& at, const Wavevector& q, double interval, std::size_t lags) {
+    require(interval >= 0.0 && std::isfinite(interval), {}, "an interval of {}; expected a finite time >= 0", interval);
     const model::Symbol all = at.all_components(q), step = numerics::exponential(interval * at.symbol(q));
     Covariance lagged = covariance_of_state(at, q);
     Correlations result{.matrices = {}, .why_none = lagged.why_none};

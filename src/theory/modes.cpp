@@ -140,6 +140,8 @@ double growth_rate(const model::LinearisedAt& at, double q, double angle) {
 }
 
 double Modes::frequency(Eigen::Index mode) const {
+    require(mode >= 0 && mode < rates.size(), {}, "mode {}; expected one of the {} modes of the wave", mode,
+            rates.size());
     const std::complex<double> rate = rates(mode);
     const double rounding = std::max(roundings(mode), 1e-12 * std::abs(rate));
     return std::abs(rate.imag()) > rounding ? -rate.imag() : 0.0;

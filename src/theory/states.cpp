@@ -374,8 +374,7 @@ std::vector<Vector> changes_of_sign(const UniformEquations& equations, const std
                         numerics::boundary_between(before, value, 1e-6, [&](double at) { return rate_at(at) > 0.0; });
                     starts.push_back(z);
                 }
-                before = value;
-                rate_before = rate;
+                before = value, rate_before = rate;
             }
         }
     }
@@ -394,6 +393,7 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
         return result;
     }
     const UniformEquations uniform(equations, means);
+    for (const model::UniformState& guess : guesses) model::check_state(guess, means.size());
     Roots roots(uniform);
     if (depth == Depth::guesses) roots.try_from(uniform.reference(), false);
     for (const model::UniformState& guess : guesses) roots.try_from(uniform.of_state(guess), false);
@@ -463,13 +463,14 @@ StationaryStates stationary_states_near(const model::Equations& equations, const
 
 const StationaryState* nearest_state(const StationaryStates& found, const model::Model& model,
                                      const std::vector<model::UniformState>& samples) {
+    require(!samples.empty(), {}, "no samples; expected one or more");
+    for (const model::UniformState& means : samples) model::check_state(means, model::components(model));
     // Fields have units of their own: each counts in parts of its largest size.
     std::vector<double> sizes;
     for (const auto& [field, at] : model::placed_fields(model)) {
-        sizes.push_back(0.0);
+        double& size = sizes.emplace_back(0.0);
         for (const StationaryState& state : found.states)
-            sizes.back() =
-                std::max(sizes.back(), std::hypot(state.values[at], field.spin > 0 ? state.values[at + 1] : 0.0));
+            size = std::max(size, std::hypot(state.values[at], field.spin > 0 ? state.values[at + 1] : 0.0));
     }
     const auto square = [&](const StationaryState& state, const model::UniformState& means) {
         const model::UniformState& values = state.values;

@@ -432,5 +432,37 @@ TEST(ModelSlowModes, of_damped_sound_diffuse_and_of_a_threshold_do_not_exist) {
               std::string::npos);
 }
 
+TEST(ModelTheory, rejects_numbers_states_and_matrices_that_the_model_does_not_have) {
+    const model::Equations equations(model::Model{.fields = {scalar("phi", "phi - phi^3 + lap phi")}});
+    const model::UniformState rest{0.5}, nothing, unknown{NAN};
+    for (const std::size_t n : {equations.terms().size(), std::size_t{9}}) {
+        EXPECT_THROW(static_cast<void>(equations.has_derivative(n, rest)), Error);
+        EXPECT_THROW(static_cast<void>(equations.is_isotropic(n)), Error);
+        EXPECT_THROW(equations.only(n), Error);
+    }
+    EXPECT_THROW(equations.latex(1), Error);
+    EXPECT_THROW(equations.varying_mass(1, rest), Error);
+    for (const model::UniformState& state : {nothing, unknown, {0.5, 0.5}}) {
+        EXPECT_THROW(equations.about(state), Error);
+        EXPECT_THROW(equations.noise(state, {1.0, 0.0}), Error);
+        EXPECT_THROW(model::direction_of(equations.model(), state), Error);
+        EXPECT_THROW(stationary_states_near(equations, rest, {state}), Error);
+        EXPECT_THROW(nearest_state(stationary_states(equations), equations.model(), {rest, state}), Error);
+    }
+    EXPECT_THROW(nearest_state(stationary_states(equations), equations.model(), {}), Error);
+    EXPECT_THROW(model::LinearisedAt(equations, rest, model::LeftSides{}), Error);
+    for (const auto& [masses, noises] : {std::pair{3, 0}, {1, 2}})
+        EXPECT_THROW(model::LinearisedAt(equations, rest,
+                                         {.mass_density = Eigen::VectorXd::Ones(masses),
+                                          .noise = Eigen::VectorXd::Zero(noises)}),
+                     Error);
+    const model::LinearisedAt at(equations, rest);
+    EXPECT_THROW(at.along_and_across(model::Symbol::Zero(2, 2), {1.0, 0.0}), Error);
+    EXPECT_THROW(at.of_forces(Eigen::RowVectorXcd::Zero(2), {1.0, 0.0}), Error);
+    for (const Eigen::Index mode : {-1, 1}) EXPECT_THROW(modes(at, {1.0, 0.0}).frequency(mode), Error);
+    for (const double interval : {-0.5, static_cast<double>(NAN)})
+        EXPECT_THROW(lagged_covariances(at, {2.0, 0.0}, interval, 2), Error);
+}
+
 }  // namespace
 }  // namespace drover::theory::theory_tests

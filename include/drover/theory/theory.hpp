@@ -54,14 +54,15 @@ StationaryStates stationary_states(const model::Equations& equations);
 StationaryStates stationary_states(const model::Equations& equations, const model::UniformState& means);
 
 /// The state nearest to the means in samples of a run, by the components with a rate: where a direction is free it
-/// wanders, and the sizes of fields with a spin count alone.  nullptr if there is none.
+/// wanders, and the sizes of fields with a spin count alone.  nullptr if there is none.  Throws an input Error without
+/// samples, and for one of another size or with values that are not finite.
 const StationaryState* nearest_state(const StationaryStates& found, const model::Model& model,
                                      const std::vector<model::UniformState>& samples);
 
 /// Only the states that Newton's method finds from these means and these guesses of all components; the guesses take
 /// their conserved means from the first.  For models that differ little from one whose states are known.  elsewhere:
 /// also from the starting points of stationary_states, without the search around the states they lead to, which takes
-/// most of the time.
+/// most of the time.  Throws as stationary_states, for guesses too.
 StationaryStates stationary_states_near(const model::Equations& equations, const model::UniformState& means,
                                         const std::vector<model::UniformState>& guesses, bool elsewhere = false);
 
@@ -80,7 +81,8 @@ struct Modes {
     /// The rounding error of each rate: that of the fields coupled to it, in balanced units, times the condition of the
     /// mode, large where modes nearly coincide.
     Eigen::VectorXd roundings;
-    double frequency(Eigen::Index mode) const;  ///< -Im s; 0 within the rounding error
+    /// -Im s; 0 within the rounding error.  Throws an input Error for a mode that does not exist.
+    double frequency(Eigen::Index mode) const;
 };
 
 /// At q = 0 without the conserved means.  For at most 6 components every growth rate has six digits, however slow the
@@ -169,7 +171,8 @@ struct Correlations {
 Correlations dynamic_structures(const model::LinearisedAt& at, const numerics::Wavevector& q,
                                 const std::vector<double>& frequencies);
 
-/// Correlations of two times in that state, <a_q(t + n interval) a_q(t)^H>/area for n = 0 .. lags - 1; interval: [s].
+/// Correlations of two times in that state, <a_q(t + n interval) a_q(t)^H>/area for n = 0 .. lags - 1.  Throws an input
+/// Error unless interval >= 0 and finite.
 Correlations lagged_covariances(const model::LinearisedAt& at, const numerics::Wavevector& q, double interval,
                                 std::size_t lags);
 
