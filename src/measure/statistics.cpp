@@ -312,6 +312,8 @@ Estimate estimate_deviation(const Samples& samples, std::size_t series) {
 }
 
 Estimate estimate_local_exponent(const Samples& samples, std::size_t small, std::size_t large, double ratio) {
+    require(ratio > 0.0 && ratio != 1.0 && std::isfinite(ratio), {}, "boxes of a ratio of {}; expected one above 1",
+            ratio);
     return estimate({samples.series.at(small), samples.series.at(large)}, samples.spacing, samples.skip,
                     [=](auto means) { return 0.5 * std::log(means[1] / means[0]) / std::log(ratio); });
 }

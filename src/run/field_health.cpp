@@ -142,7 +142,7 @@ std::string cause_of(const Diagnosed& run, double tail) {
             : term_not_finite(run.scene, run.problem.integrated, static_cast<double>(health.step) * dt, last);
     fail_run(
         "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its "
-        "largest value was {:.3g} in cell ({}, {}) when last finite; likely cause: {}; the last checkpoint is "
+        "largest value was {:.3g} in cell ({}, {}) when last finite; likely cause: {}; any checkpoint is "
         "still valid",
         step, static_cast<double>(step) * dt, run.problem.components[static_cast<std::size_t>(component)].name,
         mode % width, numerics::mode_number_y(linear.grid, mode / width), dt, peak.value, peak.x, peak.y,
@@ -206,7 +206,7 @@ void check_field_health(const Diagnosed& run, numerics::Transform& transform, co
         fail_run(
             "the run diverged at or before step {} (t = {:.6g} s): the root mean square of {} is {:.3g} "
             "{}; expected at most {:.0e} times its size in this model, {:.3g}; its largest value is {:.3g} in cell "
-            "({}, {}), dt = {}; likely cause: {}; an earlier checkpoint is still valid",
+            "({}, {}), dt = {}; likely cause: {}; any earlier checkpoint is still valid",
             step, static_cast<double>(step) * run.scene.time.dt, component.name, size, component.unit, max_field_size,
             scale, peak.value, peak.x, peak.y, run.scene.time.dt, cause_of(run, tail_of(linear, state, {"", c, 1})));
     }

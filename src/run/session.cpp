@@ -11,6 +11,7 @@ Session::Session(const std::filesystem::path& scene_file) : Session(io::read_sce
 Session::Session(const std::string& scene, const std::string& name) : Session(io::parse_scene(scene, name)) {}
 Session::Session(const io::Scene& scene) : state_(std::make_unique<SessionState>(scene)) {}
 Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
 Session::~Session() = default;
 
 double Session::time() const { return state_->time(); }

@@ -31,6 +31,7 @@ std::span<const ScheduledRecording> SessionState::frames() const {
 }
 
 void SessionState::advance(std::int64_t steps, const std::function<void()>& poll) {
+    require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
     require(!failed_, {}, "the run has failed at t = {} s; start another one", time());
     const ScheduledRecording& observables = simulation_->recordings.back();
     for (const std::int64_t end = step_ + steps; step_ < end;) {

@@ -31,7 +31,7 @@ private:
 };
 
 /// `pattern` with each {} replaced by the next argument; a field may contain a format, {:.3g}, in the syntax of Python
-/// and fmt.  Throws std::runtime_error when pattern and arguments do not match.
+/// and fmt.  Throws std::runtime_error for too few arguments or a format that does not suit one.
 std::string format_text(std::string_view pattern, std::span<const TextArgument> arguments);
 
 template <class... Values>

@@ -147,6 +147,7 @@ Estimate estimate_binder_cumulant(const Samples& samples, std::size_t series);
 Estimate estimate_deviation(const Samples& samples, std::size_t series);
 
 /// Local exponent  d ln DN / d ln N  between two boxes, from the series of their variances DN^2 and N_large/N_small.
+/// Throws an input Error for a ratio that is not above 0, finite and other than 1.
 Estimate estimate_local_exponent(const Samples& samples, std::size_t small, std::size_t large, double ratio);
 
 }  // namespace drover::measure

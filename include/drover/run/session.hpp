@@ -46,8 +46,9 @@ public:
     /// chosen first.  Throws an input Error for a scene that is not valid and where memory is insufficient.
     explicit Session(const std::filesystem::path& scene_file);
     Session(const std::string& scene, const std::string& name);
-    explicit Session(const io::Scene& scene);
-    Session(Session&&) noexcept;
+    explicit Session(const io::Scene& scene);  ///< for drover itself
+    Session(Session&&) noexcept;               ///< one that was moved from can only be assigned to or destroyed
+    Session& operator=(Session&&) noexcept;
     ~Session();
 
     double time() const;         ///< [s]
@@ -55,8 +56,8 @@ public:
     std::int64_t step() const;   ///< taken so far
     std::int64_t steps() const;  ///< to time.end
 
-    /// Calls `poll` before every step; an exception from it leaves the run as it is then.  Throws run Errors, after
-    /// which the run cannot be advanced any more.
+    /// steps >= 0.  Calls `poll` before every step; an exception from it leaves the run as it is then.  Throws run
+    /// Errors, after which the run cannot be advanced any more.
     void advance(
         std::int64_t steps, const std::function<void()>& poll = [] {});
 
