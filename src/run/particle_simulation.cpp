@@ -143,8 +143,10 @@ ParticleSimulation::ParticleSimulation(const io::Scene& the_scene, dem::Bodies b
     : Simulation(the_scene.time.dt, io::whole_steps(the_scene, "time.end", the_scene.time.end), the_threads.count()),
       scene_(the_scene),
       setting_(measure::make_particle_setting(scene_.particles, bodies)),
-      world_(scene_.particles, std::move(bodies), dt, seed_of(scene_), the_threads,
-             [this](const std::string& key) { return io::locate(scene_, key); }),
+      world_(
+          scene_.particles, std::move(bodies), dt, seed_of(scene_), the_threads,
+          [this](const std::string& key) { return io::locate(scene_, key); },
+          false),  // a packing has no overlaps; see check_start() and restore()
       energy_start_(world_.energy_kinetic()) {
     bytes = bytes_of(scene_, world_.bodies(), setting_);
     const std::int64_t every = io::whole_steps(scene_, "output.frame_every", scene_.output.frame_every);

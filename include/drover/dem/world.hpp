@@ -78,8 +78,9 @@ class World {
 public:
     /// `threads` must outlive it.  Throws an input Error for an invalid setup, a body of no shape, a dt that is not
     /// above 0 or too long for the plates or the contact law, and for bodies as set_bodies(), at step 0.
+    /// is_start: false (for drover itself) for bodies that restore() replaces, or that are checked already.
     World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads,
-          const Locate& locate = no_location);
+          const Locate& locate = no_location, bool is_start = true);
     World(World&&) noexcept;  ///< one that was moved from can only be assigned to or destroyed
     World& operator=(World&&) noexcept;
     ~World();

@@ -354,12 +354,14 @@ void World::State::record_overlap(const ContactReport& report) {
             cause_of_overlap(setup, worst_overlap.depth, smaller_radius(deepest, spheres), report.closing, moved));
 }
 
-World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const Locate& locate) {
+World::World(const Setup& setup, Bodies bodies, double dt, std::uint64_t seed, Threads& threads, const Locate& locate,
+             bool is_start) {
     check(setup, locate);
     check_shapes(bodies);
     check_contact_law(setup, bodies.shapes, dt, locate);
     state_ = std::make_unique<State>(setup, std::move(bodies), dt, seed, threads);
-    state_->neighbours = state_->checked_neighbours(state_->spheres, 0);
+    if (is_start) state_->neighbours = state_->checked_neighbours(state_->spheres, 0);
+    else make_neighbours(setup.cell, setup.contacts.skin, state_->spheres, state_->neighbours, threads);
     state_->bead_potential_start = state_->bead_potential();
 }
 World::World(World&&) noexcept = default;
