@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <ranges>
 
 #include "run/scene_equations.hpp"
 #include "theory/state_names.hpp"
@@ -76,7 +77,7 @@ std::string words_of(const io::Scene& scene, const model::Model& model, const th
     if (scene.kind == io::SceneKind::model)
         return text("\"{}\", {}", state.is_isotropic ? "isotropic" : "ordered", theory::state_text(model, values));
     std::string sizes;
-    for (const auto& [field, at] : model::placed_fields(model))
+    for (const auto& [field, at] : std::views::reverse(model::placed_fields(model)))  // the order before its flow
         if (field.spin > 0)
             sizes += text("{}|{}| = {:.4g}{}", sizes.empty() ? ", " : " and ", field.symbol,
                           std::hypot(values[at], values[at + 1]), field.unit == "1" ? "" : " " + field.unit);
