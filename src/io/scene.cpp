@@ -210,9 +210,9 @@ Found found_in(const LocatedTables& tables) {
 Scene scene_of(const LocatedTables& given, const std::string& file) {
     LocatedTables tables = given;
     Scene scene;
-    scene.found = found_in(tables);
     scene.file = file;
     scene.kind = kind_of(tables);
+    scene.found = found_in(tables);
     if (scene.kind == SceneKind::particles) scene.time.dt = dt_of_particles;
     std::vector<std::string> sections = section_names(scene.kind == SceneKind::model ? declared : fields);
     if (scene.kind == SceneKind::fields) read_model(tables, scene.model, scene.places);

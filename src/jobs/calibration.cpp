@@ -306,7 +306,7 @@ CalibrationLayout plan_in(const fs::path& folder, const io::Scene& scene) {
     const fs::path file = folder / calibration_manifest;
     if (!fs::exists(file)) return layout;
     for (const fs::directory_entry& one : fs::directory_iterator(folder))
-        require(one.path().extension() != ".trials", {},
+        require(fs::exists(folder / "records") || one.path().extension() != ".trials", {},
                 "{} holds trials of an earlier version of drover, such as {}, which this version does not read; use "
                 "the version that wrote them, or another folder with --output",
                 folder.string(), one.path().filename().string());

@@ -322,8 +322,8 @@ EndedRun run_or_resume(const io::Scene& scene, bool rounds_up,
         const std::filesystem::path kept = path.string() + ".damaged";
         log_warning("{}; {} is run again from its start, and the file is kept as {}", error.what(),
                     path.stem().string(), kept.filename().string());
+        files::remove_checkpoints(path);  // first: a kill must not leave them beside the archive of the new run
         std::filesystem::rename(path, kept);
-        files::remove_checkpoints(path);  // else a kill may leave them beside the archive of the new run
         end = RunEnd::repeated;
     }
     return ended(end, run::run_scene(scene, options));

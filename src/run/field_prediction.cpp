@@ -80,7 +80,8 @@ std::string words_of(const io::Scene& scene, const model::Model& model, const th
     for (const auto& [field, at] : std::views::reverse(model::placed_fields(model)))  // the order before its flow
         if (field.spin > 0)
             sizes += text("{}|{}| = {:.4g}{}", sizes.empty() ? ", " : " and ", field.symbol,
-                          std::hypot(values[at], values[at + 1]), field.unit == "1" ? "" : " " + field.unit);
+                          std::hypot(values[at], values[at + 1]),
+                          field.unit == "1" ? "" : " " + io::renamed(field.unit, scene.units));
     return text("\"{}\"{}", state.name, sizes);
 }
 }  // namespace

@@ -463,8 +463,8 @@ StationaryStates stationary_states_near(const model::Equations& equations, const
 
 const StationaryState* nearest_state(const StationaryStates& found, const model::Model& model,
                                      const std::vector<model::UniformState>& samples) {
-    require(!samples.empty(), {}, "no samples; expected one or more");
-    for (const model::UniformState& means : samples) model::check_state(means, model::components(model));
+    const auto count = static_cast<std::size_t>(model::components(model));
+    for (const auto& means : samples) require(means.size() == count, {}, "{} values; expected {}", means.size(), count);
     // Fields have units of their own: each counts in parts of its largest size.
     std::vector<double> sizes;
     for (const auto& [field, at] : model::placed_fields(model)) {

@@ -97,3 +97,17 @@ def test_a_run_starts_from_such_frames_and_resumes_with_the_same_bytes(archive, 
         # The start goes through transforms there and back.
         assert after["flow_y"][0] == pytest.approx(archive["flow_y"][2], abs=1e-12)
         assert np.array_equal(half["flow_x"][1], archive["flow_x"][1])
+
+
+def test_a_field_in_balance_that_is_not_finite_keeps_the_results_of_the_others(tmp_path):
+    (tmp_path / "scene.toml").write_text("""
+field = [{symbol = "u", noise = 0.1}, {symbol = "w", balance = true}]
+grid = {nx = 8, ny = 8, lx = 8.0, ly = 8.0}
+time = {dt = 0.1, end = 5.0}
+output = {frame_every = 0.0, sample_every = 0.5}
+[equations]
+u = "-0.01 u + lap u"
+w = "-w + 1e308 u + 1e308 u^2"
+""")
+    ended = drover(tmp_path, "run", "scene.toml", "-q", "-o", "run.h5")
+    assert "variance_u" in ended.stdout and "not finite in at least one sample" in ended.stderr

@@ -311,20 +311,14 @@ def test_a_sweep_runs_beside_other_threads():
 
 # --- the package
 
-def test_the_package_loads_fast_and_alone(tmp_path):
+def test_the_package_loads_without_the_large_ones(tmp_path):
     code = """
-import sys, time
-start = time.perf_counter()
+import sys
 import drover
 scene = drover.Scene.from_dict({"grid.nx": 16, "grid.ny": 16})
-print(time.perf_counter() - start, *(name for name in ("numpy", "xarray", "matplotlib", "h5py") if name in sys.modules))
+print(*(name for name in ("numpy", "xarray", "matplotlib", "h5py") if name in sys.modules))
 """
-    times = []
-    for _ in range(3):
-        first, *loaded = python(code, tmp_path).split()
-        times.append(float(first))
-        assert not loaded
-    assert min(times) < 0.3
+    assert not python(code, tmp_path).split()  # they take ten times as long
 
 
 def test_nothing_is_written_unless_it_is_asked_for(tmp_path, monkeypatch):

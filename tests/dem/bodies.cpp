@@ -169,6 +169,11 @@ TEST(BodiesOfAWorld, that_overlapped_in_a_step_are_advanced_only_after_others_ar
               std::string::npos);
     world.restore(before);
     EXPECT_NO_THROW(world.advance(0));
+    for (const double speed : {1700.0, 1300.0, 1e200, 0.0}) {  // a smaller overlap, and bodies that left the numbers
+        bodies.beads[0].velocity.x = speed;
+        world.set_bodies(bodies, 0);
+        EXPECT_EQ(refusal_of([&] { world.advance(0); }) == "no refusal", speed == 0.0) << speed;
+    }
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ struct Bodies {
 
 /// The bodies that a setup asks for, at rest at the origin; a packing places them.  The diameters of a mixture are
 /// distributed in their proportions, rounded by largest remainders; the sizes of rods are drawn from the seed.  Throws
-/// an input Error for an invalid setup or an impossible shape.
+/// an input Error for an impossible shape; check(setup) finds other errors.
 Bodies make_bodies(const Setup& setup, std::uint64_t seed, const Locate& locate = no_location);
 
 /// The shapes of these bodies, rods at their mean size.

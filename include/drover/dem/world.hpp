@@ -87,7 +87,7 @@ public:
 
     /// From time step dt to (step + 1) dt.  Throws a run Error that names pair, overlap and step if two bodies overlap
     /// by more than contacts.max_overlap of a radius or a body diverges; the world can then be advanced after
-    /// set_bodies() or restore() alone.
+    /// set_bodies(), which begins a new energy balance, or restore() alone.
     void advance(std::int64_t step);
 
     /// Replaces the body forces.  They are not part of the state: set them before restore().  Throws an input Error for

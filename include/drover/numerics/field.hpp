@@ -86,7 +86,7 @@ struct Spectra {
     std::span<const Complex> operator[](int c) const {
         return {values.data() + stride * static_cast<std::size_t>(c), size};
     }
-    int count() const { return size == 0 ? 0 : static_cast<int>(values.size() / stride); }
+    int count() const { return stride == 0 ? 0 : static_cast<int>(values.size() / stride); }
 
     /// Padding between components: without it the same mode of all components falls in the same first-level cache set
     /// (on power-of-two grids), which causes cache-set conflicts.

@@ -54,8 +54,8 @@ StationaryStates stationary_states(const model::Equations& equations);
 StationaryStates stationary_states(const model::Equations& equations, const model::UniformState& means);
 
 /// The state nearest to the means in samples of a run, by the components with a rate: where a direction is free it
-/// wanders, and the sizes of fields with a spin count alone.  nullptr if there is none.  Throws an input Error without
-/// samples, and for one of another size or with values that are not finite.
+/// wanders, and the sizes of fields with a spin count alone.  nullptr if there is none; the first without samples, or
+/// where they are not finite.  Throws an input Error for a sample of another size.
 const StationaryState* nearest_state(const StationaryStates& found, const model::Model& model,
                                      const std::vector<model::UniformState>& samples);
 

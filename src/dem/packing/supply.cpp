@@ -105,7 +105,6 @@ void add_rods(const RodSupply& supply, double area_cell, std::uint64_t seed, con
 }  // namespace
 
 Bodies make_bodies(const Setup& setup, std::uint64_t seed, const Locate& locate) {
-    check(setup, locate);
     Bodies bodies;
     const double area_cell = area(setup.cell);
     if (setup.beads.any()) add_beads(setup.beads, area_cell, locate, bodies);

@@ -449,10 +449,17 @@ void World::set_bodies(const Bodies& bodies, std::int64_t step) {
     spheres.rods.memory = std::move(s.spheres.rods.memory);  // the kicks go on
     s.spheres = std::move(spheres);
     s.neighbours = std::move(neighbours);
-    s.left_skin = s.failed = false;
     s.soft_contacts.records().clear();
-    s.balance.forces += energy_kinetic() - energy;
-    s.bead_potential_start += s.bead_potential() - potential;
+    if (s.failed) {  // of what the failed step left nothing can be compared
+        s.balance = {};
+        s.counts.overlap = 0.0;
+        s.worst_overlap = {};
+        s.bead_potential_start = s.bead_potential();
+    } else {
+        s.balance.forces += energy_kinetic() - energy;
+        s.bead_potential_start += s.bead_potential() - potential;
+    }
+    s.left_skin = s.failed = false;
 }
 
 Bodies World::bodies() const {

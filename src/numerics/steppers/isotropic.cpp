@@ -7,20 +7,6 @@
 
 namespace drover::numerics {
 
-void check(const Fields& fields, const Grid& grid, int components) {
-    const std::size_t each = points(grid), all = each * static_cast<std::size_t>(components);
-    require(fields.size == each && fields.values.size() == all, {},
-            "{} values of fields, {} of each; expected {} and {}, those of {} components on a grid of {} by {}",
-            fields.values.size(), fields.size, all, each, components, grid.nx, grid.ny);
-}
-
-void check(const Spectra& spectra, const Grid& grid, int components) {
-    const std::size_t each = modes(grid), all = (each + Spectra::gap) * static_cast<std::size_t>(components);
-    require(spectra.size == each && spectra.stride == each + Spectra::gap && spectra.values.size() == all, {},
-            "spectra of {} components of {} modes; expected {} of {}, those of a grid of {} by {}", spectra.count(),
-            spectra.size, components, each, grid.nx, grid.ny);
-}
-
 Layout scalars_and_vectors(int scalars, int vectors) {
     Layout layout;
     layout.fields.assign(static_cast<std::size_t>(scalars), {.spin = 0});

@@ -153,6 +153,8 @@ void check(const StepperTable& table) {
                         "stepper \"{}\": phi_{} at {} of the step; expected orders of 1 to {}", table.name, term.order,
                         term.at, max_phi);
     };
+    for (const StepperStage& stage : table.stages)
+        require(std::isfinite(stage.c), {}, "stepper \"{}\": a stage at {} of the step", table.name, stage.c);
     for (std::size_t s = 0; s < stages; ++s)
         check_list(table.stages[s].terms,
                    table.history > 0 ? table.stages[s].terms.size() <= errors : table.stages[s].terms.size() == s + 1);
