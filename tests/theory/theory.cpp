@@ -447,9 +447,8 @@ TEST(ModelTheory, rejects_numbers_states_and_matrices_that_the_model_does_not_ha
         EXPECT_THROW(equations.noise(state, {1.0, 0.0}), Error);
         EXPECT_THROW(model::direction_of(equations.model(), state), Error);
         EXPECT_THROW(stationary_states_near(equations, rest, {state}), Error);
-        if (state.size() != 1)
-            EXPECT_THROW(nearest_state(stationary_states(equations), equations.model(), {rest, state}), Error);
     }
+    EXPECT_THROW(nearest_state(stationary_states(equations), equations.model(), {rest, nothing}), Error);
     EXPECT_THROW(model::LinearisedAt(equations, rest, model::LeftSides{}), Error);
     for (const auto& [masses, noises] : {std::pair{3, 0}, {1, 2}})
         EXPECT_THROW(model::LinearisedAt(equations, rest,
