@@ -73,36 +73,29 @@ constexpr std::array keys_of_kinds{KeyOf{"time.stepper", grids},   KeyOf{"time.t
                                    KeyOf{"time.max_error", grids}, KeyOf{"time.chosen", grids},
                                    KeyOf{"time.pilot", grids},     KeyOf{"output.powers", grids}};
 
-/// A key that drover writes, of its section the last; its default is what was found.
-struct FoundKey {
-    std::string section;
-    Description row;
-};
-
 const std::vector<std::string> names_of_choices{"", "fields", "means", "linear"};
 
-std::vector<FoundKey> keys_of(const Found& found) {
+/// The keys of a section that drover writes, its last; their defaults are what was found.
+std::vector<Description> found_keys(const std::string& section, const Found& found = {}) {
+    if (section == "time")
+        return {{.name = "chosen",
+                 .default_value = names_of_choices[static_cast<std::size_t>(found.step.by)],
+                 .choices = names_of_choices,
+                 .doc = "written by drover: dt was left out and chosen for the error of the fields, of time means "
+                        "(with noise, or chaotic), or for a linear model, of which every step is exact; empty: dt "
+                        "was given; fields only"},
+                {.name = "pilot",
+                 .default_value = found.step.pilot,
+                 .doc = "written by drover: the error and the pilot runs from which dt was chosen"}};
+    if (section != "calibrated") return {};
     std::vector<std::string> filled;
     for (const auto& [key, origin] : found.filled) filled.push_back(origin.empty() ? key : key + ": " + origin);
-    return {{"time",
-             {.name = "chosen",
-              .default_value = names_of_choices[static_cast<std::size_t>(found.step.by)],
-              .choices = names_of_choices,
-              .doc = "written by drover: dt was left out and chosen for the error of the fields, of time means (with "
-                     "noise, or chaotic), or for a linear model, of which every step is exact; empty: dt was given; "
-                     "fields only"}},
-            {"time",
-             {.name = "pilot",
-              .default_value = found.step.pilot,
-              .doc = "written by drover: the error and the pilot runs from which dt was chosen"}},
-            {"calibrated",
-             {.name = "filled",
-              .default_value = filled,
-              .doc = "written by drover: what came from the table, its origin and its error; leave it out"}},
-            {"calibrated",
-             {.name = "expected",
-              .default_value = found.expected,
-              .doc = "written by drover: what the mean field of the table expects; leave it out"}}};
+    return {{.name = "filled",
+             .default_value = filled,
+             .doc = "written by drover: what came from the table, its origin and its error; leave it out"},
+            {.name = "expected",
+             .default_value = found.expected,
+             .doc = "written by drover: what the mean field of the table expects; leave it out"}};
 }
 
 bool is_of(SceneKind kind, SectionOf section) { return (section & row_of(kind).section) != 0; }
@@ -189,12 +182,13 @@ std::function<double(int x, int y)> noise_moment_of(const Scene& scene) {
 Found found_in(const LocatedTables& tables) {
     using Texts = std::vector<std::string>;
     std::vector<Value> values;
-    for (const auto& [section, row] : keys_of({})) {
-        values.push_back(row.default_value);
-        const auto table = tables.find(section);
-        if (table == tables.end() || !table->second.values.contains(row.name)) continue;
-        values.back() = checked_value(row, section, table->second.values.at(row.name));
-    }
+    for (const char* section : {"time", "calibrated"})
+        for (const Description& row : found_keys(section)) {
+            values.push_back(row.default_value);
+            const auto table = tables.find(section);
+            if (table == tables.end() || !table->second.values.contains(row.name)) continue;
+            values.back() = checked_value(row, section, table->second.values.at(row.name));
+        }
     const auto by = std::ranges::find(names_of_choices, std::get<std::string>(values[0])) - names_of_choices.begin();
     Found found{.step = {.by = static_cast<ChosenBy>(by), .pilot = std::get<std::string>(values[1])},
                 .filled = {},
@@ -232,8 +226,7 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
         if (table == tables.end()) return;
         scene.places.emplace(name, table->second.where);
         for (const auto& [key, value] : table->second.values) scene.places.emplace(name + "." + key, value.where);
-        for (const FoundKey& one : keys_of({}))
-            if (one.section == name) table->second.values.erase(one.row.name);
+        for (const Description& row : found_keys(name)) table->second.values.erase(row.name);
         read_table(table->second, name, part);
     });
     reject_keys_of_others(scene);
@@ -312,8 +305,8 @@ WrittenTables written_sections(const Scene& scene, const std::function<bool(cons
         tables.push_back({.name = name,
                           .values = name == initial_section ? initial_values(scene.initial, formulas_of(scene.kind))
                                                             : values_of(part)});
-        for (const auto& [section, row] : keys_of(scene.found))
-            if (section == name) tables.back().values.emplace_back(row.name, row.default_value);
+        for (const Description& row : found_keys(name, scene.found))
+            tables.back().values.emplace_back(row.name, row.default_value);
         std::erase_if(tables.back().values, [&](const auto& value) {
             const std::string whole = name + "." + value.first;
             return !is_of(scene.kind, whole) || !is_chosen(whole);
@@ -398,8 +391,7 @@ std::vector<SectionDescription> scene_schema(const physics::ModelFile& file) {
             if (belongs != all && is_of(row.kind, belongs)) kinds.push_back(row.kind);
         std::vector<Description> rows = descriptions<std::remove_cvref_t<decltype(part)>>();
         if (name == initial_section) rows = initial_rows(FormulasOf::rod_bead);
-        for (const FoundKey& one : keys_of({}))
-            if (one.section == name) rows.push_back(one.row);
+        std::ranges::move(found_keys(name), std::back_inserter(rows));
         sections.push_back({name, doc, std::move(rows), kinds});
     });
     return sections;
