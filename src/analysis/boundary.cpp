@@ -11,10 +11,10 @@
 #include "analysis/boundary_plan.hpp"
 #include "base/constants.hpp"
 #include "base/log.hpp"
-#include "run/progress.hpp"
-#include "run/scene_equations.hpp"
-#include "run/signals.hpp"
-#include "run/travelling_start.hpp"
+#include "run/fields/scene_equations.hpp"
+#include "run/fields/travelling_start.hpp"
+#include "run/loop/progress.hpp"
+#include "run/loop/signals.hpp"
 #include "theory/binodal.hpp"
 
 namespace drover::analysis {

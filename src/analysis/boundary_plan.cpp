@@ -7,8 +7,8 @@
 #include "base/log.hpp"
 #include "calibrate/slow_order.hpp"
 #include "model/start.hpp"
+#include "run/fields/scene_equations.hpp"
 #include "run/number_lists.hpp"
-#include "run/scene_equations.hpp"
 
 namespace drover::analysis {
 

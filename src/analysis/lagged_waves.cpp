@@ -6,8 +6,8 @@
 
 #include "base/constants.hpp"
 #include "drover/theory/theory.hpp"
-#include "run/field_prediction.hpp"
-#include "run/scene_equations.hpp"
+#include "run/fields/field_prediction.hpp"
+#include "run/fields/scene_equations.hpp"
 
 namespace drover::analysis {
 

@@ -6,7 +6,7 @@
 #include "base/constants.hpp"
 #include "base/draws.hpp"
 #include "base/log.hpp"
-#include "run/scene_equations.hpp"
+#include "run/fields/scene_equations.hpp"
 
 namespace drover::analysis {
 

@@ -13,7 +13,7 @@
 #include "measure/field_setting.hpp"
 #include "model/start.hpp"
 #include "physics/integrated.hpp"
-#include "run/scene_equations.hpp"
+#include "run/fields/scene_equations.hpp"
 
 namespace drover::analysis {
 

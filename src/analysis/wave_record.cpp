@@ -9,7 +9,7 @@
 #include "drover/base/text.hpp"
 #include "drover/numerics/transform.hpp"
 #include "io/trajectory.hpp"
-#include "run/signals.hpp"
+#include "run/loop/signals.hpp"
 
 namespace drover::analysis {
 

@@ -6,8 +6,8 @@
 #include "app/command.hpp"
 #include "base/duration.hpp"
 #include "base/log.hpp"
-#include "jobs/calibration.hpp"
-#include "jobs/tradeoff.hpp"
+#include "jobs/calibration/calibration.hpp"
+#include "jobs/tradeoff/tradeoff.hpp"
 #include "report/shown.hpp"
 
 namespace drover::app {

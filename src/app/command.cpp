@@ -7,8 +7,8 @@
 
 #include "base/duration.hpp"
 #include "base/log.hpp"
-#include "jobs/slurm_script.hpp"
-#include "jobs/stop_rules.hpp"
+#include "jobs/campaign/slurm_script.hpp"
+#include "jobs/campaign/stop_rules.hpp"
 #include "report/shown.hpp"
 #include "report/write_result.hpp"
 #include "run/simulation_type.hpp"

@@ -11,11 +11,11 @@
 
 #include "files/archive.hpp"
 #include "io/scene_text.hpp"
-#include "jobs/job_options.hpp"
-#include "run/report.hpp"
+#include "jobs/campaign/job_options.hpp"
+#include "run/loop/signals.hpp"
+#include "run/report/report.hpp"
 #include "run/result.hpp"
 #include "run/run_scene.hpp"
-#include "run/signals.hpp"
 
 namespace drover::app {
 

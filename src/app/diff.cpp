@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.hpp"
-#include "run/same_run.hpp"
+#include "run/loop/same_run.hpp"
 
 namespace drover::app {
 

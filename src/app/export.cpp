@@ -3,7 +3,7 @@
 
 #include "app/command.hpp"
 #include "io/export.hpp"
-#include "run/scene_support.hpp"
+#include "run/loop/scene_support.hpp"
 
 namespace drover::app {
 

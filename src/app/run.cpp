@@ -3,7 +3,7 @@
 
 #include "app/command.hpp"
 #include "base/log.hpp"
-#include "jobs/tradeoff.hpp"
+#include "jobs/tradeoff/tradeoff.hpp"
 
 namespace drover::app {
 

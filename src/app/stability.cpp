@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "app/command.hpp"
-#include "run/field_simulation.hpp"
+#include "run/fields/field_simulation.hpp"
 
 namespace drover::app {
 

@@ -1,5 +1,5 @@
 // app/sweep.cpp: drover sweep SCENE.
-#include "jobs/sweep.hpp"
+#include "jobs/sweep/sweep.hpp"
 
 #include <memory>
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 // app/tradeoff.cpp: drover tradeoff SCENE --want NAME=ERROR --budget TIME.
-#include "jobs/tradeoff.hpp"
+#include "jobs/tradeoff/tradeoff.hpp"
 
 #include <memory>
 

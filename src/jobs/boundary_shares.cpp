@@ -6,8 +6,8 @@
 #include "files/input_file.hpp"
 #include "files/record_folder.hpp"
 #include "io/scene_text.hpp"
-#include "jobs/shared_compute.hpp"
-#include "run/provenance.hpp"
+#include "jobs/campaign/shared_compute.hpp"
+#include "run/loop/provenance.hpp"
 
 namespace drover::jobs {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "analysis/boundary.hpp"
-#include "jobs/job_options.hpp"
+#include "jobs/campaign/job_options.hpp"
 
 namespace drover::jobs {
 

@@ -2,8 +2,8 @@
 #include "jobs/check_scene.hpp"
 
 #include "analysis/boundary.hpp"
-#include "jobs/calibration.hpp"
-#include "jobs/sweep.hpp"
+#include "jobs/calibration/calibration.hpp"
+#include "jobs/sweep/sweep.hpp"
 #include "run/run_scene.hpp"
 #include "run/simulation_type.hpp"
 

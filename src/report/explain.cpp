@@ -8,8 +8,8 @@
 #include "numerics/solvers/fastest_growth.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/cost.hpp"
+#include "run/fields/scene_equations.hpp"
 #include "run/run_scene.hpp"
-#include "run/scene_equations.hpp"
 #include "run/simulation_type.hpp"
 
 namespace drover::report {

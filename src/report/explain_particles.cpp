@@ -5,7 +5,7 @@
 
 #include "dem/contact/contact_law.hpp"
 #include "io/trajectory.hpp"
-#include "jobs/calibration.hpp"
+#include "jobs/calibration/calibration.hpp"
 #include "report/explain.hpp"
 
 namespace drover::report {

@@ -6,7 +6,7 @@
 
 #include "drover/dem/bodies.hpp"
 #include "report/shown.hpp"
-#include "run/step_bias.hpp"
+#include "run/fields/step_bias.hpp"
 
 namespace drover::report {
 

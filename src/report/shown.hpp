@@ -8,8 +8,8 @@
 
 #include "calibrate/table.hpp"
 #include "io/scene.hpp"
-#include "jobs/sweep.hpp"
-#include "run/report.hpp"
+#include "jobs/sweep/sweep.hpp"
+#include "run/report/report.hpp"
 #include "run/result.hpp"
 
 namespace drover::report {

@@ -1,8 +1,8 @@
 // report/write_result.cpp: a result as an archive.
 #include "report/write_result.hpp"
 
-#include "run/provenance.hpp"
-#include "run/scene_support.hpp"
+#include "run/loop/provenance.hpp"
+#include "run/loop/scene_support.hpp"
 
 namespace drover::report {
 

@@ -5,10 +5,10 @@
 
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
-#include "run/field_simulation.hpp"
-#include "run/signals.hpp"
+#include "run/fields/field_simulation.hpp"
+#include "run/fields/step_bias.hpp"
+#include "run/loop/signals.hpp"
 #include "run/simulation_type.hpp"
-#include "run/step_bias.hpp"
 
 namespace drover::run {
 

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "io/scene.hpp"
-#include "run/loop.hpp"
-#include "run/report.hpp"
+#include "run/loop/loop.hpp"
+#include "run/report/report.hpp"
 
 namespace drover::run {
 

@@ -1,7 +1,7 @@
 // run/session_state.cpp: a run in memory and its samples.
 #include "run/session_state.hpp"
 
-#include "run/field_problem.hpp"
+#include "run/fields/field_problem.hpp"
 #include "run/run_scene.hpp"
 #include "run/simulation_type.hpp"
 #include "run/step_choice.hpp"

@@ -7,8 +7,8 @@
 
 #include "drover/base/threads.hpp"
 #include "io/scene.hpp"
-#include "run/report.hpp"
-#include "run/simulation.hpp"
+#include "run/loop/simulation.hpp"
+#include "run/report/report.hpp"
 
 namespace drover::run {
 

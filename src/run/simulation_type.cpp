@@ -3,10 +3,10 @@
 
 #include "io/scene_text.hpp"
 #include "io/trajectory.hpp"
-#include "run/field_simulation.hpp"
-#include "run/particle_simulation.hpp"
-#include "run/scene_equations.hpp"
-#include "run/warnings.hpp"
+#include "run/fields/field_simulation.hpp"
+#include "run/fields/scene_equations.hpp"
+#include "run/particles/particle_simulation.hpp"
+#include "run/warnings/warnings.hpp"
 
 namespace drover::run {
 

@@ -6,9 +6,9 @@
 
 #include "drover/base/threads.hpp"
 #include "io/scene.hpp"
-#include "run/report.hpp"
-#include "run/scene_support.hpp"
-#include "run/simulation.hpp"
+#include "run/loop/scene_support.hpp"
+#include "run/loop/simulation.hpp"
+#include "run/report/report.hpp"
 
 namespace drover::run {
 

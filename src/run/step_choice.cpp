@@ -9,13 +9,13 @@
 #include "drover/base/error.hpp"
 #include "drover/measure/statistics.hpp"
 #include "numerics/steppers/time_method.hpp"
-#include "run/field_simulation.hpp"
-#include "run/growing_waves.hpp"
+#include "run/fields/field_simulation.hpp"
+#include "run/fields/scene_equations.hpp"
 #include "run/pilot.hpp"
-#include "run/scene_equations.hpp"
 #include "run/simulation_type.hpp"
-#include "run/text_resolution.hpp"
-#include "run/warnings.hpp"
+#include "run/warnings/growing_waves.hpp"
+#include "run/warnings/text_resolution.hpp"
+#include "run/warnings/warnings.hpp"
 
 namespace drover::run {
 

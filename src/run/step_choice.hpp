@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/log.hpp"
-#include "run/field_simulation.hpp"
+#include "run/fields/field_simulation.hpp"
 
 namespace drover::run {
 

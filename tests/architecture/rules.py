@@ -37,6 +37,8 @@ BELOW = {
 SUBFOLDERS = {
     "numerics": ("algebra", "fields", "steppers", "solvers"),
     "dem": ("bodies", "impact", "flight", "neighbours", "packing", "contact", "world"),
+    "run": ("loop", "fields", "warnings", "report", "particles"),
+    "jobs": ("campaign", "calibration", "sweep", "tradeoff"),
 }
 
 # Third-party headers that are confined: library, include patterns, files that may include them, maximum number of
@@ -91,7 +93,7 @@ COMPARED_WORDS = [
      r'"(?:(?:size_)?mean_|variance_|spectral_tail_|_(?:x|y|plate)?)"', EVERYWHERE),
     ("arguments of functions are named in a model file", r"\bname == ", ("src/physics/program_functions.cpp",)),
     ("users write durations and targets as text", r"",
-     ("src/base/duration.cpp", "src/jobs/accuracy_target.cpp", "src/jobs/target_plan.cpp")),
+     ("src/base/duration.cpp", "src/jobs/campaign/accuracy_target.cpp", "src/jobs/calibration/target_plan.cpp")),
     ("sections and keys of scenes are text", r"",
      ("src/io/scene_text.cpp", "src/io/scene_model.cpp", "src/io/scene_declared.cpp", "src/physics/model_keys.cpp")),
     ("a key of a scene by its name",
@@ -103,7 +105,7 @@ COMPARED_WORDS = [
     ("files have extensions", r'extension\(\)|\bending\b|\bnames?\b.*"\.', EVERYWHERE),
     ("names within archives and files of other programs", r"",
      ("src/files/*.cpp", "src/io/trajectory.cpp", "src/io/calibration.cpp", "src/app/python_package.cpp",
-      "src/run/provenance.cpp", "src/run/run_scene.cpp")),
+      "src/run/loop/provenance.cpp", "src/run/run_scene.cpp")),
 ]
 
 MAX_LINES = 500

@@ -12,7 +12,7 @@
 #include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/transform.hpp"
 #include "io/scene_text.hpp"
-#include "run/scene_equations.hpp"
+#include "run/fields/scene_equations.hpp"
 
 namespace drover {
 namespace {

@@ -1,5 +1,5 @@
 // tests/jobs/calibration.cpp: folders of trials of another version of drover.
-#include "jobs/calibration.hpp"
+#include "jobs/calibration/calibration.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include "files/record_folder.hpp"
 #include "files/support.hpp"
 #include "io/scene_text.hpp"
-#include "jobs/campaign_records.hpp"
+#include "jobs/campaign/campaign_records.hpp"
 
 namespace drover::jobs::calibration_tests {
 namespace {

@@ -1,5 +1,5 @@
 // tests/jobs/campaign.cpp: units that processes share: each is done, whoever is killed, and its result is the same.
-#include "jobs/campaign.hpp"
+#include "jobs/campaign/campaign.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,10 +13,10 @@
 
 #include "drover/base/error.hpp"
 #include "files/support.hpp"
-#include "jobs/run_record.hpp"
-#include "jobs/stop_rules.hpp"
-#include "run/same_run.hpp"
-#include "run/signals.hpp"
+#include "jobs/campaign/run_record.hpp"
+#include "jobs/campaign/stop_rules.hpp"
+#include "run/loop/same_run.hpp"
+#include "run/loop/signals.hpp"
 
 namespace drover::jobs::campaign_tests {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 #include "drover/base/random.hpp"
 #include "io/scene_text.hpp"
-#include "jobs/calibration_layout.hpp"
+#include "jobs/calibration/calibration_layout.hpp"
 
 namespace drover::jobs {
 

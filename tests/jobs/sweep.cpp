@@ -1,5 +1,5 @@
 // tests/jobs/sweep.cpp: records of a sweep that another version of drover computed.
-#include "jobs/sweep.hpp"
+#include "jobs/sweep/sweep.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include "files/input_file.hpp"
 #include "files/support.hpp"
 #include "io/scene_text.hpp"
-#include "jobs/campaign_records.hpp"
-#include "jobs/sweep_plan.hpp"
+#include "jobs/campaign/campaign_records.hpp"
+#include "jobs/sweep/sweep_plan.hpp"
 
 namespace drover::jobs::sweep_tests {
 

@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "jobs/sweep_plan.hpp"
+#include "jobs/sweep/sweep_plan.hpp"
 
 namespace drover::jobs::sweep_refinement_tests {
 namespace {

@@ -1,5 +1,5 @@
 // tests/jobs/target_plan.cpp: which trials run for wanted numbers, in a world whose trials are normal numbers.
-#include "jobs/target_plan.hpp"
+#include "jobs/calibration/target_plan.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,15 +1,15 @@
 // tests/jobs/tradeoff.cpp: wanted numbers, durations and the front of combinations.
-#include "jobs/tradeoff.hpp"
+#include "jobs/tradeoff/tradeoff.hpp"
 
 #include <gtest/gtest.h>
 
 #include "drover/base/error.hpp"
 #include "drover/measure/statistics.hpp"
 #include "io/scene_text.hpp"
-#include "jobs/trade_axes.hpp"
-#include "jobs/trade_checks.hpp"
-#include "jobs/trade_front.hpp"
-#include "run/scene_equations.hpp"
+#include "jobs/tradeoff/trade_axes.hpp"
+#include "jobs/tradeoff/trade_checks.hpp"
+#include "jobs/tradeoff/trade_front.hpp"
+#include "run/fields/scene_equations.hpp"
 
 namespace drover::jobs::tradeoff_tests {
 

@@ -1,5 +1,5 @@
 // tests/jobs/trials.cpp: failures of the scene are recorded, those of the disk stop the trials and are not.
-#include "jobs/trials.hpp"
+#include "jobs/campaign/trials.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "drover/base/error.hpp"
 #include "files/support.hpp"
 #include "io/scene_text.hpp"
-#include "run/signals.hpp"
+#include "run/loop/signals.hpp"
 
 namespace drover::jobs::trials_tests {
 namespace {

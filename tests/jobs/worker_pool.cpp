@@ -1,5 +1,5 @@
 // tests/jobs/worker_pool.cpp: jobs that become available while others run, their results, and how they end.
-#include "jobs/worker_pool.hpp"
+#include "jobs/campaign/worker_pool.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "drover/base/error.hpp"
-#include "run/signals.hpp"
+#include "run/loop/signals.hpp"
 
 namespace drover::jobs::worker_pool_tests {
 namespace {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "io/scene_text.hpp"
-#include "run/scene_equations.hpp"
-#include "run/warnings.hpp"
+#include "run/fields/scene_equations.hpp"
+#include "run/warnings/warnings.hpp"
 
 namespace drover::run::model_scene_tests {
 namespace {

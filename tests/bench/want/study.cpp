@@ -22,10 +22,10 @@
 #include "calibrate/synthetic.hpp"
 #include "io/scene_text.hpp"
 #include "io/trial_record.hpp"
-#include "jobs/campaign_records.hpp"
+#include "jobs/calibration/target_plan.hpp"
+#include "jobs/campaign/campaign_records.hpp"
 #include "jobs/normal_world.hpp"
-#include "jobs/target_plan.hpp"
-#include "run/loop.hpp"
+#include "run/loop/loop.hpp"
 
 namespace drover::jobs {
 namespace {

@@ -1,0 +1,80 @@
+// run/loop/scene_support.cpp: recordings of observables, sizes of recordings, and files named in a scene.
+#include "run/loop/scene_support.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "files/archive_reader.hpp"
+#include "files/system_calls.hpp"
+
+namespace drover::run {
+
+double recorded_bytes(const io::Scene& scene, double numbers_per_frame, double numbers_per_sample) {
+    const double frames = scene.output.frame_every == 0.0 ? 2.0 : 1.0 + scene.time.end / scene.output.frame_every;
+    const double samples = scene.output.sample_every == 0.0 ? 2.0 : 1.0 + scene.time.end / scene.output.sample_every;
+    // Not compressed: the index of the chunks, attributes, a summary.
+    constexpr double per_file = 5e5, index_fraction = 0.1;
+    return per_file +
+           (1.0 + index_fraction) * sizeof(double) * (numbers_per_frame * frames + numbers_per_sample * samples);
+}
+
+int samples_per_chunk(const io::Scene& scene) {
+    constexpr double min = 8.0, max = 64.0;
+    if (scene.output.frame_every == 0.0 || scene.output.sample_every == 0.0) return static_cast<int>(max);
+    return static_cast<int>(std::clamp(std::round(scene.output.frame_every / scene.output.sample_every), min, max));
+}
+
+ScheduledRecording sample_recording(const io::Scene& scene, const char* group, const std::vector<measure::Axis>& axes,
+                                    std::vector<files::Quantity> quantities,
+                                    std::function<std::vector<std::vector<double>>()> measure) {
+    const auto values = std::make_shared<std::vector<std::vector<double>>>();
+    return {
+        {.group = group, .axes = axes, .quantities = std::move(quantities), .rows_per_chunk = samples_per_chunk(scene)},
+        io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
+        [measure = std::move(measure), values] { return store_in_place(*values, measure()); }};
+}
+
+std::filesystem::path file_beside(const io::Scene& scene, const std::string& given) {
+    const std::filesystem::path path = given, in_folder = std::filesystem::path(scene.file).parent_path() / path;
+    return path.is_relative() && std::filesystem::exists(in_folder) ? in_folder : path;
+}
+
+files::ArchiveReader named_archive(const io::Scene& scene, const std::string& key, const std::string& file) try {
+    return files::ArchiveReader(file_beside(scene, file));
+} catch (const Error& error) {
+    throw Error(error.fault(), io::locate(scene, key), text("{}: {}", key, error.what()));
+}
+
+std::vector<std::filesystem::path> inputs_of(const io::Scene& scene) {
+    std::vector<std::filesystem::path> inputs{scene.file};
+    for (const std::string& given : {scene.initial.file, scene.particles.packing.file, scene.calibrated.table})
+        if (!given.empty()) inputs.push_back(file_beside(scene, given));
+    return inputs;
+}
+
+void require_folder_of(const OutputFile& output) {
+    const std::filesystem::path folder = files::folder_of(output.path);
+    std::error_code problem;
+    require(std::filesystem::is_directory(folder, problem), output.where,
+            "{}: the folder \"{}\" does not exist; make it first", output.name, folder.string());
+}
+
+void check_output(const OutputFile& output, const std::vector<std::filesystem::path>& inputs) {
+    require_folder_of(output);
+    const std::filesystem::path& path = output.path;
+    std::error_code problem;
+    require(!std::filesystem::is_directory(path, problem), output.where, "{} is a folder; expected the name of a file",
+            output.name);
+    if (!std::filesystem::exists(path, problem)) return;
+    for (const std::filesystem::path& input : inputs)
+        require(!std::filesystem::equivalent(path, input, problem), output.where,
+                "{} is an input of this command, which it does not replace; choose another name", output.name);
+    require(!output.overwrite || files::is_hdf5(path), output.where,
+            "{} exists and is not an HDF5 file, which --overwrite does not replace; choose another name", output.name);
+    require(output.overwrite, output.where,
+            "{} exists; choose another name, or give --overwrite; a run is resumed by drover restart", output.name);
+}
+
+}  // namespace drover::run

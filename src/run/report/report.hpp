@@ -1,0 +1,64 @@
+// run/report/report.hpp: the results of a recorded run, with the linear theory on the same grid, shells and boxes.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "files/archive.hpp"
+#include "io/scene.hpp"
+#include "measure/fields.hpp"
+#include "run/report/step_bias_estimate.hpp"
+
+namespace drover::run {
+
+/// Linear theory of the observable of that name; NaN where there is no prediction.
+struct Prediction {
+    std::string name;
+    std::vector<double> values;
+};
+
+struct Report {
+    io::Scene scene;
+    measure::FieldSetting setting;  ///< of a run of fields
+    measure::Summary summary;
+    std::vector<Prediction> predictions;
+    StepBiases step_bias;               ///< of a run of fields
+    std::vector<std::string> warnings;  ///< see run/warnings/warnings.hpp
+    std::string no_prediction;          ///< why there is none; else ""
+    std::string about;                  ///< the uniform state of the predictions, for people
+    bool about_flock = false;           ///< that state has a direction
+    double time = 0.0;                  ///< of the last sample [s]
+};
+
+/// Whether a report includes linear theory, which for a large grid takes longer than all else.
+enum class Theory { included, omitted };
+
+/// The report of an archive of fields; see make_report() of run/simulation_type.hpp.
+Report make_field_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory);
+
+/// Number of samples or frames on the schedule: the last one may be off it.
+std::size_t rows_on_schedule(const std::vector<double>& times, double spacing);
+
+/// The samples of an archive that are on the schedule of its scene.
+struct Sampling {
+    double end = 0.0;      ///< time of the last sample of all [s]
+    double spacing = 1.0;  ///< [s]
+    std::size_t samples = 0;
+    std::optional<std::size_t> warm_up;  ///< in samples, where the scene sets it
+};
+Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group);
+
+/// A report with the summary of what was recorded, whose sampling it sets.
+Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded);
+
+/// The prediction of a name; nullptr when there is none.
+const Prediction* find_prediction(const Report& report, const std::string& name);
+
+/// The group /summary of an archive: for each result its mean and, as <name>_error, <name>_autocorrelation_time and
+/// <name>_linear, its error, autocorrelation time and prediction; NaN where there is no error estimate.
+files::ResultTable result_table(const Report& report);
+/// What the names of its quantities may end in, after the name of a row.
+inline constexpr std::array result_endings{
+    "", "_error", "_step_bias", "_step_bias_error", "_autocorrelation_time", "_linear"};
+
+}  // namespace drover::run

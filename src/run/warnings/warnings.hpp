@@ -1,0 +1,63 @@
+// run/warnings/warnings.hpp: what a run cannot be trusted in, from its scene and what its archive has recorded.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drover/dem/bodies.hpp"
+#include "files/archive_reader.hpp"
+#include "io/scene.hpp"
+#include "measure/path_summary.hpp"
+#include "model/field_evolution.hpp"
+
+namespace drover::run {
+
+/// A field is resolved while modes beyond two thirds of the cut hold less than this fraction of its variance.  Without
+/// noise the relative error of the longest waves is then below 1 %: it was 3 to 5 times the tail for steepening waves
+/// on 32 to 128 points.
+inline constexpr double max_spectral_tail = 1e-3;
+/// With noise the tail is physical where the noise is white: it must exceed the linear prediction by this factor as
+/// well.  Nonlinear terms change the spectrum of a resolved flock by less.
+inline constexpr double max_tail_over_linear = 3.0;
+
+/// Each warning names the key of the scene and a value that would do.
+
+/// What is known before a run.  what: its equations.
+std::vector<std::string> field_scene_warnings(const io::Scene& scene, const model::Integrated& what);
+
+/// Those, and what its archive shows.  Every reader of an archive gets the same: a run,
+/// a restart, drover info.
+std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene,
+                                        const model::Integrated& what);
+
+/// Whether terms are functions of the calling program, which may fail where a run does not ask them.
+bool calls_program(const io::Scene& scene);
+/// Whether a run starts in a uniform stationary state, and has no noise.
+bool stays_at_start(const io::Scene& scene, const model::Equations& equations);
+
+/// Negative densities, and values beyond a table.
+void add_density_warnings(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
+                          std::vector<std::string>& warnings);
+/// Order that has not grown yet.
+void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
+                    std::vector<std::string>& warnings);
+
+/// The recorded values of an observable of a run of fields; empty in archives without it.
+std::vector<double> series_of(const files::ArchiveReader& archive, const std::string& name);
+
+// ---- Of runs of particles
+
+/// Plates whose motion is far from what the sizes of the bodies and gravity allow, as numbers in other units have it.
+std::vector<std::string> unit_warnings(const dem::Setup& setup);
+
+/// Absorbing states (bodies at rest, or all in step with each other) and energy gained in impacts.  `spacing`: of the
+/// samples [s].
+std::vector<std::string> particle_state_warnings(const io::Scene& scene, const dem::Bodies& bodies,
+                                                 const std::vector<measure::RecordedSeries>& series, double spacing);
+
+/// Rods whose means differ by more than each changes in time.
+std::vector<std::string> scatter_warnings(const measure::Paths& paths);
+
+/// Rods that turn so much between frames that rod_speed is no longer their speed along n.
+std::vector<std::string> frame_warnings(const measure::Paths& paths);
+
+}  // namespace drover::run
