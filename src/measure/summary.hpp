@@ -67,6 +67,10 @@ struct Summary {
     std::vector<SummaryRow> rows;
 };
 
+/// What the names of the results of a row end in, after its name.
+inline constexpr std::array result_endings{
+    "", "_error", "_step_bias", "_step_bias_error", "_autocorrelation_time", "_linear"};
+
 /// The time mean of every observable under its name, of directions along their shortest turns, of those that accumulate
 /// the mean rate as <name>_rate, of those that are a maximum the last value; then the quotients, and where
 /// their observables were recorded:

@@ -264,7 +264,7 @@ nlohmann::json json_of(const Report& report) {
             estimates.push_back({{"warm_up", run::number_json(estimate.warm_up)}, {"samples", estimate.samples}});
             if (!estimate.why_no_error.empty()) estimates.back()["refusal"] = estimate.why_no_error;
         }
-        for (const std::string ending : run::result_endings) {
+        for (const std::string ending : measure::result_endings) {
             const std::vector<double>& values = numbers[row.name + ending];
             const std::string name = ending.empty() ? "mean" : ending.substr(1);
             for (std::size_t i = 0; i < values.size(); ++i)

@@ -78,7 +78,7 @@ void check_result_names(const io::Scene& scene) {
         series.push_back(measure::recorded_series(row, std::vector<double>(measure::size_of(row.axes))));
     std::vector<std::string> names;
     for (const measure::SummaryRow& row : measure::summarise(measure::field_recording(setting, series)).rows)
-        for (const char* ending : result_endings) names.push_back(row.name + ending);
+        for (const char* ending : measure::result_endings) names.push_back(row.name + ending);
     std::ranges::sort(names);
     const auto twice = std::ranges::adjacent_find(names);
     if (twice == names.end()) return;

@@ -57,8 +57,5 @@ const Prediction* find_prediction(const Report& report, const std::string& name)
 /// The group /summary of an archive: for each result its mean and, as <name>_error, <name>_autocorrelation_time and
 /// <name>_linear, its error, autocorrelation time and prediction; NaN where there is no error estimate.
 files::ResultTable result_table(const Report& report);
-/// What the names of its quantities may end in, after the name of a row.
-inline constexpr std::array result_endings{
-    "", "_error", "_step_bias", "_step_bias_error", "_autocorrelation_time", "_linear"};
 
 }  // namespace drover::run
