@@ -93,7 +93,9 @@ struct CompiledEquations {
 
     // What follows from the state about which the linear part is taken.
     UniformState about;
+    std::vector<int> held;           ///< components in balance
     std::vector<LinearForm> linear;  ///< rows: the linear parts about it
+    Eigen::MatrixXd uniform_linear;  ///< these at q = 0
     bool is_isotropic = true;        ///< of these; otherwise the propagator has their average over directions
     std::vector<double> constants;   ///< rows: uniform sources
     std::vector<RateFunction> outputs;
@@ -135,7 +137,7 @@ struct CompiledEquations {
     PointDegree degree_of(const Expression& expression) const;
     const Call* call_at(int slot) const { return call_of(calls, slot); }
     bool is_given(int component) const { return model.fields[field(component)].left == LeftSide::given; }
-    /// The inverse of the balances between held(), of a symbol at |q| along x; 0 for a mean that they leave free, and
+    /// The inverse of the balances between `held`, of a symbol at |q| along x; 0 for a mean that they leave free, and
     /// between parts along q of divergence-free fields.
     Symbol inverse_of_balance(const Symbol& m, double q) const;
     bool reads_changing_mean() const;
@@ -146,11 +148,9 @@ struct CompiledEquations {
         return array_of[static_cast<std::size_t>(component)] < 0 && !is_substituted[field(component)] &&
                !is_given(component);
     }
-    /// Components in balance.
-    std::vector<int> held() const;
-    bool has_balance() const { return !held().empty(); }
+    bool has_balance() const { return !held.empty(); }
     /// Uniform sources of the rates, those through fields in balance included.
-    std::vector<double> sources(std::vector<double>* held = nullptr) const;
+    std::vector<double> sources(std::vector<double>* of_held = nullptr) const;
     /// All fields at their reference.
     UniformState reference() const;
     /// A uniform state with the values of fields in balance that follow from the others.  Throws an input Error for a

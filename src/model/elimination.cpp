@@ -34,17 +34,14 @@ void check_state(const UniformState& state, std::size_t components) {
 
 UniformState CompiledEquations::balanced(const UniformState& at) const {
     check_state(at, static_cast<std::size_t>(components));
-    const std::vector<int> held = this->held();
     if (held.empty()) return at;
-    std::vector<int> others;
-    for (int k = 0; k < components; ++k)
-        if (!in_balance(k)) others.push_back(k);
-    const Eigen::MatrixXd m = form_symbol(linear, {0.0, 0.0}).real();
+    const Eigen::MatrixXd& m = uniform_linear;
     Eigen::VectorXd total(static_cast<Eigen::Index>(held.size()));
     for (std::size_t i = 0; i < held.size(); ++i) {
         double& force = total(static_cast<Eigen::Index>(i));
         force = constants[static_cast<std::size_t>(held[i])];
-        for (const int k : others) force += m(held[i], k) * at[static_cast<std::size_t>(k)];
+        for (int k = 0; k < components; ++k)
+            if (!in_balance(k)) force += m(held[i], k) * at[static_cast<std::size_t>(k)];
     }
     if (!forces.empty()) total += uniform_products(at)(held);
     const Eigen::MatrixXd of_held = m(held, held);
@@ -64,33 +61,24 @@ Eigen::VectorXd CompiledEquations::uniform_products(const UniformState& at) cons
     return result;
 }
 
-std::vector<int> CompiledEquations::held() const {
-    std::vector<int> result;
-    for (int k = 0; k < components; ++k)
-        if (in_balance(k)) result.push_back(k);
-    return result;
-}
-
-std::vector<double> CompiledEquations::sources(std::vector<double>* held) const {
+std::vector<double> CompiledEquations::sources(std::vector<double>* of_held) const {
     if (!has_balance()) return constants;
     const Eigen::Map<const Eigen::VectorXd> given(constants.data(), components);
     const Symbol m = averaged(linear, 0.0);  // the explicit part has the rest
-    const std::vector<int> members = this->held();
     const Eigen::VectorXcd shift =
-        -solve_balance(m(members, members).eval(), given(members).cast<std::complex<double>>().eval());
+        -solve_balance(m(held, held).eval(), given(held).cast<std::complex<double>>().eval());
     std::vector<double> result = constants;
-    if (held != nullptr) held->assign(static_cast<std::size_t>(components), 0.0);
-    for (std::size_t i = 0; i < members.size(); ++i) {
-        const auto member = static_cast<std::size_t>(members[i]);
+    if (of_held != nullptr) of_held->assign(static_cast<std::size_t>(components), 0.0);
+    for (std::size_t i = 0; i < held.size(); ++i) {
         const double value = shift(static_cast<Eigen::Index>(i)).real();
-        if (held != nullptr) (*held)[member] = value;
-        for (const int k : state) result[static_cast<std::size_t>(k)] += m(k, members[i]).real() * value;
+        if (of_held != nullptr) (*of_held)[static_cast<std::size_t>(held[i])] = value;
+        for (const int k : state) result[static_cast<std::size_t>(k)] += m(k, held[i]).real() * value;
     }
     return result;
 }
 
 Symbol CompiledEquations::eliminated(const Symbol& m, Symbol* balance) const {
-    return eliminated(m, held(), state, free, balance);
+    return eliminated(m, held, state, free, balance);
 }
 
 Symbol CompiledEquations::eliminated(const Symbol& m, const std::vector<int>& held, const std::vector<int>& state,
@@ -126,7 +114,6 @@ Symbol CompiledEquations::eliminated(const Symbol& m, const std::vector<int>& he
 }
 
 Symbol CompiledEquations::inverse_of_balance(const Symbol& m, double q) const {
-    const std::vector<int> held = this->held();
     const auto count = static_cast<Eigen::Index>(held.size());
     Symbol result = solve_balance(Symbol(m(held, held)), Symbol(Symbol::Identity(count, count)));
     for (Eigen::Index k = 0; k < count && q > 0.0; ++k) {
@@ -153,7 +140,6 @@ bool CompiledEquations::reads_changing_mean() const {
 }
 
 void CompiledEquations::check_balance_at(double q) const {
-    const std::vector<int> held = this->held();
     if (held.empty()) return;
     Symbol m = form_symbol(linear, {q, 0.0});
     add_pressure(m, {q, 0.0});

@@ -86,7 +86,7 @@ LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about
     powers_ = powers_of_terms(c, c.terms, about_);
     substitutes_ = powers_of_terms(c, c.substitutes, about_);
     rates_ = powers_;
-    held_ = c.held();
+    held_ = c.held;
     set_parts(c.free);
     for (int k = 0; k < c.components; ++k)
         if (c.array_of[static_cast<std::size_t>(k)] >= 0 || c.in_balance(k)) members_.push_back(k);

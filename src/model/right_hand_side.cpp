@@ -201,7 +201,7 @@ void ExplicitPart::Work::plan_anisotropic() {
 
 /// A balance m v + ... + f = 0 with a product f gives v less m^-1 f, and rates less what v does to them.
 void ExplicitPart::Work::plan_forces(const numerics::System& system) {
-    const std::vector<int> held = c_->held();
+    const std::vector<int>& held = c_->held;
     forces_ = std::make_unique<Work>(with_forces_as_outputs(*c_), held, system, threads_);
     force_ = Spectra(grid_, static_cast<int>(held.size()));
     force_components_.assign(held_.size(), nullptr);
@@ -436,7 +436,7 @@ double ExplicitPart::bytes(const Equations& equations, const numerics::Grid& gri
     double total = spectra * (derived + outputs + 2.0 * (inputs + outputs) / (degree + 1));
     if (const CompiledEquations& c = *equations.compiled_; !c.forces.empty())
         total +=
-            bytes(Equations(with_forces_as_outputs(c)), grid, degree) + spectra * static_cast<double>(c.held().size());
+            bytes(Equations(with_forces_as_outputs(c)), grid, degree) + spectra * static_cast<double>(c.held.size());
     for (const NoiseProducts& one : equations.compiled_->products)
         total +=
             bytes(Equations(one.equations), grid, degree) + spectra * static_cast<double>(one.equations->components);

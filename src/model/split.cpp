@@ -337,7 +337,7 @@ private:
 
     /// The balances must determine their fields at every q.
     void check_balances() const {
-        const std::vector<int> held = c_.held();
+        const std::vector<int>& held = c_.held;
         if (held.empty()) return;
         const Field& first = c_.model.fields[c_.field(held[0])];
         const SourceLocation& where = first.equation.text.empty() ? first.where : first.equation.where;
@@ -363,7 +363,11 @@ void CompiledEquations::split(const UniformState& at) {
     forces.clear();
     degree = 1;
     has_finite_degree = true;
+    held.clear();
+    for (int k = 0; k < components; ++k)
+        if (in_balance(k)) held.push_back(k);
     Splitting(*this).run();
+    uniform_linear = form_symbol(linear, {0.0, 0.0}).real();
 }
 
 void CompiledEquations::reject_cycle(std::size_t index) const {

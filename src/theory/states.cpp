@@ -68,12 +68,12 @@ Attempt newton(const UniformEquations& equations, Vector z) {
         // A rate whose terms are all 0 is as exact as the others.
         const Vector there = equations.sizes(z, j), sizes = there.cwiseMax(1e-14 * there.maxCoeff());
         const double before = UniformEquations::relative(f, sizes).norm();
-        for (int half = 0; half < 12; ++half) {
-            if (UniformEquations::relative(equations.values(z + change), sizes).norm() <= before) break;
+        f = equations.values(z + change);
+        for (int half = 0; half < 12 && !(UniformEquations::relative(f, sizes).norm() <= before); ++half) {
             change *= 0.5;
+            f = equations.values(z + change);
         }
         z += change;
-        f = equations.values(z);
         if ((change.array().abs() <= 1e-15 * field_sizes(equations, z).array()).all()) break;
     }
     Attempt attempt{.z = z};

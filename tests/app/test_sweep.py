@@ -172,7 +172,7 @@ def test_a_sweep_stops_when_enough_of_its_runs_have_failed_and_tries_them_again(
 @not_sanitized
 @pytest.mark.parametrize("ramp", ["none", "up"])
 def test_a_killed_sweep_resumes_to_the_same_table(ramp, tmp_path):
-    scene = write_scene(tmp_path, {"time.end": 400.0, "output.frame_every": 20.0})
+    scene = write_scene(tmp_path, {"time.end": 200.0, "output.frame_every": 20.0})
     words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, 1, 2", "--seeds", "2", "--workers", "2", "--ramp", ramp]
     drover(tmp_path, *words, "--quiet", "-o", "whole")
     process = start(tmp_path, *words, "--quiet", "-o", "parts")
