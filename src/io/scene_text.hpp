@@ -1,4 +1,5 @@
-// io/scene_text.hpp: reads scenes (input files) from TOML text.
+// io/scene_text.hpp: scenes (input files) from their text and the files that it names: a model, a table of
+// coefficients.
 #pragma once
 #include <filesystem>
 #include <span>

@@ -95,7 +95,7 @@ COMPARED_WORDS = [
     ("users write durations and targets as text", r"",
      ("src/base/duration.cpp", "src/jobs/campaign/accuracy_target.cpp", "src/jobs/calibration/target_plan.cpp")),
     ("sections and keys of scenes are text", r"",
-     ("src/io/scene_text.cpp", "src/io/scene_model.cpp", "src/io/scene_declared.cpp", "src/physics/model_keys.cpp")),
+     ("src/io/scene_t*.cpp", "src/io/scene_model.cpp", "src/io/scene_declared.cpp", "src/physics/model_keys.cpp")),
     ("a key of a scene by its name",
      r'(?:(?:\b|_)keys?\b|\b(?:places|tables|section|row\.name|where)\b).*"', EVERYWHERE),
     ("a choice of a scene, whose words its schema lists",
