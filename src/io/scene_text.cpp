@@ -104,6 +104,8 @@ Scene parse_scene(const std::string& toml, const std::string& name, std::span<co
 
 Scene changed(const Scene& scene, const std::vector<std::string>& overrides) {
     Scene result = scene_of(tables_of(scene), scene.file, overrides);
+    for (std::size_t n = 0; n < scene.model.text_terms.size(); ++n)  // tables have no functions
+        result.model.text_terms[n].call = scene.model.text_terms[n].call;
     fill_from_table(result);
     check(result);
     return result;

@@ -8,8 +8,8 @@
 
 #include "base/constants.hpp"
 #include "drover/theory/theory.hpp"
+#include "numerics/algebra/bracket.hpp"
 #include "numerics/algebra/dense.hpp"
-#include "numerics/algebra/extremum.hpp"
 #include "theory/point_theory.hpp"
 #include "theory/state_names.hpp"
 #include "theory/uniform_equations.hpp"
@@ -370,8 +370,7 @@ std::vector<Vector> changes_of_sign(const UniformEquations& equations, const std
                 const double rate = rate_at(value);
                 if (rate == 0.0 && rate_before != 0.0) starts.push_back(z);
                 else if (rate * rate_before < 0.0) {
-                    z(k) =
-                        numerics::boundary_between(before, value, 1e-6, [&](double at) { return rate_at(at) > 0.0; });
+                    z(k) = numerics::crossing(before, value, 1e-6, rate_at);
                     starts.push_back(z);
                 }
                 before = value, rate_before = rate;

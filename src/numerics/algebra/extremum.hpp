@@ -1,4 +1,4 @@
-// numerics/algebra/extremum.hpp: searches for maxima of functions and for edges of sets, and fits of lines.
+// numerics/algebra/extremum.hpp: searches for maxima of functions, and fits of lines.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -51,17 +51,6 @@ double refined_maximum(const std::vector<double>& places, double from, Function 
     const double fine =
         golden_maximum(std::max(from - step, places.front()), std::min(from + step, places.back()), function);
     return function(fine) > function(from) ? fine : from;
-}
-
-/// Where a sign changes between two places, by bisection to a part `precision` of them.
-template <class Holds>
-double boundary_between(double low, double high, double precision, Holds holds) {
-    const bool at_low = holds(low);
-    for (int i = 0; i < 60 && high - low > precision * (1.0 + std::abs(low)); ++i) {
-        const double middle = 0.5 * (low + high);
-        (holds(middle) == at_low ? low : high) = middle;
-    }
-    return 0.5 * (low + high);
 }
 
 /// Climbs from a place to the nearest maximum of a function of two variables, by the simplex of Nelder and Mead with
