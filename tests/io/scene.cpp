@@ -28,6 +28,17 @@ TEST(Scene, empty_text_gives_the_defaults) {
     EXPECT_EQ(scene.time.stepper, "etdrk2");
 }
 
+TEST(Scene, changed_keeps_the_functions_of_the_calling_program) {
+    const auto zero = std::make_shared<const physics::PointFunction>(
+        [](std::size_t size, std::span<const physics::PointArgument>, std::span<double* const> out) {
+            for (double* const component : out) std::fill_n(component, size, 0.0);
+        });
+    const Scene scene =
+        parse_scene("[[terms]]\nof = \"order\"\nfunction = \"zero\"\narguments = [\"order_x\"]\ndegree = 1\n",
+                    "scene.toml", {}, {{1, zero}});
+    EXPECT_EQ(changed(scene, {"grid.nx=32"}).model.text_terms.at(0).call, zero);
+}
+
 TEST(Scene, resolved_text_reads_back_as_the_same_scene) {
     const Scene scene = parse_scene(
         "[grid]\nnx = 64\nlx = 0.1\n[relaxation]\nrate = -0.333\n[time]\ndt = 0.1\nend = 3\n"
