@@ -21,7 +21,7 @@ struct TableOnset {
 /// Of a file of coefficients, for the value `varied` of the key that it varies, with errors from so many draws.  Throws
 /// an input Error for another file, and as calibrate::varied_index.
 TableOnset make_onset(const std::filesystem::path& file, const std::optional<double>& varied,
-                      int draws = calibrate::onset_draws);
+                      int draws = calibrate::error_draws);
 
 /// Area fractions of beads and of rods.
 using AreaFractions = std::pair<double, double>;

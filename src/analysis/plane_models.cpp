@@ -232,7 +232,7 @@ std::vector<io::Scene> drawn_scenes(const io::Scene& scene, const std::vector<st
             drawn.back().model = std::move(one);
         }
     for (std::size_t n = 0; n < uncertain.size(); ++n) {
-        const std::vector<double> normal = normal_draws(n, 0, drawn.size());
+        const std::vector<double> normal = normal_draws(random_ranks(n, 0, drawn.size()));
         for (std::size_t k = 0; k < drawn.size(); ++k) uncertain[n].add(drawn[k], normal[k] * uncertain[n].error);
     }
     if (drawn.empty())

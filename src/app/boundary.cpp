@@ -93,7 +93,7 @@ int print_table_boundary(const BoundaryOptions& options) {
     std::vector<analysis::AreaFractions> points;
     for (const std::string& written : options.points) points.push_back(point_of(written));
     analysis::TableOnset onset =
-        analysis::make_onset(options.scene, options.varied, options.draws.value_or(calibrate::onset_draws));
+        analysis::make_onset(options.scene, options.varied, options.draws.value_or(calibrate::error_draws));
     const ResultOutput output = options.result("onset", "curves and thresholds, with standard errors");
     check_output(output, options.scene, onset.scene);
     if (options.cell) analysis::add_cells(onset, *options.cell, points);

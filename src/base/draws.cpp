@@ -23,15 +23,31 @@ double normal_quantile(double part) {
 }
 }  // namespace
 
-std::vector<double> normal_draws(std::uint64_t number, std::uint64_t part, std::size_t count) {
-    std::vector<double> keys(count), draws(count);
-    fill_uniform({.stream = Stream::uncertainty, .step = number, .substep = part}, 0, 1, keys);
-    std::vector<std::size_t> order(count);
+std::vector<double> ranks_of(std::span<const double> values) {
+    std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
-    for (std::size_t k = 0; k < count; ++k)
-        draws[order[k]] = normal_quantile((static_cast<double>(k) + 0.5) / static_cast<double>(count));
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
+    std::vector<double> ranks(values.size());
+    for (std::size_t k = 0; k < order.size(); ++k) ranks[order[k]] = static_cast<double>(k);
+    return ranks;
+}
+
+std::vector<double> random_ranks(std::uint64_t number, std::uint64_t part, std::size_t count) {
+    std::vector<double> keys(count);
+    fill_uniform({.stream = Stream::uncertainty, .step = number, .substep = part}, 0, 1, keys);
+    return ranks_of(keys);
+}
+
+std::vector<double> normal_draws(std::span<const double> order) {
+    std::vector<double> draws = ranks_of(order);
+    for (double& one : draws) one = normal_quantile((one + 0.5) / static_cast<double>(order.size()));
     return draws;
+}
+
+std::uint64_t number_of_name(const std::string& name) {
+    std::uint64_t number = 14695981039346656037u;
+    for (const char letter : name) number = (number ^ static_cast<unsigned char>(letter)) * 1099511628211u;
+    return number;
 }
 
 double quantile(const std::vector<double>& values, double part) {

@@ -5,13 +5,15 @@
 #include <cmath>
 
 #include "base/constants.hpp"
+#include "base/draws.hpp"
+#include "calibrate/table.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
 
 namespace drover::calibrate {
 
 namespace {
-constexpr std::size_t resamples = 400;
+constexpr std::size_t resamples = resample_count;
 constexpr double max_failing =
     0.02;  // fraction of resamples; they lie in the tails, so the error without them is too small
 
@@ -95,10 +97,8 @@ void compare_with_goal(const Assay& assay, const Goal& goal, Measurement& measur
 }  // namespace
 
 std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint64_t trial) {
-    std::uint64_t named = 14695981039346656037u;  // FNV-1a
-    for (const char letter : assay) named = (named ^ static_cast<unsigned char>(letter)) * 1099511628211u;
     double drawn = 0.0;
-    fill_uniform({.seed = seed, .stream = Stream::trial, .step = named}, trial, 1, {&drawn, 1});
+    fill_uniform({.seed = seed, .stream = Stream::trial, .step = number_of_name(assay)}, trial, 1, {&drawn, 1});
     return static_cast<std::uint64_t>(std::ldexp(drawn, 52));  // 52 bits: exact as a double, which a checkpoint may use
 }
 
@@ -114,7 +114,8 @@ Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions&
     return assay.trial(make, conditions.setup, trial_seed(conditions.seed, assay.name, trial));
 }
 
-Resampling resample(const Assay& assay, std::span<const Trial> trials) {
+namespace {
+Measurement resampled(const Assay& assay, std::span<const Trial> trials) {
     require(trials.size() >= 2, {}, "{}: {} trials; expected at least two", assay.name, trials.size());
     for (const Trial& trial : trials)
         require(trial.size() == trials.front().size(), {},
@@ -133,7 +134,7 @@ Resampling resample(const Assay& assay, std::span<const Trial> trials) {
     };
     std::vector<std::size_t> chosen(trials.size());
     for (std::size_t t = 0; t < chosen.size(); ++t) chosen[t] = t;
-    Resampling found;
+    Measurement found{.trials = trials.size()};
     for (const double value : values_of(means_of(trials, chosen)))
         found.estimates.push_back({.mean = value, .samples = trials.size(), .blocks = trials.size()});
     std::vector<double> drawn(trials.size());
@@ -141,22 +142,28 @@ Resampling resample(const Assay& assay, std::span<const Trial> trials) {
         fill_uniform({.stream = Stream::bootstrap, .step = r}, 0, 1, drawn);
         for (std::size_t t = 0; t < chosen.size(); ++t)
             chosen[t] = static_cast<std::size_t>(drawn[t] * static_cast<double>(trials.size()));
-        found.values.push_back(values_of(means_of(trials, chosen)));
+        found.resamples.push_back(values_of(means_of(trials, chosen)));
     }
-    for (std::size_t q = 0; q < found.estimates.size(); ++q) set_error_and_bias(found.estimates[q], found.values, q);
+    for (std::size_t q = 0; q < found.estimates.size(); ++q) set_error_and_bias(found.estimates[q], found.resamples, q);
     return found;
 }
+}  // namespace
 
 std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials) {
-    return resample(assay, trials).estimates;
+    return resampled(assay, trials).estimates;
+}
+
+Measurement measurement_of(const Assay& assay, std::span<const Trial> trials) {
+    Measurement found = resampled(assay, trials);
+    if (assay.conclude) found.diagnosis = assay.conclude(found.estimates);
+    return found;
 }
 
 StoppingDecision judge(const Assay& assay, std::span<const Trial> trials, const Goal& goal) {
     check(goal);
     for (std::size_t count = goal.round * goal.min_rounds;; count += goal.round) {
         if (count > trials.size()) return {.begin = trials.size(), .end = count};
-        Measurement found{.estimates = estimate(assay, trials.first(count)), .trials = count};
-        found.diagnosis = assay.conclude ? assay.conclude(found.estimates) : "";
+        Measurement found = measurement_of(assay, trials.first(count));
         compare_with_goal(assay, goal, found);
         if (found.reached || count + goal.round > goal.max_trials)
             return {.begin = count, .end = count, .measurement = std::move(found)};

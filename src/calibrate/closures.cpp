@@ -30,6 +30,15 @@ const char* row_name(Input input) {
     return names[input];
 }
 
+const std::vector<std::string>& input_rows() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> all;
+        for (std::size_t input = 0; input < input_count; ++input) all.emplace_back(row_name(static_cast<Input>(input)));
+        return all;
+    }();
+    return names;
+}
+
 namespace {
 using M = const ClosureNumbers&;
 
@@ -261,24 +270,7 @@ std::string divisor_refusal(Input input, double value, double error) {
 
 void put(ClosureNumbers& at, Input input, double value, double error) {
     at.numbers[input] = is_below_error(input, value, error) ? error : value;
-    at.errors[input] = input == contact && at.contact_error >= 0.0 ? at.contact_error : error;
-}
-
-Uncertain evaluated(const ClosureNumbers& at, const std::vector<Input>& of, const Formula& value) {
-    constexpr double part = 1e-3;  // of each error
-    const auto stepped = [&](Input input, double step) {
-        ClosureNumbers moved = at;
-        moved.numbers[input] += step;
-        moved.numbers[contact] += at.contact_slopes[input] * step;
-        return value(moved);
-    };
-    double squares = 0.0;
-    for (const Input input : of) {
-        const double step = part * at.errors[input];
-        const double change = 0.5 * (stepped(input, step) - stepped(input, -step)) / part;
-        squares += change * change;
-    }
-    return {.value = value(at), .error = std::sqrt(squares)};
+    at.errors[input] = error;
 }
 
 }  // namespace drover::calibrate

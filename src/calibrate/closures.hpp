@@ -1,12 +1,11 @@
 // calibrate/closures.hpp: formulas for what follows from measured coefficients, shared by tables and calibrated models.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "base/constants.hpp"
 #include "calibrate/table.hpp"
 
 namespace drover::calibrate {
@@ -36,13 +35,13 @@ enum Input {
 };
 constexpr std::size_t input_count = 17;
 const char* row_name(Input input);
+/// The names of all.
+const std::vector<std::string>& input_rows();
 
 /// The numbers that one closure needs at one point; others are zero.
 struct ClosureNumbers {
     double bead_fraction = 0.0, rod_fraction = 0.0;
     std::array<double, input_count> numbers{}, errors{};
-    std::array<double, input_count> contact_slopes{};  ///< of c by the inputs that it follows from
-    double contact_error = -1.0;                       ///< of c without those of these inputs; below 0: not derived
 
     double operator[](Input input) const { return numbers[input]; }
     double bead_density() const { return bead_fraction / numbers[bead_area]; }
@@ -62,10 +61,9 @@ struct ClosureNumbers {
         return alignment_by_flow() + 2.0 * numbers[c] * rod_density() / numbers[relaxation];
     }
     /// Of collisions of pairs and the flow: rates of psi_2, of its excitation by psi_1^2, and s in
-    /// d_t psi_1 = -s psi_2 psi_1*.  NaN where psi_2 does not decay.
+    /// d_t psi_1 = -s psi_2 psi_1*.  0 where psi_2 does not decay: what is divided by it then has no bound.
     double second_rate() const {
-        const double rate = 4.0 * numbers[relaxation] - numbers[scattered_second] * rod_density();
-        return rate > 0.0 ? rate : nan;
+        return std::max(4.0 * numbers[relaxation] - numbers[scattered_second] * rod_density(), 0.0);
     }
     double excitation() const {
         return numbers[relaxation] * alignment_by_flow() + numbers[scattered_excitation] * rod_density();
@@ -108,28 +106,21 @@ Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formul
 /// at P = 0.
 inline constexpr const char* straight_drag = "drag_straight";
 
+/// Rows of the assays drag and alignment from which c follows, as far as they were measured.
+const std::vector<std::string>& contact_rows();
+/// Whether c follows from the rows of this table.
+bool has_contact_rows(const Table& table);
+
 /// Adds the row contact_alignment, c at each area fraction of beads, and the closure test alignment_excess, from the
-/// assays drag and alignment; c = 0 if the table has neither.
+/// assays drag and alignment; c = 0 if the table has neither.  The error of c is that alone which the rows do not have:
+/// by which its measurements disagree.
 void add_contact_alignment(Table& table);
 
-/// Each c of a table, from its other rows as they are, with its error without theirs: where the flow aligns more, less
-/// is left for contacts.  A c that was not derived has its whole error.  Empty without that row.
-std::vector<Uncertain> contact_alone(const Table& table);
-
-/// How c follows from other rows at one area fraction of beads: its slopes, and the error that is its own.
-struct ContactSlopes {
-    double by_relaxation = 0.0, by_weathercock = 0.0;
-    std::vector<double> by_drag = {};  ///< at each area fraction of rods
-    double own_error = 0.0;
-};
-/// Empty if c was not derived there.
-std::optional<ContactSlopes> contact_slopes(const Table& table, std::size_t varied, std::size_t bead);
+/// Twice the covariance of a constant and a slope, from the error of constant + reference slope.
+double twice_covariance(const TableEntry& constant, const TableEntry& slope, const TableEntry& referred,
+                        double reference);
 
 /// All closures; those with a key are in the order of a scene.
 const std::vector<Closure>& closures();
-
-/// The formula and its error to first order in the errors of `of`, from central differences over a small part of each
-/// error.  They are taken as independent, and c changes with the inputs that it follows from.
-Uncertain evaluated(const ClosureNumbers& at, const std::vector<Input>& of, const Formula& value);
 
 }  // namespace drover::calibrate

@@ -91,7 +91,7 @@ public:
     DrawnInputs(const Table& table, const std::vector<Input>& of, const StatePoint& point) {
         std::vector<std::string> rows;
         for (const Input input : of) rows.emplace_back(row_name(input));
-        for (const Table& redrawn : redrawn_tables(table, rows, point_draws))
+        for (const Table& redrawn : redrawn_tables(table, rows, error_draws))
             drawn_.push_back(Interpolated(redrawn, of, point).at(point.bead_fraction, point.rod_fraction));
     }
     double error_of(const Formula& formula) const {

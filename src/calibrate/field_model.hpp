@@ -38,10 +38,8 @@ struct FieldNumber {
 ///     b such that the uniform flock has the mean-field order of order_of_alignment() in calibrate/alignment.hpp, g
 ///     being (lambda_s alpha/Gamma + 2 c sigma)/a and g3 being lambda_s alpha_3/(Gamma a);
 ///     w = 3 g u/16 (in P), of the same expansion about the onset; A, F, zeta and K1 zero.
-/// The error is half of the distance from 16 to 84 % over tables redrawn within their errors, in which c follows from
-/// the other rows as in the measured one.  Rows are taken as independent (alpha/Gamma and tau, from one assay, are not
-/// quite; alpha/Gamma and alpha_3/Gamma are anticorrelated, so that errors with both are too large).  Throws an input
-/// Error for missing entries and for points outside the table.
+/// The error is half of the distance from 16 to 84 % over redrawn_tables().  Throws an input Error for missing entries
+/// and for points outside the table.
 std::vector<FieldNumber> field_numbers(const Table& table, const std::vector<std::string>& keys,
                                        const StatePoint& point, OrderKind kind);
 inline FieldNumber field_number(const Table& table, const std::string& key, const StatePoint& point, OrderKind kind) {

@@ -109,7 +109,7 @@ std::vector<FilledNumber> fill_model(const Table& table, const StatePoint& point
 std::vector<physics::ModelValues> redrawn_models(const Table& table, const StatePoint& point,
                                                  const std::vector<std::string>& keys,
                                                  const physics::ModelValues& model, int count) {
-    std::vector<std::string> numbers = without_nodes(keys), rows;
+    std::vector<std::string> numbers = without_nodes(keys);
     // A resolved scene may have been changed since: numbers that are not those of the table have no error from it.
     const auto is_of_table = [&](const std::string& key) {
         const double value = field_values(table, {key}, point, order_kind(model)).front() * lambda_factor(model, key);
@@ -122,9 +122,8 @@ std::vector<physics::ModelValues> redrawn_models(const Table& table, const State
     std::erase_if(numbers, [&](const std::string& key) { return !is_of_table(key); });
     const bool has_nodes =
         std::find(keys.begin(), keys.end(), all_nodes) != keys.end() && has_nodes_of(table, point, model);
-    for (std::size_t input = 0; input < input_count; ++input) rows.emplace_back(row_name(static_cast<Input>(input)));
     std::vector<physics::ModelValues> models;
-    for (const Table& redrawn : redrawn_tables(table, rows, count)) try {
+    for (const Table& redrawn : redrawn_tables(table, input_rows(), count)) try {
             physics::ModelValues one = model;
             const std::vector<double> values = field_values(redrawn, numbers, point, order_kind(model));
             for (std::size_t i = 0; i < numbers.size(); ++i)

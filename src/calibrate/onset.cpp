@@ -9,7 +9,6 @@
 #include "base/constants.hpp"
 #include "base/draws.hpp"
 #include "calibrate/closures.hpp"
-#include "calibrate/redraw.hpp"
 #include "numerics/algebra/bracket.hpp"
 
 namespace drover::calibrate {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/table.hpp"
+#include "calibrate/redraw.hpp"
 
 namespace drover::calibrate {
 
@@ -52,13 +52,11 @@ struct Onset {
     std::vector<OnsetCurve> plane;       ///< crossings without curves, also between the area fractions of rods
 };
 
-inline constexpr int onset_draws = 400;
-
 /// Onset from the rows drag, relaxation_rate, weathercock and, if present, contact_alignment and rod_area, interpolated
 /// by SmoothCoefficient.  All errors are half of the distance from 16 to 84 % over `draws` tables redrawn within their
 /// errors, drawn by counter: the same table gives the same errors.  `subdivisions`: of each interval between nodes.
 /// Throws an input Error for a table without these rows or with missing entries in them.
-Onset find_onset(const Table& table, std::size_t varied = 0, int subdivisions = 10, int draws = onset_draws);
+Onset find_onset(const Table& table, std::size_t varied = 0, int subdivisions = 10, int draws = error_draws);
 
 /// The first crossing from few beads to many at which flocks begin, of Convention::mean, without its error.
 struct OnsetPlace {

@@ -2,54 +2,115 @@
 #include "calibrate/redraw.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/draws.hpp"
+#include "calibrate/alignment.hpp"
 #include "calibrate/closures.hpp"
 
 namespace drover::calibrate {
 
 namespace {
-/// Draws of one entry for all tables.
-std::vector<double> draws_of(const std::string& row, std::size_t entry, std::size_t count) {
-    std::uint64_t named = 14695981039346656037u;  // FNV-1a
-    for (const char letter : row) named = (named ^ static_cast<unsigned char>(letter)) * 1099511628211u;
-    return normal_draws(named, entry, count);
+/// Constant and slope of a straight line, which one assay measures, and the row that has their covariance.
+struct Line {
+    const char *constant, *slope, *referred;
+    double reference;
+};
+constexpr Line lines[]{{"alignment_steady", "alignment_drift", "alignment_reference", reference_time},
+                       {"contact_steady", "contact_slope", "contact_reference", reference_rate}};
+
+/// One standard normal number for each draw.
+std::vector<double> scores(const TableRow& row, std::size_t entry, std::size_t count) {
+    const std::vector<double>& ranks = row.entries[entry].ranks;
+    if (ranks.empty()) return normal_draws(random_ranks(number_of_name(row.name), entry, count));
+    std::vector<double> order;
+    for (std::size_t k = 0; k < count; ++k) order.push_back(ranks[k % ranks.size()]);
+    return normal_draws(order);
+}
+
+/// Turns those of the slope of a line so that they vary with those of its constant as they should.
+void correlate(const Line& line, const Table& table, std::size_t entry, std::vector<double>& of_slope) {
+    const TableRow *constants = find_row(table, line.constant), *referred = find_row(table, line.referred);
+    if (constants == nullptr || referred == nullptr) return;
+    const TableEntry &constant = constants->entries[entry], &slope = find_row(table, line.slope)->entries[entry];
+    const double twice = twice_covariance(constant, slope, referred->entries[entry], line.reference),
+                 correlation = std::clamp(0.5 * twice / (constant.error * slope.error), -1.0, 1.0);
+    if (!std::isfinite(correlation)) return;  // one of them has no error
+    const std::vector<double> shared = scores(*constants, entry, of_slope.size());
+    for (std::size_t k = 0; k < shared.size(); ++k)
+        of_slope[k] = correlation * shared[k] + std::sqrt(1.0 - correlation * correlation) * of_slope[k];
 }
 }  // namespace
 
-std::vector<Table> redrawn_tables(const Table& table, const std::vector<std::string>& rows, int count) {
-    const auto is_wanted = [&](const std::string& name) {
-        return std::find(rows.begin(), rows.end(), name) != rows.end();
-    };
-    Table few = table;
-    std::erase_if(few.rows, [&](const TableRow& row) {
-        return !is_wanted(row.name) && !row.name.starts_with("alignment_") && !row.name.starts_with("contact_") &&
-               row.name != straight_drag;
-    });
-    for (TableRow& row : few.rows)
-        for (TableEntry& entry : row.entries)
+bool is_input(const std::string& row) {
+    return std::ranges::count(input_rows(), row) + std::ranges::count(contact_rows(), row) > 0;
+}
+
+Table slim(Table table, const std::vector<std::string>& rows) {
+    std::erase_if(table.rows, [&](const TableRow& row) { return std::ranges::count(rows, row.name) == 0; });
+    for (TableRow& row : table.rows)
+        for (TableEntry& entry : row.entries) {
             if (entry.origin != Origin::missing) entry.remark.clear();
+            if (entry.origin == Origin::measured_short) entry.origin = Origin::measured;
+            entry.ranks.clear();
+        }
+    return table;
+}
+
+namespace {
+/// A drawn number has no error; but between response times the interpolation may fall below zero.
+void clear_errors(Table& table) {
+    constexpr double least = 0.05;  // of the error, the smallest that is drawn
+    for (TableRow& row : table.rows)
+        for (TableEntry& entry : row.entries) entry.error *= row.name == row_name(response) ? least : 0.0;
+}
+}  // namespace
+
+std::vector<double> deviations(const Table& table, const TableRow& row, std::size_t entry, std::size_t count) {
+    std::vector<double> found = scores(row, entry, count);
+    if (row.entries[entry].ranks.empty())
+        for (const Line& line : lines)
+            if (row.name == line.slope) correlate(line, table, entry, found);
+    for (double& one : found) one *= row.entries[entry].error;
+    return found;
+}
+
+std::vector<Table> redrawn_tables(const Table& table, std::vector<std::string> rows, int count) {
     const auto draws = static_cast<std::size_t>(count);
+    const std::string contacts = row_name(contact);
+    const TableRow* measured = find_row(table, contacts);
+    const bool derives_contacts =
+        measured && std::ranges::find(rows, contacts) != rows.end() && has_contact_rows(table) &&
+        std::ranges::any_of(measured->entries, [](const TableEntry& one) { return one.origin == Origin::measured; });
+    if (derives_contacts) {
+        std::erase(rows, contacts);
+        rows.insert(rows.end(), contact_rows().begin(), contact_rows().end());
+        rows.emplace_back(row_name(rod_area));
+    }
+    Table few = slim(table, rows);
     std::vector<Table> tables(draws, few);
-    for (std::size_t r = 0; r < few.rows.size(); ++r) {
-        const TableRow& row = few.rows[r];
-        for (std::size_t i = 0; i < row.entries.size(); ++i) {
-            const double error = row.entries[i].error;
-            if (row.name == row_name(contact) || !is_wanted(row.name) || !(error > 0.0)) continue;
-            const std::vector<double> normal = draws_of(row.name, i, draws);
-            for (std::size_t k = 0; k < draws; ++k) tables[k].rows[r].entries[i].value += normal[k] * error;
+    for (std::size_t r = 0; r < few.rows.size(); ++r)
+        for (std::size_t i = 0; i < few.rows[r].entries.size(); ++i) {
+            const TableEntry& entry = few.rows[r].entries[i];
+            if (!(entry.error > 0.0)) continue;
+            const std::string& name = few.rows[r].name;
+            const std::vector<double> apart = deviations(table, *find_row(table, name), i, draws);
+            const double time = std::max(entry.value, entry.error);  // as put() replaces it
+            for (std::size_t k = 0; k < draws; ++k)
+                tables[k].rows[r].entries[i].value =
+                    name == row_name(response) ? time * std::exp(apart[k] / time) : entry.value + apart[k];
+        }
+    if (derives_contacts) {
+        add_contact_alignment(few);
+        const TableRow& alone = *find_row(few, contacts);
+        for (Table& one : tables) add_contact_alignment(one);
+        for (std::size_t i = 0; i < alone.entries.size(); ++i) {
+            const std::vector<double> apart = deviations(few, alone, i, draws);
+            for (std::size_t k = 0; k < draws; ++k)
+                std::ranges::find(tables[k].rows, contacts, &TableRow::name)->entries[i].value += apart[k];
         }
     }
-    if (find_row(few, row_name(contact)) == nullptr) return tables;
-    const std::vector<Uncertain> alone = contact_alone(table);
-    std::vector<std::vector<double>> normal;
-    for (std::size_t i = 0; i < alone.size(); ++i) normal.push_back(draws_of(row_name(contact), i, draws));
-    for (std::size_t k = 0; k < draws; ++k) {
-        const std::vector<Uncertain> derived = contact_alone(tables[k]);
-        for (TableRow& row : tables[k].rows)
-            for (std::size_t i = 0; row.name == row_name(contact) && i < derived.size(); ++i)
-                row.entries[i].value = derived[i].value + normal[i][k] * alone[i].error;
-    }
+    std::ranges::for_each(tables, clear_errors);
     return tables;
 }
 

@@ -22,6 +22,9 @@ inline constexpr int origin_count = 5;
 /// "missing", "measured", "short", "closure", "set".
 const char* origin_name(Origin origin);
 
+/// Of trials, for errors.
+inline constexpr std::size_t resample_count = 400;
+
 /// One coefficient at one point.
 struct TableEntry {
     double value = 0.0;  ///< NaN if missing
@@ -29,6 +32,9 @@ struct TableEntry {
     int trials = 0;      ///< it rests on; the smallest number if it rests on several measurements
     Origin origin = Origin::missing;
     std::string remark = {};  ///< diagnosis, unmet target or reason why it is missing; may be empty
+    /// Of its result in resample_count resamples of its trials, if they are known: those at the same index are the same
+    /// for all entries of one assay at one point.
+    std::vector<double> ranks = {};
 };
 
 /// One without a value, why, and the trials that were made.
@@ -73,10 +79,12 @@ void check(const Table& table, const SourceLocation& where = {});
 /// Adds the rows that follow from the rows of the table, as far as their inputs are present: Gamma, eta, a/lambda, c,
 /// g = (lambda_s alpha/Gamma + 2 c sigma)/D_r; for the current p = sigma u P, alpha, lambda and the closures of
 /// field_number(), with zeros for A, F and zeta, and for E if it was not measured; and g, b, w and K3 of collisions of
-/// pairs.  Densities follow from the area fractions.  Errors add in quadrature to first order, assays being
-/// independent and c changing with the rows that it follows from.  An entry is missing if a divisor lies within 3
-/// errors of zero.  Source: physics as in Kumar et al., Nat. Commun. 5, 4688 (2014), Methods.
+/// pairs.  Densities follow from the area fractions.  An error is half of the distance from 16 to 84 % over
+/// redrawn_tables().  An entry is missing if a divisor lies within 3 errors of zero.
+/// Source: physics as in Kumar et al., Nat. Commun. 5, 4688 (2014), Methods.
 void add_derived(Table& table);
+/// The same rows with their values alone.
+void add_derived_values(Table& table);
 
 /// Whether a derived entry is missing because another row of the table has no value there.
 bool lacks_input(const Table& table, const TableRow& row, std::size_t entry);

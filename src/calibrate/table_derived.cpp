@@ -2,11 +2,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/draws.hpp"
 #include "calibrate/closures.hpp"
+#include "calibrate/redraw.hpp"
 
 namespace drover::calibrate {
 
 namespace {
+constexpr const char* no_value = "the closure has no finite value with these numbers";
+
 /// p/P for p = sigma u P.
 double current_scale(const ClosureNumbers& at) { return at.rod_density() * at[speed]; }
 
@@ -32,30 +36,10 @@ TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>
         }
         put(at, of[i], one.value, one.error);
     }
-    const Uncertain found = evaluated(at, of, closure.value);
-    if (!std::isfinite(found.value) || !std::isfinite(found.error))
-        return missing("the closure has no finite value with these numbers");
-    if (closure.origin == Origin::measured && found.value == 0.0) result.origin = Origin::set;
-    result.value = found.value;
-    result.error = found.error;
+    result.value = closure.value(at);
+    if (!std::isfinite(result.value)) return missing(no_value);
+    if (closure.origin == Origin::measured && result.value == 0.0) result.origin = Origin::set;
     return result;
-}
-
-/// The errors of a node whose c follows from other rows: c keeps its own, and that of drag at other area fractions of
-/// rods.
-void share_errors(const Table& table, std::size_t varied, std::size_t bead, std::size_t rod, ClosureNumbers& at) {
-    const std::optional<ContactSlopes> slopes = contact_slopes(table, varied, bead);
-    if (!slopes) return;
-    at.contact_slopes[relaxation] = slopes->by_relaxation;
-    at.contact_slopes[weathercock] = slopes->by_weathercock;
-    at.contact_slopes[drag] = slopes->by_drag[rod];
-    at.contact_error = slopes->own_error;
-    const TableRow& flow = *find_row(table, row_name(drag));
-    for (std::size_t other = 0; other < slopes->by_drag.size(); ++other)
-        if (other != rod && slopes->by_drag[other] != 0.0)
-            at.contact_error =
-                std::hypot(at.contact_error,
-                           slopes->by_drag[other] * flow.entries[entry_index(table, flow, varied, bead, other)].error);
 }
 
 /// Fills the row of a closure; false if the table does not have all its inputs.
@@ -67,18 +51,14 @@ bool make_row(const Closure& closure, const Table& table, TableRow& row) {
         row.by_rods = row.by_rods || from.back()->by_rods || input == rod_area;
     }
     if (row.by_rods && table.rod_fractions.empty()) return false;
-    const auto takes = [&](Input input) {
-        return std::find(closure.of.begin(), closure.of.end(), input) != closure.of.end();
-    };
     const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1;
     for (std::size_t point = 0; point < count_of(table, row.by_rods); ++point) {
         const std::size_t bead = point / rods;
         std::vector<const TableEntry*> inputs;
         for (const TableRow* one : from) inputs.push_back(&one->entries[one->by_rods ? point : bead]);
         const std::size_t beads = table.bead_fractions.size();
-        ClosureNumbers at{.bead_fraction = table.bead_fractions[bead % beads],
-                          .rod_fraction = row.by_rods ? table.rod_fractions[point % rods] : 0.0};
-        if (takes(contact) && takes(drag)) share_errors(table, bead / beads, bead % beads, point % rods, at);
+        const ClosureNumbers at{.bead_fraction = table.bead_fractions[bead % beads],
+                                .rod_fraction = row.by_rods ? table.rod_fractions[point % rods] : 0.0};
         row.entries.push_back(entry_of(closure, inputs, at));
     }
     return true;
@@ -110,7 +90,7 @@ bool lacks_input(const Table& table, const TableRow& row, std::size_t entry) {
     return false;
 }
 
-void add_derived(Table& table) {
+void add_derived_values(Table& table) {
     set_to_zero(table, row_name(stiffness), "mg mm^2/s^2", "E = 0: not measured");
     if (find_row(table, row_name(drag)) != nullptr)
         set_to_zero(table, row_name(cubic), "mm/s", "alpha_3/Gamma = 0: drag is that of a straight line");
@@ -122,6 +102,25 @@ void add_derived(Table& table) {
         if (make_row(closure_of_row(closure), table, row)) rows.push_back(std::move(row));
     }
     table.rows.insert(table.rows.end(), rows.begin(), rows.end());
+}
+
+void add_derived(Table& table) {
+    const std::size_t given = table.rows.size();
+    add_derived_values(table);
+    std::vector<Table> drawn = redrawn_tables(table, input_rows(), error_draws);
+    for (Table& one : drawn) add_derived_values(one);
+    for (auto row = table.rows.begin() + static_cast<std::ptrdiff_t>(given); row != table.rows.end(); ++row)
+        for (std::size_t i = 0; i < row->entries.size(); ++i) {
+            TableEntry& entry = row->entries[i];
+            if (entry.origin == Origin::missing) continue;
+            std::vector<double> values;
+            for (const Table& one : drawn) {
+                const double value = find_row(one, row->name)->entries[i].value;
+                values.push_back(std::isnan(value) ? infinite : value);  // a closure without a bound
+            }
+            entry.error = half_width(std::move(values));
+            if (!std::isfinite(entry.error)) entry = missing(no_value, entry.trials);
+        }
 }
 
 }  // namespace drover::calibrate

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "base/constants.hpp"
 #include "base/draws.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/onset.hpp"
+#include "calibrate/redraw.hpp"
 
 namespace drover::calibrate {
 
@@ -52,7 +54,7 @@ void add_onsets(const std::vector<TableTarget>& targets, const Table& table, std
 std::vector<Value> values_of(const std::vector<TableTarget>& targets, Table table) {
     std::vector<Value> values(targets.size());
     if (std::all_of(targets.begin(), targets.end(), is_onset)) add_contact_alignment(table);
-    else add_derived(table);
+    else add_derived_values(table);
     add_onsets(targets, table, values);
     for (std::size_t k = 0; k < targets.size(); ++k) {
         if (is_onset(targets[k])) continue;
@@ -67,31 +69,16 @@ std::vector<Value> values_of(const std::vector<TableTarget>& targets, Table tabl
     return values;
 }
 
-/// The rows that the resampled tables need, without what makes copies slow.
-Table slim(const Table& table, const std::vector<TableTarget>& targets) {
-    std::vector<std::string> names, inputs;
-    for (const TableRow& row : table.rows) names.push_back(row.name);
-    for (const TableTarget& target : targets)
-        for (const std::string& row : inputs_of(target, names)) inputs.push_back(row);
-    const auto is_used = [&](const TableRow& row) {
-        return row.entries.front().origin == Origin::set ||
-               std::find(inputs.begin(), inputs.end(), row.name) != inputs.end();
-    };
-    Table few = table;
-    std::erase_if(few.rows, [&](const TableRow& row) { return !is_used(row); });
-    for (TableRow& row : few.rows) {
-        row.formula.clear();
-        for (TableEntry& entry : row.entries)
-            if (entry.origin != Origin::missing) entry.remark.clear();
+/// The rows that the targets follow from.
+std::vector<std::string> used_rows(const Table& table, const std::vector<TableTarget>& targets) {
+    std::vector<std::string> names, used;
+    for (const TableRow& row : table.rows) {
+        names.push_back(row.name);
+        if (row.entries.front().origin == Origin::set) used.push_back(row.name);
     }
-    return few;
-}
-
-TableRow& row_of(Table& table, const std::string& name) {
-    return *std::find_if(table.rows.begin(), table.rows.end(), [&](const TableRow& row) { return row.name == name; });
-}
-double& entry_value(Table& table, const Scatter& scatter) {
-    return row_of(table, scatter.row).entries[scatter.entry].value;
+    for (const TableTarget& target : targets)
+        for (const std::string& row : inputs_of(target, names)) used.push_back(row);
+    return used;
 }
 
 /// NaN for all if the table has no values.
@@ -103,21 +90,17 @@ std::vector<Value> values_or_none(const std::vector<TableTarget>& targets, const
     }
 }
 
-/// Slopes of all targets by one result, from steps of half its standard deviation; 0 where there is none.
-std::vector<double> slopes_by(const Scatter& scatter, const std::vector<TableTarget>& targets,
-                              const std::vector<Value>& centre, Table& table) {
-    double squares = 0.0;
-    for (const double one : scatter.deviations) squares += one * one;
-    const double step = 0.5 * std::sqrt(squares / static_cast<double>(scatter.deviations.size()));
+/// Slopes of all targets by one entry, from steps of half its error; 0 where it has none.
+std::vector<double> slopes_by(TableEntry& entry, const std::vector<TableTarget>& targets,
+                              const std::vector<Value>& centre, const Table& table) {
+    const double step = 0.5 * entry.error, held = entry.value;
     std::vector<double> slopes(targets.size(), 0.0);
-    if (step == 0.0) return slopes;
-    double& value = entry_value(table, scatter);
-    const double held = value;
-    value = held + step;
+    if (!(step > 0.0)) return slopes;
+    entry.value = held + step;
     const std::vector<Value> above = values_or_none(targets, table);
-    value = held - step;
+    entry.value = held - step;
     const std::vector<Value> below = values_or_none(targets, table);
-    value = held;
+    entry.value = held;
     for (std::size_t k = 0; k < targets.size(); ++k) {
         const bool by_excess = !std::isfinite(centre[k].value);
         const auto of = [&](const Value& one) { return by_excess ? one.excess : one.value; };
@@ -131,46 +114,28 @@ std::vector<double> slopes_by(const Scatter& scatter, const std::vector<TableTar
 
 /// The part of one source in the variances of all targets, to first order.
 std::vector<double> variances_by(const Source& source, const std::vector<TableTarget>& targets,
-                                 const std::vector<Value>& centre, Table& table) {
-    std::vector<double> variances(targets.size(), 0.0);
-    if (source.empty()) return variances;
-    const std::size_t resamples = source.front().deviations.size();
-    std::vector<std::vector<double>> slopes;
-    for (const Scatter& scatter : source) slopes.push_back(slopes_by(scatter, targets, centre, table));
-    for (std::size_t k = 0; k < targets.size(); ++k)
-        for (std::size_t r = 0; r < resamples; ++r) {
-            double deviation = 0.0;
-            for (std::size_t i = 0; i < source.size(); ++i) deviation += slopes[i][k] * source[i].deviations[r];
-            variances[k] += deviation * deviation / static_cast<double>(resamples);
-        }
+                                 const std::vector<Value>& centre, const Table& measured, Table& few) {
+    std::vector<std::vector<double>> apart(targets.size(), std::vector<double>(error_draws, 0.0));
+    for (const EntryPlace& place : source) {
+        const auto row = std::ranges::find(few.rows, place.row, &TableRow::name);
+        const std::vector<double> slopes = slopes_by(row->entries[place.entry], targets, centre, few),
+                                  drawn =
+                                      deviations(measured, *find_row(measured, place.row), place.entry, error_draws);
+        for (std::size_t k = 0; k < targets.size(); ++k)
+            for (std::size_t r = 0; r < drawn.size() && slopes[k] != 0.0; ++r) apart[k][r] += slopes[k] * drawn[r];
+    }
+    std::vector<double> variances;
+    for (const std::vector<double>& of : apart)
+        variances.push_back(std::inner_product(of.begin(), of.end(), of.begin(), 0.0) / error_draws);
     return variances;
 }
 
-/// The values of each target in tables in which every source is replaced by one of its resamples.
-std::vector<std::vector<Value>> redrawn_values(const std::vector<TableTarget>& targets, const Table& measured,
-                                               const std::vector<Source>& sources) {
-    std::size_t resamples = 0;
-    for (const Source& source : sources)
-        if (!source.empty()) resamples = source.front().deviations.size();
-    std::vector<std::vector<Value>> values(targets.size());
-    for (std::size_t r = 0; r < resamples; ++r) {
-        Table table = measured;
-        // Resamples of equally many trials are of the same numbers in every source: pair different ones.
-        for (std::size_t s = 0; s < sources.size(); ++s)
-            for (const Scatter& scatter : sources[s])
-                entry_value(table, scatter) += scatter.deviations[(r + s) % resamples];
-        const std::vector<Value> found = values_or_none(targets, table);
-        for (std::size_t k = 0; k < targets.size(); ++k)
-            if (!std::isnan(found[k].value)) values[k].push_back(found[k]);
-    }
-    return values;
-}
-
-void set_error(const TableTarget& target, const std::vector<Value>& redrawn, TargetResult& result) {
+void set_error(const TableTarget& target, std::size_t k, const std::vector<std::vector<Value>>& redrawn,
+               TargetResult& result) {
     std::vector<double> values{result.value}, slopes;
-    for (const Value& one : redrawn) {
-        values.push_back(one.value);
-        if (std::isfinite(one.slope)) slopes.push_back(one.slope);
+    for (const std::vector<Value>& one : redrawn) {
+        if (!std::isnan(one[k].value)) values.push_back(one[k].value);
+        if (std::isfinite(one[k].slope)) slopes.push_back(one[k].slope);
     }
     std::sort(values.begin(), values.end());
     std::sort(slopes.begin(), slopes.end());
@@ -189,12 +154,13 @@ void set_error(const TableTarget& target, const std::vector<Value>& redrawn, Tar
 
 std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, const Table& measured,
                                    const std::vector<Source>& sources) {
-    Table table = slim(measured, targets);
+    std::vector<std::string> rows = used_rows(measured, targets);
+    Table few = slim(measured, rows);
     std::vector<TargetResult> results(targets.size());
     for (TargetResult& result : results) result.parts.assign(sources.size(), 0.0);
     std::vector<Value> centre;
     try {
-        centre = values_of(targets, table);
+        centre = values_of(targets, few);
     } catch (const Error& error) {
         for (std::size_t k = 0; k < targets.size(); ++k)
             results[k] = {.value = nan,
@@ -204,9 +170,13 @@ std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, cons
                           .missing = error.what()};
         return results;
     }
-    const std::vector<std::vector<Value>> redrawn = redrawn_values(targets, table, sources);
+    Table whole = measured;
+    add_contact_alignment(whole);
+    rows.emplace_back(row_name(contact));
+    std::vector<std::vector<Value>> redrawn;
+    for (const Table& one : redrawn_tables(whole, rows, error_draws)) redrawn.push_back(values_or_none(targets, one));
     for (std::size_t s = 0; s < sources.size(); ++s) {
-        const std::vector<double> variances = variances_by(sources[s], targets, centre, table);
+        const std::vector<double> variances = variances_by(sources[s], targets, centre, measured, few);
         for (std::size_t k = 0; k < targets.size(); ++k) results[k].parts[s] = variances[k];
     }
     for (std::size_t k = 0; k < targets.size(); ++k) {
@@ -215,21 +185,12 @@ std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, cons
         if (sum > 0.0)
             for (double& part : results[k].parts) part /= sum;
         results[k].value = centre[k].value;
-        set_error(targets[k], redrawn[k], results[k]);
+        set_error(targets[k], k, redrawn, results[k]);
     }
     return results;
 }
 
 namespace {
-/// Of contact_alignment, whichever assays there are.
-const std::vector<std::string>& contact_rows() {
-    static const std::vector<std::string> rows{"alignment_steady", "alignment_drift",    "alignment_reference",
-                                               row_name(drag),     row_name(relaxation), "contact_steady",
-                                               "contact_slope",    "contact_reference",  row_name(weathercock),
-                                               straight_drag};
-    return rows;
-}
-
 /// The inputs of the row of a target.
 std::vector<Input> closure_inputs(const TableTarget& target, std::vector<std::string> names) {
     if (is_onset(target)) return {drag, relaxation, weathercock, contact};

@@ -16,19 +16,19 @@ struct TableTarget {
     bool is_relative = true;                    ///< `error` is a fraction of the median
 };
 
-/// One result of a measurement: where it is in the table, and its deviations over resamples of the trials.
-struct Scatter {
+/// One result of a measurement: where it is in the table.
+struct EntryPlace {
     std::string row;
     std::size_t entry = 0;
-    std::vector<double> deviations;
+    bool operator==(const EntryPlace&) const = default;
 };
-/// The results of one assay at one point: deviations at the same index belong to the same resample.
-using Source = std::vector<Scatter>;
+/// The results of one assay at one point.
+using Source = std::vector<EntryPlace>;
 
 /// A target in a table of measurements.
 struct TargetResult {
     double value = 0.0;  ///< of the table; of an onset beyond the table minus or plus infinity
-    /// 16, 50 and 84 % of the tables in which every measurement is replaced by one of its resamples.
+    /// 16, 50 and 84 % of redrawn_tables().
     std::array<double, 3> quantiles{};
     double error = 0.0;    ///< half of the distance from 16 to 84 %; infinite if one of them is beyond the table
     double allowed = 0.0;  ///< error to reach, in the unit of the value
@@ -42,8 +42,8 @@ struct TargetResult {
     std::string missing;     ///< the entry of the table that is missing; "" if there is a value
 };
 
-/// `measured`: the rows of assays and of the setup.  What follows from them is derived anew for every resampled table,
-/// so that errors which two inputs of the target share cancel or add as they should.  Sources are independent.
+/// `measured`: the rows of assays and of the setup.  What follows from them is derived anew for every redrawn table, so
+/// that errors which two inputs of the target share cancel or add as they should.  Sources are independent.
 std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, const Table& measured,
                                    const std::vector<Source>& sources);
 

@@ -46,14 +46,12 @@ Goal TrialSet::no_goal() {
     return {.relative_error = 1e300, .round = never, .min_rounds = 1, .max_trials = never};
 }
 
-std::vector<std::vector<double>> TrialSet::take_all() {
-    if (ended() || taken_ == 0) return {};
+void TrialSet::take_all() {
+    if (ended() || taken_ == 0) return;
     if (static_cast<double>(failed_) > max_failed_ * static_cast<double>(taken_)) fail();
-    if (ended() || successful_.size() < 2) return {};
-    Resampling found = resample(assay_, successful_);
-    measurement_ = {.estimates = std::move(found.estimates), .trials = successful_.size(), .reached = true};
-    measurement_->diagnosis = assay_.conclude ? assay_.conclude(measurement_->estimates) : "";
-    return std::move(found.values);
+    if (ended() || successful_.size() < 2) return;
+    measurement_ = measurement_of(assay_, successful_);
+    measurement_->reached = true;
 }
 
 void TrialSet::evaluate() {

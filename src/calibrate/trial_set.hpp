@@ -48,9 +48,8 @@ public:
     static Goal no_goal();
     /// The trials that did not fail, in order, up to the first missing one.
     const std::vector<Trial>& successful() const { return successful_; }
-    /// Ends a set that has at least two successful trials with the result of all of them, and returns the values of
-    /// the resamples; see Resampling.
-    std::vector<std::vector<double>> take_all();
+    /// Ends a set that has at least two successful trials with the result of all of them.
+    void take_all();
 
 private:
     void evaluate();

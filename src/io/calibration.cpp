@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <numeric>
 #include <sstream>
 
 #include "io/scene.hpp"
@@ -13,7 +14,7 @@ namespace drover::io {
 
 namespace {
 constexpr const char* old_group = "/calibration";  // of tables that earlier versions wrote
-constexpr const char *bead_axis = "bead_area_fraction", *rod_axis = "rod_area_fraction";
+constexpr const char *bead_axis = "bead_area_fraction", *rod_axis = "rod_area_fraction", *resample_axis = "resample";
 constexpr const char *names_attribute = "coefficients", *varied_attribute = "varied", *remarks_attribute = "remarks";
 
 std::string path_of(const files::ArchiveReader& archive, const std::string& name) {
@@ -35,7 +36,7 @@ std::vector<std::string> axes_of(const calibrate::Table& table, bool by_rods) {
 }
 
 void add_row(const calibrate::Table& table, const calibrate::TableRow& row, files::ResultTable& to) {
-    const std::vector<std::string> axes = axes_of(table, row.by_rods);
+    std::vector<std::string> axes = axes_of(table, row.by_rods);
     to.quantities.push_back({row.name, row.unit, row.formula, axes});
     to.quantities.push_back({row.name + "_error", row.unit, "standard error of " + row.name, axes});
     to.quantities.push_back({row.name + "_trials", "1", "number of trials of " + row.name, axes, true});
@@ -50,6 +51,17 @@ void add_row(const calibrate::Table& table, const calibrate::TableRow& row, file
         origins.push_back(static_cast<double>(entry.origin));
     }
     for (std::vector<double>* one : {&values, &errors, &trials, &origins}) to.values.push_back(std::move(*one));
+    if (std::ranges::all_of(row.entries, [](const auto& entry) { return entry.ranks.empty(); })) return;
+    axes.emplace_back(resample_axis);
+    to.quantities.push_back({row.name + "_ranks", "1",
+                             "order of " + row.name +
+                                 " in resamples of the trials, the same ones for all numbers of "
+                                 "an assay at a point; -1: not known",
+                             axes, true});
+    to.values.emplace_back();
+    for (const calibrate::TableEntry& entry : row.entries)
+        for (std::size_t k = 0; k < calibrate::resample_count; ++k)
+            to.values.back().push_back(entry.ranks.empty() ? -1.0 : entry.ranks[k]);
 }
 
 files::ResultTable results_of(const calibrate::Table& table) {
@@ -60,7 +72,11 @@ files::ResultTable results_of(const calibrate::Table& table) {
     results.axes.push_back({bead_axis, "1", "projected area of beads/area of the cell", table.bead_fractions});
     if (!table.rod_fractions.empty())
         results.axes.push_back({rod_axis, "1", "projected area of lying rods/area of the cell", table.rod_fractions});
+    std::vector<double> resamples(calibrate::resample_count);
+    std::iota(resamples.begin(), resamples.end(), 0.0);
     for (const calibrate::TableRow& row : table.rows) add_row(table, row, results);
+    const bool has_ranks = results.quantities.size() > 4 * table.rows.size();
+    if (has_ranks) results.axes.push_back({resample_axis, "1", "resample of the trials", resamples});
     return results;
 }
 }  // namespace
@@ -141,6 +157,14 @@ void read_row(const files::ArchiveReader& archive, const SourceLocation& where, 
                                .error = errors[i],
                                .trials = static_cast<int>(trials[i]),
                                .origin = origin_of(origins[i], row.name, where)});
+    }
+    if (const std::string ranks = row.name + "_ranks"; archive.has(path_of(archive, ranks))) {
+        shape.push_back(calibrate::resample_count);
+        const std::vector<double> all = read_shaped(archive, where, ranks, shape);
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const auto first = all.begin() + static_cast<std::ptrdiff_t>(i * shape.back());
+            if (*first >= 0.0) row.entries[i].ranks.assign(first, first + static_cast<std::ptrdiff_t>(shape.back()));
+        }
     }
     row.unit = archive.text_attribute(path_of(archive, row.name), "units");
     const bool is_old = !archive.has_attribute(path_of(archive, row.name), "comment");

@@ -211,7 +211,7 @@ void bind_theory(py::module_& module) {
             return Computed{std::move(onset.result), std::move(onset.scene), "onset", 1};
         },
         py::arg("table"), py::arg("varied") = py::none(), py::arg("cell") = py::none(),
-        py::arg("points") = std::vector<analysis::AreaFractions>{}, py::arg("draws") = calibrate::onset_draws);
+        py::arg("points") = std::vector<analysis::AreaFractions>{}, py::arg("draws") = calibrate::error_draws);
     module.def(
         "states",
         [](const io::Scene& scene, std::optional<double> speed, std::optional<double> settle, const std::string& follow,

@@ -3,16 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <tuple>
 
 #include "base/refusal.hpp"
-#include "drover/base/random.hpp"
 
 namespace drover::calibrate::target_tests {
 namespace {
-
-constexpr std::size_t resamples = 400;
 
 /// alpha/Gamma = 1 + 4 Phi_b, a = 0.3, lambda = 0.1: flocks from Phi_b = 0.5, where the slope of alpha/Gamma is 4.
 Table straight_table() {
@@ -35,12 +34,13 @@ Table straight_table() {
     return table;
 }
 
-/// Normal deviations of one entry.
-Scatter scatter_of(const char* row, std::size_t entry, double error, std::uint64_t seed) {
-    Scatter scatter{.row = row, .entry = entry, .deviations = std::vector<double>(resamples)};
-    fill_normal({.seed = seed, .stream = Stream::test}, 0, 1, scatter.deviations);
-    for (double& one : scatter.deviations) one *= error;
-    return scatter;
+/// Errors of these entries; all others have none.
+Table with_errors(Table table, const std::vector<std::tuple<const char*, std::size_t, double>>& errors) {
+    for (TableRow& row : table.rows)
+        for (TableEntry& entry : row.entries) entry.error = 0.0;
+    for (const auto& [name, entry, error] : errors)
+        std::ranges::find(table.rows, name, &TableRow::name)->entries[entry].error = error;
+    return table;
 }
 
 TEST(TableTarget, has_the_value_of_the_table_where_the_flow_bends) {
@@ -58,23 +58,28 @@ TEST(TableTarget, has_the_value_of_the_table_where_the_flow_bends) {
     Table derived = table;
     add_derived(derived);
     const TableTarget target{.row = "alignment", .bead = 2, .error = 0.1};
-    const TargetResult found = evaluate({target}, table, {{scatter_of("drag", 2, 0.04, 1)}})[0];
+    // Without any error they would have no weight in c.
+    const Table uncertain =
+        with_errors(table, {{"drag", 2, 0.04}, {"alignment_steady", 2, 1e-6}, {"alignment_reference", 2, 1e-6}});
+    const TargetResult found = evaluate({target}, uncertain, {{{"drag", 2}}})[0];
     // The straight line leaves c; the slope at P = 0 then gives a smaller g than that of the flock, 2 + 4 Phi_b.
     EXPECT_NEAR(found.value, 2.0 + 4.0 * 0.4 - 2.0 * 0.1 * 0.5 / 0.3, 1e-9);
     EXPECT_NEAR(find_row(derived, "alignment")->entries[2].value, found.value, 1e-9);
-    EXPECT_NEAR(found.error, 2.0 * 0.1 * 0.04 / 0.3, 0.15 * 2.0 * 0.1 * 0.04 / 0.3);  // c does not follow from drag
+    EXPECT_NEAR(found.error, 2.0 * 0.1 * 0.04 / 0.3, 0.01 * 2.0 * 0.1 * 0.04 / 0.3);  // c does not follow from drag
 }
 
 TEST(TableTarget, of_an_onset_has_the_errors_of_the_measurements_next_to_it) {
     std::vector<Source> sources;
+    Table table = with_errors(straight_table(), {});
     for (std::size_t bead = 0; bead < 6; ++bead) {
-        sources.push_back({scatter_of("drag", bead, 0.04, 10 + bead)});
-        sources.push_back({scatter_of("relaxation_rate", bead, 0.002, 20 + bead)});
+        table.rows[0].entries[bead].error = 0.04;
+        table.rows[1].entries[bead].error = 0.002;
+        sources.push_back({{"drag", bead}});
+        sources.push_back({{"relaxation_rate", bead}});
     }
-    const TargetResult onset = evaluate({{.error = 0.02}}, straight_table(), sources)[0];
+    const TargetResult onset = evaluate({{.error = 0.02}}, table, sources)[0];
     EXPECT_NEAR(onset.value, 0.5, 1e-9);
-    // At a node: 0.04/4 by the drag and 0.002/(0.1 4) by the relaxation; 400 resamples know an error to 4 %, and with
-    // quantiles to 6 %.
+    // At a node: 0.04/4 by the drag and 0.002/(0.1 4) by the relaxation; 400 draws know an error by quantiles to 6 %.
     EXPECT_NEAR(onset.error, std::hypot(0.01, 0.005), 0.15 * std::hypot(0.01, 0.005));
     EXPECT_NEAR(onset.allowed, 0.02 * onset.quantiles[1], 1e-12);
     EXPECT_NEAR(onset.parts[6], 0.8, 0.1);  // the drag at Phi_b = 0.5
@@ -94,27 +99,29 @@ TEST(TableTarget, keeps_what_two_inputs_share) {
              .unit = "1",
              .formula = "x",
              .by_rods = true,
-             .entries = std::vector<TableEntry>(6, {.value = value, .error = 0.1, .origin = Origin::measured})});
+             .entries = std::vector<TableEntry>(6, {.value = value, .error = 0.0, .origin = Origin::measured})});
     for (std::size_t bead = 0; bead < 6; ++bead)
         table.rows[4].entries[bead].value = 1.0 + 2.0 * table.bead_fractions[bead];  // g = 2 at Phi_b = 0.5
     std::vector<Source> sources;
     for (std::size_t bead = 0; bead < 6; ++bead) {
-        sources.push_back({scatter_of("weathercock", bead, 0.02, 10 + bead)});
-        sources.push_back({scatter_of("alignment_steady", bead, 0.02, 20 + bead)});
+        for (const std::size_t row : {2, 4, 6})
+            table.rows[row].entries[bead].error = 0.02;  // lambda, g at 1/a = 0, 10 s
+        sources.push_back({{"weathercock", bead}});
+        sources.push_back({{"alignment_steady", bead}});
     }
     const TargetResult onset = evaluate({{.error = 0.02}}, table, sources)[0];
     EXPECT_NEAR(onset.value, 0.5, 1e-9);
     double by_weathercock = 0.0;
     for (std::size_t s = 0; s < sources.size(); s += 2) by_weathercock += onset.parts[s];
     EXPECT_LT(by_weathercock, 1e-9);
-    EXPECT_NEAR(onset.error, 0.01, 0.0015);  // 0.02/2; 400 resamples
+    EXPECT_NEAR(onset.error, 0.01, 0.0015);  // 0.02/2; 400 draws
 }
 
 TEST(TableTarget, of_an_onset_beyond_the_table_says_so) {
     Table table = straight_table();
     for (TableEntry& entry : table.rows[0].entries) entry.value -= 1.0;  // reaches 2.8 of 3 mm/s
     const auto with_error = [&](double error) {
-        return evaluate({{.error = 0.02}}, table, {{scatter_of("drag", 5, error, 1)}})[0];
+        return evaluate({{.error = 0.02}}, with_errors(table, {{"drag", 5, error}}), {{{"drag", 5}}})[0];
     };
     const TargetResult clear = with_error(0.05), open = with_error(0.3);
     EXPECT_EQ(clear.value, INFINITY);
@@ -126,9 +133,9 @@ TEST(TableTarget, of_an_onset_beyond_the_table_says_so) {
 
 TEST(TableTarget, of_a_coefficient_is_its_entry) {
     const TargetResult drag = evaluate({{.row = "drag", .bead = 2, .error = 0.1, .is_relative = false}},
-                                       straight_table(), {{scatter_of("drag", 2, 0.04, 1)}})[0];
+                                       with_errors(straight_table(), {{"drag", 2, 0.04}}), {{{"drag", 2}}})[0];
     EXPECT_NEAR(drag.value, 2.6, 1e-12);
-    EXPECT_NEAR(drag.error, 0.04, 0.006);  // 400 resamples
+    EXPECT_NEAR(drag.error, 0.04, 1e-4);  // the middles of 400 parts, and the value itself
     EXPECT_EQ(drag.allowed, 0.1);
 }
 

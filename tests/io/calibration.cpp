@@ -30,6 +30,9 @@ calibrate::Table sample_table(bool varied) {
                                    .remark = i % 2 == 0 ? "" : text("remark: number {}", i)});
         table.rows.push_back(std::move(row));
     }
+    for (std::size_t k = 0; k < calibrate::resample_count; ++k)  // of some entries of one row
+        for (const std::size_t i : {0, 4})
+            table.rows[1].entries[i].ranks.push_back(static_cast<double>(77 * k % calibrate::resample_count));
     table.rows[1].entries[3] = {.value = NAN, .error = NAN, .trials = 8, .remark = "every rod\njams"};
     return table;
 }
@@ -60,6 +63,7 @@ TEST(CalibrationFile, a_table_reads_back_unchanged) {
                 EXPECT_TRUE(hole ? std::isnan(a.entries[i].value) : a.entries[i].value == b.entries[i].value);
                 EXPECT_TRUE(hole ? std::isnan(a.entries[i].error) : a.entries[i].error == b.entries[i].error);
                 EXPECT_EQ(a.entries[i].trials, b.entries[i].trials);
+                EXPECT_EQ(a.entries[i].ranks, b.entries[i].ranks);
                 EXPECT_EQ(a.entries[i].origin, b.entries[i].origin);
                 EXPECT_EQ(a.entries[i].remark, hole ? "every rod jams" : b.entries[i].remark);
             }

@@ -1,4 +1,4 @@
-// tests/jobs/calibration.cpp: folders of trials of another version of drover.
+// tests/jobs/calibration.cpp: folders of trials of another version of drover, and what a table keeps of its trials.
 #include "jobs/calibration/calibration.hpp"
 
 #include <gmock/gmock.h>
@@ -9,6 +9,7 @@
 #include "files/support.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/campaign/campaign_records.hpp"
+#include "jobs/normal_world.hpp"
 
 namespace drover::jobs::calibration_tests {
 namespace {
@@ -68,6 +69,46 @@ frame = 0.01
     EXPECT_THROW(run_calibration(other, options), Error);  // its value there was the default
     const io::Scene other_plan = io::changed(scene, {"calibrate.damping.releases=1"});
     EXPECT_THROW(run_calibration(other_plan, options), Error);
+}
+
+/// From -1 to 1.
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+    const double count = static_cast<double>(a.size()), middle = 0.5 * (count - 1.0);
+    double sum = 0.0;
+    for (std::size_t k = 0; k < a.size(); ++k) sum += (a[k] - middle) * (b[k] - middle);
+    return sum * 12.0 / (count * (count * count - 1.0));  // of the numbers from 0 to count - 1
+}
+
+TEST(CalibrationTable, has_the_order_of_resamples_which_numbers_of_the_same_trials_share) {
+    CalibrationLayout layout = normal_layout();
+    layout.assays[2].quantities = {{"drag", "x", "mean"}, {"response_time", "x", "1/mean"}, {"flow_40", "x", "mean"}};
+    layout.assays[2].estimator = [](std::span<const calibrate::Trial>) {
+        return [](std::span<const double> means) { return std::vector{means[0], 1.0 / means[0], means[0]}; };
+    };
+    std::vector<calibrate::TrialSet> sets;
+    for (std::size_t u = 0; u < layout.units.size(); ++u) {
+        sets.emplace_back(layout.assays[layout.units[u].assay], calibrate::TrialSet::no_goal(), 0.0);
+        for (std::uint64_t trial = 0; trial < 16; ++trial) sets.back().add(trial_of(layout, u, trial, 1));
+        sets.back().take_all();
+    }
+    const calibrate::Table table = table_of(layout, sets);
+    const auto ranks = [&](const char* name, std::size_t bead) {
+        return calibrate::find_row(table, name)->entries[bead].ranks;
+    };
+    ASSERT_EQ(ranks("drag", 0).size(), calibrate::resample_count);
+    EXPECT_TRUE(ranks("flow_40", 0).empty());  // nothing follows from it
+    for (std::size_t bead = 0; bead < 6; ++bead) {
+        EXPECT_NEAR(correlation(ranks("drag", bead), ranks("drag", bead)), 1.0, 1e-12);
+        EXPECT_NEAR(correlation(ranks("drag", bead), ranks("response_time", bead)), -1.0, 1e-3);  // ties
+        // Equally many trials have the same resamples: one order would leave 1/sqrt(16) of chance.  Four deviations of
+        // 1/sqrt(400).
+        EXPECT_LT(std::abs(correlation(ranks("drag", bead), ranks("drag", (bead + 1) % 6))), 0.2);
+        EXPECT_LT(std::abs(correlation(ranks("drag", bead), ranks("relaxation_rate", bead))), 0.2);
+    }
+    // Where alpha/Gamma rises tau falls as much: alpha = (alpha/Gamma) m rho/tau, so both add.
+    const calibrate::TableEntry &drag = calibrate::find_row(table, "drag")->entries[0],
+                                &ratio = calibrate::find_row(table, "response_time")->entries[0];
+    EXPECT_NEAR(drag.error / drag.value, ratio.error / ratio.value, 0.02 * drag.error / drag.value);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ inline std::vector<Uncertain> table_errors(const Model& model) {
 
 inline void draw_errors(const std::vector<Uncertain>& uncertain, std::vector<Model>& models) {
     for (std::size_t n = 0; n < uncertain.size(); ++n) {
-        const std::vector<double> draws = normal_draws(n, 0, models.size());
+        const std::vector<double> draws = normal_draws(random_ranks(n, 0, models.size()));
         for (std::size_t k = 0; k < models.size(); ++k) uncertain[n].add(models[k], draws[k] * uncertain[n].error);
     }
 }

@@ -138,7 +138,7 @@ template <class MarginWith>
 std::vector<MarginOf> drawn(MarginWith margin_with, double value, double error, std::size_t count,
                             std::uint64_t number = 0) {
     std::vector<MarginOf> margins;
-    for (const double normal : normal_draws(number, 0, count))
+    for (const double normal : normal_draws(random_ranks(number, 0, count)))
         margins.emplace_back([=, here = value + normal * error](const numerics::PlanePoint& point) {
             return Margin{.value = margin_with(point, here)};
         });
@@ -149,7 +149,7 @@ std::vector<MarginOf> drawn(MarginWith margin_with, double value, double error, 
 TEST(ModelBoundaryLong, MovesByTheErrorOfACoefficient) {
     Threads threads(1);
     std::vector<MarginOf> draws;
-    for (const double normal : normal_draws(0, 0, 40))
+    for (const double normal : normal_draws(random_ranks(0, 0, 40)))
         draws.push_back(plane_of(brusselator(), "a", "b", MarginState::isotropic, "Du", 0.3 * normal));
     const Boundary found = trace_boundary({.x0 = 3.1, .x1 = 4.0, .y0 = 8.0, .y1 = 13.2},
                                           plane_of(brusselator(), "a", "b", MarginState::isotropic), draws,

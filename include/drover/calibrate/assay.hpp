@@ -116,6 +116,8 @@ struct Goal {
 struct Measurement {
     /// One for each quantity, with the standard error over trials; `samples` and `blocks` are the number of trials.
     std::vector<measure::Estimate> estimates;
+    /// The values that the errors come from, [resample][quantity]; NaN where a resample gives none.
+    std::vector<std::vector<double>> resamples;
     std::size_t trials = 0;
     bool reached = false;      ///< whether every wanted quantity meets the goal
     std::size_t unmet = 0;     ///< the quantity that misses the goal by most, if not reached
@@ -147,12 +149,8 @@ Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions&
 /// Source: Efron & Tibshirani, An introduction to the bootstrap (1993), ch. 6 and 10.
 std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials);
 
-/// Estimates, and the values of the resamples that their errors come from.
-struct Resampling {
-    std::vector<measure::Estimate> estimates;
-    std::vector<std::vector<double>> values;  ///< [resample][quantity]; NaN where a resample gives none
-};
-Resampling resample(const Assay& assay, std::span<const Trial> trials);
+/// The result of all these trials, with these errors, compared with no goal.
+Measurement measurement_of(const Assay& assay, std::span<const Trial> trials);
 
 /// Evaluates the first whole rounds of these trials, in order, until they suffice; later trials have no effect, so
 /// trials may run in any order and number at a time.  Throws an input Error for an invalid goal, or for trials of

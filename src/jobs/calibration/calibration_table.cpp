@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/draws.hpp"
+#include "calibrate/redraw.hpp"
 #include "calibrate/setup_rows.hpp"
 #include "jobs/calibration/calibration.hpp"
 
@@ -20,6 +22,22 @@ std::string joined_remarks(std::vector<std::string> parts) {
 /// The result of a trial set, or its result so far.
 std::optional<calibrate::Measurement> result_of(const calibrate::TrialSet& trial_set) {
     return trial_set.ended() ? trial_set.measurement() : trial_set.so_far();
+}
+
+/// Of the resamples of a result.  They are of the same numbers for all units with equally many trials, but those of one
+/// unit alone belong together: each unit has an order of its own.
+std::vector<double> ranks_in(const std::vector<std::vector<double>>& resamples, std::size_t q,
+                             const std::string& unit) {
+    const std::vector<double> places = random_ranks(number_of_name(unit), 0, resamples.size());
+    double sum = 0.0, count = 0.0;
+    for (const std::vector<double>& one : resamples)
+        if (std::isfinite(one[q])) sum += one[q], count += 1.0;
+    std::vector<double> values;
+    for (const double place : places) {
+        const double value = resamples[static_cast<std::size_t>(place)][q];
+        values.push_back(std::isfinite(value) ? value : sum / count);
+    }
+    return ranks_of(values);
 }
 
 TableEntry entry_of(const CalibrationLayout& layout, const calibrate::TrialSet& trial_set,
@@ -92,9 +110,11 @@ void add_measured_rows(const CalibrationLayout& layout, const std::vector<calibr
             row.entries.resize(calibrate::count_of(table, by_rods));
             for (std::size_t u = 0; u < layout.units.size(); ++u) {
                 const CalibrationUnit& unit = layout.units[u];
-                if (unit.assay == a)
-                    row.entries[calibrate::entry_index(table, row, unit.varied, unit.bead, unit.rod)] =
-                        entry_of(layout, trial_sets[u], found[u], q);
+                if (unit.assay != a) continue;
+                TableEntry& entry = row.entries[calibrate::entry_index(table, row, unit.varied, unit.bead, unit.rod)];
+                entry = entry_of(layout, trial_sets[u], found[u], q);
+                if (entry.error > 0.0 && calibrate::is_input(row.name))
+                    entry.ranks = ranks_in(found[u]->resamples, q, unit.name);
             }
             table.rows.push_back(std::move(row));
         }

@@ -58,21 +58,11 @@ std::vector<std::string> measured_rows(const CalibrationLayout& layout) {
         for (const calibrate::Quantity& quantity : assay.quantities) rows.push_back(quantity.name);
     return rows;
 }
-
-bool gives(const calibrate::Assay& assay, const std::vector<std::string>& rows) {
-    return std::any_of(assay.quantities.begin(), assay.quantities.end(), [&](const calibrate::Quantity& quantity) {
-        return std::find(rows.begin(), rows.end(), quantity.name) != rows.end();
-    });
-}
 }  // namespace
 
 TargetPlan::TargetPlan(const CalibrationLayout& layout, const std::vector<AccuracyTarget>& targets,
                        const TargetLimits& limits)
-    : layout_(layout),
-      limits_(limits),
-      setup_(layout.axes),
-      is_needed_(layout.units.size(), false),
-      sources_(layout.units.size()) {
+    : layout_(layout), limits_(limits), setup_(layout.axes), sources_(layout.units.size()) {
     add_setup_rows(layout, setup_);
     for (const CalibrationUnit& unit : layout.units)
         ended_.emplace_back(layout.assays[unit.assay], TrialSet::no_goal(), 0.0);
@@ -129,44 +119,22 @@ void TargetPlan::find_needed(const TableTarget& in_table, const Table& whole) {
         const calibrate::Assay& assay = layout_.assays[unit.assay];
         const bool is_elsewhere = unit.bead != in_table.bead || (by_rods && !is_pooled && unit.rod != in_table.rod &&
                                                                  assay.population == calibrate::Population::all);
-        if (unit.varied == in_table.varied && gives(assay, inputs) && (in_table.row.empty() || !is_elsewhere))
-            is_needed_[u] = true;
-    }
-    inputs_.insert(inputs_.end(), inputs.begin(), inputs.end());
-}
-
-void TargetPlan::take(std::size_t unit, const TrialSet& trials) {
-    TrialSet& ended = ended_[unit];
-    ended = trials;
-    const std::vector<std::vector<double>> values = ended.take_all();
-    sources_[unit].clear();
-    if (!ended.measurement() || !is_needed_[unit]) return;
-    const CalibrationUnit& where = layout_.units[unit];
-    const calibrate::Assay& assay = layout_.assays[where.assay];
-    const auto count = static_cast<double>(ended.measurement()->trials);
-    for (std::size_t q = 0; q < assay.quantities.size(); ++q) {
-        const std::string& name = assay.quantities[q].name;
-        const measure::Estimate& estimate = ended.measurement()->estimates[q];
-        const bool is_input = std::find(inputs_.begin(), inputs_.end(), name) != inputs_.end();
-        if (!is_input || !estimate.error || !std::isfinite(estimate.mean)) continue;
-        double sum = 0.0, finite = 0.0;
-        for (const std::vector<double>& value : values)
-            if (std::isfinite(value[q])) sum += value[q], finite += 1.0;
-        const calibrate::TableRow row{.name = name, .by_rods = assay.population == calibrate::Population::all};
-        calibrate::Scatter scatter{.row = name,
-                                   .entry =
-                                       calibrate::entry_index(layout_.axes, row, where.varied, where.bead, where.rod)};
-        for (const std::vector<double>& value : values)
-            scatter.deviations.push_back(
-                std::isfinite(value[q]) ? std::sqrt(count / (count - 1.0)) * (value[q] - sum / finite) : 0.0);
-        sources_[unit].push_back(std::move(scatter));
+        if (unit.varied != in_table.varied || (is_elsewhere && !in_table.row.empty())) continue;
+        for (const calibrate::Quantity& quantity : assay.quantities) {
+            const calibrate::TableRow row{.name = quantity.name,
+                                          .by_rods = assay.population == calibrate::Population::all};
+            const calibrate::EntryPlace place{row.name, calibrate::entry_index(layout_.axes, row, unit.varied,
+                                                                               unit.bead, unit.rod)};
+            if (std::ranges::count(inputs, row.name) > 0 && std::ranges::count(sources_[u], place) == 0)
+                sources_[u].push_back(place);
+        }
     }
 }
 
 bool TargetPlan::lacks_trials(std::size_t unit, const UnitProgress& progress) const {
     constexpr std::size_t few_failures = 3;
     const bool fails = progress.trials->failed() >= few_failures && !ended_[unit].failure_reason().empty();
-    return is_needed_[unit] && !progress.has_crashed && !fails && progress.given < limits_.max_trials;
+    return needs(unit) && !progress.has_crashed && !fails && progress.given < limits_.max_trials;
 }
 
 void TargetPlan::evaluate_targets(const std::vector<UnitProgress>& units) {
@@ -258,7 +226,7 @@ void TargetPlan::add_for_missing(const std::vector<UnitProgress>& units, std::ve
             if (const measure::Estimate& found = ended_[u].measurement()->estimates[q]; quantities[q].wanted)
                 is_complete = found.error && std::isfinite(found.mean);
         const bool waits = units[u].given > units[u].trials->count();
-        all_complete = all_complete && (is_complete || !is_needed_[u]);
+        all_complete = all_complete && (is_complete || !needs(u));
         all_ended = all_ended && !waits;
         if (!is_complete && !waits && lacks_trials(u, units[u])) needed[u] = half_more(u);
     }
@@ -290,7 +258,7 @@ void TargetPlan::add_for_errors(const std::vector<UnitProgress>& units, std::vec
             cost.variances.push_back(is_open ? ratio * value.result.parts[u] * kept : 0.0);
         }
         spent += seconds[u] * (done + running);
-        if (is_needed_[u]) longest = std::max(longest, seconds[u]);
+        if (needs(u)) longest = std::max(longest, seconds[u]);
         costs.push_back(std::move(cost));
     }
     if (spent >= limits_.budget) return;
@@ -305,8 +273,10 @@ std::vector<std::uint64_t> TargetPlan::next(const std::vector<UnitProgress>& uni
     const bool spent = is_spent(units);
     for (std::size_t u = 0; u < units.size(); ++u) {
         const TrialSet& trials = *units[u].trials;
-        if (trials.successful().size() != ended_[u].successful().size() || trials.failed() != ended_[u].failed())
-            take(u, trials);
+        if (trials.successful().size() != ended_[u].successful().size() || trials.failed() != ended_[u].failed()) {
+            ended_[u] = trials;
+            ended_[u].take_all();
+        }
         const std::uint64_t first = pilot_trials + trials.failed();
         const bool lacks = !spent && lacks_trials(u, units[u]) && trials.successful().size() < pilot_trials;
         needed.push_back(lacks ? std::min<std::uint64_t>(std::max(units[u].given, first), limits_.max_trials)

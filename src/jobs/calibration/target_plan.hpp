@@ -49,7 +49,7 @@ public:
     TargetPlan(const CalibrationLayout& layout, const std::vector<AccuracyTarget>& targets, const TargetLimits& limits);
 
     /// Whether a wanted number depends on this unit of the layout.
-    bool needs(std::size_t unit) const { return is_needed_[unit]; }
+    bool needs(std::size_t unit) const { return !sources_[unit].empty(); }
     /// By unit of the layout: trials below this number are to run.
     std::vector<std::uint64_t> next(const std::vector<UnitProgress>& units);
     /// The wanted numbers with the trials of the last call of next().
@@ -58,7 +58,6 @@ public:
 private:
     void add_targets(const AccuracyTarget& target, const calibrate::Table& whole);
     void find_needed(const calibrate::TableTarget& in_table, const calibrate::Table& whole);
-    void take(std::size_t unit, const calibrate::TrialSet& trials);
     bool lacks_trials(std::size_t unit, const UnitProgress& progress) const;
     void evaluate_targets(const std::vector<UnitProgress>& units);
     bool is_spent(const std::vector<UnitProgress>& units) const;
@@ -71,10 +70,8 @@ private:
     const CalibrationLayout& layout_;
     TargetLimits limits_;
     calibrate::Table setup_;                  ///< the rows of setups
-    std::vector<bool> is_needed_;             ///< by unit
-    std::vector<std::string> inputs_;         ///< rows of assays that the wanted numbers follow from
     std::vector<calibrate::TrialSet> ended_;  ///< by unit: the trials that have been taken, ended
-    std::vector<calibrate::Source> sources_;  ///< by unit
+    std::vector<calibrate::Source> sources_;  ///< by unit: the results from which the wanted numbers follow
     std::vector<TargetProgress> values_;
 };
 
