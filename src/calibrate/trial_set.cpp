@@ -21,7 +21,7 @@ void TrialSet::add(Attempt attempt) {
     if (attempts_.emplace(number, std::move(attempt)).second && seconds > 0.0) ++timed_, core_seconds_ += seconds;
     while (!ended() && attempts_.contains(taken_)) {
         const Attempt& next = attempts_.at(taken_++);
-        if (next.failure.empty()) successful_.push_back(next.numbers);
+        if (!next.failure) successful_.push_back(next.numbers);
         else if (failed_++ == 0) first_failure_ = next.failure;
         if (taken_ == next_evaluation_) evaluate();
     }
@@ -38,7 +38,7 @@ std::optional<Measurement> TrialSet::so_far() const {
 
 void TrialSet::fail() {
     failure_reason_ = text("{}: {} of {} trials failed; expected at most {:.3g} %: {}", assay_.name, failed_, taken_,
-                           100.0 * max_failed_, first_failure_);
+                           100.0 * max_failed_, first_failure_.value_or(""));
 }
 
 Goal TrialSet::no_goal() {

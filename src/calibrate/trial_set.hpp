@@ -8,10 +8,10 @@ namespace drover::calibrate {
 
 /// Outcome of one trial.
 struct Attempt {
-    std::uint64_t number = 0;   ///< from 0: the trial of run_trial()
-    Trial numbers;              ///< empty if it failed
-    std::string failure;        ///< the error message; "" if it did not fail
-    double core_seconds = 0.0;  ///< that it took; 0: not recorded
+    std::uint64_t number = 0;                 ///< from 0: the trial of run_trial()
+    Trial numbers;                            ///< empty if it failed
+    std::optional<std::string> failure = {};  ///< the error message, if it failed
+    double core_seconds = 0.0;                ///< that it took; 0: not recorded
 };
 
 /// Trials of an assay, added in any order.  The trials that are needed, and the result, depend on the trials alone:
@@ -33,16 +33,16 @@ public:
     double core_seconds() const { return core_seconds_; }
     /// Trials below this number are needed; after the end, only those that decided it.
     std::uint64_t needed() const { return next_evaluation_; }
-    bool ended() const { return measurement_ || !failure_reason_.empty(); }
-    /// Number of failed trials among those evaluated, and the first error message.
+    bool ended() const { return measurement_ || failure_reason_; }
+    /// Number of failed trials among those evaluated, and the first error message, if any failed.
     std::size_t failed() const { return failed_; }
-    const std::string& first_failure() const { return first_failure_; }
+    const std::optional<std::string>& first_failure() const { return first_failure_; }
     /// Empty before the end, and if too many trials failed.
     const std::optional<Measurement>& measurement() const { return measurement_; }
     /// Result of the whole rounds present before the end, if there are enough for a first evaluation.
     std::optional<Measurement> so_far() const;
-    /// Why the measurement failed; "" unless too many trials failed.
-    const std::string& failure_reason() const { return failure_reason_; }
+    /// Why the measurement failed, where too many trials did.
+    const std::optional<std::string>& failure_reason() const { return failure_reason_; }
 
     /// A goal that no number of trials meets: the set collects them, and take_all() gives its result.
     static Goal no_goal();
@@ -63,7 +63,7 @@ private:
     std::uint64_t taken_ = 0, next_evaluation_ = 0;
     std::size_t judged_rounds_ = 0, failed_ = 0, timed_ = 0;
     double core_seconds_ = 0.0;
-    std::string first_failure_, failure_reason_;
+    std::optional<std::string> first_failure_, failure_reason_;
     std::optional<Measurement> measurement_;
 };
 

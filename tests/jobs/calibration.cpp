@@ -4,12 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "files/input_file.hpp"
 #include "files/record_folder.hpp"
 #include "files/support.hpp"
 #include "io/scene_text.hpp"
+#include "io/trial_record.hpp"
 #include "jobs/campaign/campaign_records.hpp"
 #include "jobs/normal_world.hpp"
+#include "jobs/stop_rule.hpp"
 
 namespace drover::jobs::calibration_tests {
 namespace {
@@ -21,9 +25,8 @@ std::string without(std::string content, const std::string& key) {
     return content.erase(begin, content.find('\n', begin + 1) - begin);
 }
 
-TEST(Calibration, resumes_in_a_folder_whose_version_lacked_keys_that_have_their_defaults) {
-    const testing_support::Folder folder;
-    const io::Scene scene = io::parse_scene(R"(
+io::Scene tiny_scene() {
+    return io::parse_scene(R"(
 [cell]
 lx = 10.0
 ly = 10.0
@@ -41,11 +44,21 @@ hold = 0.02
 time = 0.1
 frame = 0.01
 )",
-                                            "tiny.toml", {});
+                           "tiny.toml", {});
+}
+
+CalibrationOptions options_for(const std::filesystem::path& folder) {
     CalibrationOptions options;
-    options.folder = folder / "trials";
+    options.folder = folder;
     options.workers = 1;
     options.quiet = true;
+    return options;
+}
+
+TEST(Calibration, resumes_in_a_folder_whose_version_lacked_keys_that_have_their_defaults) {
+    const testing_support::Folder folder;
+    const io::Scene scene = tiny_scene();
+    const CalibrationOptions options = options_for(folder / "trials");
     const CalibrationLayout layout = plan_calibration(scene);
     const std::string older = without(layout.manifest, "skin"), older_plan = without(layout.plans[0], "releases");
     files::join_folder(options.folder, "calibrate.toml", "# made by drover 0.1", older);
@@ -109,6 +122,42 @@ TEST(CalibrationTable, has_the_order_of_resamples_which_numbers_of_the_same_tria
     const calibrate::TableEntry &drag = calibrate::find_row(table, "drag")->entries[0],
                                 &ratio = calibrate::find_row(table, "response_time")->entries[0];
     EXPECT_NEAR(drag.error / drag.value, ratio.error / ratio.value, 0.02 * drag.error / drag.value);
+}
+
+TEST(Calibration, counts_failed_trials_for_the_rules_and_reads_those_that_earlier_versions_recorded_as_done) {
+    const testing_support::Folder folder;
+    const io::Scene scene = io::changed(tiny_scene(), {"contacts.max_overlap=1e-4"});
+    const CalibrationOptions options = options_for(folder / "trials");
+    {
+        const ScopedStopRule stop("failures=3");
+        const CalibrationOutcome outcome = run_calibration(scene, options);
+        EXPECT_TRUE(outcome.stopped);
+        EXPECT_GE(outcome.trials, 3u);
+    }
+    const CalibrationOutcome resumed = run_calibration(scene, options);
+    EXPECT_EQ(resumed.already + resumed.trials, 8u);
+    EXPECT_EQ(resumed.failed, 1u);
+    EXPECT_THAT(calibration_status(scene, options), testing::HasSubstr("8 of 8 done, 8 failed"));
+
+    const files::RecordIdentity identity = files::identity_of("calibrate", plan_calibration(scene).manifest);
+    std::vector<UnitRecord> records = campaign_records(options.folder, identity);
+    ASSERT_EQ(records.size(), 8u);
+    std::filesystem::remove_all(options.folder / "records");
+    UnitStore store(options.folder, identity, {});
+    for (UnitRecord& record : records) {
+        EXPECT_EQ(record.state, UnitState::failed);
+        calibrate::Attempt attempt = io::attempt_of(record.result.content, record.key);
+        attempt.failure = std::exchange(record.reason, "");
+        record.state = UnitState::done;
+        record.result.content = io::attempt_bytes(attempt);
+        store.append(record);
+    }
+    store.sync();
+    const CalibrationOutcome again = run_calibration(scene, options);
+    EXPECT_EQ(again.already, 8u);
+    EXPECT_EQ(again.trials, 0u);
+    EXPECT_EQ(again.failed, 1u);
+    EXPECT_EQ(again.table->rows[0].entries[0].remark, resumed.table->rows[0].entries[0].remark);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 #include "drover/base/error.hpp"
 #include "files/support.hpp"
 #include "jobs/campaign/run_record.hpp"
-#include "jobs/campaign/stop_rules.hpp"
+#include "jobs/stop_rule.hpp"
 #include "run/loop/same_run.hpp"
 #include "run/loop/signals.hpp"
 
@@ -107,15 +107,6 @@ TEST(Campaign, goes_on_to_other_units_where_another_process_has_done_those_that_
     expect_complete(folder, 3);
 }
 
-/// Rules of the process, and the request to stop that one of them made, are gone at its end.
-struct StopRules {
-    explicit StopRules(const std::string& rule) { set_stop_rules({rule}); }
-    ~StopRules() {
-        set_stop_rules({});
-        run::request_stop(0);
-    }
-};
-
 TEST(Campaign, stops_when_a_rule_is_met_and_the_next_call_goes_on) {
     struct Case {
         const char* rule;
@@ -125,7 +116,7 @@ TEST(Campaign, stops_when_a_rule_is_met_and_the_next_call_goes_on) {
     for (const auto& [rule, least, most] : {Case{"failures=3", 6, 6}, {"jobs=5", 5, 5}, {"core-time=0.1s", 1, 7}}) {
         const Folder folder;
         {
-            const StopRules rules(rule);
+            const ScopedStopRule stop(rule);
             Units units(folder, 20, std::chrono::milliseconds(30));
             UnitPlan plan = units.plan([](std::size_t unit) {
                 if (unit % 2 == 1) fail_run("no such unit");
@@ -146,7 +137,7 @@ TEST(Campaign, stops_when_a_rule_is_met_and_the_next_call_goes_on) {
 
 TEST(Campaign, that_is_complete_was_not_stopped_by_a_rule_that_its_last_unit_meets) {
     const Folder folder;
-    const StopRules rules("jobs=4");
+    const ScopedStopRule stop("jobs=4");
     Units units(folder, 4, {});
     EXPECT_FALSE(run_campaign(units.plan(), options(folder)).stopped);
     EXPECT_EQ(run::stop_signal(), 0);

@@ -6,10 +6,13 @@
 #include <sys/resource.h>
 
 #include <fstream>
+#include <utility>
 
 #include "drover/base/error.hpp"
+#include "files/bytes.hpp"
 #include "files/support.hpp"
 #include "io/scene_text.hpp"
+#include "jobs/stop_rule.hpp"
 #include "run/loop/signals.hpp"
 
 namespace drover::jobs::trials_tests {
@@ -61,22 +64,46 @@ TEST(Trials, a_full_disk_stops_them_is_not_recorded_and_the_next_command_runs_th
     EXPECT_EQ(trials.find(trial()), nullptr);
     EXPECT_TRUE(trials.run({trial()}));
     ASSERT_NE(trials.find(trial()), nullptr);
-    EXPECT_EQ(trials.find(trial())->failure, "");
+    EXPECT_FALSE(trials.find(trial())->failure);
 }
 
-TEST(Trials, a_failure_of_the_scene_is_recorded) {
+/// Why the trial failed, as a new process finds it in the folder.
+std::string recorded_failure(const std::filesystem::path& folder, const TrialRun& trial) {
+    const Trials trials("", {.folder = folder});
+    const TrialResult* result = trials.find(trial);
+    return result == nullptr ? "no result" : result->failure.value_or("no failure");
+}
+
+TEST(Trials, a_failure_of_the_scene_is_recorded_and_read_as_earlier_versions_recorded_it) {
     const Folder folder;
-    std::string failure;
-    {
-        Trials trials("", {.folder = folder / "."});
-        EXPECT_TRUE(trials.run({trial(2.0)}));
-        ASSERT_NE(trials.find(trial(2.0)), nullptr);
-        failure = trials.find(trial(2.0))->failure;
-    }
+    EXPECT_TRUE(Trials("", {.folder = folder / "."}).run({trial(2.0)}));
+    const std::string failure = recorded_failure(folder / ".", trial(2.0));
     EXPECT_THAT(failure, ::testing::HasSubstr("NaN or infinite"));
-    const Trials trials("", {.folder = folder / "."});
-    ASSERT_NE(trials.find(trial(2.0)), nullptr);
-    EXPECT_EQ(trials.find(trial(2.0))->failure, failure);
+
+    const files::RecordIdentity identity = files::identity_of("trials", "");
+    UnitRecord record = campaign_records(folder / ".", identity).at(0);
+    EXPECT_EQ(record.state, UnitState::failed);
+    EXPECT_EQ(record.reason, failure);
+    files::ByteWriter message;
+    message(std::exchange(record.reason, ""), false);
+    std::string& content = record.result.content;
+    content.resize(content.size() - sizeof(std::uint64_t) - 1);  // no message, and no flag of the machine
+    content += files::text_of(message.bytes);
+    record.state = UnitState::done;
+    std::filesystem::remove_all(folder / "records");
+    UnitStore store(folder / ".", identity, {});
+    store.append(record);
+    store.sync();
+    EXPECT_EQ(recorded_failure(folder / ".", trial(2.0)), failure);
+}
+
+TEST(Trials, that_fail_count_for_the_rules_that_stop_a_job) {
+    const Folder folder;
+    const ScopedStopRule stop("failures=1");
+    Trials trials("", {.folder = folder / "."});
+    EXPECT_FALSE(trials.run({trial(2.0), trial(3.0)}));
+    EXPECT_NE(trials.find(trial(2.0)), nullptr);
+    EXPECT_EQ(trials.find(trial(3.0)), nullptr);
 }
 
 TEST(Trials, the_archive_of_another_run_of_a_trial_is_not_continued) {
@@ -124,7 +151,7 @@ TEST(Trials, with_damaged_checkpoints_are_repeated_and_their_archive_is_kept) {
     longer.scene.time.end *= 2.0;
     EXPECT_TRUE(trials.run({longer}));
     ASSERT_NE(trials.find(longer), nullptr);
-    EXPECT_EQ(trials.find(longer)->failure, "");
+    EXPECT_FALSE(trials.find(longer)->failure);
     EXPECT_TRUE(std::filesystem::exists(archive + ".damaged"));
 }
 
@@ -146,7 +173,7 @@ TEST(Trials, tell_which_part_of_a_run_their_times_are_of) {
     EXPECT_TRUE(trials.run({longer}));
     ASSERT_NE(trials.find(longer), nullptr);
     EXPECT_EQ(trials.find(longer)->timed, 0.0);  // all steps had been made before
-    EXPECT_EQ(trials.find(longer)->failure, "");
+    EXPECT_FALSE(trials.find(longer)->failure);
 }
 
 TEST(Trials, that_are_only_collected_run_nothing) {

@@ -59,7 +59,8 @@ public:
     }
 
     /// With the plan of its assay, which the trials have in common.
-    UnitResult encoded(const TrialPlace& trial, const calibrate::Attempt& attempt) const {
+    UnitResult encoded(const TrialPlace& trial, calibrate::Attempt attempt) const {
+        attempt.number = trial.number;
         return {.content = io::attempt_bytes(attempt), .shared = plan_of(trial.unit)};
     }
     /// Throws an input Error for a trial of another plan.
@@ -69,18 +70,18 @@ public:
                 {.file = (folder_ / "records").string()},
                 "the trials of {} have another plan: {}; choose another folder with --output",
                 layout.units[trial.unit].name, files::difference(record.result.shared, plan));
-        return io::attempt_of(record.result.content, record.key);
+        calibrate::Attempt attempt = io::attempt_of(record.result.content, record.key);
+        if (record.state != UnitState::done) attempt.failure = record.reason;
+        return attempt;
     }
 
-    calibrate::TrialSet no_trials(std::size_t unit) const {
-        return {layout.assays[layout.units[unit].assay], layout.goal, max_failed_};
-    }
     /// Of each unit, those of all processes.
     std::vector<calibrate::TrialSet> read() const {
         std::vector<calibrate::TrialSet> sets;
-        for (std::size_t u = 0; u < layout.units.size(); ++u) sets.push_back(no_trials(u));
+        for (const CalibrationUnit& unit : layout.units)
+            sets.emplace_back(layout.assays[unit.assay], layout.goal, max_failed_);
         for (const UnitRecord& record : campaign_records(folder_, identity()))
-            if (const auto trial = find(record.key); trial && record.state == UnitState::done)
+            if (const auto trial = find(record.key); trial && record.state != UnitState::lost)
                 sets[trial->unit].add(decoded(*trial, record));
         return sets;
     }
@@ -100,7 +101,7 @@ std::size_t count_of(const std::vector<calibrate::TrialSet>& sets) {
 }
 
 std::string result_text(const calibrate::TrialSet& trial_set) {
-    if (!trial_set.failure_reason().empty()) return "failed: " + trial_set.failure_reason();
+    if (trial_set.failure_reason()) return "failed: " + *trial_set.failure_reason();
     const calibrate::Measurement& found = *trial_set.measurement();
     const measure::Estimate& first = found.estimates.front();
     const calibrate::Quantity& quantity = trial_set.assay().quantities.front();
@@ -138,7 +139,11 @@ public:
     UnitPlan plan() {
         return {.wanted = [this](const Offer& offer) { want(offer); },
                 .run = [this](const std::string& key) { return run(*stored_.find(key)); },
-                .take = [this](const UnitRecord& record) { take(record); }};
+                .take = [this](const UnitRecord& record) { take(record); },
+                .failed =
+                    [this](const std::string& key, double seconds) {
+                        return stored_.encoded(*stored_.find(key), {.core_seconds = seconds});
+                    }};
     }
 
     /// Measurements that were given up here, as a worker died in a trial.
@@ -200,16 +205,9 @@ private:
     UnitResult run(const TrialPlace& trial) const {
         const CalibrationUnit& unit = stored_.layout.units[trial.unit];
         const double start = run::core_seconds();
-        calibrate::Attempt attempt{.number = trial.number, .numbers = {}, .failure = {}};
-        try {
-            attempt.numbers =
-                calibrate::run_trial(stored_.layout.assays[unit.assay], factory_, unit.conditions, trial.number);
-        } catch (const Error& error) {
-            if (!is_of_scene(error.fault())) throw;
-            attempt.failure = error.what();
-        }
-        attempt.core_seconds = run::core_seconds() - start;
-        return stored_.encoded(trial, attempt);
+        calibrate::Trial numbers =
+            calibrate::run_trial(stored_.layout.assays[unit.assay], factory_, unit.conditions, trial.number);
+        return stored_.encoded(trial, {.numbers = std::move(numbers), .core_seconds = run::core_seconds() - start});
     }
 
     void take(const UnitRecord& record) {
@@ -218,16 +216,16 @@ private:
         Unit& one = units_[trial->unit];
         const std::string& name = stored_.layout.units[trial->unit].name;
         ++ended_;
-        if (record.state != UnitState::done) {
+        if (record.state == UnitState::lost) {
             if (!record.is_new) return;
             log_warning("{}: trial {}: {}; skipping this measurement", name, trial->number, record.reason);
             one.has_crashed = true;
             return;
         }
         calibrate::Attempt attempt = stored_.decoded(*trial, record);
-        if (record.is_new && !attempt.failure.empty() && !std::exchange(one.has_warned, true))
+        if (record.is_new && attempt.failure && !std::exchange(one.has_warned, true))
             log_warning("{}: trial {} failed: {} (further failures are counted, not reported)", name, trial->number,
-                        attempt.failure);
+                        *attempt.failure);
         const bool had_ended = one.trials.ended();
         one.trials.add(std::move(attempt));
         if (!record.is_new) return;
@@ -424,7 +422,7 @@ std::string calibration_status(const io::Scene& scene, const CalibrationOptions&
     const std::vector<UnitRecord> records = campaign_records(options.folder, stored.identity());
     std::vector<std::string> keys;
     for (const UnitRecord& record : records)
-        if (record.state == UnitState::done && stored.find(record.key)) keys.push_back(record.key);
+        if (record.state != UnitState::lost && stored.find(record.key)) keys.push_back(record.key);
     std::size_t ended = 0;
     for (std::size_t u = 0; u < layout.units.size(); ++u) {
         if (needed.trials(u).ended()) ++ended;

@@ -43,7 +43,7 @@ std::vector<double> ranks_in(const std::vector<std::vector<double>>& resamples, 
 TableEntry entry_of(const CalibrationLayout& layout, const calibrate::TrialSet& trial_set,
                     const std::optional<calibrate::Measurement>& measured, std::size_t q) {
     const int tried = static_cast<int>(trial_set.count());
-    if (!trial_set.failure_reason().empty()) return missing(trial_set.failure_reason(), tried);
+    if (trial_set.failure_reason()) return missing(*trial_set.failure_reason(), tried);
     const std::string unfinished = trial_set.ended()        ? ""
                                    : trial_set.count() == 0 ? "no trial was made"
                                                             : text("not finished: {} of at least {} trials",
@@ -67,7 +67,7 @@ TableEntry entry_of(const CalibrationLayout& layout, const calibrate::TrialSet& 
                                   100.0 * entry.error / std::abs(entry.value), 100.0 * layout.goal.relative_error);
     }
     const std::string failed =
-        trial_set.failed() > 0 ? text("{} trials failed, the first: {}", trial_set.failed(), trial_set.first_failure())
+        trial_set.failed() > 0 ? text("{} trials failed, the first: {}", trial_set.failed(), *trial_set.first_failure())
                                : "";
     entry.remark = joined_remarks({unmet_target, found.diagnosis, failed});
     return entry;

@@ -133,7 +133,7 @@ void TargetPlan::find_needed(const TableTarget& in_table, const Table& whole) {
 
 bool TargetPlan::lacks_trials(std::size_t unit, const UnitProgress& progress) const {
     constexpr std::size_t few_failures = 3;
-    const bool fails = progress.trials->failed() >= few_failures && !ended_[unit].failure_reason().empty();
+    const bool fails = progress.trials->failed() >= few_failures && ended_[unit].failure_reason();
     return needs(unit) && !progress.has_crashed && !fails && progress.given < limits_.max_trials;
 }
 

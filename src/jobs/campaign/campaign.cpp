@@ -195,6 +195,7 @@ private:
                 if (!is_of_scene(error.fault()) && error.fault() != Fault::unavailable) throw;
                 record.state = is_of_scene(error.fault()) ? UnitState::failed : UnitState::lost;
                 record.reason = error.what();
+                if (plan_.failed) record.result = plan_.failed(key, run::core_seconds() - core_start);
             }
             record.seconds = seconds_since(start);
             record.core_seconds = std::max(record.seconds, run::core_seconds() - core_start);

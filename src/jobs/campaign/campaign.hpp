@@ -22,14 +22,16 @@ struct UnitPlan {
     /// wanted first, until `offer` returns false.  Called again and again: what is wanted may depend on what has ended.
     std::function<void(const Offer& offer)> wanted;
     /// Computes a unit, in a worker process, which computes several one after another.  Nothing: a signal stopped it.
-    /// An Error of the scene, or of a machine too small for it, is the end of this unit; another one, or MixedFiles,
-    /// ends the campaign.
+    /// An Error of the scene, or of a machine too small for it, is the failure of this unit, which the campaign records
+    /// and counts; another one, or MixedFiles, ends the campaign.
     std::function<std::optional<UnitResult>(const std::string& key)> run;
     /// A unit has ended, here or elsewhere.  A key may come twice: a failure, and a success later.
     std::function<void(const UnitRecord& record)> take;
     /// Whether a record of a unit that is done still counts: false where the unit left a file that is not there any
     /// more.  May be empty.
     std::function<bool(const UnitRecord& record)> holds = {};
+    /// In the worker, what to keep of a unit that failed after these core seconds.  May be empty: nothing.
+    std::function<UnitResult(const std::string& key, double core_seconds)> failed = {};
     /// What is claimed for a unit: units with one name, as those that write one file, do not run at the same time.  May
     /// be empty: its key.
     std::function<std::string(const std::string& key)> claim = {};

@@ -29,7 +29,7 @@ struct UnitResult {
 struct UnitRecord {
     std::string key;
     UnitState state = UnitState::done;
-    UnitResult result;          ///< of a unit that is done
+    UnitResult result;          ///< of a failed unit what its plan keeps; empty if its process died
     std::string reason;         ///< why it is not done
     double seconds = 0.0;       ///< that it took
     std::string program;        ///< the drover that computed it

@@ -25,7 +25,8 @@ bool is_agreement(const std::string& key) { return key.starts_with(agreed_prefix
 struct Ran {
     std::string name;
     TrialResult result;
-    bool is_of_machine = false;  ///< a failure of a machine that is too small: the next command tries again
+    std::string old_failure = {};  ///< of a record of an earlier version, in which a failed trial was done
+    bool is_of_machine = false;    ///< that one: the machine was too small
 };
 
 /// The members in their order, for a ByteWriter and a ByteReader.
@@ -33,7 +34,7 @@ template <class Order, class Of>
 void members(Order& order, Of& ran) {
     auto& result = ran.result;
     order(ran.name, result.end, result.start_seconds, result.step_seconds, result.timed, result.host, result.run_id,
-          result.failure, ran.is_of_machine);
+          ran.old_failure, ran.is_of_machine);
 }
 
 std::string bytes_of(const Ran& ran) {
@@ -47,6 +48,8 @@ Ran ran_of(const UnitRecord& record) {
     Ran ran;
     members(reader, ran);
     require(reader.has_ended(), {record.key}, "is not a trial; expected a record of this version of drover");
+    if (record.state != UnitState::done) ran.result.failure = record.reason;
+    else if (!ran.old_failure.empty()) ran.result.failure = ran.old_failure;
     return ran;
 }
 
@@ -101,6 +104,7 @@ UnitPlan Trials::plan() {
             .run = [this](const std::string& key) { return run_one(wanted(key)); },
             .take = [this](const UnitRecord& record) { take(record); },
             .holds = [](const UnitRecord& record) { return is_agreement(record.key) || !ran_of(record).is_of_machine; },
+            .failed = [this](const std::string& key, double seconds) { return failed(wanted(key), seconds); },
             .claim = [this](const std::string& key) { return wanted(key).name; }};
 }
 
@@ -115,29 +119,31 @@ std::optional<UnitResult> Trials::run_one(const Wanted& one) const {
         to(one.compute());
         return UnitResult{.content = files::text_of(to.bytes)};
     }
-    Ran ran{.name = one.name, .result = {}};
     const double start = run::core_seconds();
     try {
-        const std::optional<TrialResult> result = run_trial(one.trial);
+        std::optional<TrialResult> result = run_trial(one.trial);
         if (!result) return std::nullopt;
-        ran.result = *result;
+        result->host = files::host_name();
+        result->start_seconds = run::core_seconds() - start - result->step_seconds;
+        return UnitResult{.content = bytes_of({.name = one.name, .result = std::move(*result)})};
     } catch (const run::MixedFiles&) {
         throw;  // no failure of the trial
     } catch (const Error& error) {
         if (files::is_being_written(one.trial.scene.output.file))
             fail_environment("{}; run the command again", std::string(error.what()));
-        if (!is_of_scene(error.fault()) && error.fault() != Fault::unavailable) throw;
-        ran.result.end = one.trial.scene.time.end;
-        ran.result.failure = error.what();
-        ran.is_of_machine = !is_of_scene(error.fault());
+        throw;
     }
-    ran.result.host = files::host_name();
-    ran.result.start_seconds = run::core_seconds() - start - ran.result.step_seconds;
-    return UnitResult{.content = bytes_of(ran)};
+}
+
+UnitResult Trials::failed(const Wanted& one, double seconds) {
+    if (one.compute) return {};
+    const double end = one.trial.scene.time.end;
+    return {.content = bytes_of({one.name, {.end = end, .start_seconds = seconds, .host = files::host_name()}})};
 }
 
 void Trials::take(const UnitRecord& record) {
-    if (record.state != UnitState::done) {
+    const bool is_lost = record.state == UnitState::lost && !record.is_new;  // another machine may be large enough
+    if (is_lost || (record.state != UnitState::done && record.result.content.empty())) {
         lost_[record.key] = record.reason;
         return;
     }
@@ -149,10 +155,10 @@ void Trials::take(const UnitRecord& record) {
         return;
     }
     const Ran ran = ran_of(record);
-    TrialResult& result = (ran.result.failure.empty() ? results_ : failed_)[ran.name];
+    TrialResult& result = (ran.result.failure ? failed_ : results_)[ran.name];
     // The longest that ended, and the shortest that failed.
-    const bool is_better = result.archive.empty() ||
-                           (ran.result.failure.empty() ? ran.result.end >= result.end : ran.result.end < result.end);
+    const bool is_better =
+        result.archive.empty() || (ran.result.failure ? ran.result.end < result.end : ran.result.end >= result.end);
     result.archive = options_.folder / (ran.name + ".h5");
     // One that is continued starts more than once.
     result.start_seconds = std::max(result.start_seconds, ran.result.start_seconds);
@@ -229,9 +235,9 @@ std::string trials_status(const fs::path& folder, const std::string& scene) {
     std::size_t ended = 0, failed = 0;
     double seconds = 0.0;
     for (const UnitRecord& record : campaign_records(folder, trials_identity(scene))) {
-        if (record.state != UnitState::done || is_agreement(record.key)) continue;
+        if (record.result.content.empty() || is_agreement(record.key)) continue;
         const Ran ran = ran_of(record);
-        ++(ran.result.failure.empty() ? ended : failed);
+        ++(ran.result.failure ? failed : ended);
         seconds += ran.result.seconds();
     }
     const Working working = working_in(folder);

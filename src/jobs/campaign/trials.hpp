@@ -23,14 +23,14 @@ struct TrialRun {
 /// What is known of it.
 struct TrialResult {
     std::filesystem::path archive;
-    double end = 0.0;            ///< reached [s]
-    double start_seconds = 0.0;  ///< of a core, before and after the steps
-    double step_seconds = 0.0;   ///< of a core, for the steps that were timed: a kill loses the times before it
-    double timed = 0.0;          ///< simulated time of these steps [s]
-    std::string host;            ///< name of the machine on which it ended
-    std::string program;         ///< the drover that ended it
-    std::string run_id;          ///< of the archive
-    std::string failure;         ///< why the run failed; else ""
+    double end = 0.0;                    ///< reached [s]
+    double start_seconds = 0.0;          ///< of a core, before and after the steps
+    double step_seconds = 0.0;           ///< of a core, for the steps that were timed: a kill loses the times before it
+    double timed = 0.0;                  ///< simulated time of these steps [s]
+    std::string host;                    ///< name of the machine on which it ended
+    std::string program;                 ///< the drover that ended it
+    std::string run_id;                  ///< of the archive
+    std::optional<std::string> failure;  ///< why the run failed, if it did
     double seconds() const { return start_seconds + step_seconds; }
 };
 
@@ -76,6 +76,7 @@ private:
     UnitPlan plan();
     const Wanted& wanted(const std::string& key) const;
     std::optional<UnitResult> run_one(const Wanted& wanted) const;
+    static UnitResult failed(const Wanted& wanted, double core_seconds);
     void take(const UnitRecord& record);
     bool run_wanted();
 

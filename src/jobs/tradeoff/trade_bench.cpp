@@ -164,7 +164,7 @@ TrialMeasurement TradeBench::measured(const std::vector<std::string>& overrides,
     const TrialRun trial = trial_of(overrides, rounds_up);
     const TrialResult* result = trials_.find(trial);
     if (result == nullptr) return {.outcome = {is_collecting ? LevelState::not_ended : LevelState::not_affordable}};
-    if (!result->failure.empty()) return {.outcome = {LevelState::failed, result->failure}};
+    if (result->failure) return {.outcome = {LevelState::failed, *result->failure}};
     const auto key = std::pair(result->archive.string(), result->end);
     if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
     trials_.require_archive(trial, *result);

@@ -228,7 +228,7 @@ World stored_world(const std::string& scene, const std::string& folder, const st
         for (const UnitRecord& record : records) {
             if (record.state != UnitState::done || !record.key.starts_with(unit.name + "-trial-")) continue;
             const Attempt attempt = io::attempt_of(record.result.content, record.key);
-            if (attempt.failure.empty()) world.pools.back().push_back(attempt.numbers);
+            if (!attempt.failure) world.pools.back().push_back(attempt.numbers);
         }
         std::ifstream lines(cost_file);
         for (std::string line; std::getline(lines, line);)
