@@ -2,7 +2,6 @@
 #include "analysis/lagged_waves.hpp"
 
 #include <cmath>
-#include <optional>
 
 #include "base/constants.hpp"
 #include "drover/theory/theory.hpp"
@@ -19,7 +18,7 @@ struct AboutState {
     std::string name;
     double turn = 0.0;
     std::optional<model::LinearisedAt> linear;
-    std::string why_none;
+    std::optional<std::string> why_none = {};  ///< why there is none, if so
 };
 
 /// Where a component stands in the matrix; of a field of spin m >= 1, which of its two parts it is.
@@ -28,11 +27,9 @@ struct Component {
 };
 
 AboutState about_state(const io::Scene& scene, const model::Equations& equations, const Means& means) {
-    AboutState about;
-    if (!equations.has_noise()) about.why_none = "the scene has no noise";
-    else if (const model::TermSummary* placed = equations.placed_noise())
-        about.why_none = text("the noise \"{}\" depends on position or time", placed->text);
-    if (!about.why_none.empty()) return about;
+    if (!equations.has_noise()) return {.why_none = "the scene has no noise"};
+    if (const model::TermSummary* placed = equations.placed_noise())
+        return {.why_none = text("the noise \"{}\" depends on position or time", placed->text)};
     model::UniformState mean = equations.reference();
     for (std::size_t at = 0; const model::Field& field : equations.model().fields)
         for (const std::string& name : model::dataset_names(field)) {
@@ -40,18 +37,13 @@ AboutState about_state(const io::Scene& scene, const model::Equations& equations
             ++at;
         }
     const theory::StationaryStates found = run::states_of_run(scene, equations, {mean});
-    if (found.states.empty()) {
-        about.why_none = "there is no uniform stationary state: " + found.why_none;
-        return about;
-    }
+    if (found.states.empty()) return {.why_none = "there is no uniform stationary state: " + found.why_none};
     const theory::StationaryState* const nearest = theory::nearest_state(found, equations.model(), {mean});
-    if (nearest->is_of_family) {
-        about.why_none =
-            "the stationary states are a continuum, such as all phases of an amplitude, of which the theory "
-            "has one";
-        return about;
-    }
-    about.name = nearest->name;
+    if (nearest->is_of_family)
+        return {.why_none =
+                    "the stationary states are a continuum, such as all phases of an amplitude, of which the "
+                    "theory has one"};
+    AboutState about{.name = nearest->name};
     about.linear.emplace(equations, nearest->values);
     if (nearest->has_free_direction)
         about.turn =
@@ -87,14 +79,14 @@ LaggedWaves lagged_waves(const io::Scene& scene, const Means& means, const std::
     const Component component = component_of(equations.model(), name);
     const AboutState about = about_state(scene, equations, means);
     LaggedWaves result{.state = about.name, .values = {}, .why_none = about.why_none};
-    if (!result.why_none.empty()) return result;
+    if (result.why_none) return result;
     const double c = std::cos(about.turn), s = std::sin(about.turn);
     for (const numerics::Wavevector& wave : waves) {
         const numerics::Wavevector q{c * wave.x + s * wave.y, c * wave.y - s * wave.x};
         const theory::Correlations lagged = theory::lagged_covariances(*about.linear, q, interval, lags);
         if (!lagged.why_none.empty()) {
             result.values.insert(result.values.end(), lags, nan);
-            if (result.why_none.empty()) result.why_none = lagged.why_none;
+            if (!result.why_none) result.why_none = lagged.why_none;
         }
         for (const model::Symbol& matrix : lagged.matrices)
             result.values.push_back(element_of(matrix, component, about.turn));

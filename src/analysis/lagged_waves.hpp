@@ -2,6 +2,7 @@
 #pragma once
 #include <complex>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace drover::analysis {
 struct LaggedWaves {
     std::string state;                         ///< name of the uniform state
     std::vector<std::complex<double>> values;  ///< [wave][lag]; NaN for a wave without a prediction
-    std::string why_none;  ///< why there is none: values are then empty; or why the first such wave has none
+    /// Why there is none: values are then empty; or why the first such wave has none.
+    std::optional<std::string> why_none;
 };
 
 /// <a_q(t + n interval) a_q(t)*>/area for n = 0 .. lags - 1, of one component of a frame ("rod_density",

@@ -1,6 +1,7 @@
 // calibrate/counterterm.cpp: the sum over kept waves.
 #include "calibrate/counterterm.hpp"
 
+#include <optional>
 #include <string>
 
 #include "drover/base/error.hpp"
@@ -19,8 +20,8 @@ public:
 
     double at(const char* key) const { return compiled_.coefficient(key).at(means_); }
 
-    /// Why their fluctuations do not saturate the order; empty if they do.
-    std::string why_none() const {
+    /// Why their fluctuations do not saturate the order, if they do not.
+    std::optional<std::string> why_none() const {
         for (const char* key : {rate_key, saturation_key, "noise.order"})
             if (!(at(key) > 0.0))
                 return text(
@@ -62,14 +63,13 @@ private:
 
 double counterterm(const physics::ModelValues& model, const numerics::KeptGrid& on, const SourceLocation& where) {
     const IndependentRods rods(model);
-    const std::string why_none = rods.why_none();
-    require(why_none.empty(), where, "approximation.counterterm with {}", why_none);
+    if (const auto why = rods.why_none()) fail_input(where, "approximation.counterterm with {}", *why);
     return 2.0 * rods.at(saturation_key) * rods.variance(on);
 }
 
 double part_of_waves(const physics::ModelValues& model, const numerics::KeptGrid& on) {
     const IndependentRods rods(model);
-    if (!rods.why_none().empty()) return 0.0;
+    if (rods.why_none()) return 0.0;
     return 2.0 * rods.at(saturation_key) * rods.variance(on) / rods.at(rate_key);
 }
 

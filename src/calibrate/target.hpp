@@ -1,6 +1,7 @@
 // calibrate/target.hpp: numbers that a calibration has to reach to an error, and which measurements make their errors.
 #pragma once
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,8 +39,8 @@ struct TargetResult {
     /// Part of each source in the variance, from slopes; their sum is 1.  Of an onset beyond the table: in the variance
     /// of the excess that decides whether there is one.
     std::vector<double> parts;
-    bool is_beyond = false;  ///< an onset that 97.5 % of these tables have beyond the same end
-    std::string missing;     ///< the entry of the table that is missing; "" if there is a value
+    bool is_beyond = false;                   ///< an onset that 97.5 % of these tables have beyond the same end
+    std::optional<std::string> missing = {};  ///< the entry of the table that is missing, if there is no value
 };
 
 /// `measured`: the rows of assays and of the setup.  What follows from them is derived anew for every redrawn table, so

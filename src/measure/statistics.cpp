@@ -88,8 +88,8 @@ std::string time_text(double time, bool up = false) {
     return text("{:.6g} s", unit < 1.0 ? steps / std::round(1.0 / unit) : steps * std::round(unit));
 }
 
-/// Why there is no error estimate; "" if there is one.  n: samples after warm-up; tau: in samples.
-std::string too_short(std::size_t n, double tau, double spacing, double warm_up) {
+/// Why there is no error estimate, if there is none.  n: samples after warm-up; tau: in samples.
+std::optional<std::string> too_short(std::size_t n, double tau, double spacing, double warm_up) {
     const double min_times = autocorrelation_times_per_block * static_cast<double>(min_blocks);
     const auto min_samples = static_cast<std::size_t>(std::ceil(min_times / 2.0));
     if (n < min_samples)
@@ -103,7 +103,7 @@ std::string too_short(std::size_t n, double tau, double spacing, double warm_up)
             "{} each, at least {} of them: run for {}",
             times, time_text(static_cast<double>(n) * spacing), autocorrelation_times_per_block, min_blocks,
             time_text(warm_up + min_times * tau * spacing, true));
-    return "";
+    return std::nullopt;
 }
 
 std::vector<double> means_of(const Series& series) {
@@ -212,8 +212,9 @@ Estimate estimate(Series series, double spacing, std::size_t skip, const Functio
     if (result.samples > 0) result.mean = function(means_of(series));
     if (result.samples > 0 && !std::isfinite(result.mean)) result.why_no_error = not_finite;
     else if (result.samples > 1 && constant) result.error = 0.0;
-    else result.why_no_error = too_short(result.samples, slowest.integrated, spacing, result.warm_up);
-    if (result.why_no_error.empty() && !constant) add_jackknife(std::move(series), slowest, spacing, function, result);
+    else if (const auto why = too_short(result.samples, slowest.integrated, spacing, result.warm_up))
+        result.why_no_error = *why;
+    else add_jackknife(std::move(series), slowest, spacing, function, result);
     return result;
 }
 

@@ -185,7 +185,7 @@ void bind_theory(py::module_& module) {
                 interruptibly([&] { return analysis::lagged_waves(scene, means, component, at, interval, lags); });
             const std::size_t rows = lags == 0 ? 0 : found.values.size() / lags;
             return py::make_tuple(found.state, py::array_t<std::complex<double>>({rows, lags}, found.values.data()),
-                                  found.why_none);
+                                  found.why_none.value_or(""));
         },
         py::arg("scene"), py::arg("means"), py::arg("component"), py::arg("waves"), py::arg("interval"),
         py::arg("lags"));

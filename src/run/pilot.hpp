@@ -1,6 +1,7 @@
 // run/pilot.hpp: a run of fields in memory, for the scalar observables and the error of its steps.
 #pragma once
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct Pilot {
     std::vector<std::vector<double>> series;  ///< by name
     double step_error = 0.0;                  ///< the largest so far
     double stopped = INFINITY;                ///< time at which the error exceeded the limit, or the run failed [s]
-    std::string failure;                      ///< why the run failed; else ""
+    std::optional<std::string> failure;       ///< why the run failed, if it did
     numerics::StepCount count;
 };
 

@@ -206,7 +206,7 @@ private:
         ++runs_;
         shortest_ = pilot_.time.dt;
         // A run that diverges without a tolerance tells so itself.
-        roughest_ = run.failure.empty() || pilot_.time.tolerance > 0.0 ? roughest_field(run) : decltype(roughest_)();
+        roughest_ = !run.failure || pilot_.time.tolerance > 0.0 ? roughest_field(run) : decltype(roughest_)();
         return run;
     }
 
@@ -214,12 +214,12 @@ private:
         for (int unresolved = 0; within_reach(); pilot_.time.dt *= 0.5) {
             const Pilot run = next_run(foreseen_ * target_);
             const bool reached_end = std::isinf(run.stopped);
-            if (!run.failure.empty()) failure_ = run.failure;
+            if (run.failure) failure_ = *run.failure;
             else failure_ = text("its error is {:.2g} of a field at t = {:.4g} s", run.step_error, run.stopped);
             // From a field that is 0 at the start, the first parts are wrong by as much as they make.
             const auto few = static_cast<std::int64_t>(pilot_.time.end / pilot_.time.dt / 32.0);
             // A step that is too long leaves short waves too, hence two steps.
-            unresolved = is_coarse_ && run.failure.empty() && !is_resolved(run) ? unresolved + 1 : 0;
+            unresolved = is_coarse_ && !run.failure && !is_resolved(run) ? unresolved + 1 : 0;
             if (unresolved == 2) break;
             if (reached_end && unresolved == 0 &&
                 (run.count.rejected <= few || pilot_.time.tolerance < largest_tolerance)) {
@@ -255,8 +255,8 @@ private:
         std::optional<Pilot> longer;
         for (; within_reach(); pilot_.time.dt *= 0.5) {
             Pilot run = next_run(INFINITY);
-            if (!run.failure.empty()) {
-                failure_ = run.failure;
+            if (run.failure) {
+                failure_ = *run.failure;
                 longer.reset();
                 continue;
             }

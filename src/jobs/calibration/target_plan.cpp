@@ -155,7 +155,7 @@ void TargetPlan::evaluate_targets(const std::vector<UnitProgress>& units) {
         // The slope may be smaller than it seems.
         const double slope = std::max(1.0 - margin * value.result.slope_error, 1e-3);
         value.cautious_error = value.result.error * (1.0 + 0.5 * margin * value.variance_error) / slope;
-        value.reached = value.result.missing.empty() && std::isfinite(value.cautious_error) &&
+        value.reached = !value.result.missing && std::isfinite(value.cautious_error) &&
                         value.cautious_error <= value.result.allowed;
         value.note = value.reached ? "" : note_on(value, units);
     }
@@ -168,7 +168,7 @@ bool TargetPlan::is_spent(const std::vector<UnitProgress>& units) const {
 }
 
 std::string TargetPlan::note_on(const TargetProgress& value, const std::vector<UnitProgress>& units) const {
-    if (!value.result.missing.empty() && !is_spent(units)) return value.result.missing;
+    if (value.result.missing && !is_spent(units)) return *value.result.missing;
     if (value.result.is_beyond)
         return text("flocks begin {} the table; add area fractions to calibrate.bead_area_fractions",
                     value.result.value > 0.0 ? "above" : "below");
@@ -231,7 +231,7 @@ void TargetPlan::add_for_missing(const std::vector<UnitProgress>& units, std::ve
         if (!is_complete && !waits && lacks_trials(u, units[u])) needed[u] = half_more(u);
     }
     const bool is_unclear =
-        std::ranges::any_of(values_, [](const TargetProgress& value) { return !value.result.missing.empty(); });
+        std::ranges::any_of(values_, [](const TargetProgress& value) { return value.result.missing.has_value(); });
     if (!is_unclear || !all_complete || !all_ended) return;
     for (std::size_t u = 0; u < units.size(); ++u)  // a divisor may be within its error of 0
         if (lacks_trials(u, units[u])) needed[u] = half_more(u);
@@ -250,7 +250,7 @@ void TargetPlan::add_for_errors(const std::vector<UnitProgress>& units, std::vec
         cost.caution = caution_of(ended_[u].successful().size());
         for (const TargetProgress& value : values_) {
             constexpr double unknown = 4.0;  // of an onset that may lie beyond the table: look again soon
-            const bool is_open = !value.reached && !value.result.is_beyond && value.result.missing.empty();
+            const bool is_open = !value.reached && !value.result.is_beyond && !value.result.missing;
             const double ratio = std::isfinite(value.cautious_error)
                                      ? std::pow(value.cautious_error / value.result.allowed, 2)
                                      : unknown;
@@ -287,7 +287,7 @@ std::vector<std::uint64_t> TargetPlan::next(const std::vector<UnitProgress>& uni
     evaluate_targets(units);
     if (add_for_relevant(units, needed)) return needed;
     const bool is_done = std::all_of(values_.begin(), values_.end(), [](const TargetProgress& value) {
-        return value.reached || (value.result.missing.empty() && value.result.is_beyond);
+        return value.reached || (!value.result.missing && value.result.is_beyond);
     });
     if (is_done || spent) return needed;
     add_for_missing(units, needed);

@@ -54,11 +54,11 @@ UniformState turned(const model::Model& model, UniformState state, double angle)
     return state;
 }
 
-/// Adds up the real parts of some structure factors over the directions; returns why there are none.
-std::string add_directions(const model::Equations& equations, const UniformState& state,
-                           const std::vector<Direction>& directions, const numerics::Grid& grid, int degree,
-                           const std::vector<PartPair>& pairs, Threads& threads, const theory::IsWanted& is_wanted,
-                           std::vector<std::vector<double>>& powers) {
+/// Adds up the real parts of some structure factors over the directions; returns why there are none, if so.
+std::optional<std::string> add_directions(const model::Equations& equations, const UniformState& state,
+                                          const std::vector<Direction>& directions, const numerics::Grid& grid,
+                                          int degree, const std::vector<PartPair>& pairs, Threads& threads,
+                                          const theory::IsWanted& is_wanted, std::vector<std::vector<double>>& powers) {
     powers.assign(pairs.size(), std::vector<double>(numerics::modes(grid), 0.0));
     for (const Direction& direction : directions) {
         const model::LinearisedAt at(equations, turned(equations.model(), state, direction.angle));
@@ -68,7 +68,7 @@ std::string add_directions(const model::Equations& equations, const UniformState
             for (std::size_t m = 0; m < powers[k].size(); ++m)
                 powers[k][m] += direction.share * one.at(m, pairs[k].first, pairs[k].second).real();
     }
-    return "";
+    return std::nullopt;
 }
 
 /// The name and the values of a state for people; of rods and beads the sizes alone, since the scene has the densities.
@@ -149,38 +149,29 @@ theory::StationaryStates states_of_run(const io::Scene& scene, const model::Equa
 FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations& equations,
                                  const std::vector<UniformState>& samples, const std::vector<PartPair>& pairs,
                                  int degree, Threads& threads, const theory::IsWanted& is_wanted) {
-    FieldPrediction result;
-    if (!equations.has_noise()) {
-        result.why_none = "without noise the stationary state of the linear theory is uniform";
-        return result;
-    }
-    if (const std::string term = placed_term_of(scene, equations); !term.empty()) {
-        result.why_none = term + " depends on position or time: there is no uniform state";
-        return result;
-    }
+    if (!equations.has_noise())
+        return {.why_none = "without noise the stationary state of the linear theory is uniform"};
+    if (const std::string term = placed_term_of(scene, equations); !term.empty())
+        return {.why_none = term + " depends on position or time: there is no uniform state"};
     const theory::StationaryStates found = states_of_run(scene, equations, samples);
-    if (found.states.empty()) {
-        result.why_none = "there is no uniform stationary state: " + found.why_none;
-        return result;
-    }
+    if (found.states.empty()) return {.why_none = "there is no uniform stationary state: " + found.why_none};
     const theory::StationaryState& state = *theory::nearest_state(found, equations.model(), samples);
-    if (state.is_of_family) {
-        result.why_none =
-            "the stationary states are a continuum, such as all phases of an amplitude, of which the theory has one";
-        return result;
-    }
+    if (state.is_of_family)
+        return {.why_none =
+                    "the stationary states are a continuum, such as all phases of an amplitude, of which the "
+                    "theory has one"};
+    FieldPrediction result;
     result.about = text("the state {}", words_of(scene, equations.model(), state));
     if (!found.why_incomplete.empty()) result.about += ", the nearest of those found (" + found.why_incomplete + ")";
     result.about_order = !state.is_isotropic;
     const bool turns = state.has_free_direction && !state.is_isotropic && !samples.empty();
     const std::vector<Direction> directions = turns ? directions_of(equations.model(), state.values, samples)
                                                     : std::vector<Direction>{{.angle = 0.0, .share = 1.0}};
-    const std::string none = add_directions(equations, state.values, directions, scene.grid, degree, pairs, threads,
-                                            is_wanted, result.powers);
-    if (!none.empty()) {
-        result.why_none = text("the linear theory about {} has none: {}; see drover stability", result.about, none);
-        result.about.clear();
-    }
+    const auto none = add_directions(equations, state.values, directions, scene.grid, degree, pairs, threads, is_wanted,
+                                     result.powers);
+    if (none)
+        return {.about_order = result.about_order,
+                .why_none = text("the linear theory about {} has none: {}; see drover stability", result.about, *none)};
     return result;
 }
 

@@ -1,6 +1,7 @@
 // run/fields/field_prediction.hpp: structure factors of a run of fields by linear theory about its present state.
 #pragma once
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,10 +34,10 @@ theory::StationaryStates states_of_run(const io::Scene& scene, const model::Equa
 using PartPair = std::pair<std::size_t, std::size_t>;
 
 struct FieldPrediction {
-    std::vector<std::vector<double>> powers;  ///< of each pair, the real part of S of each stored mode
-    std::string about;                        ///< the uniform state, for people
-    bool about_order = false;                 ///< that state has a direction
-    std::string why_none = {};                ///< why there is no prediction
+    std::vector<std::vector<double>> powers;   ///< of each pair, the real part of S of each stored mode
+    std::string about;                         ///< the uniform state, for people
+    bool about_order = false;                  ///< that state has a direction
+    std::optional<std::string> why_none = {};  ///< why there is no prediction, if there is none
 };
 
 /// Of a scene and its equations_of(): about the state nearest to the means of samples, with their conserved means.

@@ -93,7 +93,7 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads, b
     health_ = make_field_health(problem_, evolution_.linear(), state_);
     evolution_.start(state_);
     fresh_ = evolution_.save();
-    if (why_no_step_bias(scene_).empty() && makes_step_error(problem_))
+    if (step_bias_state(scene_) == StepBiasState::measured && makes_step_error(problem_))
         bias_.emplace(BiasedRun{.scene = scene_,
                                 .problem = problem_,
                                 .evolution = evolution_,
@@ -225,7 +225,7 @@ RunBytes bytes_of(const io::Scene& scene, const FieldProblem& problem) {
     constexpr int halvings = 1;  // of the steps that are repeated to measure their error
     const auto balanced = static_cast<double>(problem.balanced.size());
     double more = balanced == 0.0 ? 0.0 : explicit_part + 2.0 * balanced * (reals + spectra);
-    if (makes_step_error(problem) && what.equations.has_noise() && why_no_step_bias(scene).empty())
+    if (makes_step_error(problem) && what.equations.has_noise() && step_bias_state(scene) == StepBiasState::measured)
         more += twin_stepper_bytes(system, scene.time) + explicit_part;
     if (makes_step_error(problem) && scene.time.max_error > 0.0) {
         const numerics::Grid coarse =

@@ -2,6 +2,7 @@
 #include "run/fields/step_bias.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -215,13 +216,22 @@ double effort_of_step_error(const io::Scene& scene) {
     return times * shares_of_effort(scene).step_error * effort_of_estimates(scene);
 }
 
-std::string why_no_step_bias(const io::Scene& scene) {
-    if (scene.accuracy.effort == 0.0) return "not measured (accuracy.effort = 0)";
-    if (!scene.accuracy.biases) return "not measured";
+StepBiasState step_bias_state(const io::Scene& scene) {
+    if (scene.accuracy.effort == 0.0) return StepBiasState::without_effort;
+    if (!scene.accuracy.biases) return StepBiasState::not_measured;
     const bool noisy = io::has_noise(scene);
-    if (noisy && scene.time.tolerance > 0.0) return "not measured (noise and a tolerance)";
-    if (!noisy && scene.time.max_error == 0.0) return "not measured (time.max_error = 0)";
-    return "";
+    if (noisy && scene.time.tolerance > 0.0) return StepBiasState::noise_and_tolerance;
+    return !noisy && scene.time.max_error == 0.0 ? StepBiasState::without_max_error : StepBiasState::measured;
+}
+
+std::string text_of(StepBiasState state) {
+    constexpr std::array texts{"",
+                               "exact",
+                               "not measured",
+                               "not measured (accuracy.effort = 0)",
+                               "not measured (noise and a tolerance)",
+                               "not measured (time.max_error = 0)"};  // in the order of StepBiasState
+    return texts[static_cast<std::size_t>(state)];
 }
 
 }  // namespace drover::run

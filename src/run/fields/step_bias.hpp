@@ -79,8 +79,11 @@ private:
     std::vector<std::vector<double>> row_;  // as recorded
 };
 
-/// Whether a scene can have one: else why not, for people.
-std::string why_no_step_bias(const io::Scene& scene);
+/// Whether the bias of the time step is measured: or that there is none, or why not.
+enum class StepBiasState { measured, exact, not_measured, without_effort, noise_and_tolerance, without_max_error };
+StepBiasState step_bias_state(const io::Scene& scene);
+/// Of one that is not measured; else "".
+std::string text_of(StepBiasState state);
 
 /// The group of an archive that holds its rows.
 inline constexpr const char* step_bias_group = "/step_bias";

@@ -109,10 +109,10 @@ void predict(const model::Equations& equations, const ArchivedFields& measured, 
     FieldPrediction predicted =
         predicted_fields(report.scene, equations, sampled_means(equations, series, report.summary.warm_up), pairs,
                          measured.setting.degree, threads);
-    report.no_prediction = predicted.why_none;
+    report.no_prediction = predicted.why_none.value_or("");
     report.about = predicted.about;
     report.about_flock = predicted.about_order;
-    if (!predicted.why_none.empty()) return;
+    if (predicted.why_none) return;
     for (std::size_t k = 0; k < pairs.size(); ++k) {
         const PredictedRow& row = measured.predicted[k];
         report.predictions.push_back(

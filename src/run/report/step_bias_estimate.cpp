@@ -6,7 +6,6 @@
 
 #include "drover/base/text.hpp"
 #include "measure/field_setting.hpp"
-#include "run/fields/step_bias.hpp"
 
 namespace drover::run {
 
@@ -144,15 +143,11 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
                        const BiasedRows& measured, const measure::Summary& summary) {
     StepBiases biases;
     for (const std::string& density : measured.densities) biases.exact.push_back(density + "_number");
-    if (is_exact) {
-        biases.is_exact = true;
-        biases.missing = "exact";
-        return biases;
-    }
-    biases.missing = why_no_step_bias(scene);
+    biases.state = is_exact ? StepBiasState::exact : step_bias_state(scene);
     const std::string group = step_bias_group;
-    if (biases.missing.empty() && (!measured.has_all || !archive.has(group + "/late"))) biases.missing = "not measured";
-    if (!biases.missing.empty()) return biases;
+    if (biases.state == StepBiasState::measured && (!measured.has_all || !archive.has(group + "/late")))
+        biases.state = StepBiasState::not_measured;
+    if (biases.state != StepBiasState::measured) return biases;
     const std::vector<double> times = archive.read(group + "/time").values,
                               steps = archive.read(group + "/steps").values,
                               late = archive.read(group + "/late").values,
@@ -230,10 +225,10 @@ std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::
 
 std::string step_bias_text(const StepBiases& biases, const io::Scene& scene, const std::string& row,
                            std::size_t component, const measure::Estimate& estimate) {
-    if (biases.is_exact || std::find(biases.exact.begin(), biases.exact.end(), row) != biases.exact.end())
+    if (biases.state == StepBiasState::exact ||
+        std::find(biases.exact.begin(), biases.exact.end(), row) != biases.exact.end())
         return "exact";
-    if (!biases.missing.empty()) return "not measured";
-    const StepBiasEstimate* found = biases.find(row, component);
+    const StepBiasEstimate* found = biases.find(row, component);  // none where it is not measured
     if (found == nullptr) return "not measured";
     const double size = std::abs(estimate.mean);
     const std::string unresolved = text("not resolved (effort {:.3g} %)", 100.0 * scene.accuracy.effort);

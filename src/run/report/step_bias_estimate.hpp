@@ -8,6 +8,7 @@
 #include "files/archive_reader.hpp"
 #include "io/scene.hpp"
 #include "measure/summary.hpp"
+#include "run/fields/step_bias.hpp"
 
 namespace drover::run {
 
@@ -18,9 +19,8 @@ struct StepBiasEstimate {
 };
 
 struct StepBiases {
-    bool is_exact = false;                                    ///< every term is linear: no step makes an error
+    StepBiasState state = StepBiasState::measured;            ///< exact: every term is linear, no step makes an error
     std::vector<std::string> exact;                           ///< rows that no state changes: conserved numbers
-    std::string missing;                                      ///< why there are none; else ""
     std::map<std::string, std::vector<StepBiasEstimate>> of;  ///< by row of the summary, for each of its estimates
     const StepBiasEstimate* find(const std::string& row, std::size_t component) const;
 };

@@ -111,7 +111,7 @@ std::optional<TailPowers> tail_powers(const io::Scene& scene, const model::Equat
                              sampled_means(equations, series, count / 2,
                                            std::max<std::size_t>(1, count / 2 / max_samples)),
                              parts, system.degree, one, is_in_tail);
-        if (predicted.why_none.empty()) {
+        if (!predicted.why_none) {
             for (std::size_t m = 0; m < numerics::modes(grid); ++m)
                 for (std::size_t k = 0; k < powers.size(); ++k)
                     powers[k] += numerics::mode_weight(grid, m % width) * predicted.powers[k][m] / numerics::area(grid);
