@@ -187,14 +187,15 @@ void add_spectra(const FieldSetting& setting, std::size_t n,
     add(rows, "variance_" + field.name, square, "variance of " + words + " over the cell",
         [n](const FieldMoment& moment) { return moment.powers[n].variance; })
         .nature = Nature::square;
-    add(rows, "spectral_tail_" + field.name, "1",
-        "fraction of the variance of " + words +
-            " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
-        [n](const FieldMoment& moment) {
-            const FieldPowers& powers = moment.powers[n];
-            return powers.variance != 0.0 ? powers.tail / powers.variance : 0.0;  // NaN stays NaN
-        })
-        .nature = Nature::ratio;
+    auto& tail = add(rows, "spectral_tail_" + field.name, "1",
+                     "fraction of the variance of " + words +
+                         " in modes beyond two thirds of the cut of the grid on either axis: small when it is resolved",
+                     [n](const FieldMoment& moment) {
+                         const FieldPowers& powers = moment.powers[n];
+                         return powers.variance != 0.0 ? powers.tail / powers.variance : 0.0;  // NaN stays NaN
+                     });
+    tail.nature = Nature::ratio;
+    tail.is_of_grid = true;
     const auto part = [&](const std::string& ending, const std::string& meaning,
                           std::vector<double> FieldPowers::*powers) {
         add(rows, structure_factor + ending, factor, {shell_axis(setting)},

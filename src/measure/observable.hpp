@@ -40,6 +40,7 @@ struct Observable {
     MeasureFunction<Moment> measure;
     Averaging averaging = Averaging::mean;
     Nature nature = Nature::number;
+    bool is_of_grid = false;  ///< tells whether the grid resolves the fields: no mean of the model
 };
 
 template <class Moment>

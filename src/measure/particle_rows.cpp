@@ -218,26 +218,26 @@ void add_impact_counts(const ParticleSetting& setting, ParticleRows& rows) {
         "that rests on a plate are slower for any time step up to 1/20 of a plate period",
         dem::counted_speed);
     const auto add_impacts = [&](const std::string& name, const std::string& of, std::size_t bodies,
-                                 double bodies_per_impact, std::int64_t dem::Counts::*count) {
+                                 double bodies_per_impact, std::int64_t dem::Counts::*count,
+                                 const std::string& left_out) {
         if (bodies == 0) return;
         const double per_body = bodies_per_impact / static_cast<double>(bodies);
         add(
             rows, "impacts_" + name, "1",
-            "impacts since the start of a " + of + ", mean; their rate is the collision rate" +
-                (name.ends_with("_plate") ? plates : pairs),
+            "impacts since the start of a " + of + ", mean; their rate is the collision rate" + left_out,
             [per_body, count](const ParticleMoment& moment) {
                 return per_body * static_cast<double>(moment.counts.*count);
             },
             Averaging::rate);
     };
-    add_impacts("bead_bead", "bead with beads", beads, 2.0, &dem::Counts::bead_bead);
-    if (beads > 0) add_impacts("rod_bead", "rod with beads", rods, 1.0, &dem::Counts::rod_bead);
-    add_impacts("rod_rod", "rod with rods", rods, 2.0, &dem::Counts::rod_rod);
-    add_impacts("bead_plate", "bead with base or lid", beads, 1.0, &dem::Counts::bead_plate);
-    add_impacts("rod_plate", "rod with base or lid", rods, 1.0, &dem::Counts::rod_plate);
+    add_impacts("bead_bead", "bead with beads", beads, 2.0, &dem::Counts::bead_bead, pairs);
+    if (beads > 0) add_impacts("rod_bead", "rod with beads", rods, 1.0, &dem::Counts::rod_bead, pairs);
+    add_impacts("rod_rod", "rod with rods", rods, 2.0, &dem::Counts::rod_rod, pairs);
+    add_impacts("bead_plate", "bead with base or lid", beads, 1.0, &dem::Counts::bead_plate, plates);
+    add_impacts("rod_plate", "rod with base or lid", rods, 1.0, &dem::Counts::rod_plate, plates);
     if (!setting.periodic) {
-        add_impacts("bead_wall", "bead with the side wall", beads, 1.0, &dem::Counts::bead_wall);
-        add_impacts("rod_wall", "rod with the side wall", rods, 1.0, &dem::Counts::rod_wall);
+        add_impacts("bead_wall", "bead with the side wall", beads, 1.0, &dem::Counts::bead_wall, pairs);
+        add_impacts("rod_wall", "rod with the side wall", rods, 1.0, &dem::Counts::rod_wall, pairs);
     }
     add(
         rows, "impacts_unresolved", "1",

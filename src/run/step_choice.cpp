@@ -76,34 +76,36 @@ bool represents(const io::Scene& pilot, const io::Scene& scene) {
     return simulation_type_of(pilot).warnings(pilot).size() <= simulation_type_of(scene).warnings(scene).size();
 }
 
+std::string tail_name(const model::Field& field) { return "spectral_tail_" + field.name; }
+
+/// The series of an observable of a pilot; nullptr: it has none.
+const std::vector<double>* series_of(const Pilot& run, const std::string& name) {
+    const auto found = std::ranges::find(run.names, name);
+    return found == run.names.end() ? nullptr : &run.series[static_cast<std::size_t>(found - run.names.begin())];
+}
+
 /// Whether the grid of the pilot resolves its fields, once those of the start have evolved.
-bool is_resolved(const Pilot& run) {
-    const auto find = [&](const std::string& name) -> const std::vector<double>* {
-        const auto found = std::find(run.names.begin(), run.names.end(), name);
-        return found == run.names.end() ? nullptr : &run.series[static_cast<std::size_t>(found - run.names.begin())];
-    };
-    for (std::size_t k = 0; k < run.names.size(); ++k) {
-        const std::string prefix = "spectral_tail_";
-        if (!run.names[k].starts_with(prefix)) continue;
-        const std::vector<double>&tails = run.series[k],
-              &variances = *find("variance_" + run.names[k].substr(prefix.size()));
-        if (tails.empty()) continue;
-        const double largest = *std::max_element(variances.begin(), variances.end());
-        for (std::size_t i = tails.size() / 4; i < tails.size(); ++i)
-            if (tails[i] > max_spectral_tail &&
-                tails[i] * variances[i] > max_spectral_tail * max_spectral_tail * largest)
+bool is_resolved(const Pilot& run, const model::Model& model) {
+    for (const model::Field& field : model.fields) {
+        const std::vector<double>*tails = series_of(run, tail_name(field)),
+              *variances = series_of(run, "variance_" + field.name);
+        if (tails == nullptr || tails->empty()) continue;
+        const double largest = *std::ranges::max_element(*variances);
+        for (std::size_t i = tails->size() / 4; i < tails->size(); ++i)
+            if ((*tails)[i] > max_spectral_tail &&
+                (*tails)[i] * (*variances)[i] > max_spectral_tail * max_spectral_tail * largest)
                 return false;
     }
     return true;
 }
 
 /// The field with the largest part of its variance in the shortest waves at the end of a pilot, and that part.
-std::pair<std::string, double> roughest_field(const Pilot& run) {
+std::pair<std::string, double> roughest_field(const Pilot& run, const model::Model& model) {
     std::pair<std::string, double> worst;
-    const std::string prefix = "spectral_tail_";
-    for (std::size_t k = 0; k < run.names.size(); ++k)
-        if (run.names[k].starts_with(prefix) && !run.series[k].empty() && run.series[k].back() > worst.second)
-            worst = {run.names[k].substr(prefix.size()), run.series[k].back()};
+    for (const model::Field& field : model.fields)
+        if (const std::vector<double>* tails = series_of(run, tail_name(field));
+            tails != nullptr && !tails->empty() && tails->back() > worst.second)
+            worst = {field.name, tails->back()};
     return worst;
 }
 
@@ -116,24 +118,22 @@ struct RelativeBias {
 
 /// Whether the mean of an observable is compared: not those of components, since the direction of a flock wanders.
 bool is_compared(const std::string& name, const model::Model& model) {
-    if (name.starts_with("spectral_tail_")) return false;
-    bool is_component = false;
+    bool is_component = false, is_scalar = false, is_tail = false;
     for (const model::Field& field : model.fields) {
-        if (field.spin == 0 && name.ends_with("_" + field.name)) return true;
+        is_scalar = is_scalar || (field.spin == 0 && name.ends_with("_" + field.name));
+        is_tail = is_tail || name == tail_name(field);
         for (const std::string& part : model::dataset_names(field))
             is_component |= field.spin > 0 && name.ends_with(part.substr(field.name.size()));
     }
-    return !is_component;
+    return !is_tail && (is_scalar || !is_component);
 }
 
 /// Below which the mean of an observable is rounding; 0: not known.
 double rounding_of(const std::string& name, const Pilot& run, const model::Model& model) {
     for (const model::Field& field : model.fields) {
-        if (name != "mean_" + field.name && name != "size_mean_" + field.name) continue;
-        const auto variance = std::ranges::find(run.names, "variance_" + field.name);
-        if (variance == run.names.end()) continue;
-        const auto& values = run.series[static_cast<std::size_t>(variance - run.names.begin())];
-        return 1e-10 * std::sqrt(*std::ranges::max_element(values));
+        const bool is_mean = name == "mean_" + field.name || name == "size_mean_" + field.name;
+        if (const auto* variances = series_of(run, "variance_" + field.name); is_mean && variances != nullptr)
+            return 1e-10 * std::sqrt(*std::ranges::max_element(*variances));
     }
     return 0.0;
 }
@@ -206,7 +206,7 @@ private:
         ++runs_;
         shortest_ = pilot_.time.dt;
         // A run that diverges without a tolerance tells so itself.
-        roughest_ = !run.failure || pilot_.time.tolerance > 0.0 ? roughest_field(run) : decltype(roughest_)();
+        roughest_ = !run.failure || pilot_.time.tolerance > 0.0 ? roughest_field(run, model_) : decltype(roughest_)();
         return run;
     }
 
@@ -219,7 +219,7 @@ private:
             // From a field that is 0 at the start, the first parts are wrong by as much as they make.
             const auto few = static_cast<std::int64_t>(pilot_.time.end / pilot_.time.dt / 32.0);
             // A step that is too long leaves short waves too, hence two steps.
-            unresolved = is_coarse_ && !run.failure && !is_resolved(run) ? unresolved + 1 : 0;
+            unresolved = is_coarse_ && !run.failure && !is_resolved(run, model_) ? unresolved + 1 : 0;
             if (unresolved == 2) break;
             if (reached_end && unresolved == 0 &&
                 (run.count.rejected <= few || pilot_.time.tolerance < largest_tolerance)) {

@@ -172,20 +172,15 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
     else differences.shares.assign(differences.times.size(), 0.0);
     const double unseen = noisy ? 1.0 : unseen_error(archive, warm_up, differences);
     std::size_t first = 0;
-    for (const auto& [name, values] : measured.rows) {
+    for (const auto& [name, values, is_of_model] : measured.rows) {
         const measure::SummaryRow* summarised = measure::find_row(summary, name);
-        if (name.starts_with("spectral_tail_")) {  // of the grid, not of the model
-            first += values;
-            continue;
-        }
-        std::vector<StepBiasEstimate>& found = biases.of[name];
-        for (std::size_t k = 0; k < values; ++k) {
+        for (std::size_t k = 0; k < values && is_of_model; ++k) {
             const measure::Estimate* estimate =
                 summarised && k < summarised->estimates.size() ? &summarised->estimates[k] : nullptr;
             const double correlation = estimate ? estimate->autocorrelation_time : NAN;
             const bool is_constant = estimate && estimate->error && *estimate->error == 0.0;
-            found.push_back(noisy ? by_twins(differences, first + k, correlation)
-                                  : by_comparison(differences, first + k, unseen, is_constant));
+            biases.of[name].push_back(noisy ? by_twins(differences, first + k, correlation)
+                                            : by_comparison(differences, first + k, unseen, is_constant));
         }
         first += values;
     }

@@ -30,6 +30,7 @@ struct BiasedRows {
     struct Row {
         std::string name;
         std::size_t values = 1;
+        bool is_of_model = true;  ///< or of the grid
     };
     std::vector<Row> rows = {};
     std::vector<std::string> densities = {};  ///< "rod": those that are counted in boxes
