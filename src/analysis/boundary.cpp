@@ -26,7 +26,7 @@ using theory::MarginState;
 /// Of a table at one point, in a plane of area fractions.
 void warn_of_fixed_coefficients(const io::Scene& scene, const PlannedBoundary& planned) {
     const io::CalibratedPlan& calibrated = scene.calibrated;
-    if (scene.found.filled.empty() || calibrated.coefficients == "local" ||
+    if (scene.found.filled.empty() || calibrated.coefficients == io::CoefficientsOf::local ||
         !(planned.x.is_fraction || planned.y.is_fraction))
         return;
     log_warning(
@@ -130,7 +130,7 @@ DescribedLines described_line(const PlannedBoundary& planned, const std::string&
         .heading = convention.empty() ? name : text("{} ({} convention of lambda)", name, convention),
         .names = {run::data_only(run::choice(
             "limit", "the instability that begins, or binodal: densities of phases that coexist", name, line_names()))},
-        .shows_angles = name == theory::limit_name(Limit::oblique) || name == ordered_line,
+        .shows_angles = name == name_of(Limit::oblique) || name == ordered_line,
         .shows_waves = has_states};
     if (!convention.empty())
         described.names.push_back(
@@ -349,9 +349,10 @@ run::Result make_boundary(const io::Scene& scene, Threads& threads, const Bounda
                 traced.rows.back().footer = found.ends;
                 continue;
             }
-            const theory::PlaneMargins margins = margins_over(plane, convention,
-                                                              is_of_state(name) ? state_margin(plane, state_of(name))
-                                                                                : limit_margin(theory::limit_of(name)));
+            const theory::PlaneMargins margins =
+                margins_over(plane, convention,
+                             is_of_state(name) ? state_margin(plane, state_of(name))
+                                               : limit_margin(value_named<Limit>(name).value()));
             const theory::Boundary boundary =
                 theory::trace_boundary(plane.rectangle, margins.at, margins.draws,
                                        {.cells = scene.boundary.cells, .chord = scene.boundary.chord}, compute);

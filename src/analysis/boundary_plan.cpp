@@ -140,8 +140,8 @@ std::vector<std::string> lines_in(const io::Scene& scene) {
     for (const std::string& name : lines) {
         require(std::find(known.begin(), known.end(), name) != known.end(), where,
                 "boundary.lines has \"{}\"; expected one of {}", name, joined(known));
-        const bool is_of_scalars = name == theory::limit_name(theory::Limit::phase_separation) ||
-                                   name == binodal_name || name == isotropic_line;
+        const bool is_of_scalars =
+            name == name_of(theory::Limit::phase_separation) || name == binodal_name || name == isotropic_line;
         require(has_direction || is_of_scalars, where,
                 "boundary.lines has \"{}\", and no field of the model has a direction; expected isotropic, "
                 "phase-separation or binodal",
@@ -154,7 +154,7 @@ std::vector<std::string> lines_in(const io::Scene& scene) {
 
 const std::vector<std::string>& line_names() {
     static const std::vector<std::string> names = [] {
-        std::vector<std::string> all = theory::limit_names();
+        std::vector<std::string> all = all_names<theory::Limit>();
         all.insert(all.end(), {binodal_name, isotropic_line, ordered_line});
         return all;
     }();

@@ -90,7 +90,7 @@ void add_crossings(const calibrate::OnsetCurve& curve, bool in_text, run::Record
     for (const Convention convention : conventions) {
         run::Record part = crossing_record(crossings_of(curve, convention), convention);
         part.shown.text = in_text;
-        record.parts.emplace_back(calibrate::convention_name(convention), std::move(part));
+        record.parts.emplace_back(name_of(convention), std::move(part));
     }
 }
 
@@ -136,8 +136,8 @@ run::List crossing_list(const calibrate::Onset& onset) {
             for (const calibrate::Crossing& one : crossings_of(point, convention).all)
                 list.rows.push_back(
                     {.entries = {rod_entry(point.rod_fraction, "crossing_rod_fraction"),
-                                 run::choice("convention", "convention of lambda",
-                                             calibrate::convention_name(convention), {"mean", "single-rod"}),
+                                 run::choice("convention", "convention of lambda", name_of(convention),
+                                             all_names<Convention>()),
                                  run::number("bead_area_fraction", "1", "Phi_b", one.bead_fraction),
                                  run::number("low", "1", "lower end of its error band; NaN below the table", one.low),
                                  run::number("high", "1", "upper end of its error band; NaN above the table", one.high),
@@ -160,7 +160,7 @@ run::List field_list(const calibrate::Onset& onset) {
                 const calibrate::Crossings& at = crossings_of(row, convention);
                 const std::string words = ", " + convention_text(convention);
                 point.parts.emplace_back(
-                    calibrate::convention_name(convention),
+                    name_of(convention),
                     run::Record{
                         .entries = {run::number("excess", "s-1",
                                                 "lambda alpha/Gamma + c sigma - a, positive where flocks form" + words,

@@ -170,8 +170,8 @@ run::Record instability_record(const theory::Instability& found, const std::stri
     const bool is_uniform = found.q == 0.0;
     return {
         .entries = {
-            run::stored_as("kind", run::choice("name", "kind of instability", theory::name_of(found.kind),
-                                               {theory::instability_names.begin(), theory::instability_names.end()})),
+            run::stored_as("kind", run::choice("name", "kind of instability", name_of(found.kind),
+                                               all_names<theory::InstabilityKind>())),
             run::number("rate", "s-1", "largest growth rate, Re s", found.rate),
             run::number("frequency", "s-1", "angular frequency of the fastest wave, -Im s", found.frequency),
             run::number("wavenumber", "mm-1", "|q| of the fastest wave; 0: the uniform state itself changes", found.q),
@@ -210,11 +210,12 @@ std::vector<std::string> instability_notes(const std::vector<theory::Instability
     std::vector<std::string> notes;
     for (const theory::Instability& one : found) {
         if (one.at_longest)
-            notes.push_back(name_of(one.kind) + ": the growth rate is largest at the longest wave searched");
+            notes.push_back(text("{}: the growth rate is largest at the longest wave searched", one.kind));
         if (one.at_shortest)
-            notes.push_back(name_of(one.kind) +
-                            ": the growth rate still increases at the shortest wave searched; no term of "
-                            "the model stabilises short waves");
+            notes.push_back(
+                text("{}: the growth rate still increases at the shortest wave searched; no term of the model "
+                     "stabilises short waves",
+                     one.kind));
     }
     return notes;
 }

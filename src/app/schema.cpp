@@ -17,7 +17,7 @@ void print_sections(const std::vector<io::SectionDescription>& sections) {
     for (const io::SectionDescription& section : sections) {
         std::string scenes;
         for (const io::SceneKind kind : section.kinds)
-            scenes += (scenes.empty() ? "" : " and ") + std::string(io::kind_name(kind));
+            scenes += (scenes.empty() ? "" : " and ") + std::string(name_of(kind));
         if (!scenes.empty()) scenes = text("scenes of {}: ", scenes);
         std::printf("\n[%s]  # %s%s\n", section.name.c_str(), scenes.c_str(), section.doc.c_str());
         for (const Description& row : section.rows) {
@@ -137,12 +137,14 @@ void add_schema(CLI::App& program, Action& action) {
                 std::fputs(physics::coefficient_documentation().c_str(), stdout);
                 return run::exit_done;
             }
-            std::vector<io::SectionDescription> sections =
-                options->kind.empty() ? io::scene_schema() : io::scene_schema(io::kind_of_name(options->kind));
+            std::optional<io::SceneKind> kind;
+            if (!options->kind.empty()) kind = io::kind_of_name(options->kind);
+            std::vector<io::SectionDescription> sections = kind ? io::scene_schema(*kind) : io::scene_schema();
             if (!options->part.empty()) sections = part_of(std::move(sections), options->part);
             if (!options->json) {
                 print_sections(sections);
-                if (options->part.empty() && (options->kind.empty() || options->kind == "fields")) print_terms();
+                if (options->part.empty() && kind.value_or(io::SceneKind::fields) == io::SceneKind::fields)
+                    print_terms();
                 return run::exit_done;
             }
             print_json(report::schema_json(sections));

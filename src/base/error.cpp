@@ -1,7 +1,6 @@
 // base/error.cpp: locations as text, and the messages of errors.
 #include "drover/base/error.hpp"
 
-#include <array>
 #include <new>
 #include <system_error>
 
@@ -18,11 +17,6 @@ Error::Error(Fault fault, const SourceLocation& where, const std::string& messag
       fault_(fault),
       place_(printable(location_text(where))),
       message_(printable(message)) {}
-
-std::string fault_name(Fault fault) {
-    constexpr std::array names{"input", "unavailable", "run", "environment", "defect"};
-    return names.at(static_cast<std::size_t>(fault));
-}
 
 Error error_of(const std::exception& exception) {
     if (const auto* error = dynamic_cast<const Error*>(&exception)) return *error;

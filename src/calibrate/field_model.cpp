@@ -198,7 +198,7 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
             for (std::size_t i = 2; i < values.size(); ++i)
                 if (node_keys[i] != "relaxation.contact") data.columns[node_keys[i]].values.push_back(values[i]);
         }
-    data.outside = point.outside == numerics::Outside::hold ? "hold" : "refuse";
+    data.outside = point.outside;
     return data;
 }
 

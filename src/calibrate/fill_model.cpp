@@ -96,7 +96,7 @@ std::vector<FilledNumber> fill_model(const Table& table, const StatePoint& point
         const double factor = lambda_factor(model, numbers[i]);
         const Uncertain number{.value = factor * found[i].number.value, .error = factor * found[i].number.error};
         set_number(numbers[i], number, model);
-        filled.push_back({numbers[i], text("{}, {}", origin_name(found[i].origin), number_text(number))});
+        filled.push_back({numbers[i], text("{}, {}", found[i].origin, number_text(number))});
     }
     if (numbers.size() < keys.size()) {
         check_nodes(table, point, order_kind(model));

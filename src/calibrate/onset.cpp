@@ -13,8 +13,6 @@
 
 namespace drover::calibrate {
 
-const char* convention_name(Convention convention) { return convention == Convention::mean ? "mean" : "single-rod"; }
-
 namespace {
 constexpr std::array<const char*, 5> rows{"drag", "relaxation_rate", "weathercock", "contact_alignment", "rod_area"};
 

@@ -1,5 +1,6 @@
 // calibrate/onset.hpp: the flocking threshold predicted by the coefficients of a table.
 #pragma once
+#include <array>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,7 @@ enum class Convention {
     single_rod  ///< lambda_s of one rod, as the assay measures it: g = 1, too low by a factor of two
 };
 inline constexpr int convention_count = 2;
-/// "mean", "single-rod": the values of the key weathercock.convention.
-const char* convention_name(Convention convention);
+constexpr auto names_of(Convention) { return std::array{"mean", "single-rod"}; }  ///< of weathercock.convention
 
 /// An area fraction of beads at which alpha/Gamma and (a - c sigma)/lambda are equal.
 struct Crossing {

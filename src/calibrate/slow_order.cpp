@@ -186,7 +186,7 @@ std::vector<std::string> stability_remarks(const physics::Equations& equations, 
         remarks.push_back(
             "noise.rods is 0: sigma has no shot noise, and DN^2/N tends to 0 in small boxes, to 1 for particles");
     for (const auto& [key, coefficient] : equations.coefficients)
-        if (coefficient.table() && equations.model.table.outside == "hold")
+        if (coefficient.table() && equations.model.table.outside == numerics::Outside::hold)
             remarks.push_back(text("outside its table ({}), {} keeps its value at the edge",
                                    physics::range_text(*coefficient.table()), key));
     for (const std::string& remark : function_remarks(equations)) remarks.push_back(remark);
@@ -204,7 +204,7 @@ std::string why_no_order(const physics::Equations& e) {
     const bool flows = has_fields(e.model, {"v"});
     const double drag = flows ? at("drag.coefficient") : 1.0, alpha = flows ? at("driving.strength") : 0.0,
                  lambda = flows ? at("weathercock.strength") : 0.0, alpha_3 = flows ? at("driving.cubic") : 0.0;
-    const bool is_pushed = word(e.model, "force.kind") == "uniform";
+    const bool is_pushed = source_kind(e.model) == physics::SourceKind::uniform;
     if (drag == 0.0 && (alpha != 0.0 || alpha_3 != 0.0))
         return lambda == 0.0 && is_pushed
                    ? "drag.coefficient is 0 and weathercock.strength is 0: driven beads accelerate without limit"

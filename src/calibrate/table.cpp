@@ -2,15 +2,9 @@
 #include "calibrate/table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace drover::calibrate {
-
-const char* origin_name(Origin origin) {
-    constexpr std::array<const char*, origin_count> names{"missing", "measured", "short", "closure", "set"};
-    return names[static_cast<std::size_t>(origin)];
-}
 
 std::size_t count_of(const Table& table, bool by_rods) {
     return table.varied.size() * table.bead_fractions.size() * (by_rods ? table.rod_fractions.size() : 1);

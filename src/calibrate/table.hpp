@@ -18,9 +18,8 @@ enum class Origin {
     closure,         ///< from measured coefficients, by the theory of independent rods
     set              ///< by the setup, or zero because nothing determines it
 };
+constexpr auto names_of(Origin) { return std::array{"missing", "measured", "short", "closure", "set"}; }
 inline constexpr int origin_count = 5;
-/// "missing", "measured", "short", "closure", "set".
-const char* origin_name(Origin origin);
 
 /// Of trials, for errors.
 inline constexpr std::size_t resample_count = 400;

@@ -1,6 +1,7 @@
 // io/declared_model.hpp: the model that a scene declares: [[field]], [[white_noise]], [equations], [define] and
 // [coefficients].
 #pragma once
+#include <array>
 #include <functional>
 #include <map>
 #include <string>
@@ -8,16 +9,27 @@
 
 #include "drover/base/schema.hpp"
 #include "drover/model/model.hpp"
+#include "numerics/algebra/spline_table.hpp"
 
 namespace drover::io {
+
+enum class FieldRank { scalar, vector, nematic, complex };  ///< complex: two scalars
+constexpr auto names_of(FieldRank) { return std::array{"scalar", "vector", "nematic", "complex"}; }
+
+enum class FieldParity { even, odd };
+constexpr auto names_of(FieldParity) { return std::array{"even", "odd"}; }
+
+/// The sense of noise that multiplies fields.
+enum class Calculus { ito, stratonovich };
+constexpr auto names_of(Calculus) { return std::array{"ito", "stratonovich"}; }
 
 /// One [[field]].  Numbers that may be formulas of the coefficients are texts.
 struct DeclaredField {
     std::string name;    ///< in figures and archives; "": the symbol
     std::string symbol;  ///< in equations
-    std::string rank = "scalar";
+    FieldRank rank = FieldRank::scalar;
     int spin = -1;  ///< of any rank; -1: that of `rank`
-    std::string parity = "even";
+    FieldParity parity = FieldParity::even;
     std::string unit = "1", meaning;
     std::string mass;             ///< m of m d_t F = equation; "": 1
     std::string mass_unit = "1";  ///< for its energy
@@ -33,9 +45,9 @@ struct DeclaredField {
 /// One [[white_noise]].
 struct DeclaredNoise {
     std::string symbol;  ///< in equations
-    std::string rank = "scalar";
+    FieldRank rank = FieldRank::scalar;
     int spin = -1;  ///< of any rank; -1: that of `rank`
-    std::string parity = "even";
+    FieldParity parity = FieldParity::even;
 
     static Rows<DeclaredNoise> rows();
 };
@@ -46,17 +58,17 @@ struct DeclaredTable {
     std::vector<std::string> of;  ///< formulas of one or two scalars
     std::vector<double> first, second;
     std::vector<double> values;  ///< of each of `first`, for each of `second`, which is the faster one
-    std::string outside = "refuse";
+    numerics::Outside outside = numerics::Outside::refuse;
 
     static Rows<DeclaredTable> rows();
 };
 
 /// Everything as written, with its places.
 struct DeclaredModel {
-    std::string name, file;        ///< file: empty, once it is read
-    bool chiral = false;           ///< the equations may distinguish left and right
-    std::string calculus = "ito";  ///< of noise that multiplies fields; or "stratonovich"
-    /// Of "stratonovich": that of model::Model, which follows from the grid of the scene.
+    std::string name, file;  ///< file: empty, once it is read
+    bool chiral = false;     ///< the equations may distinguish left and right
+    Calculus calculus = Calculus::ito;
+    /// Of stratonovich: that of model::Model, which follows from the grid of the scene.
     std::function<double(int x, int y)> noise_moment;
     std::vector<DeclaredField> fields;
     std::vector<std::map<std::string, SourceLocation>> places;  ///< of the keys of each field; "" is the field itself

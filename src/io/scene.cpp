@@ -18,19 +18,13 @@ namespace {
 /// The kinds of scenes that have a section.
 enum SectionOf : unsigned { fields = 1, particles = 2, declared = 4, grids = fields | declared, all = 7 };
 
-/// A kind of scene by the names that it has.
-struct KindRow {
-    SceneKind kind;
-    SectionOf section;
-    const char *name, *words;
-};
-constexpr std::array scene_kinds{KindRow{SceneKind::fields, fields, "fields", "fields"},
-                                 KindRow{SceneKind::particles, particles, "particles", "particles"},
-                                 KindRow{SceneKind::model, declared, "model", "a model of its own"}};
+constexpr std::array scene_kinds{SceneKind::fields, SceneKind::particles, SceneKind::model};
 
-const KindRow& row_of(SceneKind kind) {
-    return *std::find_if(scene_kinds.begin(), scene_kinds.end(), [&](const KindRow& row) { return row.kind == kind; });
+SectionOf section_of(SceneKind kind) {
+    return std::array{fields, particles, declared}.at(static_cast<std::size_t>(kind));
 }
+
+const char* words(SceneKind kind) { return kind == SceneKind::model ? "a model of its own" : name_of(kind); }
 
 constexpr const char* initial_section = "initial";
 
@@ -73,14 +67,12 @@ constexpr std::array keys_of_kinds{KeyOf{"time.stepper", grids},   KeyOf{"time.t
                                    KeyOf{"time.max_error", grids}, KeyOf{"time.chosen", grids},
                                    KeyOf{"time.pilot", grids},     KeyOf{"output.powers", grids}};
 
-const std::vector<std::string> names_of_choices{"", "fields", "means", "linear"};
-
 /// The keys of a section that drover writes, its last; their defaults are what was found.
 std::vector<Description> found_keys(const std::string& section, const Found& found = {}) {
     if (section == "time")
         return {{.name = "chosen",
-                 .default_value = names_of_choices[static_cast<std::size_t>(found.step.by)],
-                 .choices = names_of_choices,
+                 .default_value = std::string(name_of(found.step.by)),
+                 .choices = all_names<ChosenBy>(),
                  .doc = "written by drover: dt was left out and chosen for the error of the fields, of time means "
                         "(with noise, or chaotic), or for a linear model, of which every step is exact; empty: dt "
                         "was given; fields only"},
@@ -98,7 +90,7 @@ std::vector<Description> found_keys(const std::string& section, const Found& fou
              .doc = "written by drover: what the mean field of the table expects; leave it out"}};
 }
 
-bool is_of(SceneKind kind, SectionOf section) { return (section & row_of(kind).section) != 0; }
+bool is_of(SceneKind kind, SectionOf section) { return (section & section_of(kind)) != 0; }
 
 bool is_of(SceneKind kind, const std::string& key) {
     const auto found =
@@ -110,13 +102,11 @@ FormulasOf formulas_of(SceneKind kind) {
     return kind == SceneKind::model ? FormulasOf::declared : FormulasOf::rod_bead;
 }
 
-const char* words(SceneKind kind) { return row_of(kind).words; }
-
 std::string kinds_text(SectionOf kinds) {
     std::string result;
-    for (const KindRow& row : scene_kinds)
-        if (is_of(row.kind, kinds) && !(kinds == grids && row.kind == SceneKind::model))
-            result += (result.empty() ? "" : " or ") + std::string(row.words);
+    for (const SceneKind kind : scene_kinds)
+        if (is_of(kind, kinds) && !(kinds == grids && kind == SceneKind::model))
+            result += (result.empty() ? "" : " or ") + std::string(words(kind));
     return result;
 }
 
@@ -150,9 +140,9 @@ SceneKind kind_of(const LocatedTables& tables) {
             found->first, kinds_text(belongs), decisive->first, location_text(decisive->second.where), words(kind));
     };
     for (const SceneKind one : {SceneKind::model, SceneKind::particles, SceneKind::fields}) {
-        const auto found = first_of(row_of(one).section);
+        const auto found = first_of(section_of(one));
         if (found == tables.end()) continue;
-        if (decisive != tables.end()) reject(found, row_of(one).section);
+        if (decisive != tables.end()) reject(found, section_of(one));
         kind = one;
         decisive = found;
     }
@@ -189,8 +179,8 @@ Found found_in(const LocatedTables& tables) {
             if (table == tables.end() || !table->second.values.contains(row.name)) continue;
             values.back() = checked_value(row, section, table->second.values.at(row.name));
         }
-    const auto by = std::ranges::find(names_of_choices, std::get<std::string>(values[0])) - names_of_choices.begin();
-    Found found{.step = {.by = static_cast<ChosenBy>(by), .pilot = std::get<std::string>(values[1])},
+    Found found{.step = {.by = value_named<ChosenBy>(std::get<std::string>(values[0])).value(),
+                         .pilot = std::get<std::string>(values[1])},
                 .filled = {},
                 .expected = std::get<Texts>(values[3])};
     for (const std::string& line : std::get<Texts>(values[2])) {
@@ -230,7 +220,7 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
         read_table(table->second, name, part);
     });
     reject_keys_of_others(scene);
-    if (scene.declared.calculus == "stratonovich") scene.declared.noise_moment = noise_moment_of(scene);
+    if (scene.declared.calculus == Calculus::stratonovich) scene.declared.noise_moment = noise_moment_of(scene);
     const auto is_read = [&](const std::string& name) {
         return std::find(sections.begin(), sections.end(), name) != sections.end() ||
                (scene.kind == SceneKind::model ? is_declared_table(name) : is_model_table(name));
@@ -243,12 +233,10 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
     return scene;
 }
 
-const char* kind_name(SceneKind kind) { return row_of(kind).name; }
-
 SceneKind kind_of_name(const std::string& name) {
-    for (const KindRow& row : scene_kinds)
-        if (name == row.name) return row.kind;
-    fail_input({}, "the kind \"{}\" of a scene; expected fields, particles or model", name);
+    const std::optional<SceneKind> kind = value_named<SceneKind>(name);
+    require(kind.has_value(), {}, "the kind \"{}\" of a scene; expected fields, particles or model", name);
+    return *kind;
 }
 
 SourceLocation locate(const Scene& scene, const std::string& key) {
@@ -387,8 +375,8 @@ std::vector<SectionDescription> scene_schema(const physics::ModelFile& file) {
     const Scene defaults;
     for_sections(defaults, [&](SectionOf belongs, const std::string& name, const char* doc, const auto& part) {
         std::vector<SceneKind> kinds;
-        for (const KindRow& row : scene_kinds)
-            if (belongs != all && is_of(row.kind, belongs)) kinds.push_back(row.kind);
+        for (const SceneKind kind : scene_kinds)
+            if (belongs != all && is_of(kind, belongs)) kinds.push_back(kind);
         std::vector<Description> rows = descriptions<std::remove_cvref_t<decltype(part)>>();
         if (name == initial_section) rows = initial_rows(FormulasOf::rod_bead);
         std::ranges::move(found_keys(name), std::back_inserter(rows));

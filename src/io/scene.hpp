@@ -1,5 +1,6 @@
 // io/scene.hpp: a scene (input file) as data: everything that defines a run.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -75,17 +76,24 @@ struct RunControl {
     static Rows<RunControl> rows();
 };
 
+enum class Ramp { none, up, up_down };
+constexpr auto names_of(Ramp) { return std::array{"none", "up", "up-down"}; }
+
+/// What a sweep keeps of its runs.
+enum class Kept { archives, table };
+constexpr auto names_of(Kept) { return std::array{"archives", "table"}; }
+
 /// Many runs of one scene.
 struct SweepPlan {
-    std::vector<std::string> vary;    ///< "relaxation.rate = 1, 2, 3" or "relaxation.rate = 1:2:11"
-    int seeds = 1;                    ///< runs at each point; with wanted errors the least number of them
-    std::vector<std::string> want;    ///< "polar_order=2%"
-    int max_seeds = 64;               ///< with wanted errors
-    std::string ramp = "none";        ///< none, up, up-down
+    std::vector<std::string> vary;  ///< "relaxation.rate = 1, 2, 3" or "relaxation.rate = 1:2:11"
+    int seeds = 1;                  ///< runs at each point; with wanted errors the least number of them
+    std::vector<std::string> want;  ///< "polar_order=2%"
+    int max_seeds = 64;             ///< with wanted errors
+    Ramp ramp = Ramp::none;
     std::vector<std::string> refine;  ///< "polar_order = 0.1"
     int refine_levels = 3;            ///< times that a cell is halved at most
-    std::string keep = "archives";    ///< archives, table
-    int workers = 0;                  ///< 0: the cores the process may use
+    Kept keep = Kept::archives;
+    int workers = 0;  ///< 0: the cores the process may use
 
     static Rows<SweepPlan> rows();
 };
@@ -132,19 +140,24 @@ struct CalibrationPlan {
     static Rows<CalibrationPlan> rows();
 };
 
+/// At the area fractions of the scene, or at the local densities.
+enum class CoefficientsOf { uniform, local };
+constexpr auto names_of(CoefficientsOf) { return std::array{"uniform", "local"}; }
+
 /// A table of coefficients that replaces numbers of the model.
 struct CalibratedPlan {
     std::string table;                                         ///< a file written by drover calibrate; "": none
     double bead_area_fraction = 0.0, rod_area_fraction = 0.0;  ///< of the scene; > 0 with a table
     double varied = 0.0;                                       ///< of the key that the table varies, when it has one
-    std::string coefficients = "uniform";  ///< uniform: at these area fractions; local: at the local densities
-    std::string outside = "refuse";        ///< refuse or hold: behaviour beyond the table
+    CoefficientsOf coefficients = CoefficientsOf::uniform;
+    numerics::Outside outside = numerics::Outside::refuse;
 
     static Rows<CalibratedPlan> rows();
 };
 
 /// By what time.dt was chosen: not at all, since it was given; the error of the fields, of time means; a linear model.
 enum class ChosenBy { given, fields, means, linear };
+constexpr auto names_of(ChosenBy) { return std::array{"", "fields", "means", "linear"}; }
 
 /// How a time step was found.
 struct StepChoice {
@@ -163,6 +176,7 @@ struct Found {
 /// A scene with a section of particles ([cell], [plates], [beads], [rods], ...) is a scene of particles, one that
 /// declares fields ([[field]]) is a scene of a model of one's own.
 enum class SceneKind { fields, particles, model };
+constexpr auto names_of(SceneKind) { return std::array{"fields", "particles", "model"}; }
 
 inline bool has_grid(SceneKind kind) { return kind != SceneKind::particles; }
 
@@ -192,8 +206,6 @@ struct Scene {
     Found found;  // all others are inputs
 };
 
-/// "fields", "particles", "model".
-const char* kind_name(SceneKind kind);
 /// The kind of that name.  Throws an input Error for another name.
 SceneKind kind_of_name(const std::string& name);
 

@@ -38,7 +38,7 @@ calibrate::StatePoint point_of(const Scene& scene, const calibrate::Table& table
     return {.bead_fraction = plan.bead_area_fraction,
             .rod_fraction = plan.rod_area_fraction,
             .varied = varied_of(scene, table),
-            .outside = numerics::outside_of(plan.outside)};
+            .outside = plan.outside};
 }
 
 void fill(Scene& scene, const std::vector<std::string>& missing) {
@@ -81,7 +81,7 @@ void fill_from_table(Scene& scene) {
         require(fraction > 0.0, locate(scene, key),
                 "{} is not given; expected the area fraction of the scene, within those of {}", key, plan.table);
     const std::vector<std::string> missing =
-        calibrate::missing_keys(scene.model, plan.coefficients == "local",
+        calibrate::missing_keys(scene.model, plan.coefficients == CoefficientsOf::local,
                                 [&](const std::string& key) { return is_given(scene, key); });
     if (missing.empty()) return;
     try {
@@ -102,19 +102,10 @@ Rows<CalibratedPlan> CalibratedPlan::rows() {
         {"rod_area_fraction", &Plan::rod_area_fraction, "Phi_r of the scene", "", within(0.0, 0.95)},
         {"varied", &Plan::varied,
          "the value of the key that the table varies, one of its own; of a table that has such a key"},
-        {"coefficients",
-         &Plan::coefficients,
+        {"coefficients", &Plan::coefficients,
          "uniform: those of these area fractions everywhere; local: a, b, Gamma, alpha and lambda follow "
-         "the densities of each place, and a boundary has error bands",
-         "",
-         any_number,
-         {"uniform", "local"}},
-        {"outside",
-         &Plan::outside,
-         "densities beyond the table: refuse, or hold the value of its edge",
-         "",
-         any_number,
-         {"refuse", "hold"}},
+         "the densities of each place, and a boundary has error bands"},
+        {"outside", &Plan::outside, "densities beyond the table: refuse, or hold the value of its edge"},
     };
 }
 

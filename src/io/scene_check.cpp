@@ -106,7 +106,7 @@ void check_dealiasing(const physics::Dealiasing& dealiasing, const numerics::Gri
     require(dealiasing.degree + 1 < fewest, locate("dealiasing.degree"),
             "dealiasing.degree = {} keeps no wave on {} points; expected less than {}", dealiasing.degree, fewest,
             fewest - 1);
-    require(dealiasing.degree == 0 || dealiasing.rule == "exact", locate("dealiasing.degree"),
+    require(dealiasing.degree == 0 || dealiasing.rule == numerics::DealiasingRule::exact, locate("dealiasing.degree"),
             "dealiasing.degree = {} has no effect with dealiasing.rule = \"{}\"; expected 0, or rule = \"exact\"",
             dealiasing.degree, dealiasing.rule);
 }
@@ -305,25 +305,17 @@ Rows<SweepPlan> SweepPlan::rows() {
          "observables and the standard errors of their means, \"polar_order=2%\": seeds are added at each point "
          "until they are met, or up to max_seeds"},
         {"max_seeds", &SweepPlan::max_seeds, "with want: the largest number of runs at a point", "", within(2, 1e6)},
-        {"ramp",
-         &SweepPlan::ramp,
+        {"ramp", &SweepPlan::ramp,
          "up: each point starts from the final state of the previous one; up-down: up, then back (hysteresis); "
-         "of several keys the last is ramped",
-         "",
-         any_number,
-         {"none", "up", "up-down"}},
+         "of several keys the last is ramped"},
         {"refine", &SweepPlan::refine,
          "observables and a change, \"polar_order = 0.1\": between neighbouring points that differ by more, and "
          "by more than twice their standard error, points are added, until none do or after refine_levels"},
         {"refine_levels", &SweepPlan::refine_levels, "maximum number of times the distance of points is halved", "",
          within(1, 20)},
-        {"keep",
-         &SweepPlan::keep,
+        {"keep", &SweepPlan::keep,
          "archives: an archive of each run, from which it also resumes; table: the results alone, in one file "
-         "for each process",
-         "",
-         any_number,
-         {"archives", "table"}},
+         "for each process"},
         {"workers", &SweepPlan::workers, "parallel runs; 0: the available cores", "", within(0, 1024)},
     };
 }

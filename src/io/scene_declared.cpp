@@ -10,14 +10,7 @@
 namespace drover::io {
 
 namespace {
-struct RankName {
-    const char* name;
-    int spin;
-};
-constexpr std::array ranks{RankName{"scalar", 0}, RankName{"vector", 1}, RankName{"nematic", 2}};
-constexpr const char* complex_rank = "complex";  // two scalars
-
-bool is_complex(const DeclaredField& field) { return field.rank == complex_rank; }
+bool is_complex(const DeclaredField& field) { return field.rank == FieldRank::complex; }
 
 /// Calls `read` with each table of a list, list[1] and so on, and with its name.
 template <class Read>
@@ -74,10 +67,7 @@ double number_of(const std::string& written, const DeclaredModel& declared, cons
     return evaluate(formula, {});
 }
 
-int spin_of_rank(const std::string& name) {
-    const auto found = std::find_if(ranks.begin(), ranks.end(), [&](const RankName& one) { return one.name == name; });
-    return found == ranks.end() ? 0 : found->spin;
-}
+int spin_of_rank(FieldRank rank) { return rank == FieldRank::complex ? 0 : static_cast<int>(rank); }
 
 int spin_of(const DeclaredModel& declared, std::size_t n) {
     const DeclaredField& field = declared.fields[n];
@@ -209,7 +199,7 @@ model::GivenFunction function_of(const DeclaredTable& declared, const SourceLoca
     const auto table = [&] {
         try {
             return std::make_shared<const numerics::SplineTable>(declared.first, second, declared.values,
-                                                                 numerics::outside_of(declared.outside));
+                                                                 declared.outside);
         } catch (const Error& error) {
             fail_input(where, "{}: {}", declared.symbol, error.message());
         }
@@ -260,8 +250,6 @@ void add_table(const DeclaredTable& table, const SourceLocation& where, model::M
     require(table.first.size() != 1 && table.second.size() != 1, where,
             "{} is a table with one number along an axis; expected two or more: without a slope it is a coefficient",
             table.symbol);
-    require(table.outside == "refuse" || table.outside == "hold", where,
-            "{} has outside = \"{}\"; expected refuse or hold", table.symbol, table.outside);
     const std::string function = "tabulated_" + table.symbol;
     result.functions[function] = function_of(table, where);
     result.definitions.push_back({table.symbol, {text("{}({})", function, joined(table.of)), where}, true});
@@ -277,7 +265,7 @@ model::Model model_of(const DeclaredModel& declared) {
         model::Field field{.name = given.name.empty() ? given.symbol : given.name,
                            .symbol = given.symbol,
                            .spin = spin_of(declared, n),
-                           .odd = given.parity == "odd",
+                           .odd = given.parity == FieldParity::odd,
                            .unit = given.unit,
                            .meaning = given.meaning,
                            .left = given.balance ? model::LeftSide::balance : model::LeftSide::rate,
@@ -298,7 +286,7 @@ model::Model model_of(const DeclaredModel& declared) {
         const DeclaredNoise& noise = declared.noises[n];
         result.noises.push_back({.symbol = noise.symbol,
                                  .spin = noise.spin >= 0 ? noise.spin : spin_of_rank(noise.rank),
-                                 .odd = noise.parity == "odd",
+                                 .odd = noise.parity == FieldParity::odd,
                                  .where = declared.noise_places[n]});
     }
     for (std::size_t n = 0; n < declared.tables.size(); ++n)
@@ -347,13 +335,9 @@ Rows<DeclaredModel> DeclaredModel::rows() {
          "scene counts; of a whole scene the model alone"},
         {"chiral", &DeclaredModel::chiral,
          "the equations may distinguish left and right: terms whose parity differs from that of the field"},
-        {"calculus",
-         &DeclaredModel::calculus,
+        {"calculus", &DeclaredModel::calculus,
          "the sense of noise that multiplies fields; the drift of stratonovich is proportional to the number of modes "
-         "per area, so it depends on the grid: drover explain prints both",
-         "",
-         any_number,
-         {"ito", "stratonovich"}},
+         "per area, so it depends on the grid: drover explain prints both"},
     };
 }
 
@@ -361,22 +345,14 @@ Rows<DeclaredField> DeclaredField::rows() {
     return Rows<DeclaredField>{
         {"symbol", &DeclaredField::symbol, "its name in equations: \"phi\""},
         {"name", &DeclaredField::name, "its name in figures and archives: \"rod_density\"; empty: the symbol"},
-        {"rank",
-         &DeclaredField::rank,
+        {"rank", &DeclaredField::rank,
          "how it transforms under rotations: a scalar (spin 0), a vector (1), a nematic Q_xx + i Q_xy (2); complex: "
-         "two scalars, A = A_re + i A_im",
-         "",
-         any_number,
-         {"scalar", "vector", "nematic", "complex"}},
+         "two scalars, A = A_re + i A_im"},
         {"spin", &DeclaredField::spin,
          "in place of rank: the field rotates by this many times the angle of a rotation; -1: as rank says", "",
          within(-1, 6)},
-        {"parity",
-         &DeclaredField::parity,
-         "odd: a reflection changes its sign, besides what its rank does: a pseudoscalar, such as a vorticity",
-         "",
-         any_number,
-         {"even", "odd"}},
+        {"parity", &DeclaredField::parity,
+         "odd: a reflection changes its sign, besides what its rank does: a pseudoscalar, such as a vorticity"},
         {"unit", &DeclaredField::unit, "its unit, for figures and archives"},
         {"meaning", &DeclaredField::meaning, "what it is, for people"},
         {"mass", &DeclaredField::mass, "m of m d_t F = equation, a formula of the fields: \"m rho\"; empty: 1"},
@@ -412,12 +388,7 @@ Rows<DeclaredNoise> DeclaredNoise::rows() {
          any_number,
          {"scalar", "vector", "nematic"}},
         {"spin", &DeclaredNoise::spin, "in place of rank; -1: as rank says", "", within(-1, 6)},
-        {"parity",
-         &DeclaredNoise::parity,
-         "odd: of equations of pseudoscalars and the like",
-         "",
-         any_number,
-         {"even", "odd"}},
+        {"parity", &DeclaredNoise::parity, "odd: of equations of pseudoscalars and the like"},
     };
 }
 
@@ -430,12 +401,7 @@ Rows<DeclaredTable> DeclaredTable::rows() {
         {"second", &DeclaredTable::second, "values of the second one, ascending"},
         {"values", &DeclaredTable::values,
          "values of the coefficient: for each of `first` those of all of `second`; between them a cubic spline"},
-        {"outside",
-         &DeclaredTable::outside,
-         "beyond the table: refuse: an error; hold: the value at its edge",
-         "",
-         any_number,
-         {"refuse", "hold"}},
+        {"outside", &DeclaredTable::outside, "beyond the table: refuse: an error; hold: the value at its edge"},
     };
 }
 

@@ -102,7 +102,7 @@ LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* 
 }
 
 void check_unread(const model::Start& start, FormulasOf of, const Locate& locate) {
-    if (start.kind != "uniform") return;  // --set gives a scene another kind, and its other keys stay
+    if (start.kind != model::StartKind::uniform) return;  // --set gives a scene another kind, and its other keys stay
     const std::string mode = "initial.kind = \"mode\"", file = "initial.kind = \"file\"";
     reject_unread(start, "initial", "initial.kind = \"uniform\"",
                   {{"amplitude", {false, "initial.kind = \"random\", \"mode\" or \"formula\""}},
@@ -116,7 +116,7 @@ void check_unread(const model::Start& start, FormulasOf of, const Locate& locate
 }
 
 void check_noise_of_start(const model::Start& start, const model::Equations& equations, const Locate& locate) {
-    if (start.kind != "stationary" || equations.has_noise()) return;
+    if (start.kind != model::StartKind::stationary || equations.has_noise()) return;
     std::vector<std::string> keys;
     for (const model::StateComponent& one : model::components_of_state(equations))
         for (const physics::FieldRow& row : physics::shipped_model().fields)

@@ -54,7 +54,8 @@ std::vector<double> mesh_centres(const ParticleSetting& setting) {
 ParticleSetting make_particle_setting(const dem::Setup& setup, const dem::Bodies& at_start) {
     ParticleSetting setting{.cell = setup.cell,
                             .periodic = dem::is_periodic(setup.cell),
-                            .round = setup.cell.shape == "circle" || setup.cell.shape == "flower",
+                            .round = setup.cell.shape == dem::CellShape::circle ||
+                                     setup.cell.shape == dem::CellShape::flower,
                             .beads = at_start.beads.size(),
                             .rods = at_start.rods.size()};
     for (const dem::Bead& bead : at_start.beads)

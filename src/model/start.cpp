@@ -105,7 +105,7 @@ void check_mode(const Start& start, const numerics::Grid& grid, int degree, cons
 
 /// Formulas belong to the kind "formula"; the message names all, since a scene often gives several.
 void check_kind_of_formulas(const Start& start, const std::vector<std::string>& components, const Locate& locate) {
-    if (start.formulas.empty() || start.kind == "formula") return;
+    if (start.formulas.empty() || start.kind == StartKind::formula) return;
     std::vector<std::string> keys;
     for (const std::string& component : components)
         if (start.formulas.contains(component)) keys.push_back("initial." + component);
@@ -151,7 +151,7 @@ void check(const Start& start, const Equations& equations, const numerics::Grid&
            const Locate& locate) {
     const std::vector<std::string> names = names_of(components_of_state(equations));
     check_kind_of_formulas(start, names, locate);
-    require(start.kind != "file" || !start.file.empty(), locate("initial.kind"),
+    require(start.kind != StartKind::file || !start.file.empty(), locate("initial.kind"),
             "initial.kind = \"file\" without initial.file; name the archive");
     const std::vector<std::string> follow = names_of(components_in_balance(equations));
     for (const auto& [name, formula] : start.formulas) {
@@ -162,8 +162,8 @@ void check(const Start& start, const Equations& equations, const numerics::Grid&
                 joined(names));
         numerics::check(formula_of(name, formula), grid, degree);
     }
-    if (start.kind == "stationary") check_stationary(equations, grid, degree, locate);
-    if (start.kind != "mode") return;
+    if (start.kind == StartKind::stationary) check_stationary(equations, grid, degree, locate);
+    if (start.kind != StartKind::mode) return;
     require(start.component.empty() || index_of(start.component, names) >= 0, locate("initial.field"),
             "initial.field = \"{}\"; expected one of {}", start.component, joined(names));
     check_mode(start, grid, degree, locate);
@@ -249,15 +249,15 @@ numerics::Spectra perturbed(const Start& start, const Equations& equations, cons
                             std::uint64_t seed, Threads& threads) {
     const std::vector<std::string> names = names_of(components_of_state(equations));
     numerics::Spectra state(system.grid, static_cast<int>(names.size()));
-    if (start.kind == "stationary")
+    if (start.kind == StartKind::stationary)
         numerics::draw_stationary(system, {.seed = seed, .stream = Stream::stationary_state}, state);
     const UniformState reference = equations.reference();
     for (int c = 0; c < state.count(); ++c)
         state[c][0] += reference[static_cast<std::size_t>(equations.state_components()[static_cast<std::size_t>(c)])];
-    if (start.kind == "formula") set_formulas(start, names, system, threads, state);
-    if (start.kind == "random" || (start.kind == "formula" && start.amplitude > 0.0))
+    if (start.kind == StartKind::formula) set_formulas(start, names, system, threads, state);
+    if (start.kind == StartKind::random || (start.kind == StartKind::formula && start.amplitude > 0.0))
         add_random(system, start.amplitude, seed, threads, state);
-    if (start.kind == "mode")
+    if (start.kind == StartKind::mode)
         add_mode(system.grid, start, start.component.empty() ? 0 : index_of(start.component, names), state);
     return state;
 }
@@ -266,11 +266,11 @@ numerics::Spectra perturbed(const Start& start, const Equations& equations, cons
 void warn_of_divergence(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
                         std::vector<std::string>& warnings) {
     const std::vector<Field>& fields = equations.model().fields;
-    if (start.kind != "formula" && start.kind != "mode") return;
+    if (start.kind != StartKind::formula && start.kind != StartKind::mode) return;
     if (std::none_of(fields.begin(), fields.end(), [](const Field& one) { return one.solenoidal; })) return;
     Threads one(1);
     Start given = start;
-    if (given.kind == "formula") given.amplitude = 0.0;
+    if (given.kind == StartKind::formula) given.amplitude = 0.0;
     const numerics::System system = equations.linear_system(grid, degree);
     const numerics::Spectra as_given = perturbed(given, equations, system, 0, one);
     numerics::Spectra without = as_given;
@@ -302,7 +302,7 @@ std::vector<std::string> start_warnings(const Start& start, const Equations& equ
     const std::vector<StateComponent> components = components_of_state(equations);
     for (const StateComponent& component : components) {
         const auto found = start.formulas.find(component.name);
-        if (start.kind != "formula" || found == start.formulas.end()) continue;
+        if (start.kind != StartKind::formula || found == start.formulas.end()) continue;
         const std::string warning =
             numerics::warning_of(formula_of(component.name, found->second), component.unit, grid, degree);
         if (!warning.empty()) warnings.push_back(warning);
@@ -320,15 +320,10 @@ numerics::Spectra start_spectra(const Start& start, const Equations& equations, 
 
 Rows<Start> Start::rows() {
     return Rows<Start>{
-        {"kind",
-         &Start::kind,
+        {"kind", &Start::kind,
          "uniform; random or mode: a perturbation of it; stationary: drawn from the stationary state of the linear "
-         "theory; formula: fields as formulas in x, y, lx and ly; file: a frame of an archive, by its Fourier "
-         "modes "
-         "where the grid has other points",
-         "",
-         any_number,
-         {"uniform", "random", "mode", "stationary", "formula", "file"}},
+         "theory; formula: fields as formulas in x, y, lx and ly; file: a frame of an archive, by its Fourier modes "
+         "where the grid has other points"},
         {"amplitude", &Start::amplitude,
          "random: standard deviation in each cell (formula: of added noise); mode: amplitude of the cosine",
          "unit of the field", not_negative},

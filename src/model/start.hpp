@@ -1,5 +1,6 @@
 // model/start.hpp: the fields of a model at the start of a run.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -25,11 +26,14 @@ std::vector<StateComponent> components_in_balance(const Equations& equations);
 /// Whether a term reads a source at a point.
 bool has_source(const Model& model, const TermSummary& term);
 
+enum class StartKind { uniform, random, mode, stationary, formula, file };
+constexpr auto names_of(StartKind) { return std::array{"uniform", "random", "mode", "stationary", "formula", "file"}; }
+
 /// The initial state of a run: a perturbation of the references, or a frame of an archive.
 struct Start {
-    std::string kind = "uniform";  ///< uniform, random, mode, stationary, formula or file
-    double amplitude = 0.0;        ///< of random or mode, in the unit of the field; formula: of added random noise
-    std::string component;         ///< of mode; "": the first
+    StartKind kind = StartKind::uniform;
+    double amplitude = 0.0;  ///< of random or mode, in the unit of the field; formula: of added random noise
+    std::string component;   ///< of mode; "": the first
     int mode_x = 1, mode_y = 0;
     double phase = 0.0;  ///< of mode [rad]
     /// Of formula, by component: in x, y and the sides of the cell, lx and ly [mm]; none: the reference.

@@ -12,7 +12,7 @@ Coefficient tabulated(const std::vector<double>& nodes, const TableData& table, 
     std::vector<double> values = nodes;
     for (double& value : values) value *= factor;
     return Coefficient(std::make_shared<numerics::SplineTable>(axis(table.nodes[0]), axis(table.nodes[1]),
-                                                               std::move(values), numerics::outside_of(table.outside)));
+                                                               std::move(values), table.outside));
 }
 
 /// What a coefficient contains of another, which lowers it: a monomial of that density, or a number where it is none of

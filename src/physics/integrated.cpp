@@ -151,7 +151,7 @@ namespace {
 bool is_uniform(const Equations& equations, std::size_t term) {
     const SourceRow& source = equations.model.file->source;
     return !equations.right_sides().terms()[term].is_placed &&
-           !(equations.terms()[term] == source.section && word(equations.model, source.section + ".kind") == "point");
+           !(equations.terms()[term] == source.section && source_kind(equations.model) == SourceKind::point);
 }
 }  // namespace
 
@@ -163,14 +163,9 @@ std::string nonuniform_term(const Equations& equations) {
 
 Rows<Dealiasing> Dealiasing::rows() {
     return Rows<Dealiasing>{
-        {"rule",
-         &Dealiasing::rule,
+        {"rule", &Dealiasing::rule,
          "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; "
-         "two-thirds: "
-         "|k| < N/3 for any d; none: |k| < N/2; outputs report the tail of the spectrum",
-         "",
-         any_number,
-         {"exact", "two-thirds", "none"}},
+         "two-thirds: |k| < N/3 for any d; none: |k| < N/2; outputs report the tail of the spectrum"},
         {"degree", &Dealiasing::degree,
          "exact: with at least this degree, so that scenes with and without a term keep the same modes; 0: that of the "
          "equations",

@@ -4,14 +4,15 @@
 #include <vector>
 
 #include "model/field_evolution.hpp"
+#include "numerics/steppers/kept_modes.hpp"
 #include "physics/equations.hpp"
 
 namespace drover::physics {
 
 /// Dealiasing of products.
 struct Dealiasing {
-    std::string rule = "exact";  ///< exact: |k| < N/(degree + 1); two-thirds: |k| < N/3; none: |k| < N/2
-    int degree = 0;              ///< at least, with exact
+    numerics::DealiasingRule rule = numerics::DealiasingRule::exact;
+    int degree = 0;  ///< at least, with exact
 
     static Rows<Dealiasing> rows();
 };

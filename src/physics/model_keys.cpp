@@ -88,15 +88,18 @@ std::vector<ModelKey> table_keys(const ModelFile& file) {
                                             return error ? column.errors : column.values;
                                         }));
     Description outside{.name = "outside",
-                        .default_value = std::string("refuse"),
+                        .default_value = std::string(drover::name_of(numerics::Outside::refuse)),
                         .unit = {},
                         .range = {},
-                        .choices = {"refuse", "hold"},
+                        .choices = all_names<numerics::Outside>(),
                         .doc =
                             "densities beyond the nodes: refuse: stop with an error; hold: use the values at the edge"};
     keys.push_back({.description = std::move(outside),
-                    .get = [](const ModelValues& m) -> Value { return m.table.outside; },
-                    .set = [](ModelValues& m, const Value& value) { m.table.outside = std::get<std::string>(value); }});
+                    .get = [](const ModelValues& m) -> Value { return std::string(drover::name_of(m.table.outside)); },
+                    .set =
+                        [](ModelValues& m, const Value& value) {
+                            m.table.outside = value_named<numerics::Outside>(std::get<std::string>(value)).value();
+                        }});
     return keys;
 }
 
@@ -132,9 +135,9 @@ std::vector<CoefficientValue> named_parts(const ModelValues& model, const TermRo
     for (const KeyRow& row : file.keys)
         if (row.key() == term.key + ".x") unit = row.description.unit;
     if (term.key == file.source.section) {
-        const std::string& kind = word(model, term.key + ".kind");
-        value += ", " + kind;
-        unit = kind == "point" ? file.source.point_unit : file.source.unit;
+        const SourceKind kind = source_kind(model);
+        value += text(", {}", kind);
+        unit = kind == SourceKind::point ? file.source.point_unit : file.source.unit;
     }
     result.push_back({term.key, term.formula, value, unit, *doc});
     return result;

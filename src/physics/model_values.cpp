@@ -74,8 +74,7 @@ Presence presence(const ModelValues& model, const FieldRow& field) {
     if (field.present.empty()) return Presence::rate;
     const Value& value = value_of(model, field.present);
     if (const bool* is_there = std::get_if<bool>(&value)) return *is_there ? Presence::rate : Presence::absent;
-    const std::string& how = std::get<std::string>(value);
-    return how == "absent" ? Presence::absent : how == "slaved" ? Presence::balance : Presence::rate;
+    return value_named<Presence>(std::get<std::string>(value)).value_or(Presence::rate);
 }
 
 Presence presence(const ModelValues& model, const std::string& symbol) {
@@ -86,6 +85,10 @@ Presence presence(const ModelValues& model, const std::string& symbol) {
 bool has_fields(const ModelValues& model, const std::vector<std::string>& symbols) {
     return std::all_of(symbols.begin(), symbols.end(),
                        [&](const std::string& symbol) { return presence(model, symbol) != Presence::absent; });
+}
+
+SourceKind source_kind(const ModelValues& model) {
+    return value_named<SourceKind>(word(model, model.file->source.section + ".kind")).value();
 }
 
 Densities mean_densities(const ModelValues& model) {

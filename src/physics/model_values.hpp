@@ -1,9 +1,11 @@
 // physics/model_values.hpp: what a scene gives of a model file: numbers and words by key, a table, terms as text.
 #pragma once
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "numerics/algebra/spline_table.hpp"
 #include "physics/coefficient.hpp"
 #include "physics/model_file.hpp"
 #include "physics/text_term.hpp"
@@ -19,7 +21,7 @@ struct TableColumn {
 struct TableData {
     std::array<std::vector<double>, 2> nodes;    ///< of each density, ascending; empty: no dependence
     std::map<std::string, TableColumn> columns;  ///< by key of the coefficient, "relaxation.rate"
-    std::string outside = "refuse";              ///< treatment of densities beyond the nodes: refuse or hold
+    numerics::Outside outside = numerics::Outside::refuse;
     /// The column of a key; empty if the table has no such column.
     const TableColumn& column(const std::string& key) const;
     bool has_values() const;
@@ -55,11 +57,17 @@ enum class Presence {
     balance,  ///< determined at every instant by a balance: not an independent field
     rate
 };
+constexpr auto names_of(Presence) { return std::array{"absent", "slaved", "dynamic"}; }
 Presence presence(const ModelValues& model, const FieldRow& field);
 /// By its symbol in equations; absent for a symbol that the file does not have.
 Presence presence(const ModelValues& model, const std::string& symbol);
 /// Whether a model has all of these fields, by symbol.
 bool has_fields(const ModelValues& model, const std::vector<std::string>& symbols);
+
+/// What the source of the file is in a model.
+enum class SourceKind { none, uniform, point };
+constexpr auto names_of(SourceKind) { return std::array{"none", "uniform", "point"}; }
+SourceKind source_kind(const ModelValues& model);
 
 /// The means of the densities, which the equations conserve.
 Densities mean_densities(const ModelValues& model);

@@ -143,7 +143,7 @@ void add_source(const ModelValues& model, model::Model& result) {
                std::any_of(field.terms.begin(), field.terms.end(),
                            [&](const TermRow& term) { return term.key == source.section; });
     });
-    if (word(model, source.section + ".kind") != "point" || !is_used) {
+    if (source_kind(model) != SourceKind::point || !is_used) {
         result.definitions.push_back({source.symbol, {text("{0}_x e_x + {0}_y e_y", source.section), {}}});
         return;
     }
@@ -267,7 +267,7 @@ std::string key_of_term(const std::string& symbol, const std::string& factor) {
 
 std::vector<HeldRange> held_ranges(const TableData& table) {
     std::vector<HeldRange> ranges;
-    if (!table.has_values() || table.outside != "hold") return ranges;
+    if (!table.has_values() || table.outside != numerics::Outside::hold) return ranges;
     const std::vector<const FieldRow*> fields = densities();
     for (std::size_t k = 0; k < fields.size(); ++k)
         if (const std::vector<double>& nodes = table.nodes[k]; nodes.size() > 1)

@@ -30,15 +30,19 @@ std::string formula_of(const py::handle& given) {
     return py::isinstance<py::str>(given) ? given.cast<std::string>() : toml_text(given.cast<double>());
 }
 
+io::FieldParity parity_of(const py::dict& given) {
+    return given["odd"].cast<bool>() ? io::FieldParity::odd : io::FieldParity::even;
+}
+
 void add_field(const py::dict& given, io::DeclaredModel& model) {
     const auto symbol = given["symbol"].cast<std::string>();
     std::map<std::string, SourceLocation> places{{"", {.file = symbol}}};
     for (const char* key : {"mass", "reference", "noise"}) places.emplace(key, text_of(symbol, key, "").where);
     model.fields.push_back({.name = given["name"].cast<std::string>(),
                             .symbol = symbol,
-                            .rank = given["complex"].cast<bool>() ? "complex" : "scalar",
+                            .rank = given["complex"].cast<bool>() ? io::FieldRank::complex : io::FieldRank::scalar,
                             .spin = given["complex"].cast<bool>() ? -1 : given["spin"].cast<int>(),
-                            .parity = given["odd"].cast<bool>() ? "odd" : "even",
+                            .parity = parity_of(given),
                             .unit = given["unit"].cast<std::string>(),
                             .meaning = given["meaning"].cast<std::string>(),
                             .mass = given["mass"].cast<std::string>(),
@@ -56,19 +60,21 @@ void add_field(const py::dict& given, io::DeclaredModel& model) {
 
 void add_noise(const py::dict& given, io::DeclaredModel& model) {
     const auto symbol = given["symbol"].cast<std::string>();
-    model.noises.push_back(
-        {.symbol = symbol, .spin = given["spin"].cast<int>(), .parity = given["odd"].cast<bool>() ? "odd" : "even"});
+    model.noises.push_back({.symbol = symbol, .spin = given["spin"].cast<int>(), .parity = parity_of(given)});
     model.noise_places.push_back({.file = symbol});
 }
 
 void add_table(const py::dict& given, io::DeclaredModel& model) {
-    model.tables.push_back({.symbol = given["symbol"].cast<std::string>(),
+    const auto symbol = given["symbol"].cast<std::string>(), outside = given["outside"].cast<std::string>();
+    const auto found = value_named<numerics::Outside>(outside);
+    require(found.has_value(), {.file = symbol}, "{} has outside = \"{}\"; expected refuse or hold", symbol, outside);
+    model.tables.push_back({.symbol = symbol,
                             .of = given["of"].cast<std::vector<std::string>>(),
                             .first = given["first"].cast<std::vector<double>>(),
                             .second = given["second"].cast<std::vector<double>>(),
                             .values = given["values"].cast<std::vector<double>>(),
-                            .outside = given["outside"].cast<std::string>()});
-    model.table_places.push_back({.file = model.tables.back().symbol});
+                            .outside = *found});
+    model.table_places.push_back({.file = symbol});
 }
 
 /// Warns of those of the `named` coefficients that no equation has.

@@ -101,7 +101,7 @@ void raise(std::string message, const std::string& place, Fault fault) {
     if (const std::size_t at = message.find(option); at != std::string::npos)
         message.replace(at, option.size(), "overwrite=True");
     const py::object type = py::module_::import("drover.error").attr("Error");
-    const py::object value = type(message, place, fault_name(fault));
+    const py::object value = type(message, place, name_of(fault));
     PyErr_SetObject(type.ptr(), value.ptr());
 }
 
@@ -268,7 +268,7 @@ void bind_scene(py::module_& module) {
                 return io::read_scene(file, settings);
             },
             py::arg("file"), py::arg("settings"))
-        .def_property_readonly("kind", [](const io::Scene& self) { return io::kind_name(self.kind); })
+        .def_property_readonly("kind", [](const io::Scene& self) { return name_of(self.kind); })
         .def_property_readonly("text", &io::resolved_text)
         .def_property_readonly("equations", &equations_of)
         .def_property_readonly("archive", &run::archive_path);

@@ -118,7 +118,7 @@ nlohmann::json json_of(const calibrate::Table& table) {
                                  {"value", run::number_json(known.value)},
                                  {"error", run::number_json(known.error)},
                                  {"trials", known.trials},
-                                 {"origin", calibrate::origin_name(known.origin)},
+                                 {"origin", name_of(known.origin)},
                                  {"remark", known.remark}};
             if (row.by_rods) point["rod_area_fraction"] = table.rod_fractions[place % rods];
             if (!table.varied_key.empty()) point[table.varied_key] = table.varied[place / rods / beads];

@@ -280,7 +280,7 @@ void add_cost(const io::Scene& scene, run::Record& root) {
 
 run::Result explain(const io::Scene& scene) {
     run::Record root = scene.kind == io::SceneKind::particles ? explain_particles(scene) : explain_fields(scene);
-    root.entries.insert(root.entries.begin(), run::words("kind", "of the scene", io::kind_name(scene.kind)));
+    root.entries.insert(root.entries.begin(), run::words("kind", "of the scene", name_of(scene.kind)));
     add_cost(scene, root);
     return {.root = std::move(root)};
 }

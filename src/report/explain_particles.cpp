@@ -51,8 +51,9 @@ std::vector<std::string> words_of_setup(const dem::Setup& setup) {
             dem::PairwiseLaw::is_chosen(contacts)
                 ? text("contacts: {}, {}, {} friction, rod steps of at most {} s", contacts.law, contacts.order,
                        contacts.friction, contacts.rod_step)
-            : contacts.model == "impulse" ? text("contacts: {}, restitution {}", contacts.law, contacts.restitution)
-                                          : text("contacts: {}", contacts.model)};
+            : contacts.model == dem::ContactModel::impulse
+                ? text("contacts: {}, restitution {}", contacts.law, contacts.restitution)
+                : text("contacts: {}", contacts.model)};
 }
 
 void add_calibration(const io::Scene& scene, run::Record& root) {
@@ -81,7 +82,7 @@ run::Record explain_particles(const io::Scene& scene) {
     run::Record root{.heading =
                          text("particles in a {} cell, {} by {} mm", setup.cell.shape, box.sides[0], box.sides[1]),
                      .header = words_of_setup(setup)};
-    root.entries = {run::data_only(run::words("cell", "its shape", setup.cell.shape)),
+    root.entries = {run::data_only(run::words("cell", "its shape", name_of(setup.cell.shape))),
                     run::number("cell_area", "mm2", "area of the cell", area),
                     run::count("spheres", "of all bodies", io::sphere_count(bodies)),
                     run::number("acceleration", "1", "of the plates, in units of gravity",

@@ -92,7 +92,7 @@ Shown shown(const calibrate::Table& table) {
         for (const calibrate::TableEntry& entry : row.entries) ++counts[static_cast<std::size_t>(entry.origin)];
     std::vector<std::string> origins;
     for (std::size_t i = 0; i < counts.size(); ++i)
-        origins.push_back(text("{} {}", counts[i], calibrate::origin_name(static_cast<calibrate::Origin>(i))));
+        origins.push_back(text("{} {}", counts[i], static_cast<calibrate::Origin>(i)));
     return {line("coefficients", text("{}: {}", table.rows.size(), joined(origins))), text_of(table)};
 }
 

@@ -31,8 +31,8 @@ nlohmann::json schema_json(const std::vector<io::SectionDescription>& sections) 
         for (const Description& row : section.rows) rows.push_back(row_json(row));
         result.push_back({{"name", section.name}, {"doc", section.doc}, {"rows", rows}});
         if (section.kinds.empty()) continue;
-        result.back()["kind"] = io::kind_name(section.kinds.front());
-        for (const io::SceneKind kind : section.kinds) result.back()["kinds"].push_back(io::kind_name(kind));
+        result.back()["kind"] = name_of(section.kinds.front());
+        for (const io::SceneKind kind : section.kinds) result.back()["kinds"].push_back(name_of(kind));
     }
     return result;
 }

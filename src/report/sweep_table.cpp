@@ -34,7 +34,7 @@ std::string text_of(const jobs::SweepTable& table) {
     out += '\n';
     for (const jobs::SweepRow& row : table.rows) {
         for (const double value : row.point.values) out += text("{:>20.6g} ", value);
-        out += text("{:>6} {:>5}", row.point.branch.empty() ? "-" : row.point.branch, row.seeds);
+        out += text("{:>6} {:>5}", row.point.branch == jobs::Branch::none ? "-" : name_of(row.point.branch), row.seeds);
         for (const std::size_t i : chosen) {
             if (i >= row.results.size()) {
                 out += text(" {:>26} {:>9}", "-", "-");
@@ -53,7 +53,7 @@ nlohmann::json json_of(const jobs::SweepTable& table) {
     nlohmann::json rows = nlohmann::json::array();
     for (const jobs::SweepRow& row : table.rows) {
         nlohmann::json entry{{"seeds", row.seeds}};
-        if (!row.point.branch.empty()) entry["branch"] = row.point.branch;
+        if (row.point.branch != jobs::Branch::none) entry["branch"] = name_of(row.point.branch);
         for (std::size_t k = 0; k < table.keys.size(); ++k) entry[table.keys[k]] = row.point.values[k];
         for (std::size_t i = 0; i < row.results.size(); ++i) {
             const measure::Estimate& estimate = row.results[i].mean;

@@ -45,7 +45,7 @@ io::Scene pilot_scene(const io::Scene& scene, int coarser) {
     pilot.time.dt = io::longest_step(scene);
     while (scene.time.end / pilot.time.dt < 16.0) pilot.time.dt *= 0.5;
     pilot.time.max_error = max_error_of(scene);
-    if (scene.initial.kind != "file") {
+    if (scene.initial.kind != model::StartKind::file) {
         pilot.grid.nx = pilot_points(scene.grid.nx, coarser);
         pilot.grid.ny = pilot_points(scene.grid.ny, coarser);
     }

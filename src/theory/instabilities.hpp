@@ -14,8 +14,9 @@ namespace drover::theory {
 /// `banding` (waves along it), `phase separation` (stationary waves across it), `oblique`.  On both: `uniform` (the
 /// uniform state itself changes).
 enum class InstabilityKind { order, phase_separation, banding, oblique, uniform, pattern };
-inline constexpr std::array instability_names{"order", "phase separation", "banding", "oblique", "uniform", "pattern"};
-inline std::string name_of(InstabilityKind kind) { return instability_names[static_cast<std::size_t>(kind)]; }
+constexpr auto names_of(InstabilityKind) {
+    return std::array{"order", "phase separation", "banding", "oblique", "uniform", "pattern"};
+}
 
 /// The fastest wave of its kind.
 struct Instability {

@@ -10,9 +10,6 @@
 namespace drover::theory {
 
 namespace {
-constexpr std::array limits{std::pair{Limit::onset, "onset"}, std::pair{Limit::phase_separation, "phase-separation"},
-                            std::pair{Limit::banding, "banding"}, std::pair{Limit::oblique, "oblique"}};
-
 constexpr std::array legend{std::pair{Regime::undefined, "not defined"},
                             std::pair{Regime::isotropic, "isotropic"},
                             std::pair{Regime::separating, "isotropic, phase-separating"},
@@ -80,27 +77,6 @@ bool is_mirrored(const model::LinearisedAt& at, const OrderSearch& search) {
     return true;
 }
 }  // namespace
-
-std::string limit_name(Limit limit) {
-    for (const auto& [which, name] : limits)
-        if (which == limit) return name;
-    return "";
-}
-
-const std::vector<std::string>& limit_names() {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> all;
-        for (const auto& [which, name] : limits) all.emplace_back(name);
-        return all;
-    }();
-    return names;
-}
-
-Limit limit_of(const std::string& name) {
-    for (const auto& [which, known] : limits)
-        if (name == known) return which;
-    fail_input({}, "unknown stability boundary \"{}\"; expected one of {}", name, joined(limit_names()));
-}
 
 Margin PointMargins::of_isotropic(Limit limit) {
     if (!isotropic_) isotropic_ = isotropic_state(theory_, means_);

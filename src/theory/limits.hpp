@@ -1,5 +1,6 @@
 // theory/limits.hpp: limits of stability in the limit of long waves, and the regimes between them.
 #pragma once
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -17,10 +18,7 @@ enum class Limit {
     banding,           ///< ordered state: long waves along its direction grow
     oblique  ///< ordered state: long waves at any angle grow, however small the angle; includes the banding region
 };
-/// "onset", "phase-separation", "banding", "oblique".
-std::string limit_name(Limit limit);
-Limit limit_of(const std::string& name);  ///< throws an input Error that lists the valid names
-const std::vector<std::string>& limit_names();
+constexpr auto names_of(Limit) { return std::array{"onset", "phase-separation", "banding", "oblique"}; }
 
 /// Stability margins of one point, exact in the limit q -> 0, by second-order perturbation theory; waves of finite
 /// length may become unstable earlier, see theory/instabilities.hpp.  The states of the point are searched once, when

@@ -90,9 +90,9 @@ COMPARED_WORDS = [
       "src/model/vector_operations.cpp", "src/io/scene_initial.cpp")),
     ("terms are as they were written", r"\b(?:formula|text)\.(?:ends_with|find)", EVERYWHERE),
     ("results are known by their names in records of sweeps, and the observables of pilots",
-     r'"(?:(?:size_)?mean_|variance_|_[xy]?)"',
+     r'"(?:(?:size_)?mean_|variance_|_[xy]?|step_error|wavenumber)"',
      ("src/jobs/sweep/sweep_table.cpp", "src/report/sweep_table.cpp", "src/report/report.cpp",
-      "src/run/step_choice.cpp")),
+      "src/run/step_choice.cpp", "src/run/pilot.cpp")),
     ("arguments of functions are named in a model file", r"\bname == ", ("src/physics/program_functions.cpp",)),
     ("users write durations and targets as text", r"",
      ("src/base/duration.cpp", "src/jobs/campaign/accuracy_target.cpp", "src/jobs/calibration/target_plan.cpp")),
@@ -100,14 +100,13 @@ COMPARED_WORDS = [
      ("src/io/scene_t*.cpp", "src/io/scene_model.cpp", "src/io/scene_declared.cpp", "src/physics/model_keys.cpp")),
     ("a key of a scene by its name",
      r'(?:(?:\b|_)keys?\b|\b(?:places|tables|section|row\.name|where)\b).*"', EVERYWHERE),
-    ("a choice of a scene, whose words its schema lists",
-     r"\b(?:shape|kind|model|law|friction|order|bearing|keep|ramp|outside|rule|stepper|calculus|coefficients|length|"
-     r'parity|branch|name|word|how)(?:\([^()]*\))? [!=]= "', EVERYWHERE),
+    ("methods of time stepping are rows of a table by name", r'\b(?:stepper|method\.name) [!=]= "', EVERYWHERE),
     ("units are text", r'\b(?:\w*units?|of_order|word|power|name|second)\b.*"(?:1|/|\[p\]|mm|none)', EVERYWHERE),
     ("files have extensions", r'extension\(\)|\bending\b|\bnames?\b.*"\.', EVERYWHERE),
     ("names within archives and files of other programs", r"",
      ("src/files/*.cpp", "src/io/trajectory.cpp", "src/io/calibration.cpp", "src/app/python_package.cpp",
-      "src/run/loop/provenance.cpp", "src/run/run_scene.cpp")),
+      "src/run/loop/provenance.cpp", "src/run/run_scene.cpp", "src/base/memory.cpp")),
+    ("attributes of archives", r'\bname != "scene"', EVERYWHERE),
 ]
 
 MAX_LINES = 500

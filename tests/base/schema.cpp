@@ -7,11 +7,15 @@
 
 namespace drover {
 
+enum class Feel { soft, very_hard };
+constexpr auto names_of(Feel) { return std::array{"soft", "very-hard"}; }
+
 struct Sample {
     bool loud = false;
     int count = 3;
     double rate = 0.5;
-    std::string kind = "soft";
+    Feel kind = Feel::soft;
+    std::string tone = "low";
     std::vector<double> sizes;
     std::vector<std::string> words;
 
@@ -23,7 +27,8 @@ Rows<Sample> Sample::rows() {
         {"loud", &Sample::loud, "whether"},
         {"count", &Sample::count, "how many", "", within(1, 9)},
         {"rate", &Sample::rate, "how fast", "1/s", positive},
-        {"kind", &Sample::kind, "which", "", any_number, {"soft", "hard"}},
+        {"kind", &Sample::kind, "which"},
+        {"tone", &Sample::tone, "which of texts", "", any_number, {"low", "high"}},
         {"sizes", &Sample::sizes, "how large", "", not_negative},
         {"words", &Sample::words, "what"},
     };
@@ -65,14 +70,27 @@ TEST(Schema, an_error_gives_location_value_found_value_expected_and_meaning) {
     EXPECT_EQ(error_of("count", std::int64_t{10}),
               "a.toml:7:2: sample.count = 10; expected an integer >= 1 and <= 9: how many");
     EXPECT_EQ(error_of("kind", std::string("sotf")),
-              "a.toml:7:2: sample.kind = \"sotf\"; expected one of [\"soft\", \"hard\"]; did you mean \"soft\"?");
+              "a.toml:7:2: sample.kind = \"sotf\"; expected one of [\"soft\", \"very-hard\"]; did you mean \"soft\"?");
+    EXPECT_EQ(error_of("tone", std::string("heigh")),
+              "a.toml:7:2: sample.tone = \"heigh\"; expected one of [\"low\", \"high\"]; did you mean \"high\"?");
     EXPECT_EQ(error_of("cuont", std::int64_t{1}), "a.toml:7:2: unknown key sample.cuont; did you mean sample.count?");
     EXPECT_EQ(error_of("zzzzzzzz", std::int64_t{1}),
-              "a.toml:7:2: unknown key sample.zzzzzzzz; expected one of loud, count, rate, kind, sizes, words");
+              "a.toml:7:2: unknown key sample.zzzzzzzz; expected one of loud, count, rate, kind, tone, sizes, words");
     EXPECT_NE(error_of("rate", NAN), "");
     EXPECT_NE(error_of("rate", INFINITY), "");
     EXPECT_NE(error_of("sizes", std::vector<double>{1.0, -1.0}), "");
     EXPECT_NE(error_of("loud", std::int64_t{1}), "");
+}
+
+TEST(Schema, an_enum_is_read_and_written_by_its_names) {
+    Sample sample;
+    read_table(table("kind", std::string("very-hard")), "sample", sample);
+    EXPECT_EQ(sample.kind, Feel::very_hard);
+    EXPECT_EQ(values_of(sample)[3], (std::pair<std::string, Value>{"kind", std::string("very-hard")}));
+    EXPECT_EQ(descriptions<Sample>()[3].choices, all_names<Feel>());
+    EXPECT_EQ(text("{:>10}", sample.kind), " very-hard");
+    EXPECT_EQ(value_named<Feel>("soft"), Feel::soft);
+    EXPECT_EQ(value_named<Feel>("sof"), std::nullopt);
 }
 
 TEST(Schema, values_read_back_as_the_same_numbers) {

@@ -84,7 +84,7 @@ void time_steps(benchmark::State& state, const physics::Model& model, bool noisy
     if (!noisy) system.noise = {};
     numerics::Stepper stepper(system, numerics::stepper_table("etdrk2"), 0.02, 1, threads);
     numerics::Spectra fields =
-        physics::initial_spectra({.kind = "random", .amplitude = 0.01}, model, system, 1, threads);
+        physics::initial_spectra({.kind = model::StartKind::random, .amplitude = 0.01}, model, system, 1, threads);
     std::uint64_t step = 0;
     stepper.step(0.0, step++, fields);  // prepares the noise path
     for (auto _ : state) stepper.step(0.0, step++, fields);
@@ -111,8 +111,8 @@ void flock_watch(benchmark::State& state) {
     std::array<model::FieldEvolution, 2> evolutions{evolution(false), evolution(true)};
     std::array<numerics::Spectra, 2> fields;
     for (std::size_t k : {0, 1}) {
-        fields[k] =
-            physics::initial_spectra({.kind = "random", .amplitude = 0.01}, flock, evolutions[k].linear(), 1, threads);
+        fields[k] = physics::initial_spectra({.kind = model::StartKind::random, .amplitude = 0.01}, flock,
+                                             evolutions[k].linear(), 1, threads);
         evolutions[k].start(fields[k]);
     }
     std::array<double, 2> seconds{};
@@ -154,8 +154,8 @@ void flock_start(benchmark::State& state) {
     for (auto _ : state) {
         model::FieldEvolution evolution(physics::integrated(flock), grid_of(state), {.method = "etdrk2", .dt = 0.02}, 1,
                                         threads);
-        numerics::Spectra fields =
-            physics::initial_spectra({.kind = "random", .amplitude = 0.01}, flock, evolution.linear(), 1, threads);
+        numerics::Spectra fields = physics::initial_spectra({.kind = model::StartKind::random, .amplitude = 0.01},
+                                                            flock, evolution.linear(), 1, threads);
         evolution.start(fields);
         evolution.advance(0, fields);
     }
@@ -168,7 +168,7 @@ void flock_frame(benchmark::State& state) {
     const numerics::Transform transform(system.grid, system.degree, threads);
     const int count = numerics::components(system.layout);
     const numerics::Spectra spectra =
-        physics::initial_spectra({.kind = "random", .amplitude = 0.01}, flock, system, 1, threads);
+        physics::initial_spectra({.kind = model::StartKind::random, .amplitude = 0.01}, flock, system, 1, threads);
     numerics::Fields fields(system.grid, count);
     const auto axis = [](const char* name, int points) {
         return files::Axis{name, "mm", name, std::vector<double>(static_cast<std::size_t>(points))};

@@ -146,7 +146,7 @@ TEST(AssayRule, rejects_invalid_goals_and_trials) {
     EXPECT_THROW(judge(assay, {}, {.max_trials = 20}), Error);
     EXPECT_THROW(estimate(assay, std::vector<Trial>{{1.0}, {1.0, 2.0}}), Error);
     Conditions round = synthetic_conditions(4);
-    round.setup.cell.shape = "circle";
+    round.setup.cell.shape = dem::CellShape::circle;
     EXPECT_EQ(refusal_of([&] { run_trial(assay, {}, round, 0); }),
               "plain: the cell shape is \"circle\"; expected \"periodic\"");
     const auto message = [&](const Assay& of, int rods, int beads) {

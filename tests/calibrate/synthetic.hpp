@@ -46,7 +46,8 @@ public:
     SyntheticSystem(const Truth& truth, const dem::Setup& setup, std::uint64_t seed)
         : truth_(truth), setup_(setup), key_{.seed = seed, .stream = Stream::test} {
         for (int r = 0; r < setup.rods.count; ++r) {
-            const double angle = setup.packing.kind == "aligned" ? 0.0 : 2.0 * std::numbers::pi * uniform();
+            const double angle =
+                setup.packing.kind == dem::PackingKind::aligned ? 0.0 : 2.0 * std::numbers::pi * uniform();
             rods_.push_back({.angle = angle});
             if (truth.rods_follow != 0.0) rods_.back().x = setup.cell.lx * uniform();
         }

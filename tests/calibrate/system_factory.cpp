@@ -49,7 +49,7 @@ TEST(WorldSystem, gives_every_assay_finite_and_reproducible_numbers_that_differ_
 
 TEST(WorldSystem, applies_forces_and_measures_their_effect) {
     dem::Setup setup = tiny().setup;
-    setup.packing.kind = "aligned";
+    setup.packing.kind = dem::PackingKind::aligned;
     setup.forces = {.torque = 2e4, .hold_beads = true, .bead_velocity_y = 4.0};
     const auto system = system_factory(2e-5)(setup, 1);
     system->advance_to(0.02);

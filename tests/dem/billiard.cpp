@@ -31,7 +31,7 @@ Flight in_circle(Flight at, double radius, double time) {
 }
 
 /// Of a frictionless elastic bead of diameter 0.8 after this time.
-Flight of_bead(const Cell& cell, const std::string& law, const Flight& start, double dt, double time) {
+Flight of_bead(const Cell& cell, GroupLaw law, const Flight& start, double dt, double time) {
     Threads threads;
     dem::Setup setup = elastic(10.0);
     setup.cell = cell;
@@ -48,21 +48,21 @@ Flight of_bead(const Cell& cell, const std::string& law, const Flight& start, do
 double angular_momentum(const Flight& at) { return at.x * at.vy - at.y * at.vx; }
 
 TEST(Billiard, in_a_circle_is_exact_for_any_step) {
-    const Cell circle{.shape = "circle", .radius = 5.0};
+    const Cell circle{.shape = CellShape::circle, .radius = 5.0};
     for (const Flight& start : {Flight{1.0, -2.0, 130.0, 45.0}, {3.0, 1.0, 40.0, -90.0}})
-        for (const char* const law : {"simultaneous", "first-to-last"})
+        for (const GroupLaw law : {GroupLaw::simultaneous, GroupLaw::first_to_last})
             for (const double dt : {5e-6, 2.5e-5}) {
                 const Flight exact = in_circle(start, 5.0 - 0.4, 2.0);
                 const Flight found = of_bead(circle, law, start, dt, 2.0);
                 // Each of 40 hits turns by twice the error of its angle: rounding grows in proportion to them squared.
-                EXPECT_NEAR(angular_momentum(found), angular_momentum(start), 1e-10 * 400.0) << law << dt;
-                EXPECT_NEAR(found.x, exact.x, 1e-9) << law << dt;
-                EXPECT_NEAR(found.y, exact.y, 1e-9) << law << dt;
+                EXPECT_NEAR(angular_momentum(found), angular_momentum(start), 1e-10 * 400.0) << name_of(law) << dt;
+                EXPECT_NEAR(found.x, exact.x, 1e-9) << name_of(law) << dt;
+                EXPECT_NEAR(found.y, exact.y, 1e-9) << name_of(law) << dt;
             }
 }
 
 TEST(Billiard, in_a_rectangle_unfolds_to_a_straight_line) {
-    const Cell box{.shape = "rectangle", .lx = 10.0, .ly = 7.0};
+    const Cell box{.shape = CellShape::rectangle, .lx = 10.0, .ly = 7.0};
     const Flight start{1.0, -2.0, 130.0, 45.0};
     const auto folded = [](double place, double half) {  // a triangle wave
         const double way = std::fmod(std::abs(place + half), 4.0 * half);
@@ -76,7 +76,7 @@ TEST(Billiard, in_a_rectangle_unfolds_to_a_straight_line) {
 }
 
 TEST(Billiard, in_petals_that_form_a_circle_is_that_of_the_circle) {
-    const Cell petals{.shape = "flower", .radius = 5.0, .petals = 8, .petal_radius = 5.0};
+    const Cell petals{.shape = CellShape::flower, .radius = 5.0, .petals = 8, .petal_radius = 5.0};
     const Flight start{1.0, -2.0, 130.0, 45.0};
     const Flight exact = in_circle(start, 5.0 - 0.4, 1.0), found = of_bead(petals, "simultaneous", start, 2e-5, 1.0);
     EXPECT_NEAR(found.x, exact.x, 1e-9);

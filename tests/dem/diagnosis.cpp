@@ -64,7 +64,7 @@ TEST(Diagnosis, of_an_overlap_of_fast_bodies_gives_the_time_step_that_would_do) 
 TEST(Diagnosis, of_an_overlap_of_soft_bodies_that_are_pressed_gives_their_stiffness_as_the_cause) {
     dem::Setup setup = square(10.0);
     setup.plates.amplitude = 0.0;
-    setup.contacts.model = "spring-dashpot";
+    setup.contacts.model = ContactModel::spring_dashpot;
     setup.contacts.stiffness = 1e5;  // at rest a bead sinks by m g/k = 0.07 mm into the base
     Bodies bodies = two_beads(2.0, {}, {});
     for (Bead& bead : bodies.beads) bead.position.z = 0.4 + 1e-6;

@@ -60,9 +60,9 @@ TEST(Packing, is_found_for_rods_too_dense_for_sequential_placement) {
 TEST(Packing, fills_circle_flower_and_rectangle) {
     auto setup = mixture(40.0, 0.6, 0.11);
     setup.cell.ly = 25.0;
-    for (const char* shape : {"rectangle", "circle", "flower"}) {
+    for (const CellShape shape : {CellShape::rectangle, CellShape::circle, CellShape::flower}) {
         setup.cell.shape = shape;
-        EXPECT_NEAR(covered(packed(setup), setup.cell), 0.71, 0.004) << shape;
+        EXPECT_NEAR(covered(packed(setup), setup.cell), 0.71, 0.004) << name_of(shape);
     }
 }
 
@@ -122,7 +122,7 @@ TEST(Packing, is_found_in_a_gap_slightly_wider_than_a_rod_and_without_a_lid) {
 
 TEST(Packing, aligned_has_every_rod_exactly_along_x) {
     auto setup = mixture(45.0, 0.6, 0.11);
-    setup.packing.kind = "aligned";
+    setup.packing.kind = PackingKind::aligned;
     for (const Rod& rod : packed(setup).rods) EXPECT_TRUE(rod.axis.x == 1.0 && rod.axis.y == 0.0 && rod.axis.z == 0.0);
 }
 
@@ -142,14 +142,14 @@ TEST(Packing, that_is_impossible_fails_with_the_remaining_overlap) {
     const std::string full = rejection(mixture(20.0, 0.8, 0.3), Fault::input);
     EXPECT_NE(full.find("expected no more than 1 together"), std::string::npos) << full;
     auto setup = mixture(20.0, 0.1, 0.1);
-    setup.packing.kind = "file";
+    setup.packing.kind = PackingKind::file;
     setup.packing.file = "start.h5";
     EXPECT_NE(rejection(setup, Fault::input).find("packing.kind = \"file\""), std::string::npos);
 }
 
 TEST(Packing, of_rods_that_do_not_fit_the_cell_is_rejected) {
     dem::Setup setup;
-    setup.cell = {.shape = "rectangle",
+    setup.cell = {.shape = CellShape::rectangle,
                   .lx = 4.2,
                   .ly = 2.0};  // its diagonal is longer than a rod, which is too thick for it
     setup.rods.count = 1;

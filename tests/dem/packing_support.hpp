@@ -65,7 +65,7 @@ inline double deepest(const Setup& setup, const Bodies& bodies) {
         if (Walls(setup.cell).near(s.centre.x, s.centre.y, s.radius, found) > 0)
             most = std::max(most, s.radius - found[0].distance);
     }
-    if (setup.cell.shape == "periodic") add_images(setup.cell, 2.0 * largest, spheres);
+    if (setup.cell.shape == CellShape::periodic) add_images(setup.cell, 2.0 * largest, spheres);
     std::sort(spheres.begin(), spheres.end(),
               [](const PlacedSphere& a, const PlacedSphere& b) { return a.centre.x < b.centre.x; });
     for (std::size_t i = 0; i < spheres.size(); ++i)

@@ -17,8 +17,8 @@ namespace {
 /// The paper's plates, rods and contacts about a periodic square.
 dem::Setup printed(double side) {
     dem::Setup setup = square(side);
-    setup.contacts.law = "pairwise";
-    setup.rods.bearing = "all";
+    setup.contacts.law = GroupLaw::pairwise;
+    setup.rods.bearing = Bearing::all;
     return setup;
 }
 
@@ -37,8 +37,8 @@ Rod random_rod(const dem::Setup& setup, Drawn& drawn) {
 
 TEST(PairwiseWorld, the_energy_balance_closes_in_a_shaken_mixture_with_every_order_and_friction) {
     Threads threads(2);
-    for (const char* order : {"tail-first", "random", "fastest-first"})
-        for (const char* friction : {"stop-or-slide", "decoupled"}) {
+    for (const ContactOrder order : {ContactOrder::tail_first, ContactOrder::random, ContactOrder::fastest_first})
+        for (const PairwiseFriction friction : {PairwiseFriction::stop_or_slide, PairwiseFriction::decoupled}) {
             dem::Setup setup = printed(12.0);
             setup.contacts.order = order;
             setup.contacts.friction = friction;
@@ -50,7 +50,8 @@ TEST(PairwiseWorld, the_energy_balance_closes_in_a_shaken_mixture_with_every_ord
             const double before = world.energy_kinetic();
             run(world, 0, 6000);
             const EnergyBalance balance = world.balance();
-            EXPECT_NEAR(world.energy_kinetic() - before, sum(balance), 1e-9 * balance.plates) << order << friction;
+            EXPECT_NEAR(world.energy_kinetic() - before, sum(balance), 1e-9 * balance.plates)
+                << name_of(order) << name_of(friction);
             EXPECT_LT(balance.impact, 0.0);
             EXPECT_LT(balance.friction, 0.0);
             EXPECT_NE(balance.kicks, 0.0);
@@ -91,7 +92,7 @@ TEST(PairwiseWorld, a_frictionless_elastic_gas_conserves_energy_and_momentum) {
     Threads threads(2);
     Drawn drawn(1);
     dem::Setup setup = elastic(16.0);
-    setup.contacts.law = "pairwise";
+    setup.contacts.law = GroupLaw::pairwise;
     const Bodies bodies = lattice(setup, 16, 16, 0.8, 40.0, drawn);
     World world(setup, bodies, 1e-5, 1, threads);
     const auto momentum = [&] {
@@ -110,7 +111,7 @@ TEST(PairwiseWorld, a_frictionless_elastic_gas_conserves_energy_and_momentum) {
 
 TEST(PairwiseWorld, is_bitwise_equal_for_any_number_of_threads_and_after_a_restart) {
     dem::Setup setup = printed(14.0);
-    setup.contacts.order = "random";  // its numbers are counted, too
+    setup.contacts.order = ContactOrder::random;  // its numbers are counted, too
     Threads one(1), three(3);
     const auto make = [&](Threads& threads) {
         Drawn drawn(4);
@@ -225,12 +226,12 @@ TEST(PairwiseWorldLong, a_rod_goes_as_fast_as_in_a_plain_program_of_its_own) {
     dem::Setup setup = printed(1000.0);
     for (const double step : {1e-5, 5e-6, 2e-6})
         expect_same_mean(speeds_of_world(setup, step), speeds_of_plain({.step = step}));
-    for (const char* order : {"random", "fastest-first"}) {
+    for (const ContactOrder order : {ContactOrder::random, ContactOrder::fastest_first}) {
         setup.contacts.order = order;
-        expect_same_mean(speeds_of_world(setup, 5e-6), speeds_of_plain({.step = 5e-6, .order = order}));
+        expect_same_mean(speeds_of_world(setup, 5e-6), speeds_of_plain({.step = 5e-6, .order = name_of(order)}));
     }
-    setup.contacts.order = "tail-first";
-    setup.contacts.friction = "decoupled";
+    setup.contacts.order = ContactOrder::tail_first;
+    setup.contacts.friction = PairwiseFriction::decoupled;
     expect_same_mean(speeds_of_world(setup, 5e-6), speeds_of_plain({.step = 5e-6, .decoupled = true}));
 }
 
@@ -238,7 +239,7 @@ TEST(PairwiseWorldLong, a_rod_that_bears_on_all_spheres_has_one_gait_and_one_tha
     dem::Setup setup = printed(1000.0);
     for (const double speed : speeds_of_world(setup, 2e-6)) EXPECT_NEAR(speed, 6.0, 1.0);  // starts included
     // Its gaits differ from each other by 6 mm/s, and within each by less than 0.1; some rods change over on the way.
-    setup.rods.bearing = "hull";
+    setup.rods.bearing = Bearing::hull;
     const auto outside = [](const std::vector<double>& speeds) {
         return std::count_if(speeds.begin(), speeds.end(),
                              [](double v) { return std::abs(v - 8.95) < 0.5 || std::abs(v - 3.0) < 0.5; });

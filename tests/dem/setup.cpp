@@ -36,18 +36,16 @@ std::string rejection(const std::function<void(dem::Setup&)>& change) {
 TEST(Setup, of_the_paper_and_the_default_are_accepted) {
     EXPECT_EQ(rejection(mixture(247.95, 0.6, 0.11)), "accepted");
     EXPECT_EQ(rejection(dem::Setup{}), "accepted");
-    EXPECT_EQ(rejection([](dem::Setup& s) { s.cell.shape = "flower"; }), "accepted");
+    EXPECT_EQ(rejection([](dem::Setup& s) { s.cell.shape = CellShape::flower; }), "accepted");
     EXPECT_EQ(rejection([](dem::Setup& s) { s.plates.amplitude = 0.0; }), "accepted");
 }
 
 TEST(Setup, made_in_code_with_a_value_out_of_range_is_rejected) {
-    EXPECT_REJECTED(s.cell.shape = "cirkle", "at cell.shape: cell.shape = \"cirkle\"; expected ");
     EXPECT_REJECTED(s.cell.lx = -1.0, "at cell.lx: cell.lx = -1.0; expected ");
     EXPECT_REJECTED(s.restitution.bead_bead = 1.1, "at restitution.bead_bead: restitution.bead_bead = 1.1; expected ");
     EXPECT_REJECTED(s.friction.rod_wall = -0.1, "at friction.rod_wall: friction.rod_wall = -0.1; expected ");
     EXPECT_REJECTED(s.plates.gap = std::nan(""), "at plates.gap: plates.gap = nan; expected ");
     EXPECT_REJECTED(s.contacts.increments = 0, "at contacts.increments: contacts.increments = 0; expected ");
-    EXPECT_REJECTED(s.contacts.law = "none", "at contacts.law: contacts.law = \"none\"; expected ");
     EXPECT_REJECTED(s.packing.frame = -2, "at packing.frame: packing.frame = -2; expected ");
 }
 
@@ -60,9 +58,9 @@ TEST(Setup, with_a_key_of_what_is_not_there_is_rejected) {
 }
 
 TEST(Setup, with_force_waves_in_a_cell_that_is_not_periodic_is_rejected) {
-    EXPECT_REJECTED((s.cell.shape = "circle", s.forces.push = 1.0),
+    EXPECT_REJECTED((s.cell.shape = CellShape::circle, s.forces.push = 1.0),
                     "at forces.push: forces.push asks for waves in a cell of shape \"circle\"; expected \"periodic\"");
-    EXPECT_REJECTED((s.cell.shape = "rectangle", s.forces.hold_beads = true, s.forces.held_waves = 2),
+    EXPECT_REJECTED((s.cell.shape = CellShape::rectangle, s.forces.hold_beads = true, s.forces.held_waves = 2),
                     "at forces.held_waves: forces.held_waves asks for waves");
     EXPECT_REJECTED(s.forces.push_waves = 0, "at forces.push_waves: forces.push_waves = 0; expected ");
 }
@@ -72,13 +70,14 @@ TEST(Setup, with_a_cell_too_small_for_its_bodies_is_rejected) {
                     "at cell.lx: cell.lx = 2.6 mm; expected more than 2.7 mm, twice");
     EXPECT_REJECTED((s.cell.ly = 4.4, s.cell.lx = 900.0),
                     "at cell.ly: cell.ly = 4.4 mm; expected at least 4.5 mm, the length");
-    EXPECT_REJECTED((s.cell.shape = "circle", s.cell.radius = 2.2, s.rods.area_fraction = 0.0, s.rods.count = 1),
+    EXPECT_REJECTED((s.cell.shape = CellShape::circle, s.cell.radius = 2.2, s.rods.area_fraction = 0.0,
+                     s.rods.count = 1),
                     "at cell.radius: cell.radius = 2.2 mm, with bodies 4.5 mm long; expected more");
-    EXPECT_REJECTED((s.cell.shape = "rectangle", s.cell.lx = 1.1),
+    EXPECT_REJECTED((s.cell.shape = CellShape::rectangle, s.cell.lx = 1.1),
                     "at cell.lx: cell.lx = 1.1 mm between walls, with bodies 1.1 mm thick; expected more");
-    EXPECT_REJECTED((s.cell.shape = "rectangle", s.cell.lx = 4.0, s.packing.kind = "aligned"),
+    EXPECT_REJECTED((s.cell.shape = CellShape::rectangle, s.cell.lx = 4.0, s.packing.kind = PackingKind::aligned),
                     "at cell.lx: cell.lx = 4 mm, with bodies 4.5 mm long, aligned with x; expected more");
-    EXPECT_REJECTED((s.cell.shape = "flower", s.cell.petal_radius = 9.5),
+    EXPECT_REJECTED((s.cell.shape = CellShape::flower, s.cell.petal_radius = 9.5),
                     "at cell.petal_radius: cell.petal_radius = 9.5 mm does not span the 19.1342 mm between two inner");
     EXPECT_REJECTED(s.plates.gap = 1.1,
                     "at plates.gap: plates.gap = 1.1 mm, with bodies 1.1 mm thick; expected a larger gap");
@@ -119,16 +118,16 @@ TEST(Setup, with_a_plate_substep_too_long_for_the_vibration_is_rejected) {
 }
 
 TEST(Setup, with_a_key_of_contacts_that_its_law_does_not_read_is_rejected) {
-    EXPECT_REJECTED((s.contacts.law = "pairwise", s.contacts.track_slip = false),
+    EXPECT_REJECTED((s.contacts.law = GroupLaw::pairwise, s.contacts.track_slip = false),
                     "at contacts.track_slip: contacts.track_slip = false has no effect with contacts.law = "
                     "\"pairwise\"; expected its default, true, or a contacts.law with groups");
     EXPECT_EQ(rejection([](dem::Setup& s) { s.contacts.track_slip = false; }), "accepted");  // of single contacts
-    EXPECT_REJECTED((s.contacts.law = "first-to-last", s.contacts.track_slip = false,
-                     s.contacts.restitution = "kinetic"),
+    EXPECT_REJECTED((s.contacts.law = GroupLaw::first_to_last, s.contacts.track_slip = false,
+                     s.contacts.restitution = RestitutionKind::kinetic),
                     "at contacts.restitution: contacts.restitution = \"kinetic\" has no effect with "
                     "contacts.track_slip = false; expected its default, \"energetic\", or ");
     EXPECT_REJECTED(
-        (s.contacts.law = "pairwise", s.contacts.simultaneity_gap = 1e-4),
+        (s.contacts.law = GroupLaw::pairwise, s.contacts.simultaneity_gap = 1e-4),
         "at contacts.simultaneity_gap: contacts.simultaneity_gap = 0.0001 has no effect with contacts.law = "
         "\"pairwise\"; expected its default, ");
     EXPECT_REJECTED(s.contacts.rod_step = 1e-6,
@@ -136,44 +135,48 @@ TEST(Setup, with_a_key_of_contacts_that_its_law_does_not_read_is_rejected) {
                     "\"simultaneous\"; expected its default, 2e-06, or contacts.law = \"pairwise\"");
     for (const char* key : {"track_slip", "restitution", "increments", "inelastic_threshold", "substep"}) {
         const std::string message = rejection([&](dem::Setup& s) {
-            s.contacts.law = "pairwise";
+            s.contacts.law = GroupLaw::pairwise;
             const std::string name = key;
             if (name == "track_slip") s.contacts.track_slip = false;
-            if (name == "restitution") s.contacts.restitution = "kinematic";
+            if (name == "restitution") s.contacts.restitution = RestitutionKind::kinematic;
             if (name == "increments") s.contacts.increments = 9;
             if (name == "inelastic_threshold") s.contacts.inelastic_threshold = 0.0;
             if (name == "substep") s.contacts.substep = 1e-5;
         });
         EXPECT_NE(message.find(std::string(key) + " = "), std::string::npos) << message;
     }
-    EXPECT_REJECTED((s.contacts.model = "spring-dashpot", s.contacts.law = "pairwise"),
+    EXPECT_REJECTED((s.contacts.model = ContactModel::spring_dashpot, s.contacts.law = GroupLaw::pairwise),
                     "at contacts.law: contacts.law = \"pairwise\" has no effect with contacts.model = "
                     "\"spring-dashpot\"; expected its default, \"simultaneous\", or contacts.model = \"impulse\"");
     EXPECT_REJECTED(s.contacts.stiffness = 1e9,
                     "at contacts.stiffness: contacts.stiffness = 1000000000.0 has no effect");
-    EXPECT_EQ(rejection([](dem::Setup& s) { s.contacts.law = "first-to-last", s.contacts.track_slip = false; }),
+    EXPECT_EQ(rejection([](dem::Setup& s) { s.contacts.law = GroupLaw::first_to_last, s.contacts.track_slip = false; }),
               "accepted");
     EXPECT_EQ(rejection([](dem::Setup& s) {
-                  s.contacts.law = "pairwise", s.contacts.order = "random", s.contacts.friction = "decoupled",
-                  s.contacts.rod_step = 1e-6, s.rods.bearing = "all";
+                  s.contacts.law = GroupLaw::pairwise, s.contacts.order = ContactOrder::random,
+                  s.contacts.friction = PairwiseFriction::decoupled, s.contacts.rod_step = 1e-6,
+                  s.rods.bearing = Bearing::all;
               }),
               "accepted");
 }
 
 TEST(Setup, with_spheres_that_bear_only_in_an_overlap_is_rejected_where_bodies_do_not_overlap_plates) {
-    EXPECT_REJECTED(s.rods.bearing = "all",
+    EXPECT_REJECTED(s.rods.bearing = Bearing::all,
                     "at rods.bearing: rods.bearing = \"all\" has no effect with contacts.law = \"simultaneous\"");
-    EXPECT_EQ(rejection([](dem::Setup& s) { s.rods.bearing = "all", s.contacts.model = "spring-dashpot"; }),
+    EXPECT_EQ(rejection([](dem::Setup& s) {
+                  s.rods.bearing = Bearing::all, s.contacts.model = ContactModel::spring_dashpot;
+              }),
               "accepted");
 }
 
 TEST(Setup, with_a_rod_step_too_long_for_the_vibration_is_rejected) {
-    EXPECT_REJECTED((s.contacts.law = "pairwise", s.contacts.rod_step = 1e-3),
+    EXPECT_REJECTED((s.contacts.law = GroupLaw::pairwise, s.contacts.rod_step = 1e-3),
                     "at contacts.rod_step: contacts.rod_step = 0.001 s with plates.frequency = 200");
 }
 
 TEST(Setup, with_a_missing_or_unused_packing_file_is_rejected) {
-    EXPECT_REJECTED(s.packing.kind = "file", "at packing.kind: packing.kind = \"file\" without packing.file; name");
+    EXPECT_REJECTED(s.packing.kind = PackingKind::file,
+                    "at packing.kind: packing.kind = \"file\" without packing.file; name");
     EXPECT_REJECTED(s.packing.file = "start.h5",
                     "at packing.file: packing.file is given with packing.kind = \"random\"");
 }

@@ -13,7 +13,7 @@ namespace {
 
 using std::numbers::pi;
 
-dem::Setup soft(dem::Setup setup, double stiffness, const char* model = SpringDashpot::name) {
+dem::Setup soft(dem::Setup setup, double stiffness, ContactModel model = ContactModel::spring_dashpot) {
     setup.contacts.model = model;
     setup.contacts.stiffness = stiffness;
     setup.contacts.max_overlap = 0.2;
@@ -49,7 +49,7 @@ Bead collided(const dem::Setup& setup, const Vector& velocity, double steps, dou
 }
 
 /// The largest error of the restitution at 50 steps a contact, and at 400.
-void expect_restitution(const char* model, double e) {
+void expect_restitution(ContactModel model, double e) {
     const dem::Setup setup = soft(base_only(e, 0.0), 1e9, model);
     const auto error = [&](double steps) {
         // The largest over the phases of the start of the contact within a step.
@@ -67,11 +67,11 @@ void expect_restitution(const char* model, double e) {
 }
 
 TEST(SpringDashpot, a_binary_collision_has_the_given_restitution_to_second_order_in_the_step) {
-    for (const double e : {0.1, 0.3, 0.9, 1.0}) expect_restitution(SpringDashpot::name, e);
+    for (const double e : {0.1, 0.3, 0.9, 1.0}) expect_restitution(ContactModel::spring_dashpot, e);
 }
 
 TEST(RepulsiveSpring, a_binary_collision_has_the_given_restitution_to_second_order_in_the_step) {
-    for (const double e : {0.05, 0.3, 0.9, 1.0}) expect_restitution(RepulsiveSpring::name, e);
+    for (const double e : {0.05, 0.3, 0.9, 1.0}) expect_restitution(ContactModel::repulsive_spring, e);
 }
 
 TEST(RepulsiveSpring, its_damping_has_the_restitution_of_the_oscillator_that_parts_without_force) {
@@ -99,7 +99,8 @@ TEST(RepulsiveSpring, gross_sliding_changes_the_slip_as_the_impulse_law_does) {
     // Damping presses from the first moment, and the tangential spring has to stretch to its limit first: at this slip
     // in less than a step.
     for (const double e : {0.1, 0.9}) {
-        const Bead bead = collided(soft(base_only(e, 0.05), 1e9, RepulsiveSpring::name), {8000.0, 0.0, -20.0}, 500.0);
+        const Bead bead =
+            collided(soft(base_only(e, 0.05), 1e9, ContactModel::repulsive_spring), {8000.0, 0.0, -20.0}, 500.0);
         EXPECT_NEAR(8000.0 - bead.velocity.x, 0.05 * (1.0 + e) * 20.0, 0.002) << e;
     }
 }
@@ -268,7 +269,7 @@ bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 TEST(SpringDashpot, is_bitwise_equal_for_any_number_of_threads_and_after_a_restart_in_mid_contact) {
-    for (const char* shape : {"periodic", "rectangle"}) {
+    for (const CellShape shape : {CellShape::periodic, CellShape::rectangle}) {
         dem::Setup setup = soft(square(12.0), 1e8);
         setup.cell.shape = shape;
         Threads one(1), two(2);
@@ -276,7 +277,7 @@ TEST(SpringDashpot, is_bitwise_equal_for_any_number_of_threads_and_after_a_resta
             Drawn drawn(4);
             Bodies bodies = mixture(setup, drawn);
             for (Bead& bead : bodies.beads) bead.velocity = 2.0 * bead.velocity;
-            if (setup.cell.shape == "rectangle")
+            if (setup.cell.shape == CellShape::rectangle)
                 std::erase_if(bodies.beads, [](const Bead& bead) {
                     return std::max(std::abs(bead.position.x), std::abs(bead.position.y)) > 5.5;
                 });
@@ -291,7 +292,7 @@ TEST(SpringDashpot, is_bitwise_equal_for_any_number_of_threads_and_after_a_resta
         c.restore(saved);
         EXPECT_TRUE(same_bytes(c.save(), saved));
         run(c, 1501, 3000);
-        EXPECT_TRUE(same_bytes(a.save(), c.save())) << shape;
+        EXPECT_TRUE(same_bytes(a.save(), c.save())) << name_of(shape);
         EXPECT_GT(a.counts().lists, 0);
     }
 }

@@ -74,7 +74,7 @@ std::vector<double> nearest_places(const std::vector<Point>& points, const Point
 }
 
 Cell flower(int petals, double petal_radius) {
-    return {.shape = "flower", .radius = 25.0, .petals = petals, .petal_radius = petal_radius};
+    return {.shape = CellShape::flower, .radius = 25.0, .petals = petals, .petal_radius = petal_radius};
 }
 const std::vector<Cell> flowers{flower(8, 12.0), flower(8, 25.0 * std::sin(pi / 8)),  // half circles
                                 flower(8, 40.0),                                      // flatter than a circle
@@ -139,7 +139,7 @@ TEST(Wall, of_a_flower_is_found_at_each_local_minimum_of_the_distance) {
 }
 
 TEST(Wall, of_a_flower_whose_arcs_form_a_circle_equals_that_of_the_circle) {
-    const Cell round{.shape = "circle", .radius = 25.0}, made = flower(8, 25.0);
+    const Cell round{.shape = CellShape::circle, .radius = 25.0}, made = flower(8, 25.0);
     EXPECT_NEAR(area(made), area(round), 1e-10);
     std::vector<Point> places = random_places(round, 1000);
     for (int k = 0; k < 8; ++k)  // where two arcs meet there is one wall still
@@ -166,7 +166,7 @@ TEST(Wall, of_a_petal_is_not_found_from_the_next_petal) {
 }
 
 TEST(Wall, of_a_rectangle_is_found_twice_in_a_corner_nearest_first) {
-    const Cell cell{.shape = "rectangle", .lx = 20.0, .ly = 10.0};
+    const Cell cell{.shape = CellShape::rectangle, .lx = 20.0, .ly = 10.0};
     WallPoint found[4];
     ASSERT_EQ(Walls(cell).near(9.7, -4.8, 0.5, found), 2);
     EXPECT_NEAR(found[0].distance, 0.2, 1e-14);
@@ -200,8 +200,8 @@ TEST(Cell, has_the_area_and_the_extent_of_its_outline) {
         EXPECT_NEAR(half_height(cell), height, 1e-6);
     }
     EXPECT_EQ(area({.lx = 30.0, .ly = 20.0}), 600.0);
-    EXPECT_EQ(half_width({.shape = "circle", .radius = 7.0}), 7.0);
-    EXPECT_EQ(half_height({.shape = "rectangle", .lx = 30.0, .ly = 20.0}), 10.0);
+    EXPECT_EQ(half_width({.shape = CellShape::circle, .radius = 7.0}), 7.0);
+    EXPECT_EQ(half_height({.shape = CellShape::rectangle, .lx = 30.0, .ly = 20.0}), 10.0);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 TEST(Work, of_gravity_and_constant_forces_is_their_force_times_the_displacements) {
     Threads threads;
     dem::Setup setup = square(12.0);
-    setup.cell.shape = "rectangle";  // whose positions are not wrapped
+    setup.cell.shape = CellShape::rectangle;  // whose positions are not wrapped
     setup.gravity.x = 300.0;
     for (const double rod_y : {0.0, 300.0}) {
         setup.forces = {.bead_x = 50.0, .rod_y = rod_y};

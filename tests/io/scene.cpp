@@ -105,7 +105,7 @@ TEST(Scene, resolved_text_contains_every_key_of_its_kind) {
         std::set<std::string> belonging;
         for (const SectionDescription& section : scene_schema(kind)) {
             belonging.insert(section.name);
-            EXPECT_NE(text.find("[" + section.name + "]"), std::string::npos) << kind_name(kind) << section.name;
+            EXPECT_NE(text.find("[" + section.name + "]"), std::string::npos) << name_of(kind) << section.name;
             for (const Description& row : section.rows) {
                 EXPECT_FALSE(row.doc.empty()) << section.name << "." << row.name;
                 if (row.name != "spin") {  // in place of rank
@@ -115,7 +115,7 @@ TEST(Scene, resolved_text_contains_every_key_of_its_kind) {
         }
         for (const SectionDescription& section : scene_schema())
             EXPECT_EQ(text.find("[" + section.name + "]") != std::string::npos, belonging.contains(section.name))
-                << kind_name(kind) << " " << section.name;
+                << name_of(kind) << " " << section.name;
     }
 }
 

@@ -100,7 +100,7 @@ TEST(Trials, a_failure_of_the_scene_is_recorded_and_read_as_earlier_versions_rec
 TEST(Trials, that_fail_count_for_the_rules_that_stop_a_job) {
     const Folder folder;
     const ScopedStopRule stop("failures=1");
-    Trials trials("", {.folder = folder / "."});
+    Trials trials("", {.folder = folder / ".", .workers = 1});
     EXPECT_FALSE(trials.run({trial(2.0), trial(3.0)}));
     EXPECT_NE(trials.find(trial(2.0)), nullptr);
     EXPECT_EQ(trials.find(trial(3.0)), nullptr);

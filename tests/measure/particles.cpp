@@ -45,7 +45,7 @@ TEST(ParticleOrder, does_not_shrink_when_rods_tilt) {
 }
 
 TEST(ParticleOrder, in_a_round_cell_is_that_of_the_local_frame) {
-    for (const char* shape : {"circle", "flower"}) {
+    for (const dem::CellShape shape : {dem::CellShape::circle, dem::CellShape::flower}) {
         ParticleScene scene(shape);
         for (int i = 0; i < 12; ++i) {
             const double place = pi * i / 6.0;
@@ -60,7 +60,7 @@ TEST(ParticleOrder, in_a_round_cell_is_that_of_the_local_frame) {
 }
 
 TEST(ParticleMotion, of_rigid_rotation_is_azimuthal) {
-    ParticleScene scene("circle");
+    ParticleScene scene(dem::CellShape::circle);
     const double turning = -0.7;  // [rad/s], clockwise
     double mean_r = 0.0, mean_square = 0.0;
     for (int i = 0; i < 60; ++i) {
@@ -146,7 +146,7 @@ TEST(ParticleObservables, of_a_rotated_scene_are_rotated) {
     const std::set<std::string> not_scalars{"rod_direction_mean_x", "rod_direction_mean_y", "polar_order_direction",
                                             "rod_velocity_mean_x",  "rod_velocity_mean_y",  "bead_velocity_mean_x",
                                             "bead_velocity_mean_y"};
-    for (const char* shape : {"periodic", "rectangle", "circle"}) {
+    for (const dem::CellShape shape : {dem::CellShape::periodic, dem::CellShape::rectangle, dem::CellShape::circle}) {
         const ParticleScene scene = random_particles(5, 600, 40, shape, 45.0, 30.0), other = turned(scene);
         for (const auto& row : particle_observables(scene.setting())) {
             if (not_scalars.contains(row.name)) continue;
@@ -154,7 +154,7 @@ TEST(ParticleObservables, of_a_rotated_scene_are_rotated) {
             ASSERT_EQ(here.size(), there.size()) << row.name;
             for (std::size_t k = 0; k < here.size(); ++k)  // sums in another order; temperatures are some 100
                 EXPECT_NEAR(here[k], there[k], 1e-11 * (1.0 + std::abs(here[k])))
-                    << shape << " " << row.name << " " << k;
+                    << name_of(shape) << " " << row.name << " " << k;
         }
         EXPECT_NEAR(other("rod_direction_mean_y"), scene("rod_direction_mean_x"), rounding);
         EXPECT_NEAR(other("bead_velocity_mean_x"), -scene("bead_velocity_mean_y"), rounding);
@@ -165,7 +165,7 @@ TEST(ParticleObservables, of_a_rotated_scene_are_rotated) {
 }
 
 TEST(ParticleObservables, in_a_periodic_cell_do_not_depend_on_the_image_of_a_body) {
-    const ParticleScene scene = random_particles(6, 500, 30, "periodic", 45.0, 30.0);
+    const ParticleScene scene = random_particles(6, 500, 30, dem::CellShape::periodic, 45.0, 30.0);
     ParticleScene moved = scene;
     for (std::size_t i = 0; i < moved.bodies.beads.size(); ++i)
         moved.bodies.beads[i].position.x += 45.0 * (static_cast<double>(i % 7) - 3.0);
@@ -180,7 +180,7 @@ TEST(ParticleObservables, in_a_periodic_cell_do_not_depend_on_the_image_of_a_bod
 
 TEST(ParticleObservables, are_those_defined_for_the_bodies_and_have_unique_names) {
     const ParticleScene only_beads = random_particles(1, 50, 0), only_rods = random_particles(1, 0, 5),
-                        round = random_particles(1, 50, 5, "circle");
+                        round = random_particles(1, 50, 5, dem::CellShape::circle);
     EXPECT_FALSE(only_beads.measures("polar_order"));
     EXPECT_FALSE(only_beads.measures("flow_density"));
     EXPECT_FALSE(only_rods.measures("hexatic_order"));

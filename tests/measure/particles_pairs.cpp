@@ -11,14 +11,14 @@ namespace {
 
 /// Beads on a triangular lattice that fits a periodic cell; rows along x.
 ParticleScene lattice(int columns, int rows, double spacing) {
-    ParticleScene scene("periodic", columns * spacing, rows * spacing * std::sqrt(0.75));
+    ParticleScene scene(dem::CellShape::periodic, columns * spacing, rows * spacing * std::sqrt(0.75));
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < columns; ++i) scene.add_bead((i + 0.5 * (j % 2)) * spacing, j * spacing * std::sqrt(0.75));
     return scene;
 }
 
 TEST(Bins, visit_each_point_within_reach_once) {
-    for (const char* shape : {"periodic", "rectangle"})
+    for (const dem::CellShape shape : {dem::CellShape::periodic, dem::CellShape::rectangle})
         for (const double reach : {0.7, 3.0, 4.9}) {  // many squares, some, fewer than three along a side
             const ParticleScene scene = random_particles(3, 200, 0, shape, 14.0, 10.0);
             const std::vector<dem::Bead>& beads = scene.bodies.beads;
@@ -44,7 +44,7 @@ TEST(HexaticOrder, of_a_triangular_lattice_is_one) {
 }
 
 TEST(HexaticOrder, of_a_square_lattice_is_zero) {
-    ParticleScene scene("periodic", 17.0, 17.0);
+    ParticleScene scene(dem::CellShape::periodic, 17.0, 17.0);
     for (int j = 0; j < 20; ++j)
         for (int i = 0; i < 20; ++i) scene.add_bead(0.85 * i, 0.85 * j);
     EXPECT_NEAR(scene("bead_neighbours"), 4.0, 1e-10);      // the diagonals are 1.2 mm away, beyond 1.12
@@ -52,7 +52,7 @@ TEST(HexaticOrder, of_a_square_lattice_is_zero) {
 }
 
 TEST(HexaticOrder, of_grains_rotated_by_thirty_degrees_is_only_local) {
-    ParticleScene scene("circle");
+    ParticleScene scene(dem::CellShape::circle);
     for (const double turn : {0.0, pi / 6.0})  // two hexagons far from each other
         for (int i = 0; i < 7; ++i)
             scene.add_bead((turn > 0.0 ? 10.0 : -10.0) + (i < 6 ? 0.85 * std::cos(turn + pi * i / 3.0) : 0.0),
@@ -70,7 +70,7 @@ TEST(PairCorrelation, of_an_ideal_gas_is_one_within_errors) {
     ParticleSetting setting;
     for (int s = 0; s < scenes; ++s) {
         const ParticleScene scene =
-            random_particles(100 + static_cast<std::uint64_t>(s), 1000, 200, "periodic", 45.0, 30.0);
+            random_particles(100 + static_cast<std::uint64_t>(s), 1000, 200, dem::CellShape::periodic, 45.0, 30.0);
         setting = scene.setting();
         const std::vector<double> g = scene.all("pair_correlation_beads"), h = scene.all("pair_correlation_rods");
         beads.resize(g.size());
@@ -148,7 +148,7 @@ TEST(PolarCorrelation, of_two_rods_is_in_the_bin_of_their_distance) {
 }
 
 TEST(PolarCorrelation, in_a_circle_is_that_of_the_local_frame) {
-    ParticleScene scene("circle");
+    ParticleScene scene(dem::CellShape::circle);
     for (int i = 0; i < 12; ++i)
         scene.add_rod(9.0 * std::cos(pi * i / 6.0), 9.0 * std::sin(pi * i / 6.0), pi * i / 6.0 + 0.8);
     const std::vector<double> pairs = scene.all("rod_pairs"), order = scene.all("rod_pairs_order");
@@ -169,7 +169,7 @@ TEST(NumberFluctuations, of_bodies_at_random_are_binomial) {
         ParticleSetting setting;
         for (int s = 0; s < scenes; ++s) {
             const ParticleScene scene =
-                random_particles(300 + static_cast<std::uint64_t>(s), 0, 150, "periodic", 45.0, ly);
+                random_particles(300 + static_cast<std::uint64_t>(s), 0, 150, dem::CellShape::periodic, 45.0, ly);
             setting = scene.setting();
             const std::vector<double> variance = scene.all("rod_number_variance");
             sum.resize(variance.size());
@@ -190,7 +190,7 @@ TEST(NumberFluctuations, of_bodies_at_random_are_binomial) {
 }
 
 TEST(NumberFluctuations, of_a_lattice_are_zero_in_commensurate_boxes) {
-    ParticleScene scene("periodic", 48.0, 48.0);
+    ParticleScene scene(dem::CellShape::periodic, 48.0, 48.0);
     for (int i = 0; i < 576; ++i) scene.add_rod(2.0 * (i % 24) + 0.5, 2.0 * (i / 24) + 0.5, 0.0);
     const ParticleSetting setting = scene.setting();
     const std::vector<double> variance = scene.all("rod_number_variance"), sides = scene.axis("rod_number_variance");
@@ -208,7 +208,7 @@ TEST(RodFlow, of_a_known_field_is_found_in_the_frame_of_each_rod) {
         const double r = a * a + b * b + 4.0;
         return std::pair{40.0 * (1.0 / r + 2.0 * a * a / (r * r)), 80.0 * a * b / (r * r)};
     };
-    ParticleScene scene("periodic", 33.0, 33.0);
+    ParticleScene scene(dem::CellShape::periodic, 33.0, 33.0);
     scene.add_rod(15.0, -14.0, angle);  // across the sides
     for (int j = 0; j < 220; ++j)
         for (int i = 0; i < 220; ++i) {
@@ -240,7 +240,7 @@ TEST(RodFlow, of_a_known_field_is_found_in_the_frame_of_each_rod) {
 }
 
 TEST(RodFlow, of_beads_that_move_with_the_rod_is_along_n_everywhere) {
-    ParticleScene scene("periodic", 60.0, 60.0);
+    ParticleScene scene(dem::CellShape::periodic, 60.0, 60.0);
     scene.add_rod(0.0, 0.0, 2.5);
     const std::vector<double> u = uniform_numbers(20000, 4);
     for (std::size_t i = 0; i < u.size(); i += 2)

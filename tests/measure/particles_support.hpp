@@ -20,7 +20,7 @@ struct ParticleScene {
     dem::Counts counts;
     double energy_kinetic = 0.0;
 
-    explicit ParticleScene(const std::string& shape = "periodic", double lx = 45.0, double ly = 45.0) {
+    explicit ParticleScene(dem::CellShape shape = dem::CellShape::periodic, double lx = 45.0, double ly = 45.0) {
         setup.cell.shape = shape;
         setup.cell.lx = lx;
         setup.cell.ly = ly;
@@ -72,7 +72,8 @@ inline std::vector<double> normal_numbers(std::size_t count, std::uint64_t seed,
 
 /// Beads and rods at random places, in random directions, with random velocities.
 inline ParticleScene random_particles(std::uint64_t seed, std::size_t beads, std::size_t rods,
-                                      const std::string& shape = "periodic", double lx = 45.0, double ly = 45.0) {
+                                      dem::CellShape shape = dem::CellShape::periodic, double lx = 45.0,
+                                      double ly = 45.0) {
     ParticleScene scene(shape, lx, ly);
     const std::vector<double> u = uniform_numbers(2 * beads + 3 * rods, seed),
                               v = normal_numbers(2 * beads + rods, seed);

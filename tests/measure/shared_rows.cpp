@@ -32,7 +32,7 @@ struct Snapshot {
 };
 
 ParticleScene particles_of(const Snapshot& snapshot) {
-    ParticleScene scene("periodic", grid.lx, grid.ly);
+    ParticleScene scene(dem::CellShape::periodic, grid.lx, grid.ly);
     for (int j = 0; j < grid.ny; ++j)
         for (int i = 0; i < grid.nx; ++i) {
             const double x = i + 0.5, y = j + 0.5;

@@ -60,15 +60,15 @@ constexpr double rounding = 1e-13;  // of sums over 768 cells of numbers of orde
 
 TEST(BeadVelocity, of_a_uniform_flow_with_a_wave_has_the_order_of_the_flow) {
     // v_x = 0.8 + 0.6 sqrt(2) cos: <v^2> = 0.64 + 0.36 = 1.
-    const Fixture scene(
-        {.kind = "formula", .formulas = {{"bead_velocity_x", {"0.8 + 0.6 * sqrt(2) * cos(2*pi*y/6)"}}}});
+    const Fixture scene({.kind = model::StartKind::formula,
+                         .formulas = {{"bead_velocity_x", {"0.8 + 0.6 * sqrt(2) * cos(2*pi*y/6)"}}}});
     EXPECT_NEAR(scene("bead_velocity_mean_x")[0], 0.8, rounding);
     EXPECT_NEAR(scene("bead_speed")[0], 1.0, rounding);
     EXPECT_NEAR(scene("bead_velocity_order")[0], 0.8, rounding);
 }
 
 TEST(FieldObservables, of_rods_and_beads_are_those_of_any_field_as_well) {
-    const Fixture scene({.kind = "formula",
+    const Fixture scene({.kind = model::StartKind::formula,
                          .formulas = {{"rod_density", {"2 + 0.3 * cos(2*pi*x/8)"}},
                                       {"bead_velocity_x", {"0.3 + 0.1 * cos(2*pi*x/8)"}},
                                       {"bead_velocity_y", {"-0.4"}}}});
@@ -81,8 +81,8 @@ TEST(FieldObservables, of_rods_and_beads_are_those_of_any_field_as_well) {
 }
 
 TEST(BeadVelocity, across_the_wavevector_is_shear_and_along_it_is_sound) {
-    const Fixture shear({.kind = "formula", .formulas = {{"bead_velocity_x", {"cos(4*pi*y/6)"}}}}),
-        sound({.kind = "formula", .formulas = {{"bead_velocity_y", {"cos(4*pi*y/6)"}}}});
+    const Fixture shear({.kind = model::StartKind::formula, .formulas = {{"bead_velocity_x", {"cos(4*pi*y/6)"}}}}),
+        sound({.kind = model::StartKind::formula, .formulas = {{"bead_velocity_y", {"cos(4*pi*y/6)"}}}});
     const auto sum = [](const std::vector<double>& values) {
         double total = 0.0;
         for (const double value : values) total += value;
@@ -95,7 +95,7 @@ TEST(BeadVelocity, across_the_wavevector_is_shear_and_along_it_is_sound) {
 }
 
 TEST(CrossStructureFactor, of_anticorrelated_densities_is_minus_the_geometric_mean) {
-    const Fixture scene({.kind = "formula",
+    const Fixture scene({.kind = model::StartKind::formula,
                          .formulas = {{"bead_density", {"3 - 0.2 * cos(2*pi*(2*x/8 + y/6))"}},
                                       {"rod_density", {"2 + 0.5 * cos(2*pi*(2*x/8 + y/6))"}}}});
     const auto cross = scene("structure_factor_beads_rods"), beads = scene("structure_factor_beads"),
@@ -106,7 +106,8 @@ TEST(CrossStructureFactor, of_anticorrelated_densities_is_minus_the_geometric_me
 TEST(OrderCorrelation, of_a_wave_is_its_average_over_directions) {
     // p_x = c + d cos(q x): G = c^2 + d^2 cos(q x)/2, averaged over the displacements of each bin.
     const double c = 0.5, d = 0.4;
-    const Fixture scene({.kind = "formula", .formulas = {{"polar_order_x", {"0.5 + 0.4 * cos(2*pi*x/8)"}}}});
+    const Fixture scene(
+        {.kind = model::StartKind::formula, .formulas = {{"polar_order_x", {"0.5 + 0.4 * cos(2*pi*x/8)"}}}});
     std::vector<double> expected(scene.setting().separations.size()), weight(expected.size());
     for (int j = 0; j < grid.ny; ++j)
         for (int i = 0; i < grid.nx; ++i) {
@@ -123,7 +124,7 @@ TEST(OrderCorrelation, of_a_wave_is_its_average_over_directions) {
 
 TEST(SpectralTail, is_the_fraction_of_variance_beyond_two_thirds_of_the_cut) {
     // Degree 3: modes |k| < 32/4 = 8 along x and 24/4 = 6 along y; two thirds: 5.33 and 4.
-    const Fixture scene({.kind = "formula",
+    const Fixture scene({.kind = model::StartKind::formula,
                          .formulas = {{"bead_density", {"3 + 0.3 * cos(2*pi*2*x/8) + 0.4 * cos(2*pi*6*x/8)"}},
                                       {"rod_density", {"2 + 0.3 * cos(2*pi*5*y/6)"}}}});
     EXPECT_NEAR(scene("spectral_tail_bead_density")[0], 0.16 / 0.25, rounding);
@@ -132,7 +133,7 @@ TEST(SpectralTail, is_the_fraction_of_variance_beyond_two_thirds_of_the_cut) {
 
 TEST(Energy, of_a_uniform_flock_and_the_powers_of_its_terms_follow_the_formulas) {
     const Fixture scene(
-        {.kind = "formula",
+        {.kind = model::StartKind::formula,
          .formulas = {{"bead_velocity_x", {"0.6"}}, {"polar_order_x", {"0.9"}}, {"polar_order_y", {"-0.2"}}}});
     const double area = 48.0, square = 0.81 + 0.04;
     EXPECT_NEAR(scene("energy_flow")[0], 0.5 * 0.5 * 3.0 * 0.36 * area, 1e-12);

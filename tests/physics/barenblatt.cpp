@@ -44,7 +44,8 @@ Outcome spread(int n, double dt) {
     const numerics::WholeRate whole = whole_rate(Equations(model), grid, mean_densities(model), threads);
     numerics::Stepper stepper(whole.system, numerics::stepper_table("etdrk2"), dt, 1, threads);
     numerics::Spectra state =
-        initial_spectra({.kind = "formula", .formulas = {{"bead_density", {"max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}}}},
+        initial_spectra({.kind = model::StartKind::formula,
+                         .formulas = {{"bead_density", {"max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}}}},
                         model, whole.system, 1, threads);
     const double mass = state[0][0].real();
     const int steps = static_cast<int>(std::lround(2.0 / dt));
@@ -83,7 +84,8 @@ TEST(Barenblatt, vacuum_is_rejected_if_beads_have_inertia) {
     const numerics::WholeRate whole = whole_rate(Equations(model), grid, mean_densities(model), threads);
     numerics::Stepper stepper(whole.system, numerics::stepper_table("etdrk2"), 0.01, 1, threads);
     numerics::Spectra state =
-        initial_spectra({.kind = "formula", .formulas = {{"bead_density", {"max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}}}},
+        initial_spectra({.kind = model::StartKind::formula,
+                         .formulas = {{"bead_density", {"max(0, 1 - ((x - 8)^2 + (y - 8)^2)/8)"}}}},
                         model, whole.system, 1, threads);
     try {
         stepper.step(0.0, 0, state);

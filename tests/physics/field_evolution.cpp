@@ -33,7 +33,7 @@ Case flock() {
                       .weathercock = {.strength = 1.5},
                       .advection = {.strength = 0.5}},
             .grid = {.nx = 32, .ny = 32, .lx = 20.0, .ly = 20.0},
-            .initial = {.kind = "formula",
+            .initial = {.kind = model::StartKind::formula,
                         .formulas = {{"bead_density", {"1 + 0.2 * cos(2*pi*x/20)"}},
                                      {"polar_order_x", {"0.4 + 0.3 * sin(2*pi*y/20)"}},
                                      {"polar_order_y", {"0.3 * cos(2*pi*(x + y)/20)"}}}},
@@ -212,7 +212,8 @@ TEST(ReferenceDensityLong, it_rises_with_a_peak_of_slaved_beads) {
     scene.grid = {.nx = 64, .ny = 64, .lx = 16.0, .ly = 16.0};
     scene.control.dt = 0.02;
     scene.end = 2.0;
-    scene.initial = {.kind = "formula", .formulas = {{"bead_density", {"exp(-((x - 8)^2 + (y - 8)^2)/4)"}}}};
+    scene.initial = {.kind = model::StartKind::formula,
+                     .formulas = {{"bead_density", {"exp(-((x - 8)^2 + (y - 8)^2)/4)"}}}};
     const Evolved run = evolve(scene), fine = reference_of(scene);
     EXPECT_GT(run.saved[0], 0.0)
         << "rho E/Gamma of the peak is ten times that of the mean: the reference is above the mean";

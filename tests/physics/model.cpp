@@ -94,9 +94,9 @@ TEST(PlaneWave, of_the_order_moves_the_density_according_to_the_telegraph_equati
     model.noise = {};
     const numerics::System system = linear_system(model, grid);
     Threads threads(1);
-    numerics::Spectra state =
-        initial_spectra({.kind = "mode", .amplitude = 0.01, .component = "rod_density", .mode_x = 2, .mode_y = -1},
-                        model, system, 1, threads);
+    numerics::Spectra state = initial_spectra(
+        {.kind = model::StartKind::mode, .amplitude = 0.01, .component = "rod_density", .mode_x = 2, .mode_y = -1},
+        model, system, 1, threads);
     const std::size_t mode = 31 * numerics::columns(grid) + 2;
     ASSERT_DOUBLE_EQ(state[0][mode].real(), 0.005);
     const double q = 2.0 * std::acos(-1.0) / 20.0 * std::sqrt(5.0), frequency = q * std::sqrt(2.0 * 1.0), t = 0.37;
@@ -112,7 +112,8 @@ TEST(InitialState, random_has_the_requested_deviation_and_the_exact_mean_density
     const Model model = independent_rods();
     const numerics::System system = linear_system(model, grid);
     Threads threads(1);
-    const numerics::Spectra state = initial_spectra({.kind = "random", .amplitude = 0.1}, model, system, 7, threads);
+    const numerics::Spectra state =
+        initial_spectra({.kind = model::StartKind::random, .amplitude = 0.1}, model, system, 7, threads);
     EXPECT_EQ(state[0][0], numerics::Complex(0.3));
     double variance = 0.0;
     for (std::size_t m = 1; m < state.size; ++m)
@@ -128,14 +129,14 @@ TEST(InitialState, rejects_fields_and_modes_absent_from_the_model_or_grid) {
         model::check(start, equations.solver(mean_densities(model)), grid, kept_degree(equations, {}), no_location);
     };
     const Model model = independent_rods();
-    EXPECT_THROW(check({.kind = "mode", .component = "bead_density"}, model), Error);
-    EXPECT_THROW(check({.kind = "mode", .mode_x = 16}, model), Error);
-    EXPECT_NO_THROW(check({.kind = "mode", .mode_x = -15}, model));
-    EXPECT_THROW(check({.kind = "file"}, model), Error);
+    EXPECT_THROW(check({.kind = model::StartKind::mode, .component = "bead_density"}, model), Error);
+    EXPECT_THROW(check({.kind = model::StartKind::mode, .mode_x = 16}, model), Error);
+    EXPECT_NO_THROW(check({.kind = model::StartKind::mode, .mode_x = -15}, model));
+    EXPECT_THROW(check({.kind = model::StartKind::file}, model), Error);
     EXPECT_THROW(check({.formulas = {{"rod_density", {"1"}}}}, model), Error);
     Model silent = model;
     silent.noise = {};
-    EXPECT_THROW(check({.kind = "stationary"}, silent), Error);
+    EXPECT_THROW(check({.kind = model::StartKind::stationary}, silent), Error);
 }
 
 }  // namespace

@@ -143,7 +143,7 @@ struct OrientingField {
 struct DensityTable {
     std::vector<double> bead_density, rod_density;
     std::map<std::string, TableColumn> columns;
-    std::string outside = "refuse";
+    numerics::Outside outside = numerics::Outside::refuse;
 };
 
 struct Model {

@@ -33,7 +33,7 @@ Model flock() {
             .diffusion = {.beads = 0.2, .rods = 0.2}};
 }
 
-const model::Start waves{.kind = "formula",
+const model::Start waves{.kind = model::StartKind::formula,
                          .formulas = {{"polar_order_x", {"0.3 + 0.2 * sin(2*pi*y/16)"}},
                                       {"polar_order_y", {"0.2 * cos(2*pi*(x + y)/16)"}}}};
 
@@ -147,7 +147,7 @@ TEST(StepError, sees_waves_that_turn_several_times_within_a_step_and_lose_their_
     Model model = flock();
     model.fields = {.bead_density = false, .rod_density = true, .bead_velocity = "absent"};
     model.current.speed = 8e5;
-    const model::Start start{.kind = "formula",  // without divergence: b |p|^2 p makes some
+    const model::Start start{.kind = model::StartKind::formula,  // without divergence: b |p|^2 p makes some
                              .formulas = {{"polar_order_x", {"0.3 + 0.2 * sin(2*pi*y/16)"}},
                                           {"polar_order_y", {"0.2 * cos(2*pi*x/16)"}}}};
     model.pressure.rods = 0.2;
@@ -203,8 +203,9 @@ TEST(StepError, counts_the_first_and_the_last_step) {
                                             {"arkode-ark437l2sa", 1e-2}}) {
         model::FieldEvolution evolution(integrated(model), grid,
                                         {.method = method, .dt = length, .tolerance = tolerance}, 1, threads);
-        numerics::Spectra state = initial_spectra({.kind = "formula", .formulas = {{"polar_order_x", {"0.1"}}}}, model,
-                                                  evolution.linear(), 1, threads);
+        numerics::Spectra state =
+            initial_spectra({.kind = model::StartKind::formula, .formulas = {{"polar_order_x", {"0.1"}}}}, model,
+                            evolution.linear(), 1, threads);
         evolution.start(state);
         try {
             evolution.advance(0, state);
@@ -227,7 +228,7 @@ TEST(StepError, of_a_weak_wave_is_relative_to_the_wave) {
     model.current.speed = 3.0;
     model.diffusion.beads = 0.0, model.driving = {}, model.stiffness = {}, model.drag = {}, model.viscosity = {},
     model.weathercock = {};
-    const model::Start wave{.kind = "formula",
+    const model::Start wave{.kind = model::StartKind::formula,
                             .formulas = {{"rod_density", {"1 + 0.001 * cos(2*pi*x/16)"}},
                                          {"polar_order_x", {"sqrt(0.5)"}}}};
     const Form form = physics::form(model);
@@ -268,7 +269,7 @@ double velocity_far_from_dip(double least, double dt) {
                 .stiffness = {.beads = 0.5},
                 .relaxation = {.rate = 0.0}};
     constexpr numerics::Grid square{.nx = 64, .ny = 64, .lx = 32.0, .ly = 32.0};
-    const model::Start dip{.kind = "formula",
+    const model::Start dip{.kind = model::StartKind::formula,
                            .formulas = {{"bead_density", {text("1 - {} * exp(-((x-16)^2+(y-16)^2)/8)", 1.0 - least)}},
                                         {"polar_order_x", {"0.5"}}}};
     Threads threads(1);

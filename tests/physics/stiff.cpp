@@ -30,7 +30,7 @@ Model flock(double drag, double stiffness) {
 /// An ordered flock with waves in every field, once the fast modes of the start have died out.
 numerics::Spectra developed(const Model& model, const numerics::System& system, double dt) {
     Threads threads(1);
-    const model::Start waves{.kind = "formula",
+    const model::Start waves{.kind = model::StartKind::formula,
                              .formulas = {{"bead_density", {"1 + 0.15 * cos(2*pi*x/32) * sin(2*pi*y/32 + 0.3)"}},
                                           {"rod_density", {"1 + 0.2 * sin(2*pi*(x + y)/32)"}},
                                           {"bead_velocity_x", {"0.3"}},

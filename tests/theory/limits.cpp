@@ -124,12 +124,6 @@ TEST(PhaseSeparation, WithoutAnOrderIsTheSpinodal) {
     }
 }
 
-TEST(Limits, HaveNames) {
-    for (const Limit limit : {Limit::onset, Limit::phase_separation, Limit::banding, Limit::oblique})
-        EXPECT_EQ(limit_of(limit_name(limit)), limit);
-    EXPECT_THROW(limit_of("binodal"), Error);
-}
-
 TEST(Regime, FollowsFromTheSignsOfTheMargins) {
     const auto of = [](double onset, double separation, double banding, double oblique) {
         return regime_of([=](Limit limit) {

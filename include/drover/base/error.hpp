@@ -1,5 +1,6 @@
 // base/error.hpp: the exception type of drover, with the location in the scene that it refers to.
 #pragma once
+#include <array>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -33,11 +34,10 @@ enum class Fault {
     defect        ///< a mistake in drover: exit status 1
 };
 
+constexpr auto names_of(Fault) { return std::array{"input", "unavailable", "run", "environment", "defect"}; }
+
 /// Whether the same scene gives the same error again, on any machine and at any time.
 inline bool is_of_scene(Fault fault) { return fault == Fault::input || fault == Fault::run; }
-
-/// "input", "unavailable", "run", "environment", "defect".
-std::string fault_name(Fault fault);
 
 /// The message gives location, value found, value expected and a suggested fix.
 class Error : public std::runtime_error {

@@ -3,9 +3,12 @@
 #pragma once
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -63,9 +66,37 @@ inline constexpr Range not_negative{.min = 0.0};
 constexpr Range within(double min, double max) { return {.min = min, .max = max}; }
 constexpr Range at_least(double min) { return {.min = min}; }
 
+template <NamedEnum Enum>
+std::vector<std::string> all_names() {
+    const auto names = names_of(Enum{});
+    return {names.begin(), names.end()};
+}
+
+/// The value of this name, if there is one.
+template <NamedEnum Enum>
+std::optional<Enum> value_named(std::string_view name) {
+    const auto names = names_of(Enum{});
+    const auto found = std::find(names.begin(), names.end(), name);
+    return found == names.end() ? std::nullopt : std::optional(static_cast<Enum>(found - names.begin()));
+}
+
+/// A member that is an enum: a scene has its name.
 template <class Struct>
-using Member = std::variant<bool Struct::*, int Struct::*, std::int64_t Struct::*, double Struct::*,
-                            std::string Struct::*, std::vector<double> Struct::*, std::vector<std::string> Struct::*>;
+struct NamedMember {
+    template <NamedEnum Enum>
+    NamedMember(Enum Struct::*member)
+        : names(all_names<Enum>),
+          get([member](const Struct& from) { return name_of(from.*member); }),
+          set([member](Struct& to, const std::string& name) { to.*member = value_named<Enum>(name).value(); }) {}
+    std::vector<std::string> (*names)();
+    std::function<std::string(const Struct&)> get;
+    std::function<void(Struct&, const std::string&)> set;
+};
+
+template <class Struct>
+using Member =
+    std::variant<bool Struct::*, int Struct::*, std::int64_t Struct::*, double Struct::*, std::string Struct::*,
+                 std::vector<double> Struct::*, std::vector<std::string> Struct::*, NamedMember<Struct>>;
 
 /// One key.  Its default is the value in a default-constructed Struct.
 template <class Struct>
@@ -75,7 +106,7 @@ struct Row {
     std::string doc;                        ///< meaning, with its symbol and source
     std::string unit = {};                  ///< "" for a dimensionless number or a word
     Range range = any_number;               ///< of a number, or of each item of a list
-    std::vector<std::string> choices = {};  ///< of a word; empty: any
+    std::vector<std::string> choices = {};  ///< of a word; empty: any, or of an enum all names
 };
 
 template <class Struct>
@@ -109,9 +140,10 @@ namespace schema_detail {
 template <class Struct>
 Value get(const Struct& from, const Row<Struct>& row) {
     return std::visit(
-        [&](auto member) -> Value {
-            using Held = std::remove_cvref_t<decltype(from.*member)>;
-            if constexpr (std::is_same_v<Held, int>) return static_cast<std::int64_t>(from.*member);
+        [&](const auto& member) -> Value {
+            if constexpr (requires { member.get(from); }) return member.get(from);
+            else if constexpr (std::is_same_v<decltype(member), int Struct::*const&>)
+                return static_cast<std::int64_t>(from.*member);
             else return from.*member;
         },
         row.member);
@@ -120,10 +152,11 @@ Value get(const Struct& from, const Row<Struct>& row) {
 template <class Struct>
 void set(Struct& to, const Row<Struct>& row, const Value& value) {
     std::visit(
-        [&](auto member) {
-            using Held = std::remove_cvref_t<decltype(to.*member)>;
-            if constexpr (std::is_same_v<Held, int>) to.*member = static_cast<int>(std::get<std::int64_t>(value));
-            else to.*member = std::get<Held>(value);
+        [&](const auto& member) {
+            if constexpr (requires { member.names(); }) member.set(to, std::get<std::string>(value));
+            else if constexpr (std::is_same_v<decltype(member), int Struct::*const&>)
+                to.*member = static_cast<int>(std::get<std::int64_t>(value));
+            else to.*member = std::get<std::remove_cvref_t<decltype(to.*member)>>(value);
         },
         row.member);
 }
@@ -139,7 +172,10 @@ std::vector<Description> descriptions() {
             range.min = std::max(range.min, static_cast<double>(std::numeric_limits<int>::min()));
             range.max = std::min(range.max, static_cast<double>(std::numeric_limits<int>::max()));
         }
-        result.push_back({row.name, schema_detail::get(defaults, row), row.unit, range, row.choices, row.doc});
+        std::vector<std::string> choices = row.choices;
+        if (const auto* named = std::get_if<NamedMember<Struct>>(&row.member); named && choices.empty())
+            choices = named->names();
+        result.push_back({row.name, schema_detail::get(defaults, row), row.unit, range, choices, row.doc});
     }
     return result;
 }

@@ -1,4 +1,5 @@
-// base/text.hpp: formatting with type-erased arguments, so that headers need no formatting library.
+// base/text.hpp: formatting with type-erased arguments, so that headers need no formatting library, and enums that have
+// names.
 #pragma once
 #include <array>
 #include <concepts>
@@ -7,10 +8,23 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
 namespace drover {
+
+/// An enum whose values have names in scenes, results and messages.  They stand beside it, in the order of its values:
+/// `constexpr auto names_of(Enum) { return std::array{"first", "second"}; }`.
+template <class Enum>
+concept NamedEnum = std::is_enum_v<Enum> && requires(Enum value) {
+    names_of(value).size();
+};
+
+template <NamedEnum Enum>
+constexpr const char* name_of(Enum value) {
+    return names_of(value).at(static_cast<std::size_t>(value));
+}
 
 /// One value to be formatted.  Numbers are written so that they read back as the same number.
 class TextArgument {
@@ -24,6 +38,7 @@ public:
     TextArgument(const std::string& value) : held_(std::string_view(value)) {}
     TextArgument(std::string_view value) : held_(value) {}
     TextArgument(const char* value) : held_(std::string_view(value)) {}
+    TextArgument(NamedEnum auto value) : held_(std::string_view(name_of(value))) {}
     const Held& held() const { return held_; }
 
 private:

@@ -1,5 +1,6 @@
 // dem/setup.hpp: the parameters of a particle world, by sections of a scene.
 #pragma once
+#include <array>
 #include <string>
 #include <vector>
 
@@ -7,18 +8,21 @@
 
 namespace drover::dem {
 
+enum class CellShape { periodic, rectangle, circle, flower };
+constexpr auto names_of(CellShape) { return std::array{"periodic", "rectangle", "circle", "flower"}; }
+
 /// The shape of the world in the plane of the plates.
 struct Cell {
-    std::string shape = "periodic";  ///< periodic, rectangle, circle, flower
-    double lx = 45.0, ly = 45.0;     ///< sides, periodic and rectangle [mm]
-    double radius = 25.0;            ///< of the circle; of the inner corners of the flower [mm]
-    int petals = 8;                  ///< arcs of the flower
-    double petal_radius = 12.0;      ///< of each arc, at least radius sin(pi/petals) [mm]
+    CellShape shape = CellShape::periodic;
+    double lx = 45.0, ly = 45.0;  ///< sides, periodic and rectangle [mm]
+    double radius = 25.0;         ///< of the circle; of the inner corners of the flower [mm]
+    int petals = 8;               ///< arcs of the flower
+    double petal_radius = 12.0;   ///< of each arc, at least radius sin(pi/petals) [mm]
 
     static Rows<Cell> rows();
 };
 
-inline bool is_periodic(const Cell& cell) { return cell.shape == "periodic"; }
+inline bool is_periodic(const Cell& cell) { return cell.shape == CellShape::periodic; }
 
 /// Base and lid, which move together: base at z = A (1 + cos(2 pi f t)), lid a gap above it.
 struct Plates {
@@ -48,6 +52,10 @@ struct BeadSupply {
     static Rows<BeadSupply> rows();
 };
 
+/// Spheres of a rod that can touch a plate: those on the convex hull, or all.
+enum class Bearing { hull, all };
+constexpr auto names_of(Bearing) { return std::array{"hull", "all"}; }
+
 /// Rods: solids of equally spaced spheres on a line, tail to head; n points to the head.
 struct RodSupply {
     double area_fraction = 0.0;  ///< projected area of lying rods over that of the cell, if count is 0
@@ -56,7 +64,7 @@ struct RodSupply {
     double length = 4.5;                 ///< from tip to tip [mm]
     std::vector<double> densities{8.7};  ///< of the rod, or where each sphere is the widest [mg/mm^3]
     double size_tolerance = 0.0;         ///< standard deviation of the relative size of rods
-    std::string bearing = "hull";        ///< spheres that can touch a plate: those on the convex hull, or all
+    Bearing bearing = Bearing::hull;
 
     bool any() const { return count > 0 || area_fraction > 0.0; }  ///< whether there are such bodies
     static Rows<RodSupply> rows();
@@ -102,19 +110,48 @@ struct BodyForces {
     static Rows<BodyForces> rows();
 };
 
-/// How contacts are resolved.
+enum class ContactModel { impulse, spring_dashpot, repulsive_spring };
+constexpr auto names_of(ContactModel) { return std::array{"impulse", "spring-dashpot", "repulsive-spring"}; }
+
+/// How the impulses of contacts are found.
+enum class GroupLaw {
+    simultaneous,       ///< all contacts of a group are compressed at the same time, see resolve()
+    approaching_first,  ///< one impact after another: the fastest approach comes next
+    first_to_last,      ///< one after another in the order of the contacts, repeatedly
+    last_to_first,
+    pairwise  ///< there are no groups: PairwiseLaw
+};
+constexpr auto names_of(GroupLaw) {
+    return std::array{"simultaneous", "approaching-first", "first-to-last", "last-to-first", "pairwise"};
+}
+
+/// What ends the impact of one contact.
+enum class RestitutionKind {
+    energetic,  ///< Stronge: the normal force gives back e^2 of the work of compression
+    kinetic,    ///< Poisson: the impulse of restitution is e times that of compression
+    kinematic   ///< Newton: the normal velocity after is -e times that before
+};
+constexpr auto names_of(RestitutionKind) { return std::array{"energetic", "kinetic", "kinematic"}; }
+
+enum class ContactOrder { tail_first, random, fastest_first };
+constexpr auto names_of(ContactOrder) { return std::array{"tail-first", "random", "fastest-first"}; }
+
+enum class PairwiseFriction { stop_or_slide, decoupled };
+constexpr auto names_of(PairwiseFriction) { return std::array{"stop-or-slide", "decoupled"}; }
+
+/// How contacts are resolved: see the page "Particles" of the manual.
 struct ContactControl {
-    std::string model = "impulse";          ///< the contact law: see the page "Particles" of the manual
-    std::string law = "simultaneous";       ///< of groups of contacts: see that page
-    std::string restitution = "energetic";  ///< energetic, kinetic, kinematic
+    ContactModel model = ContactModel::impulse;
+    GroupLaw law = GroupLaw::simultaneous;
+    RestitutionKind restitution = RestitutionKind::energetic;
     bool track_slip = true;  ///< friction follows the slip through the impact; false: keeps the direction before
     int increments = 8;      ///< of the impact of a group
     double inelastic_threshold =
         0.03;  ///< approaches in a group below this times 1 - e of its largest end without rebound; 0: none
     double substep = 2e-5;                          ///< minimum time between two impacts of a rod on the plates [s]
     double simultaneity_gap = 1e-5;                 ///< contacts with smaller gaps act in one impact [mm]
-    std::string order = "tail-first";               ///< of the contacts of a rod with the plates, pairwise
-    std::string friction = "stop-or-slide";         ///< stop-or-slide, decoupled; pairwise
+    ContactOrder order = ContactOrder::tail_first;  ///< of the contacts of a rod with the plates, pairwise
+    PairwiseFriction friction = PairwiseFriction::stop_or_slide;
     double rod_step = 2e-6;                         ///< of rods and their contacts with the plates, pairwise [s]
     double stiffness = 1e10;                        ///< of spring-dashpot contacts [mg/s^2]
     double tangential_stiffness_ratio = 2.0 / 7.0;  ///< of spring-dashpot contacts, to the normal one
@@ -124,11 +161,15 @@ struct ContactControl {
     static Rows<ContactControl> rows();
 };
 
+/// aligned: all rods along x.
+enum class PackingKind { random, aligned, file };
+constexpr auto names_of(PackingKind) { return std::array{"random", "aligned", "file"}; }
+
 /// The bodies at the start.
 struct Packing {
-    std::string kind = "random";  ///< random, aligned (all rods along x), file
-    std::string file;             ///< of kind "file": an H5MD file of the same bodies
-    int frame = -1;               ///< frame of the file; -1: the last
+    PackingKind kind = PackingKind::random;
+    std::string file;  ///< of kind file: an H5MD file of the same bodies
+    int frame = -1;    ///< frame of the file; -1: the last
 
     static Rows<Packing> rows();
 };

@@ -24,7 +24,7 @@ inline dem::Setup beads_alone(dem::Setup setup) {
 /// The setup with its rods along x or in random directions, and without forces.
 inline dem::Setup with_rods(dem::Setup setup, const char* assay, bool aligned) {
     require(setup.rods.any(), {}, "{}: the setup has no rods; expected rods.area_fraction or rods.count > 0", assay);
-    setup.packing = {.kind = aligned ? "aligned" : "random"};
+    setup.packing = {.kind = aligned ? dem::PackingKind::aligned : dem::PackingKind::random};
     setup.forces = {};
     return setup;
 }

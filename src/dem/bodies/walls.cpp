@@ -145,30 +145,27 @@ double reach_of_flower(const Cell& cell, double direction) {
 }  // namespace
 
 Walls::Walls(const Cell& cell) : cell_(cell) {
-    if (cell.shape == "rectangle") shape_ = Shape::rectangle;
-    if (cell.shape == "circle") shape_ = Shape::circle;
-    if (cell.shape != "flower") return;
-    shape_ = Shape::flower;
-    flower_ = make_flower(cell);
+    if (cell.shape == CellShape::flower) flower_ = make_flower(cell);
 }
 
 int Walls::near(double x, double y, double radius, WallPoint (&found)[4]) const {
     Nearest nearest{.found = found, .reach = radius};
-    if (shape_ == Shape::rectangle) add_rectangle(cell_, x, y, nearest);
-    if (shape_ == Shape::circle) add_circle(cell_, x, y, nearest);
-    if (shape_ == Shape::flower) add_flower(cell_, flower_, x, y, nearest);
+    if (cell_.shape == CellShape::rectangle) add_rectangle(cell_, x, y, nearest);
+    if (cell_.shape == CellShape::circle) add_circle(cell_, x, y, nearest);
+    if (cell_.shape == CellShape::flower) add_flower(cell_, flower_, x, y, nearest);
     return nearest.count;
 }
 
 double half_width(const Cell& cell) {
-    if (cell.shape == "circle") return cell.radius;
-    if (cell.shape == "flower") return std::max(reach_of_flower(cell, 0.0), reach_of_flower(cell, pi));
+    if (cell.shape == CellShape::circle) return cell.radius;
+    if (cell.shape == CellShape::flower) return std::max(reach_of_flower(cell, 0.0), reach_of_flower(cell, pi));
     return 0.5 * cell.lx;
 }
 
 double half_height(const Cell& cell) {
-    if (cell.shape == "circle") return cell.radius;
-    if (cell.shape == "flower") return std::max(reach_of_flower(cell, 0.5 * pi), reach_of_flower(cell, -0.5 * pi));
+    if (cell.shape == CellShape::circle) return cell.radius;
+    if (cell.shape == CellShape::flower)
+        return std::max(reach_of_flower(cell, 0.5 * pi), reach_of_flower(cell, -0.5 * pi));
     return 0.5 * cell.ly;
 }
 

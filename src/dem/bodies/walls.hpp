@@ -39,9 +39,7 @@ public:
     int near(double x, double y, double radius, WallPoint (&found)[4]) const;
 
 private:
-    enum class Shape { none, rectangle, circle, flower };
     Cell cell_;
-    Shape shape_ = Shape::none;
     Flower flower_;  ///< if the cell is a flower
 };
 

@@ -15,19 +15,6 @@ void for_laws(const std::variant<Law...>*, const Visit& visit) {
     (visit(static_cast<Law*>(nullptr)), ...);
 }
 
-GroupLaw group_law(const std::string& name) {
-    if (name == "approaching-first") return GroupLaw::approaching_first;
-    if (name == "first-to-last") return GroupLaw::first_to_last;
-    if (name == "last-to-first") return GroupLaw::last_to_first;
-    return GroupLaw::simultaneous;
-}
-
-RestitutionKind restitution_kind(const std::string& name) {
-    if (name == "kinetic") return RestitutionKind::kinetic;
-    if (name == "kinematic") return RestitutionKind::kinematic;
-    return RestitutionKind::energetic;
-}
-
 /// Largest change of the normal velocity at a contact of a body per normal impulse [1/mg].
 double max_response(const Shape& shape) {
     double response = 0.0;
@@ -54,38 +41,28 @@ void check_restitution(const Setup& setup, const Locate& locate) {
 }  // namespace
 
 bool ImpactLaw::is_chosen(const ContactControl& control) {
-    return control.model == name && !PairwiseLaw::is_chosen(control);
+    return control.model == model && !PairwiseLaw::is_chosen(control);
 }
 
 ImpactLaw ImpactLaw::from(const ContactControl& control) {
-    return {.group = group_law(control.law),
-            .restitution = restitution_kind(control.restitution),
+    return {.group = control.law,
+            .restitution = control.restitution,
             .track_slip = control.track_slip,
             .increments = control.increments,
             .inelastic_threshold = control.inelastic_threshold};
 }
 
 PairwiseLaw PairwiseLaw::from(const ContactControl& control) {
-    PairwiseLaw law{.friction = StopOrSlide{}, .order = ContactOrder::tail_first, .rod_step = control.rod_step};
-    if (control.friction == "decoupled") law.friction = Decoupled{};
-    if (control.order == "random") law.order = ContactOrder::random;
-    if (control.order == "fastest-first") law.order = ContactOrder::fastest_first;
+    PairwiseLaw law{.friction = StopOrSlide{}, .order = control.order, .rod_step = control.rod_step};
+    if (control.friction == PairwiseFriction::decoupled) law.friction = Decoupled{};
     return law;
-}
-
-std::vector<std::string> contact_models() {
-    std::vector<std::string> names;
-    for_laws(static_cast<ContactLaw*>(nullptr), [&]<class Law>(Law*) {
-        if (std::find(names.begin(), names.end(), Law::name) == names.end()) names.emplace_back(Law::name);
-    });
-    return names;
 }
 
 std::string contact_models_doc() {
     std::string words;
     for_laws(static_cast<ContactLaw*>(nullptr), [&]<class Law>(Law*) {
         if constexpr (requires { Law::doc; })
-            words += text("{}{}: {}", words.empty() ? "contact law: " : "; ", Law::name, Law::doc);
+            words += text("{}{}: {}", words.empty() ? "contact law: " : "; ", Law::model, Law::doc);
     });
     return words;
 }

@@ -1,6 +1,6 @@
 // dem/contact/contact_law.hpp: the contact laws. A law is a parameter struct; a soft law is also a pure function from
-// the state of a contact to its force. To add a soft law: here its struct and one alternative of ContactLaw, and its
-// own keys, if it has any, in [contacts] (setup.hpp, setup_schema.cpp).
+// the state of a contact to its force. To add a soft law: here its struct and one alternative of ContactLaw, its
+// name in ContactModel (setup.hpp), and its own keys, if it has any, in [contacts] (setup.hpp, setup_schema.cpp).
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -41,7 +41,7 @@ struct SoftForce {
 /// What a soft law provides.
 template <class Law>
 concept SoftLaw = requires(const Law& law, const SoftContact& contact, const ContactControl& control) {
-    { Law::name } -> std::convertible_to<const char*>;
+    { Law::model } -> std::convertible_to<ContactModel>;
     { Law::from(control) } -> std::same_as<Law>;
     { law.contact_time(1.0) } -> std::same_as<double>;  // of an elastic collision of this reduced mass [mg], in s
     { law(contact) } -> std::same_as<SoftForce>;
@@ -81,11 +81,11 @@ struct Springs {
 /// elastic part of the normal force, whose impulse over a collision equals that of the total: a collision that slides
 /// throughout has the tangential impulse mu (1 + e) m |u_n| of the impulse law.
 struct SpringDashpot : Springs {
-    static constexpr const char* name = "spring-dashpot";
+    static constexpr ContactModel model = ContactModel::spring_dashpot;
     static constexpr const char* doc =
         "bodies are soft, and contacts are linear springs with damping and friction (an independent check, with far "
         "smaller time steps)";
-    static bool is_chosen(const ContactControl& control) { return control.model == name; }
+    static bool is_chosen(const ContactControl& control) { return control.model == model; }
 
     static SpringDashpot from(const ContactControl& control) { return {Springs(control)}; }
 
@@ -105,8 +105,8 @@ struct SpringDashpot : Springs {
 ///     ln e = -2 zeta arccos(zeta)/sqrt(1 - zeta^2)
 /// (beyond zeta = 1, where e = exp(-2), arcosh(zeta)/sqrt(zeta^2 - 1)).
 struct RepulsiveSpring : Springs {
-    static constexpr const char* name = "repulsive-spring";
-    static bool is_chosen(const ContactControl& control) { return control.model == name; }
+    static constexpr ContactModel model = ContactModel::repulsive_spring;
+    static bool is_chosen(const ContactControl& control) { return control.model == model; }
     static constexpr const char* doc = "as spring-dashpot, with contacts that never pull";
 
     static RepulsiveSpring from(const ContactControl& control) { return {Springs(control)}; }
@@ -162,8 +162,6 @@ struct Decoupled {
     PairwiseImpulse operator()(const Response& response, double restitution, double friction, const Slip& slip) const;
 };
 
-enum class ContactOrder { tail_first, random, fastest_first };
-
 /// Time steps without groups: after each step, every contact that overlaps and approaches gets one impulse, on its own
 /// and with the velocities that those before it have left.  Positions are never corrected: an overlap lasts until the
 /// bodies have parted; without rebound (e = 0) those of bodies at rest grow.  Overlaps with the plates count as those
@@ -180,9 +178,11 @@ enum class ContactOrder { tail_first, random, fastest_first };
 /// changes the energy by its loss along the normal and by friction, less J_n J_t K_nt.  No impulse creates energy:
 /// where it would, friction is reduced to the largest value that does not (Counts::limited).
 struct PairwiseLaw {
-    static constexpr const char* name = "impulse";
+    static constexpr ContactModel model = ContactModel::impulse;
     static PairwiseLaw from(const ContactControl& control);
-    static bool is_chosen(const ContactControl& control) { return control.model == name && control.law == "pairwise"; }
+    static bool is_chosen(const ContactControl& control) {
+        return control.model == model && control.law == GroupLaw::pairwise;
+    }
 
     std::variant<StopOrSlide, Decoupled> friction;
     ContactOrder order = ContactOrder::tail_first;
@@ -195,8 +195,7 @@ struct PairwiseLaw {
 
 using ContactLaw = std::variant<ImpactLaw, PairwiseLaw, SpringDashpot, RepulsiveSpring>;
 
-/// The values of contacts.model, and their meaning.
-std::vector<std::string> contact_models();
+/// The meanings of the values of contacts.model.
 std::string contact_models_doc();
 
 /// The law that contacts.model and contacts.law name, with its parameters.

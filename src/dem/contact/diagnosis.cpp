@@ -99,7 +99,7 @@ std::string cause_of_overlap(const Setup& setup, double depth, double radius, do
         return words +
                "contacts.law = \"pairwise\" does not correct overlaps, choose larger restitutions, fewer bodies, "
                "weaker forces or plates, or a smaller time.dt, which slows the growth";
-    if (setup.contacts.model == "impulse")
+    if (setup.contacts.model == ContactModel::impulse)
         return words + "choose fewer bodies, weaker forces or plates, or a smaller time.dt, which slows the growth";
     return words + text("contacts of stiffness {} mg/s^2 are too soft for that, choose a larger contacts.stiffness",
                         setup.contacts.stiffness);

@@ -5,10 +5,9 @@
 #include <span>
 
 #include "drover/dem/bodies.hpp"
+#include "drover/dem/setup.hpp"
 
 namespace drover::dem {
-
-struct ContactControl;
 
 /// A body of revolution, as the impact laws see it.
 struct ImpactBody {
@@ -31,23 +30,8 @@ struct Contact {
     Vector impulse;                ///< result: on `first` [mg mm/s]
 };
 
-/// How the impulses of a group are found.
-enum class GroupLaw {
-    simultaneous,       ///< all contacts are compressed at the same time, see resolve()
-    approaching_first,  ///< one impact after another: the fastest approach comes next
-    first_to_last,      ///< one after another in the order of the contacts, repeatedly
-    last_to_first
-};
-
-/// What ends the impact of one contact.
-enum class RestitutionKind {
-    energetic,  ///< Stronge: the normal force gives back e^2 of the work of compression
-    kinetic,    ///< Poisson: the impulse of restitution is e times that of compression
-    kinematic   ///< Newton: the normal velocity after is -e times that before
-};
-
 struct ImpactLaw {
-    static constexpr const char* name = "impulse";  ///< of contacts.model
+    static constexpr ContactModel model = ContactModel::impulse;
     static constexpr const char* doc = "bodies are rigid and impacts take no time";
     /// Allowed error of the relative velocity by one increment of the impact of a single contact, relative to its
     /// approach.  The whole impact has ten or so that count, each with a third of that error or less.

@@ -9,7 +9,7 @@ namespace drover::dem {
 OverlapRelaxation make_relaxation(const Setup& setup, const Bodies& bodies, double margin) {
     OverlapRelaxation relaxation{.cell = setup.cell,
                                  .walls = Walls(setup.cell),
-                                 .turns = setup.packing.kind != "aligned",
+                                 .turns = setup.packing.kind != PackingKind::aligned,
                                  .margin = margin};
     for (const Bead& bead : bodies.beads) {
         relaxation.body.push_back(static_cast<std::uint32_t>(relaxation.mass.size()));

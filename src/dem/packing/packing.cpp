@@ -253,7 +253,7 @@ void write_back(const OverlapRelaxation& relaxation, Bodies& bodies) {
 
 Bodies pack(const Setup& setup, std::uint64_t seed, const Locate& locate) {
     check(setup, locate);
-    require(setup.packing.kind != "file", locate("packing.kind"),
+    require(setup.packing.kind != PackingKind::file, locate("packing.kind"),
             "packing.kind = \"file\": a packing cannot be made from a file; expected "
             "\"random\" or \"aligned\" here");
     Bodies bodies = make_bodies(setup, seed, locate);

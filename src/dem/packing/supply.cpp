@@ -129,8 +129,8 @@ std::vector<Shape> shapes_of(const Setup& setup, const Locate& locate) {
 }
 
 double area(const Cell& cell) {
-    if (cell.shape == "circle") return pi * cell.radius * cell.radius;
-    if (cell.shape != "flower") return cell.lx * cell.ly;
+    if (cell.shape == CellShape::circle) return pi * cell.radius * cell.radius;
+    if (cell.shape != CellShape::flower) return cell.lx * cell.ly;
     const Flower flower = make_flower(cell);
     const double segment = flower.arc_radius * flower.arc_radius * flower.half_angle -
                            flower.half_chord * (flower.chord_at - flower.arc_at);

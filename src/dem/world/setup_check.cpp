@@ -84,7 +84,7 @@ SupplySize check_rods(const RodSupply& rods, double area_cell, const Locate& loc
 }
 
 void check_flower(const Cell& cell, const Locate& locate) {
-    if (cell.shape != "flower") return;
+    if (cell.shape != CellShape::flower) return;
     const double min_radius = cell.radius * std::sin(std::numbers::pi / cell.petals);
     // Allows for rounding of half circles given as decimals.
     require(
@@ -119,15 +119,16 @@ void check_cell_size(const Setup& setup, double thickest, double longest, const 
                     "{} = {} mm; expected at least {} mm, the length of a body: otherwise it would overlap itself", key,
                     side, longest);
         }
-        require(cell.shape != "rectangle" || side > thickest, locate(key),
+        require(cell.shape != CellShape::rectangle || side > thickest, locate(key),
                 "{} = {} mm between walls, with bodies {} mm thick; expected more", key, side, thickest);
     }
-    require(cell.shape != "rectangle" || std::hypot(cell.lx, cell.ly) > longest, locate("cell.lx"),
+    require(cell.shape != CellShape::rectangle || std::hypot(cell.lx, cell.ly) > longest, locate("cell.lx"),
             "cell.lx = {} mm and cell.ly = {} mm, with bodies {} mm long; expected a cell they fit", cell.lx, cell.ly,
             longest);
-    require(cell.shape != "rectangle" || setup.packing.kind != "aligned" || cell.lx > longest, locate("cell.lx"),
-            "cell.lx = {} mm, with bodies {} mm long, aligned with x; expected more", cell.lx, longest);
-    require(cell.shape != "circle" || 2.0 * cell.radius > longest, locate("cell.radius"),
+    require(cell.shape != CellShape::rectangle || setup.packing.kind != PackingKind::aligned || cell.lx > longest,
+            locate("cell.lx"), "cell.lx = {} mm, with bodies {} mm long, aligned with x; expected more", cell.lx,
+            longest);
+    require(cell.shape != CellShape::circle || 2.0 * cell.radius > longest, locate("cell.radius"),
             "cell.radius = {} mm, with bodies {} mm long; expected more than half of that", cell.radius, longest);
 }
 
@@ -154,8 +155,9 @@ void check_forces(const Setup& setup, double beads, const Locate& locate) {
 
 /// Rejects keys of [contacts] that the chosen law does not read, unless they have their default.
 void check_unread(const ContactControl& contacts, const Locate& locate) {
-    const bool impulse = contacts.model == "impulse", pairwise = impulse && contacts.law == "pairwise";
-    const bool simultaneous = impulse && contacts.law == "simultaneous";
+    const bool impulse = contacts.model == ContactModel::impulse,
+               pairwise = impulse && contacts.law == GroupLaw::pairwise;
+    const bool simultaneous = impulse && contacts.law == GroupLaw::simultaneous;
     const bool in_turn = impulse && !pairwise && !simultaneous, groups = simultaneous || in_turn;
     const bool slip_before = in_turn && !contacts.track_slip;
     const std::string chosen = !impulse      ? text("contacts.model = \"{}\"", contacts.model)
@@ -181,7 +183,8 @@ void check_unread(const ContactControl& contacts, const Locate& locate) {
 
 void check_contacts(const Setup& setup, double thinnest, const Locate& locate) {
     check_unread(setup.contacts, locate);
-    require(setup.rods.bearing == "hull" || setup.contacts.model != "impulse" || setup.contacts.law == "pairwise",
+    require(setup.rods.bearing == Bearing::hull || setup.contacts.model != ContactModel::impulse ||
+                setup.contacts.law == GroupLaw::pairwise,
             locate("rods.bearing"),
             "rods.bearing = \"{}\" has no effect with contacts.law = \"{}\", where bodies do not overlap a plate; "
             "expected \"hull\", or contacts.law = \"pairwise\"",
@@ -201,12 +204,12 @@ void check_contacts(const Setup& setup, double thinnest, const Locate& locate) {
             "penetrate the plates",
             setup.contacts.rod_step, setup.plates.frequency, periods);
     const Packing& packing = setup.packing;
-    require(packing.kind != "file" || !packing.file.empty(), locate("packing.kind"),
+    require(packing.kind != PackingKind::file || !packing.file.empty(), locate("packing.kind"),
             "packing.kind = \"file\" without packing.file; name the file");
-    require(packing.kind == "file" || packing.file.empty(), locate("packing.file"),
+    require(packing.kind == PackingKind::file || packing.file.empty(), locate("packing.file"),
             "packing.file is given with packing.kind = \"{}\"; expected \"file\"", packing.kind);
     reject_unread(packing, "packing", text("packing.kind = \"{}\"", packing.kind),
-                  {{"frame", {packing.kind == "file", "packing.kind = \"file\""}}}, locate);
+                  {{"frame", {packing.kind == PackingKind::file, "packing.kind = \"file\""}}}, locate);
 }
 }  // namespace
 

@@ -6,13 +6,9 @@ namespace drover::dem {
 
 Rows<Cell> Cell::rows() {
     return Rows<Cell>{
-        {"shape",
-         &Cell::shape,
+        {"shape", &Cell::shape,
          "shape of the cell: periodic in x and y, or with a vertical side wall: a rectangle, a circle, or a "
-         "flower of arcs that meet in inner corners and turn bodies back inwards",
-         "",
-         any_number,
-         {"periodic", "rectangle", "circle", "flower"}},
+         "flower of arcs that meet in inner corners and turn bodies back inwards"},
         {"lx", &Cell::lx, "periodic, rectangle: side along x, from -lx/2 to lx/2", "mm", positive},
         {"ly", &Cell::ly, "periodic, rectangle: side along y, from -ly/2 to ly/2", "mm", positive},
         {"radius", &Cell::radius, "circle: its radius; flower: distance of the inner corners from the centre", "mm",
@@ -75,13 +71,9 @@ Rows<RodSupply> RodSupply::rows() {
         {"size_tolerance", &RodSupply::size_tolerance,
          "standard deviation of the relative size of rods; all lengths of a rod have the same scale factor", "",
          within(0.0, 0.1)},
-        {"bearing",
-         &RodSupply::bearing,
+        {"bearing", &RodSupply::bearing,
          "spheres of a rod that can touch base and lid: hull: those on its convex hull, as in exact contact; "
-         "all: also those that overlaps bring into contact (contacts.law = \"pairwise\" or a soft contacts.model)",
-         "",
-         any_number,
-         {"hull", "all"}},
+         "all: also those that overlaps bring into contact (contacts.law = \"pairwise\" or a soft contacts.model)"},
     };
 }
 
@@ -146,23 +138,15 @@ Rows<BodyForces> BodyForces::rows() {
 
 Rows<ContactControl> ContactControl::rows() {
     return Rows<ContactControl>{
-        {"model", &ContactControl::model, contact_models_doc(), "", any_number, contact_models()},
-        {"law",
-         &ContactControl::law,
+        {"model", &ContactControl::model, contact_models_doc()},
+        {"law", &ContactControl::law,
          "impulse: how contacts of one group share an impact: simultaneously, or one after another, starting with "
          "the fastest approach, the first or the last contact; pairwise: time steps without groups, in which each "
-         "overlapping contact that approaches gets one impulse and overlaps are not corrected",
-         "",
-         any_number,
-         {"simultaneous", "approaching-first", "first-to-last", "last-to-first", "pairwise"}},
-        {"restitution",
-         &ContactControl::restitution,
+         "overlapping contact that approaches gets one impulse and overlaps are not corrected"},
+        {"restitution", &ContactControl::restitution,
          "impulse: definition of e: energetic: e^2 is the ratio of the work of restitution to that of compression "
          "(Stronge); kinetic: of the impulses (Poisson); kinematic: of the velocities (Newton), which can create "
-         "energy where the slip turns",
-         "",
-         any_number,
-         {"energetic", "kinetic", "kinematic"}},
+         "energy where the slip turns"},
         {"track_slip", &ContactControl::track_slip,
          "impulse: whether friction follows the slip through the impact; false: it keeps its initial direction, in "
          "single contacts alone where contacts.law is \"simultaneous\""},
@@ -177,20 +161,11 @@ Rows<ContactControl> ContactControl::rows() {
          "impulse: minimum time between two impacts of a rod on the plates; faster ones are merged", "s", positive},
         {"simultaneity_gap", &ContactControl::simultaneity_gap,
          "impulse: contacts of a body with smaller gaps act in one impact", "mm", not_negative},
-        {"order",
-         &ContactControl::order,
-         "pairwise: order of the contacts of a rod with the plates within a step",
-         "",
-         any_number,
-         {"tail-first", "random", "fastest-first"}},
-        {"friction",
-         &ContactControl::friction,
+        {"order", &ContactControl::order, "pairwise: order of the contacts of a rod with the plates within a step"},
+        {"friction", &ContactControl::friction,
          "pairwise: friction of a contact: stop-or-slide: it stops the slip if mu allows, otherwise it opposes "
          "the slip before, both with a normal velocity of -e times that before; decoupled: the normal impulse "
-         "is that without friction, and friction opposes the slip before, up to mu times the normal impulse",
-         "",
-         any_number,
-         {"stop-or-slide", "decoupled"}},
+         "is that without friction, and friction opposes the slip before, up to mu times the normal impulse"},
         {"rod_step", &ContactControl::rod_step,
          "pairwise: time step of rods and of their contacts with the plates; time.dt is divided into equal steps "
          "of at most this",
@@ -215,12 +190,8 @@ Rows<ContactControl> ContactControl::rows() {
 
 Rows<Packing> Packing::rows() {
     return Rows<Packing>{
-        {"kind",
-         &Packing::kind,
-         "initial bodies: random positions and directions; random positions with all rods along x; from a file",
-         "",
-         any_number,
-         {"random", "aligned", "file"}},
+        {"kind", &Packing::kind,
+         "initial bodies: random positions and directions; random positions with all rods along x; from a file"},
         {"file", &Packing::file, "file: an H5MD file of the same bodies"},
         {"frame", &Packing::frame, "file: index of its frame, from 0; -1: the last", "", at_least(-1)},
     };

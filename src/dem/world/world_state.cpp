@@ -30,8 +30,8 @@ Spheres make_spheres(const Setup& setup, const std::vector<Shape>& shapes, const
     }
     RodArrays& rods = spheres.rods;
     for (const Shape& shape : shapes)
-        rods.kinds.push_back(
-            make_rod_kind(shape, setup.restitution.rod_plate, setup.friction.rod_plate, setup.rods.bearing == "all"));
+        rods.kinds.push_back(make_rod_kind(shape, setup.restitution.rod_plate, setup.friction.rod_plate,
+                                           setup.rods.bearing == Bearing::all));
     for (std::size_t r = 0; r < bodies.rods.size(); ++r) {
         const Rod& rod = bodies.rods[r];
         rods.rod.push_back(rod);

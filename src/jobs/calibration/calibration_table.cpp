@@ -164,9 +164,8 @@ std::string calibration_toml(const calibrate::Table& table, const std::string& h
         out += "value = " + nested(table, row, [&](const TableEntry& k) { return number(k.value); });
         out += "\nerror = " + nested(table, row, [&](const TableEntry& k) { return number(k.error); });
         out += "\ntrials = " + nested(table, row, [&](const TableEntry& k) { return text("{}", k.trials); });
-        out += "\norigin = " + nested(table, row, [&](const TableEntry& k) {
-                   return toml_text(std::string(calibrate::origin_name(k.origin)));
-               });
+        out += "\norigin = " +
+               nested(table, row, [&](const TableEntry& k) { return toml_text(std::string(name_of(k.origin))); });
         std::vector<std::string> remarks;
         for (std::size_t i = 0; i < row.entries.size(); ++i)
             if (!row.entries[i].remark.empty())

@@ -127,7 +127,7 @@ struct Sweep {
     }
     /// A ramp passes states on by archives, which are removed at the end where only the table is kept.
     bool has_archives() const { return keeps_archives() || layout.runs.back().before.has_value(); }
-    bool keeps_archives() const { return scene.sweep.keep == "archives"; }
+    bool keeps_archives() const { return scene.sweep.keep == io::Kept::archives; }
     /// Whether a run that has ended counts: where archives are kept, with its own.
     bool holds(const SweepRun& run) const {
         return !keeps_archives() || (fs::exists(archive_of(folder, run)) && !damaged.contains(run.name));

@@ -90,7 +90,7 @@ public:
 private:
     /// Whether two points have the same values, as where a ramp comes back to one.
     bool has_repeated_points() const {
-        std::set<std::pair<std::vector<double>, std::string>> points;
+        std::set<std::pair<std::vector<double>, Branch>> points;
         for (const SweepPoint& point : layout_.points) points.emplace(point.values, point.branch);
         return points.size() < layout_.points.size();
     }
@@ -127,11 +127,11 @@ private:
                         io::unit_in_results(scene, io::unit_of(scene.kind, layout_.keys[k])), layout_.keys[k],
                         [k](const SweepPoint& point) { return point.values[k]; });
         if (std::any_of(layout_.points.begin(), layout_.points.end(),
-                        [](const SweepPoint& point) { return !point.branch.empty(); }))
+                        [](const SweepPoint& point) { return point.branch != Branch::none; }))
             add_axis_of(branch_axis, "1", "of the ramp: 0 up, 1 down", branch_of);
     }
 
-    static double branch_of(const SweepPoint& point) { return point.branch == "down" ? 1.0 : 0.0; }
+    static double branch_of(const SweepPoint& point) { return point.branch == Branch::down ? 1.0 : 0.0; }
 
     void take(const measure::SummaryRow& row, std::size_t run) {
         auto column = std::find_if(columns_.begin(), columns_.end(), [&](const Column& one) {

@@ -90,13 +90,13 @@ std::vector<SweepPoint> ramp_points(std::vector<Varied> varied, bool down_again)
     varied.pop_back();
     std::vector<SweepPoint> points;
     for (const SweepPoint& others : grid_points(varied)) {
-        const auto add = [&](double value, const char* branch) {
+        const auto add = [&](double value, Branch branch) {
             points.push_back({.values = others.values, .branch = branch});
             points.back().values.push_back(value);
         };
-        for (const double value : ramp) add(value, "up");
+        for (const double value : ramp) add(value, Branch::up);
         if (down_again)
-            for (std::size_t i = ramp.size() - 1; i-- > 0;) add(ramp[i], "down");
+            for (std::size_t i = ramp.size() - 1; i-- > 0;) add(ramp[i], Branch::down);
     }
     return points;
 }
@@ -283,7 +283,7 @@ void add_points(const Known& known, Wanted& wanted) {
     };
     wanted.points.clear();
     for (std::vector<double>& values : refined_points(axes, scene.sweep.refine_levels, differs))
-        wanted.points.push_back({.values = std::move(values), .branch = {}});
+        wanted.points.push_back({.values = std::move(values), .branch = Branch::none});
     wanted.seeds.assign(wanted.points.size(), scene.sweep.seeds);
 }
 
@@ -349,11 +349,11 @@ void remove_repeated(std::vector<Varied>& varied) {
 }
 }  // namespace
 
-bool is_ramp(const io::Scene& scene) { return scene.sweep.ramp != "none"; }
+bool is_ramp(const io::Scene& scene) { return scene.sweep.ramp != io::Ramp::none; }
 
 SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered) {
     std::vector<Varied> varied = read_varied(scene);
-    const bool on_ramp = is_ramp(scene), down_again = scene.sweep.ramp == "up-down";
+    const bool on_ramp = is_ramp(scene), down_again = scene.sweep.ramp == io::Ramp::up_down;
     if (on_ramp) require_ramp(scene, varied);
     else remove_repeated(varied);
     SweepLayout layout{.keys = {}, .points = {}, .runs = {}, .finds_warm_up = scene.analysis.warm_up < 0.0};

@@ -1,5 +1,6 @@
 // jobs/sweep/sweep_table.hpp: the runs of a sweep and their results, as a table and as arrays.
 #pragma once
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -21,10 +22,14 @@ struct SweepRun {
     std::optional<std::size_t> before = {};  ///< on a ramp: the run from whose last frame it starts
 };
 
+/// Of a ramp.
+enum class Branch { none, up, down };
+constexpr auto names_of(Branch) { return std::array{"", "up", "down"}; }
+
 /// One row of the table.
 struct SweepPoint {
     std::vector<double> values;  ///< of the varied keys
-    std::string branch;          ///< "up" or "down" on a ramp, else ""
+    Branch branch = Branch::none;
 };
 
 /// All runs of a sweep.

@@ -161,7 +161,8 @@ void add_shorter(const io::Scene& scene, StepLadder& ladder, int count) {
 }
 
 bool has_random_start(const io::Scene& scene) {
-    return scene.initial.kind == "random" || (scene.initial.kind == "formula" && scene.initial.amplitude > 0.0);
+    return scene.initial.kind == model::StartKind::random ||
+           (scene.initial.kind == model::StartKind::formula && scene.initial.amplitude > 0.0);
 }
 
 AxisLevel grid_level(const io::Scene& scene, int nx, int ny) {
@@ -192,7 +193,7 @@ std::vector<AxisLevel> grid_levels(const io::Scene& scene, bool same_start) {
 namespace {
 void add_particle_models(const io::Scene& scene, std::vector<AxisLevel>& levels) {
     const dem::ContactControl& contacts = scene.particles.contacts;
-    if (contacts.model == "impulse" && contacts.law == "simultaneous") {
+    if (contacts.model == dem::ContactModel::impulse && contacts.law == dem::GroupLaw::simultaneous) {
         const dem::ContactControl usual;
         levels.push_back({"contacts one after another",
                           {"contacts.law=approaching-first", set("contacts.increments", usual.increments),
@@ -265,13 +266,13 @@ std::vector<AxisLevel> model_levels(const io::Scene& scene) {
 std::vector<AxisLevel> cell_levels(const io::Scene& scene) {
     if (!io::has_grid(scene.kind)) {
         const dem::Setup& setup = scene.particles;
-        if (setup.cell.shape != "periodic") return {};
+        if (!dem::is_periodic(setup.cell)) return {};
         AxisLevel level{"twice the sides", {set("cell.lx", 2.0 * setup.cell.lx), set("cell.ly", 2.0 * setup.cell.ly)}};
         if (setup.beads.count > 0) level.overrides.push_back(set("beads.count", 4 * setup.beads.count));
         if (setup.rods.count > 0) level.overrides.push_back(set("rods.count", 4 * setup.rods.count));
         return {level};
     }
-    if (scene.initial.kind == "file" || scene.initial.kind == "mode") return {};
+    if (scene.initial.kind == model::StartKind::file || scene.initial.kind == model::StartKind::mode) return {};
     bool uniform = true;
     for (const auto& [component, formula] : scene.initial.formulas)
         uniform = uniform && !io::mentions(formula.text, {"x", "y"});

@@ -1,6 +1,6 @@
 // numerics/algebra/spline_table.hpp: a smooth function of one or two numbers through values on a rectangular mesh.
 #pragma once
-#include <string>
+#include <array>
 #include <vector>
 
 namespace drover::numerics {
@@ -16,8 +16,7 @@ enum class Outside {
     refuse,  ///< NaN; the caller reports an error
     hold     ///< the value at the edge, with zero derivative
 };
-/// hold for "hold", otherwise refuse.
-inline Outside outside_of(const std::string& word) { return word == "hold" ? Outside::hold : Outside::refuse; }
+constexpr auto names_of(Outside) { return std::array{"refuse", "hold"}; }
 
 /// Bicubic interpolation on a rectangular mesh; the value and its first derivatives are continuous.  The derivatives at
 /// the nodes are those of natural cubic splines along each axis, computed by GSL.  With one node on an axis the

@@ -5,9 +5,9 @@
 
 namespace drover::numerics {
 
-int kept_degree(int degree, const std::string& rule) {
-    if (rule == "exact") return degree;
-    return rule == "two-thirds" ? 2 : 1;
+int kept_degree(int degree, DealiasingRule rule) {
+    if (rule == DealiasingRule::exact) return degree;
+    return rule == DealiasingRule::two_thirds ? 2 : 1;
 }
 
 void store_kept(const System& system, const Spectra& state, KeptModes& to) {

@@ -1,16 +1,19 @@
 // numerics/steppers/kept_modes.hpp: which modes are kept, and states without the others, a quarter to a half of their
 // size.
 #pragma once
-#include <string>
+#include <array>
 #include <vector>
 
 #include "drover/numerics/system.hpp"
 
 namespace drover::numerics {
 
-/// The degree that decides which modes are kept where products have this degree: by the rule "exact", their own; by
-/// "two-thirds" 2 and by "none" 1 for any products.
-int kept_degree(int degree, const std::string& rule);
+/// exact: |k| < N/(degree + 1); two_thirds: |k| < N/3; none: |k| < N/2.
+enum class DealiasingRule { exact, two_thirds, none };
+constexpr auto names_of(DealiasingRule) { return std::array{"exact", "two-thirds", "none"}; }
+
+/// The degree that decides which modes are kept where products have this degree.
+int kept_degree(int degree, DealiasingRule rule);
 
 /// A grid, and the degree that decides which of its modes are kept; 1: all.
 struct KeptGrid {

@@ -114,7 +114,7 @@ numerics::Fields first_fields(const io::Scene& scene, const FieldProblem& proble
 }  // namespace
 
 numerics::Spectra FieldSimulation::first_state(Threads& threads, bool resumed) const {
-    if (scene_.initial.kind != "file")
+    if (scene_.initial.kind != model::StartKind::file)
         return model::start_spectra(scene_.initial, problem_.integrated.equations, evolution_.linear(),
                                     static_cast<std::uint64_t>(scene_.run.seed), threads);
     numerics::Spectra spectra(scene_.grid, static_cast<int>(problem_.components.size()));
@@ -157,7 +157,7 @@ numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
 }
 
 void check_field_start(const io::Scene& scene) {
-    if (scene.initial.kind != "file") return;
+    if (scene.initial.kind != model::StartKind::file) return;
     const FieldProblem problem = field_problem(scene);
     const model::Integrated& integrated = problem.integrated;
     first_fields(scene, problem, integrated.equations.linear_system(scene.grid, integrated.kept_degree).degree);
@@ -180,7 +180,7 @@ TimedScene timed_fields(const io::Scene& scene) {
         return points * std::log2(points);
     };
     io::Scene timed = scene;
-    if (timed.initial.kind != "formula") timed.initial = io::default_start(timed.kind);
+    if (timed.initial.kind != model::StartKind::formula) timed.initial = io::default_start(timed.kind);
     while (static_cast<double>(numerics::points(timed.grid)) > max_points && timed.grid.nx % 4 == 0 &&
            timed.grid.ny % 4 == 0 && std::min(timed.grid.nx, timed.grid.ny) > 8) {
         timed.grid.nx /= 2;

@@ -199,7 +199,7 @@ std::vector<physics::HeldRange> held_ranges(const io::Scene& scene) {
     if (scene.kind != io::SceneKind::model) return physics::held_ranges(scene.model.table);
     std::vector<physics::HeldRange> ranges;
     for (const io::DeclaredTable& table : scene.declared.tables)
-        for (std::size_t k = 0; k < table.of.size() && table.outside == "hold"; ++k) {
+        for (std::size_t k = 0; k < table.of.size() && table.outside == numerics::Outside::hold; ++k) {
             const std::vector<double>& nodes = k == 0 ? table.first : table.second;
             ranges.push_back({.symbol = table.of[k], .min = nodes.front(), .max = nodes.back()});
         }

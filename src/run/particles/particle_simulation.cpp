@@ -28,8 +28,8 @@ dem::Bodies bodies_of(const io::Scene& scene) {
 
 /// The shape and size of a cell, for messages.
 std::string cell_text(const dem::Cell& cell) {
-    if (cell.shape == "circle") return text("circle of radius {} mm", cell.radius);
-    if (cell.shape == "flower")
+    if (cell.shape == dem::CellShape::circle) return text("circle of radius {} mm", cell.radius);
+    if (cell.shape == dem::CellShape::flower)
         return text("flower of {} petals of radius {} mm about a radius of {} mm", cell.petals, cell.petal_radius,
                     cell.radius);
     return text("{} cell of {} by {} mm", cell.shape, cell.lx, cell.ly);
@@ -99,7 +99,7 @@ dem::Bodies bodies_of_saved(const io::Scene& scene, std::span<const double> save
 
 dem::Bodies start_bodies(const io::Scene& scene, std::span<const double> saved) {
     if (!saved.empty()) return bodies_of_saved(scene, saved);
-    if (scene.particles.packing.kind == "file") return bodies_of_file(scene);
+    if (scene.particles.packing.kind == dem::PackingKind::file) return bodies_of_file(scene);
     return dem::pack(scene.particles, seed_of(scene), [&](const std::string& key) { return io::locate(scene, key); });
 }
 
@@ -278,7 +278,7 @@ std::vector<std::string> pairwise_warnings(const io::Scene& scene) {
 }
 
 std::vector<std::string> step_warnings(const io::Scene& scene) {
-    if (scene.particles.contacts.model != "impulse") return {};  // check_contact_law() limits the step
+    if (scene.particles.contacts.model != dem::ContactModel::impulse) return {};  // check_contact_law() limits the step
     if (dem::PairwiseLaw::is_chosen(scene.particles.contacts)) return pairwise_warnings(scene);
     // The ranges of rod_step.csv, bed_step.csv and rod_laws.csv, at plates of 200 /s.
     constexpr double min_dt = 2e-6, max_dt = 5e-5, max_substep = 5e-5, frequency = 200.0, max_gap = 1e-4,
@@ -326,7 +326,7 @@ TimedScene timed_particles(const io::Scene& scene) {
     constexpr double max_spheres = 4000.0;
     const double spheres = spheres_of(scene), scale = std::sqrt(std::min(1.0, max_spheres / std::max(spheres, 1.0)));
     io::Scene timed = scene;
-    if (timed.particles.packing.kind == "file") timed.particles.packing = {};
+    if (timed.particles.packing.kind == dem::PackingKind::file) timed.particles.packing = {};
     if (scale == 1.0) return {timed, 1.0};
     for (double* side : {&timed.particles.cell.lx, &timed.particles.cell.ly, &timed.particles.cell.radius,
                          &timed.particles.cell.petal_radius})
@@ -337,14 +337,14 @@ TimedScene timed_particles(const io::Scene& scene) {
 }
 
 void check_particle_start(const io::Scene& scene) {
-    if (scene.particles.packing.kind == "file") bodies_of_file(scene);
+    if (scene.particles.packing.kind == dem::PackingKind::file) bodies_of_file(scene);
 }
 
 std::unique_ptr<Simulation> make_particle_simulation(const io::Scene& scene, Threads& threads,
                                                      std::span<const double> saved) {
     auto simulation = std::make_unique<ParticleSimulation>(scene, start_bodies(scene, saved), threads);
     if (!saved.empty()) simulation->restore(saved);
-    else if (scene.particles.packing.kind == "file") simulation->check_start();
+    else if (scene.particles.packing.kind == dem::PackingKind::file) simulation->check_start();
     return simulation;
 }
 

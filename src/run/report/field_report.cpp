@@ -128,7 +128,7 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
     Sampling sampling = sampling_of(archive, scene, field_samples_group);
     // Exactly stationary: a start that was found in the samples would be a fluctuation, and bias the means.
     const bool is_linear = !what.equations.has_explicit_part();
-    if (!sampling.warm_up && scene.initial.kind == "stationary" && is_linear) sampling.warm_up = 0;
+    if (!sampling.warm_up && scene.initial.kind == model::StartKind::stationary && is_linear) sampling.warm_up = 0;
     ArchivedFields measured = measured_in(archive, scene, what, sampling);
     Report report = summary_report(scene, sampling, measured.recorded);
     report.setting = measured.setting;

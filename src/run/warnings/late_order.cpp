@@ -155,7 +155,8 @@ std::vector<double> sizes_of(const files::ArchiveReader& archive, const model::E
 /// state.
 void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
                     std::vector<std::string>& warnings) try {
-    const bool is_given = scene.initial.kind == "file" || scene.initial.kind == "uniform";
+    const bool is_given =
+        scene.initial.kind == model::StartKind::file || scene.initial.kind == model::StartKind::uniform;
     if (what.equations.has_noise() || (!is_given && placed_term_of(scene, what.equations).empty()) ||
         stays_at_start(scene, what.equations) || calls_program(scene))
         return;

@@ -85,7 +85,8 @@ bool calls_program(const io::Scene& scene) {
 }
 
 bool stays_at_start(const io::Scene& scene, const model::Equations& equations) {
-    return scene.initial.kind == "uniform" && !equations.has_noise() && placed_term_of(scene, equations).empty() &&
+    return scene.initial.kind == model::StartKind::uniform && !equations.has_noise() &&
+           placed_term_of(scene, equations).empty() &&
            equations.uniform_rates(equations.reference()).cwiseAbs().maxCoeff() == 0.0;
 }
 
