@@ -69,7 +69,7 @@ TEST(Billiard, in_a_rectangle_unfolds_to_a_straight_line) {
         return way < 2.0 * half ? way - half : 3.0 * half - way;
     };
     for (const double dt : {5e-6, 2.5e-5}) {
-        const Flight found = of_bead(box, "simultaneous", start, dt, 2.0);
+        const Flight found = of_bead(box, GroupLaw::simultaneous, start, dt, 2.0);
         EXPECT_NEAR(found.x, folded(start.x + 2.0 * start.vx, 4.6), 1e-9) << dt;
         EXPECT_NEAR(found.y, folded(start.y + 2.0 * start.vy, 3.1), 1e-9) << dt;
     }
@@ -78,7 +78,8 @@ TEST(Billiard, in_a_rectangle_unfolds_to_a_straight_line) {
 TEST(Billiard, in_petals_that_form_a_circle_is_that_of_the_circle) {
     const Cell petals{.shape = CellShape::flower, .radius = 5.0, .petals = 8, .petal_radius = 5.0};
     const Flight start{1.0, -2.0, 130.0, 45.0};
-    const Flight exact = in_circle(start, 5.0 - 0.4, 1.0), found = of_bead(petals, "simultaneous", start, 2e-5, 1.0);
+    const Flight exact = in_circle(start, 5.0 - 0.4, 1.0),
+                 found = of_bead(petals, GroupLaw::simultaneous, start, 2e-5, 1.0);
     EXPECT_NEAR(found.x, exact.x, 1e-9);
     EXPECT_NEAR(found.y, exact.y, 1e-9);
 }

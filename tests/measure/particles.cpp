@@ -154,7 +154,7 @@ TEST(ParticleObservables, of_a_rotated_scene_are_rotated) {
             ASSERT_EQ(here.size(), there.size()) << row.name;
             for (std::size_t k = 0; k < here.size(); ++k)  // sums in another order; temperatures are some 100
                 EXPECT_NEAR(here[k], there[k], 1e-11 * (1.0 + std::abs(here[k])))
-                    << name_of(shape) << " " << row.name << " " << k;
+                    << drover::name_of(shape) << " " << row.name << " " << k;
         }
         EXPECT_NEAR(other("rod_direction_mean_y"), scene("rod_direction_mean_x"), rounding);
         EXPECT_NEAR(other("bead_velocity_mean_x"), -scene("bead_velocity_mean_y"), rounding);
