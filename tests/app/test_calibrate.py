@@ -1,7 +1,6 @@
 """tests/app/test_calibrate.py: drover calibrate: tables, resuming and errors."""
 import json
 import math
-import random
 import re
 import shutil
 import signal
@@ -11,8 +10,8 @@ import h5py
 import numpy as np
 import pytest
 import xarray
-from calibration import (TINY, UNITS, already_done, assert_same_tables, kill_repeatedly, toml_of, trials_in,
-                         undisturbed, write_tiny)
+from calibration import (TINY, UNITS, already_done, assert_same_tables, toml_of, trials_in, undisturbed,
+                         write_tiny)
 from rejection import rejected
 from support import (MODELS, SMALL, attributes, drover, drover_json, end_group, group_is_alive,
                      scene_text, scenes, settings, start, wait_until)
@@ -143,11 +142,6 @@ def test_re_running_a_finished_calibration_runs_nothing_and_writes_the_same_byte
     assert_same_tables(tmp_path / "again", whole[0])
 
 
-def test_the_table_is_the_same_for_any_number_of_workers_and_after_kills(whole, tmp_path):
-    # Kills hit it with two workers; the rest runs on all cores.
-    assert kill_repeatedly(tmp_path, write_tiny(tmp_path), whole[0], 3, random.Random(5), 0.5) >= 1
-
-
 def test_a_smaller_target_error_and_more_points_use_the_stored_trials(tmp_path):
     scene = write_tiny(tmp_path, ONE)
     first = json.loads(drover(tmp_path, "calibrate", scene, "--json").stdout)
@@ -199,24 +193,6 @@ def test_another_plan_of_one_assay_keeps_the_trials_of_the_others(tmp_path):
     first = json.loads(drover(tmp_path, "calibrate", scene, "--json").stdout)
     second = json.loads(drover(tmp_path, "calibrate", scene, "--json", "--set", "calibrate.shear.hold=0.03").stdout)
     assert second["trials_run"] == 0 and second["trials_found"] == first["trials_run"]
-
-
-def test_a_signal_stops_it_quickly_and_the_same_command_resumes(whole, tmp_path):
-    scene = write_tiny(tmp_path)
-    process = start(tmp_path, "calibrate", scene, "-o", "parts", "--workers", "2", "--json")
-    try:
-        wait_until(lambda: sum(map(len, trials_in(tmp_path / "parts").values())) > 20, "some trials", process=process)
-        process.send_signal(signal.SIGTERM)
-        out, log = process.communicate(timeout=10)
-    finally:
-        end_group(process)
-    assert process.returncode == 3 and "re-run the same command to resume" in log
-    remarks = [point["remark"] for row in json.loads(out)["coefficients"].values() for point in row["points"]]
-    assert any(remark.startswith("not finished: ") for remark in remarks)
-    found = sum(map(len, trials_in(tmp_path / "parts").values()))
-    ended = drover(tmp_path, "calibrate", scene, "-o", "parts")
-    assert already_done(ended.stderr) == found
-    assert_same_tables(tmp_path / "parts", whole[0])
 
 
 def test_an_incomplete_record_is_passed_over_and_its_trial_repeated(whole, tmp_path):

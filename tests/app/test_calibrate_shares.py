@@ -1,4 +1,4 @@
-"""tests/app/test_calibrate_shares.py: a calibration in shares: any number of processes give the same table."""
+"""tests/app/test_calibrate_shares.py: a calibration in shares and after kills: the same table for any processes."""
 import json
 import random
 import re
@@ -8,7 +8,8 @@ import time
 from pathlib import Path
 
 import pytest
-from calibration import UNITS, assert_same_tables, trials_in, undisturbed, write_tiny
+from calibration import (UNITS, already_done, assert_same_tables, kill_repeatedly, trials_in, undisturbed,
+                         write_tiny)
 from support import drover, end_group, end_shares, environment, slurm_at_once, start, start_shares, wait_until
 
 ONE = {"calibrate.bead_area_fractions": [0.3], "calibrate.assays": ["damping"]}  # one measurement
@@ -97,3 +98,26 @@ def test_what_is_not_finished_is_missing_in_the_table(tmp_path):
     hole, = json.loads(ended.stdout)["coefficients"]["damping_rate"]["points"]
     assert re.match(r"not finished: \d+ of at least \d+ trials", hole["remark"])
     drover(tmp_path, "calibrate", scene)
+
+
+def test_the_table_is_the_same_for_any_number_of_workers_and_after_kills(whole, tmp_path):
+    # Kills hit it with two workers; the rest runs on all cores.
+    assert kill_repeatedly(tmp_path, write_tiny(tmp_path), whole[0], 3, random.Random(5), 0.5) >= 1
+
+
+def test_a_signal_stops_it_quickly_and_the_same_command_resumes(whole, tmp_path):
+    scene = write_tiny(tmp_path)
+    process = start(tmp_path, "calibrate", scene, "-o", "parts", "--workers", "2", "--json")
+    try:
+        wait_until(lambda: sum(map(len, trials_in(tmp_path / "parts").values())) > 20, "some trials", process=process)
+        process.send_signal(signal.SIGTERM)
+        out, log = process.communicate(timeout=10)
+    finally:
+        end_group(process)
+    assert process.returncode == 3 and "re-run the same command to resume" in log
+    remarks = [point["remark"] for row in json.loads(out)["coefficients"].values() for point in row["points"]]
+    assert any(remark.startswith("not finished: ") for remark in remarks)
+    found = sum(map(len, trials_in(tmp_path / "parts").values()))
+    ended = drover(tmp_path, "calibrate", scene, "-o", "parts")
+    assert already_done(ended.stderr) == found
+    assert_same_tables(tmp_path / "parts", whole[0])

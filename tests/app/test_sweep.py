@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray
 from rejection import rejected
-from support import (assert_same_bytes, drover, drover_json, end_group, not_sanitized, start,
-                     wait_until, write_scene)
+from support import (assert_same_bytes, drover, drover_json, end_group, not_sanitized, start, wait_until,
+                     write_scene)
 
 BRIEF = {"time.end": 10.0, "output.frame_every": 5.0, "output.sample_every": 0.5}
 
@@ -167,28 +167,6 @@ def test_a_sweep_stops_when_enough_of_its_runs_have_failed_and_tries_them_again(
     drover(tmp_path, *words, "--stop-when", "failures = 3", "--stop-when", "core-time = 1h", status=1)
     assert [row["seeds"] for row in table_of(tmp_path / "flock.sweep")] == ["0", "0", "1"]
     rejected(tmp_path, [*words, "--stop-when", "failed=1"], ["jobs, failures, core-time"])
-
-
-@not_sanitized
-@pytest.mark.parametrize("ramp", ["none", "up"])
-def test_a_killed_sweep_resumes_to_the_same_table(ramp, tmp_path):
-    scene = write_scene(tmp_path, {"time.end": 200.0, "output.frame_every": 20.0})
-    words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, 1, 2", "--seeds", "2", "--workers", "2", "--ramp", ramp]
-    drover(tmp_path, *words, "--quiet", "-o", "whole")
-    process = start(tmp_path, *words, "--quiet", "-o", "parts")
-    try:
-        wait_until(lambda: len(list((tmp_path / "parts").glob("*.h5"))) >= 3, "a third run", process=process)
-        process.kill()
-        process.wait()
-        drover(tmp_path, *words, "--quiet", "-o", "parts")  # at once, though its workers may still be ending
-    finally:
-        end_group(process)
-    assert (tmp_path / "parts" / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
-    for archive in (tmp_path / "whole").glob("*.h5"):
-        assert_same_bytes(archive, tmp_path / "parts" / archive.name)
-    names = [sorted(file.name for file in (tmp_path / folder).iterdir()) for folder in ("parts", "whole")]
-    assert names[0] == names[1]
-    assert not list((tmp_path / "parts" / "claims").iterdir())
 
 
 @not_sanitized

@@ -1,4 +1,4 @@
-"""tests/app/test_sweep_more.py: sweeps that add runs to a folder: more values, more seeds, points where it changes."""
+"""tests/app/test_sweep_more.py: sweeps that add runs to a folder: more values, more seeds, the rest after a kill."""
 import csv
 import itertools
 import re
@@ -7,7 +7,8 @@ import shutil
 import numpy as np
 import pytest
 import xarray
-from support import MODELS, drover, drover_json, start, write_scene
+from support import (MODELS, assert_same_bytes, drover, drover_json, end_group, not_sanitized, start, wait_until,
+                     write_scene)
 
 BRIEF = {"time.end": 10.0, "output.frame_every": 5.0, "output.sample_every": 0.5}
 # A uniform flock without noise, whose order is zero beyond an onset line through the plane of these two keys.
@@ -200,3 +201,25 @@ def test_any_order_has_its_susceptibility_and_binder_cumulant(tmp_path):
             assert abs(found["mean"] - value) <= 4.0 * found["error"] and found["error"] < 0.06 * value, (name, found)
     text = drover(tmp_path, "sweep", "own.toml", "--vary", "coefficients.a = 0.5, 2", "--quiet").stdout
     assert all(name in text.splitlines()[0] for name in ("size_mean_p_binder", "variance_c"))
+
+
+@not_sanitized
+@pytest.mark.parametrize("ramp", ["none", "up"])
+def test_a_killed_sweep_resumes_to_the_same_table(ramp, tmp_path):
+    scene = write_scene(tmp_path, {"time.end": 200.0, "output.frame_every": 20.0})
+    words = ["sweep", scene, "--vary", "relaxation.rate = 0.5, 1, 2", "--seeds", "2", "--workers", "2", "--ramp", ramp]
+    drover(tmp_path, *words, "--quiet", "-o", "whole")
+    process = start(tmp_path, *words, "--quiet", "-o", "parts")
+    try:
+        wait_until(lambda: len(list((tmp_path / "parts").glob("*.h5"))) >= 3, "a third run", process=process)
+        process.kill()
+        process.wait()
+        drover(tmp_path, *words, "--quiet", "-o", "parts")  # at once, though its workers may still be ending
+    finally:
+        end_group(process)
+    assert (tmp_path / "parts" / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
+    for archive in (tmp_path / "whole").glob("*.h5"):
+        assert_same_bytes(archive, tmp_path / "parts" / archive.name)
+    names = [sorted(file.name for file in (tmp_path / folder).iterdir()) for folder in ("parts", "whole")]
+    assert names[0] == names[1]
+    assert not list((tmp_path / "parts" / "claims").iterdir())
