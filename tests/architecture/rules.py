@@ -5,6 +5,7 @@ Usage: rules.py [TREE]    prints file:line and the problem for each violation; e
 import ast
 import fnmatch
 import io
+import os
 import re
 import subprocess
 import sys
@@ -149,7 +150,7 @@ def matches(name, patterns):
 def target_of(tree, path, name):
     """The file of the tree that an include refers to, relative to the tree; None for a third-party header."""
     for folder in (path.parent, Path("include"), Path("src")):
-        candidate = (tree / folder / name).resolve()
+        candidate = Path(os.path.normpath(tree / folder / name))
         if candidate.is_file() and candidate.is_relative_to(tree):
             return candidate.relative_to(tree)
     return Path("include", name) if name.startswith("drover/") else None  # not written yet or misspelt, but ours
