@@ -75,7 +75,31 @@ std::vector<double> deviations(const Table& table, const TableRow& row, std::siz
     return found;
 }
 
-std::vector<Table> redrawn_tables(const Table& table, std::vector<std::string> rows, int count) {
+namespace {
+/// What is added to an entry in each draw, but for response times, which it multiplies by its exponential.
+struct DrawnEntry {
+    std::size_t row, entry;
+    std::vector<double> apart;
+};
+
+std::vector<DrawnEntry> drawn_entries(const Table& few, const Table& whole, std::size_t draws) {
+    std::vector<DrawnEntry> drawn;
+    for (std::size_t r = 0; r < few.rows.size(); ++r)
+        for (std::size_t i = 0; i < few.rows[r].entries.size(); ++i)
+            if (const TableRow& row = *find_row(whole, few.rows[r].name); few.rows[r].entries[i].error > 0.0)
+                drawn.push_back({r, i, deviations(whole, row, i, draws)});
+    return drawn;
+}
+
+void move(TableRow& row, std::size_t i, double by) {
+    TableEntry& entry = row.entries[i];
+    const double time = std::max(entry.value, entry.error);  // as put() replaces it
+    entry.value = row.name == row_name(response) ? time * std::exp(by / time) : entry.value + by;
+}
+}  // namespace
+
+void for_redrawn_tables(const Table& table, std::vector<std::string> rows, int count,
+                        const std::function<void(Table&)>& visit) {
     const auto draws = static_cast<std::size_t>(count);
     const std::string contacts = row_name(contact);
     const TableRow* measured = find_row(table, contacts);
@@ -87,30 +111,28 @@ std::vector<Table> redrawn_tables(const Table& table, std::vector<std::string> r
         rows.insert(rows.end(), contact_rows().begin(), contact_rows().end());
         rows.emplace_back(row_name(rod_area));
     }
-    Table few = slim(table, rows);
-    std::vector<Table> tables(draws, few);
-    for (std::size_t r = 0; r < few.rows.size(); ++r)
-        for (std::size_t i = 0; i < few.rows[r].entries.size(); ++i) {
-            const TableEntry& entry = few.rows[r].entries[i];
-            if (!(entry.error > 0.0)) continue;
-            const std::string& name = few.rows[r].name;
-            const std::vector<double> apart = deviations(table, *find_row(table, name), i, draws);
-            const double time = std::max(entry.value, entry.error);  // as put() replaces it
-            for (std::size_t k = 0; k < draws; ++k)
-                tables[k].rows[r].entries[i].value =
-                    name == row_name(response) ? time * std::exp(apart[k] / time) : entry.value + apart[k];
-        }
+    const Table few = slim(table, rows);
+    const std::vector<DrawnEntry> drawn = drawn_entries(few, table, draws);
+    std::vector<DrawnEntry> alone;  // of c, by what its measurements disagree
     if (derives_contacts) {
-        add_contact_alignment(few);
-        const TableRow& alone = *find_row(few, contacts);
-        for (Table& one : tables) add_contact_alignment(one);
-        for (std::size_t i = 0; i < alone.entries.size(); ++i) {
-            const std::vector<double> apart = deviations(few, alone, i, draws);
-            for (std::size_t k = 0; k < draws; ++k)
-                std::ranges::find(tables[k].rows, contacts, &TableRow::name)->entries[i].value += apart[k];
-        }
+        Table with_contacts = few;
+        add_contact_alignment(with_contacts);
+        alone = drawn_entries(slim(with_contacts, {contacts}), with_contacts, draws);
     }
-    std::ranges::for_each(tables, clear_errors);
+    for (std::size_t k = 0; k < draws; ++k) {
+        Table one = few;
+        for (const DrawnEntry& entry : drawn) move(one.rows[entry.row], entry.entry, entry.apart[k]);
+        if (derives_contacts) add_contact_alignment(one);
+        for (const DrawnEntry& entry : alone)
+            std::ranges::find(one.rows, contacts, &TableRow::name)->entries[entry.entry].value += entry.apart[k];
+        clear_errors(one);
+        visit(one);
+    }
+}
+
+std::vector<Table> redrawn_tables(const Table& table, std::vector<std::string> rows, int count) {
+    std::vector<Table> tables;
+    for_redrawn_tables(table, std::move(rows), count, [&](Table& one) { tables.push_back(std::move(one)); });
     return tables;
 }
 

@@ -1,5 +1,6 @@
 // calibrate/redraw.hpp: tables whose numbers are drawn anew within their errors.
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,9 @@ Table slim(Table table, const std::vector<std::string>& rows);
 /// c follows from the redrawn rows of its assays, which are drawn with it, and varies in addition by what its
 /// measurements disagree: a table with more alignment by the flow has less by contacts, since their sum was measured.
 /// A response time stays positive: its logarithm is drawn.  An entry has the same draws whatever the other rows are.
+void for_redrawn_tables(const Table& table, std::vector<std::string> rows, int count,
+                        const std::function<void(Table&)>& visit);
+/// The same, all at once.
 std::vector<Table> redrawn_tables(const Table& table, std::vector<std::string> rows, int count);
 
 }  // namespace drover::calibrate

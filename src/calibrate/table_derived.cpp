@@ -1,6 +1,7 @@
 // calibrate/table_derived.cpp: rows that follow from measured rows, at each point of a table.
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "base/draws.hpp"
 #include "calibrate/closures.hpp"
@@ -107,18 +108,23 @@ void add_derived_values(Table& table) {
 void add_derived(Table& table) {
     const std::size_t given = table.rows.size();
     add_derived_values(table);
-    std::vector<Table> drawn = redrawn_tables(table, input_rows(), error_draws);
-    for (Table& one : drawn) add_derived_values(one);
-    for (auto row = table.rows.begin() + static_cast<std::ptrdiff_t>(given); row != table.rows.end(); ++row)
-        for (std::size_t i = 0; i < row->entries.size(); ++i) {
-            TableEntry& entry = row->entries[i];
-            if (entry.origin == Origin::missing) continue;
-            std::vector<double> values;
-            for (const Table& one : drawn) {
-                const double value = find_row(one, row->name)->entries[i].value;
-                values.push_back(std::isnan(value) ? infinite : value);  // a closure without a bound
-            }
-            entry.error = half_width(std::move(values));
+    const std::span<TableRow> derived = std::span(table.rows).subspan(given);
+    std::vector<std::vector<std::vector<double>>> values(derived.size());  // [row][entry][draw]
+    for (std::size_t r = 0; r < derived.size(); ++r) values[r].resize(derived[r].entries.size());
+    for_redrawn_tables(table, input_rows(), error_draws, [&](Table& drawn) {
+        add_derived_values(drawn);
+        for (std::size_t r = 0; r < derived.size(); ++r)
+            if (const TableRow* row = find_row(drawn, derived[r].name))
+                for (std::size_t i = 0; i < values[r].size(); ++i) {
+                    const double value = row->entries[i].value;
+                    values[r][i].push_back(std::isnan(value) ? infinite : value);  // a closure without a bound
+                }
+    });
+    for (std::size_t r = 0; r < derived.size(); ++r)
+        for (std::size_t i = 0; i < values[r].size(); ++i) {
+            TableEntry& entry = derived[r].entries[i];
+            if (entry.origin == Origin::missing || values[r][i].empty()) continue;
+            entry.error = half_width(std::move(values[r][i]));
             if (!std::isfinite(entry.error)) entry = missing(no_value, entry.trials);
         }
 }

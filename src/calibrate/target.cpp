@@ -1,4 +1,4 @@
-// calibrate/target.cpp: errors of targets from resampled measurements, and the choice of the next trials.
+// calibrate/target.cpp: errors of targets from redrawn measurements, and the choice of the next trials.
 #include "calibrate/target.hpp"
 
 #include <algorithm>
@@ -130,6 +130,18 @@ std::vector<double> variances_by(const Source& source, const std::vector<TableTa
     return variances;
 }
 
+/// The same of what the measurements of c differ by.
+std::vector<double> variances_by_disagreement(const std::vector<TableTarget>& targets, const std::vector<Value>& centre,
+                                              Table few) {
+    std::vector<double> variances(targets.size(), 0.0);
+    add_contact_alignment(few);
+    for (TableEntry& entry : std::ranges::find(few.rows, row_name(contact), &TableRow::name)->entries) {
+        const std::vector<double> slopes = slopes_by(entry, targets, centre, few);
+        for (std::size_t k = 0; k < targets.size(); ++k) variances[k] += std::pow(slopes[k] * entry.error, 2);
+    }
+    return variances;
+}
+
 void set_error(const TableTarget& target, std::size_t k, const std::vector<std::vector<Value>>& redrawn,
                TargetResult& result) {
     std::vector<double> values{result.value}, slopes;
@@ -174,16 +186,20 @@ std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, cons
     add_contact_alignment(whole);
     rows.emplace_back(row_name(contact));
     std::vector<std::vector<Value>> redrawn;
-    for (const Table& one : redrawn_tables(whole, rows, error_draws)) redrawn.push_back(values_or_none(targets, one));
+    for_redrawn_tables(whole, rows, error_draws,
+                       [&](const Table& one) { redrawn.push_back(values_or_none(targets, one)); });
+    const std::vector<double> by_disagreement = variances_by_disagreement(targets, centre, few);
     for (std::size_t s = 0; s < sources.size(); ++s) {
         const std::vector<double> variances = variances_by(sources[s], targets, centre, measured, few);
         for (std::size_t k = 0; k < targets.size(); ++k) results[k].parts[s] = variances[k];
     }
     for (std::size_t k = 0; k < targets.size(); ++k) {
-        double sum = 0.0;
+        double sum = by_disagreement[k];
         for (const double part : results[k].parts) sum += part;
-        if (sum > 0.0)
+        if (sum > 0.0) {
             for (double& part : results[k].parts) part /= sum;
+            results[k].disagreement = by_disagreement[k] / sum;
+        }
         results[k].value = centre[k].value;
         set_error(targets[k], k, redrawn, results[k]);
     }

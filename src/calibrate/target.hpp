@@ -36,9 +36,10 @@ struct TargetResult {
     /// Of an onset: relative standard error of the slope of the excess there, to which `error` is inversely
     /// proportional; 0 for a coefficient.
     double slope_error = 0.0;
-    /// Part of each source in the variance, from slopes; their sum is 1.  Of an onset beyond the table: in the variance
-    /// of the excess that decides whether there is one.
+    /// Part of each source in the variance, from slopes; with `disagreement` their sum is 1.  Of an onset beyond the
+    /// table: in the variance of the excess that decides whether there is one.
     std::vector<double> parts;
+    double disagreement = 0.0;                ///< part of what the measurements of c differ by, which no trials reduce
     bool is_beyond = false;                   ///< an onset that 97.5 % of these tables have beyond the same end
     std::optional<std::string> missing = {};  ///< the entry of the table that is missing, if there is no value
 };

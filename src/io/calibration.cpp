@@ -15,6 +15,7 @@ namespace drover::io {
 namespace {
 constexpr const char* old_group = "/calibration";  // of tables that earlier versions wrote
 constexpr const char *bead_axis = "bead_area_fraction", *rod_axis = "rod_area_fraction", *resample_axis = "resample";
+constexpr double no_rank = -1.0;
 constexpr const char *names_attribute = "coefficients", *varied_attribute = "varied", *remarks_attribute = "remarks";
 
 std::string path_of(const files::ArchiveReader& archive, const std::string& name) {
@@ -61,7 +62,7 @@ void add_row(const calibrate::Table& table, const calibrate::TableRow& row, file
     to.values.emplace_back();
     for (const calibrate::TableEntry& entry : row.entries)
         for (std::size_t k = 0; k < calibrate::resample_count; ++k)
-            to.values.back().push_back(entry.ranks.empty() ? -1.0 : entry.ranks[k]);
+            to.values.back().push_back(entry.ranks.empty() ? no_rank : entry.ranks[k]);
 }
 
 files::ResultTable results_of(const calibrate::Table& table) {
@@ -163,7 +164,14 @@ void read_row(const files::ArchiveReader& archive, const SourceLocation& where, 
         const std::vector<double> all = read_shaped(archive, where, ranks, shape);
         for (std::size_t i = 0; i < values.size(); ++i) {
             const auto first = all.begin() + static_cast<std::ptrdiff_t>(i * shape.back());
-            if (*first >= 0.0) row.entries[i].ranks.assign(first, first + static_cast<std::ptrdiff_t>(shape.back()));
+            if (*first == no_rank) continue;
+            const auto last = first + static_cast<std::ptrdiff_t>(shape.back());
+            const auto wrong = std::find_if_not(first, last, [](double rank) {
+                return rank >= 0.0 && rank < static_cast<double>(calibrate::resample_count);
+            });
+            require(wrong == last, where, "{} holds {}; expected 0 to {}, or {} alone", ranks,
+                    wrong == last ? 0.0 : *wrong, calibrate::resample_count - 1, no_rank);
+            row.entries[i].ranks.assign(first, last);
         }
     }
     row.unit = archive.text_attribute(path_of(archive, row.name), "units");

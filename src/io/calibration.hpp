@@ -9,7 +9,7 @@
 
 namespace drover::io {
 
-/// Writes HDF5 that obeys netCDF-4.  Group /calibration: the axes bead_area_fraction and rod_area_fraction and, if a
+/// Writes HDF5 that obeys netCDF-4.  In the root group the axes bead_area_fraction and rod_area_fraction and, if a
 /// key is varied, that key with _ for its dot; for each coefficient x the datasets x (with unit and formula), x_error,
 /// x_trials and x_origin (a number of calibrate::Origin) and, of one with ranks, x_ranks.  Root attributes:
 /// `attributes`; `coefficients`, their names; `varied`; `remarks`, one per line, "drag[3]: ...", with the index in x.

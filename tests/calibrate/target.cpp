@@ -1,4 +1,4 @@
-// tests/calibrate/target.cpp: errors of wanted numbers from resampled measurements, and the choice of further trials.
+// tests/calibrate/target.cpp: errors of wanted numbers from redrawn measurements, and the choice of further trials.
 #include "calibrate/target.hpp"
 
 #include <gtest/gtest.h>
@@ -115,6 +115,27 @@ TEST(TableTarget, keeps_what_two_inputs_share) {
     for (std::size_t s = 0; s < sources.size(); s += 2) by_weathercock += onset.parts[s];
     EXPECT_LT(by_weathercock, 1e-9);
     EXPECT_NEAR(onset.error, 0.01, 0.0015);  // 0.02/2; 400 draws
+}
+
+// Two area fractions of rods with c = 4 +- 0.4 and 5.6 +- 0.4, chi^2 = 8: of the variance of c, which is 8 times that
+// of the mean, 7 parts are what they disagree by.
+TEST(TableTarget, knows_what_measurements_of_contacts_disagree_by) {
+    Table table{.varied_key = {}, .bead_fractions = {0.4}, .rod_fractions = {0.1, 0.2}, .rows = {}};
+    const auto add = [&](const char* name, bool by_rods, std::vector<double> values, std::vector<double> errors) {
+        TableRow& row = table.rows.emplace_back(TableRow{.name = name, .by_rods = by_rods});
+        for (std::size_t i = 0; i < values.size(); ++i)
+            row.entries.push_back({.value = values[i], .error = errors[i], .trials = 16, .origin = Origin::measured});
+    };
+    add("relaxation_rate", false, {0.1}, {0.0});
+    add("rod_area", false, {4.0}, {0.0});
+    add("contact_steady", true, {0.1, 0.28}, {0.01, 0.02});
+    add("contact_slope", true, {0.0, 0.0}, {0.0, 0.0});
+    add("contact_reference", true, {0.1, 0.28}, {0.01, 0.02});
+    const std::vector<TargetResult> found = evaluate({{.row = "contact_alignment", .error = 0.1}}, table,
+                                                     {{{"contact_steady", 0}}, {{"contact_steady", 1}}});
+    EXPECT_NEAR(found[0].disagreement, 7.0 / 8.0, 0.01);  // draws have a variance of 1 to 1 %
+    EXPECT_NEAR(found[0].parts[0], 1.0 / 16.0, 0.01);
+    EXPECT_NEAR(found[0].error, 0.4 * std::sqrt(4.0), 0.15 * 0.8);  // 400 draws
 }
 
 TEST(TableTarget, of_an_onset_beyond_the_table_says_so) {

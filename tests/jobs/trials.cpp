@@ -97,6 +97,24 @@ TEST(Trials, a_failure_of_the_scene_is_recorded_and_read_as_earlier_versions_rec
     EXPECT_EQ(recorded_failure(folder / ".", trial(2.0)), failure);
 }
 
+TEST(Trials, for_which_three_machines_were_too_small_have_failed_in_a_share) {
+    const Folder folder;
+    Trials("", {.folder = folder / "."}).run({trial(2.0)});
+    const files::RecordIdentity identity = files::identity_of("trials", "");
+    UnitRecord record = campaign_records(folder / ".", identity).at(0);
+    record.state = UnitState::lost;
+    record.reason = "needs 349 MB";
+    std::filesystem::remove_all(folder / "records");
+    UnitStore store(folder / ".", identity, {});
+    for (int machine = 0; machine < 3; ++machine) store.append(record);
+    store.sync();
+    Trials share("", {.folder = folder / ".", .share = {.number = 4, .count = 5}});
+    EXPECT_EQ(share.find(trial(2.0)), nullptr);
+    EXPECT_TRUE(share.run({trial(2.0)}));
+    ASSERT_NE(share.find(trial(2.0)), nullptr);
+    EXPECT_EQ(share.find(trial(2.0))->failure, "needs 349 MB");
+}
+
 TEST(Trials, that_fail_count_for_the_rules_that_stop_a_job) {
     const Folder folder;
     const ScopedStopRule stop("failures=1");

@@ -66,7 +66,9 @@ TargetPlan::TargetPlan(const CalibrationLayout& layout, const std::vector<Accura
     add_setup_rows(layout, setup_);
     for (const CalibrationUnit& unit : layout.units)
         ended_.emplace_back(layout.assays[unit.assay], TrialSet::no_goal(), 0.0);
-    const Table whole = table_of(layout, ended_);
+    Table whole = setup_;  // for the names of its rows
+    add_measured_rows(layout, ended_, whole);
+    calibrate::add_derived_values(whole);
     for (const AccuracyTarget& target : targets) add_targets(target, whole);
 }
 
@@ -172,6 +174,9 @@ std::string TargetPlan::note_on(const TargetProgress& value, const std::vector<U
     if (value.result.is_beyond)
         return text("flocks begin {} the table; add area fractions to calibrate.bead_area_fractions",
                     value.result.value > 0.0 ? "above" : "below");
+    if (value.fixed_variance() >= 1.0)
+        return "the measurements of contact_alignment differ by more than this error allows, which no number of trials "
+               "changes; allow a larger one";
     if (is_spent(units)) return "the budget is spent; give a larger one";
     for (std::size_t u = 0; u < units.size(); ++u)
         if (value.result.parts[u] > 0.0 && units[u].given >= limits_.max_trials)
@@ -250,10 +255,12 @@ void TargetPlan::add_for_errors(const std::vector<UnitProgress>& units, std::vec
         cost.caution = caution_of(ended_[u].successful().size());
         for (const TargetProgress& value : values_) {
             constexpr double unknown = 4.0;  // of an onset that may lie beyond the table: look again soon
-            const bool is_open = !value.reached && !value.result.is_beyond && !value.result.missing;
-            const double ratio = std::isfinite(value.cautious_error)
-                                     ? std::pow(value.cautious_error / value.result.allowed, 2)
-                                     : unknown;
+            const double fixed = value.fixed_variance();
+            const bool is_open = !value.reached && !value.result.is_beyond && !value.result.missing && fixed < 1.0;
+            const double ratio =
+                (std::isfinite(value.cautious_error) ? std::pow(value.cautious_error / value.result.allowed, 2)
+                                                     : unknown) /
+                (1.0 - fixed);
             const double kept = done > 0.0 ? done / (done + running) : 0.0;
             cost.variances.push_back(is_open ? ratio * value.result.parts[u] * kept : 0.0);
         }

@@ -36,10 +36,14 @@ struct TargetProgress {
     double cautious_error = 0.0;
     bool reached = false;
     std::string note;  ///< why it was not reached, or cannot be; else ""
+    /// The variance that no number of trials reduces, of the variance allowed.
+    double fixed_variance() const {
+        return result.disagreement > 0.0 ? result.disagreement * std::pow(result.error / result.allowed, 2) : 0.0;
+    }
 };
 
 /// Decides which trials run next.  Every unit that a wanted number needs has a few trials first.  Then, again and
-/// again: errors and slopes of the wanted numbers from resampled trials, and some trials more where their variances
+/// again: errors and slopes of the wanted numbers from redrawn tables, and some trials more where their variances
 /// fall most for a core second.  A number is reached when its error, enlarged by what the finite numbers of trials
 /// leave uncertain in it, is the wanted one: else the first error that is too small by chance would end the
 /// calibration.

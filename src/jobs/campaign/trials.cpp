@@ -142,13 +142,16 @@ UnitResult Trials::failed(const Wanted& one, double seconds) {
 }
 
 void Trials::take(const UnitRecord& record) {
+    if (taken_.contains(record.key)) return;
     const bool is_lost = record.state == UnitState::lost && !record.is_new;  // another machine may be large enough
-    if (is_lost || (record.state != UnitState::done && record.result.content.empty())) {
-        lost_[record.key] = record.reason;
-        return;
-    }
+    if (is_lost || (record.state != UnitState::done && record.result.content.empty()))
+        lost_.insert_or_assign(record.key, record);
+    else keep(record);
+}
+
+void Trials::keep(const UnitRecord& record) {
     lost_.erase(record.key);
-    if (!taken_.insert(record.key).second) return;
+    taken_.insert(record.key);
     if (is_agreement(record.key)) {
         files::ByteReader reader{std::as_bytes(std::span(record.result.content))};
         reader(agreed_[record.key]);
@@ -216,9 +219,14 @@ bool Trials::run_wanted() {
     if (!options_.quiet && !wanted_.empty() && !wanted_.front().compute)
         log_information("{} trials, {} at a time, in {}", wanted_.size(), options_.workers, options_.folder.string());
     if (campaign_.run().stopped) return false;
-    for (const Wanted& one : wanted_)
-        if (const auto why = lost_.find(one.key); why != lost_.end())
-            fail_environment("{}: {}; run the command again to repeat it", one.key, why->second);
+    for (const Wanted& one : wanted_) {
+        const auto found = lost_.find(one.key);
+        if (found == lost_.end()) continue;
+        const UnitRecord record = found->second;
+        if (record.result.content.empty())
+            fail_environment("{}: {}; run the command again to repeat it", one.key, record.reason);
+        keep(record);  // several machines were too small
+    }
     return true;
 }
 

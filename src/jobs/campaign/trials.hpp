@@ -78,14 +78,15 @@ private:
     std::optional<UnitResult> run_one(const Wanted& wanted) const;
     static UnitResult failed(const Wanted& wanted, double core_seconds);
     void take(const UnitRecord& record);
+    void keep(const UnitRecord& record);
     bool run_wanted();
 
     JobOptions options_;                                   ///< with workers
     std::map<std::string, TrialResult> results_, failed_;  ///< by name; a longer run may fail
     std::map<std::string, std::vector<double>> agreed_;    ///< by key
     std::vector<Wanted> wanted_;
-    std::set<std::string> taken_;              ///< keys of records that are in the results
-    std::map<std::string, std::string> lost_;  ///< why, by key, those whose process died
+    std::set<std::string> taken_;             ///< keys of records that are in the results
+    std::map<std::string, UnitRecord> lost_;  ///< by key, whose process died, or whose machine was too small
     Campaign campaign_;
 };
 
