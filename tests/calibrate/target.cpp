@@ -128,6 +128,7 @@ TEST(TableTarget, knows_what_measurements_of_contacts_disagree_by) {
     };
     add("relaxation_rate", false, {0.1}, {0.0});
     add("rod_area", false, {4.0}, {0.0});
+    table.rows.back().entries[0].origin = Origin::set;
     add("contact_steady", true, {0.1, 0.28}, {0.01, 0.02});
     add("contact_slope", true, {0.0, 0.0}, {0.0, 0.0});
     add("contact_reference", true, {0.1, 0.28}, {0.01, 0.02});

@@ -36,9 +36,10 @@ struct TargetProgress {
     double cautious_error = 0.0;
     bool reached = false;
     std::string note;  ///< why it was not reached, or cannot be; else ""
-    /// The variance that no number of trials reduces, of the variance allowed.
+    /// The variance that no number of trials reduces, as a part of that allowed; 0 where the error is not known.
     double fixed_variance() const {
-        return result.disagreement > 0.0 ? result.disagreement * std::pow(result.error / result.allowed, 2) : 0.0;
+        const double whole = std::pow(result.error / result.allowed, 2);
+        return std::isfinite(whole) ? result.disagreement * whole : 0.0;
     }
 };
 
