@@ -18,16 +18,15 @@ run::List value_list(const TargetPlan& plan) {
     for (const TargetProgress& value : plan.values()) {
         const calibrate::TargetResult& result = value.result;
         list.rows.push_back(
-            {.entries = {
-                 run::words("number", "what is wanted", value.text),
-                 run::number("value", "", "of the table", finite_or_none(result.value), 4),
-                 run::number("error", "",
-                             "standard error: half of the distance from 16 to 84 % of redrawn tables, enlarged "
-                             "by what few trials leave uncertain in it",
-                             finite_or_none(value.cautious_error), 2),
-                 run::number("wanted_error", "", "error to reach", finite_or_none(result.allowed), 2),
-                 run::flag("reached", "whether it is", value.reached),
-                 run::words("note", "why it was not reached", value.note)}});
+            {.entries = {run::words("number", "what is wanted", value.text),
+                         run::number("value", "", "of the table", finite_or_none(result.value), 4),
+                         run::number("error", "",
+                                     "standard error: half of the distance from 16 to 84 % of redrawn tables, enlarged "
+                                     "by what few trials leave uncertain in it",
+                                     finite_or_none(value.cautious_error), 2),
+                         run::number("wanted_error", "", "error to reach", finite_or_none(result.allowed), 2),
+                         run::flag("reached", "whether it is", value.reached),
+                         run::words("note", "why it was not reached", value.note)}});
     }
     return list;
 }
