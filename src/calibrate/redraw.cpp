@@ -76,7 +76,7 @@ std::vector<double> deviations(const Table& table, const TableRow& row, std::siz
 }
 
 namespace {
-/// What is added to an entry in each draw, but for response times, which it multiplies by its exponential.
+/// An entry that is drawn anew, and its deviations().
 struct DrawnEntry {
     std::size_t row, entry;
     std::vector<double> apart;

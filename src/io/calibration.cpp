@@ -36,6 +36,10 @@ std::vector<std::string> axes_of(const calibrate::Table& table, bool by_rods) {
     return axes;
 }
 
+bool has_ranks(const calibrate::TableRow& row) {
+    return std::ranges::any_of(row.entries, [](const calibrate::TableEntry& one) { return !one.ranks.empty(); });
+}
+
 void add_row(const calibrate::Table& table, const calibrate::TableRow& row, files::ResultTable& to) {
     std::vector<std::string> axes = axes_of(table, row.by_rods);
     to.quantities.push_back({row.name, row.unit, row.formula, axes});
@@ -52,7 +56,7 @@ void add_row(const calibrate::Table& table, const calibrate::TableRow& row, file
         origins.push_back(static_cast<double>(entry.origin));
     }
     for (std::vector<double>* one : {&values, &errors, &trials, &origins}) to.values.push_back(std::move(*one));
-    if (std::ranges::all_of(row.entries, [](const auto& entry) { return entry.ranks.empty(); })) return;
+    if (!has_ranks(row)) return;
     axes.emplace_back(resample_axis);
     to.quantities.push_back({row.name + "_ranks", "1",
                              "order of " + row.name +
@@ -76,8 +80,8 @@ files::ResultTable results_of(const calibrate::Table& table) {
     std::vector<double> resamples(calibrate::resample_count);
     std::iota(resamples.begin(), resamples.end(), 0.0);
     for (const calibrate::TableRow& row : table.rows) add_row(table, row, results);
-    const bool has_ranks = results.quantities.size() > 4 * table.rows.size();
-    if (has_ranks) results.axes.push_back({resample_axis, "1", "resample of the trials", resamples});
+    if (std::ranges::any_of(table.rows, has_ranks))
+        results.axes.push_back({resample_axis, "1", "resample of the trials", resamples});
     return results;
 }
 }  // namespace
@@ -166,11 +170,10 @@ void read_row(const files::ArchiveReader& archive, const SourceLocation& where, 
             const auto first = all.begin() + static_cast<std::ptrdiff_t>(i * shape.back());
             if (*first == no_rank) continue;
             const auto last = first + static_cast<std::ptrdiff_t>(shape.back());
-            const auto wrong = std::find_if_not(first, last, [](double rank) {
-                return rank >= 0.0 && rank < static_cast<double>(calibrate::resample_count);
-            });
-            require(wrong == last, where, "{} holds {}; expected 0 to {}, or {} alone", ranks,
-                    wrong == last ? 0.0 : *wrong, calibrate::resample_count - 1, no_rank);
+            for (auto rank = first; rank != last; ++rank)
+                require(*rank >= 0.0 && *rank < static_cast<double>(calibrate::resample_count), where,
+                        "{} holds {}; expected 0 to {}, or {} alone", ranks, *rank, calibrate::resample_count - 1,
+                        no_rank);
             row.entries[i].ranks.assign(first, last);
         }
     }
