@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/scene.hpp"
+#include "physics/equations.hpp"
 #include "theory/limits.hpp"
 
 namespace drover::analysis {

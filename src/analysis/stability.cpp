@@ -9,6 +9,7 @@
 #include "base/constants.hpp"
 #include "calibrate/slow_order.hpp"
 #include "measure/unit_product.hpp"
+#include "physics/equations.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "theory/instabilities.hpp"
 #include "theory/state_names.hpp"

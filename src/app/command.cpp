@@ -25,6 +25,10 @@ std::span<const std::pair<int, const char*>> exit_statuses() {
     return statuses;
 }
 
+CLI::Validator a_name() {
+    return {[](const std::string& word) { return word.empty() ? "is empty; expected a name" : ""; }, "", "name"};
+}
+
 void add_scene_options(CLI::App& command, SceneOptions& options) {
     command.add_option("scene", options.scene, "Scene (TOML input file; see drover schema)")->required();
     add_set_option(command, options);
@@ -36,7 +40,7 @@ void add_set_option(CLI::App& command, SceneOptions& options) {
 }
 
 void add_output_options(CLI::App& command, SceneOptions& options) {
-    command.add_option("-o,--output", options.output, "Archive to write; overrides output.file");
+    command.add_option("-o,--output", options.output, "Archive to write; overrides output.file")->check(a_name());
     add_threads(command, options.threads);
 }
 
@@ -46,7 +50,7 @@ void add_threads(CLI::App& command, int& threads) {
 }
 
 void add_job_options(CLI::App& command, JobCommand& options, const JobHelp& help) {
-    command.add_option("-o,--output", options.output, help.output);
+    command.add_option("-o,--output", options.output, help.output)->check(a_name());
     command.add_option("--workers", options.workers, help.workers)->check(CLI::Range(1, 1024));
     CLI::Option* share = command
                              .add_option("--share", options.share,
@@ -120,7 +124,7 @@ void add_stop_options(CLI::App& command) {
 }
 
 void add_result_options(CLI::App& command, ResultOptions& options, const std::string& output_help) {
-    CLI::Option* output = command.add_option("-o,--output", options.output, output_help);
+    CLI::Option* output = command.add_option("-o,--output", options.output, output_help)->check(a_name());
     add_threads(command, options.threads);
     command.add_flag("--overwrite", options.overwrite, "Replace an existing archive")->needs(output);
     command.add_flag("--json", options.json, "Print the result as JSON");

@@ -41,6 +41,8 @@ struct SceneOptions {
     std::string output;
     int threads = 0;
 };
+/// Rejects an empty name of a file, such as that of a variable of the shell that is not set.
+CLI::Validator a_name();
 /// The positional SCENE and --set.
 void add_scene_options(CLI::App& command, SceneOptions& options);
 void add_set_option(CLI::App& command, SceneOptions& options);

@@ -14,9 +14,11 @@ void add_film(CLI::App& program, Action& action) {
         program.add_subcommand("film",
                                "Make a film (.mp4, .gif) of a run of fields or particles; needs python3 and ffmpeg");
     command->add_option("archive", *archive, "Archive of a run")->required();
-    command->add_option("-o,--output", *output,
-                        "Film to write, such as flock.mp4 or flock.gif, which is replaced, or flock.png for a numbered "
-                        "picture of each frame; default: the name of the archive with .mp4");
+    command
+        ->add_option("-o,--output", *output,
+                     "Film to write, such as flock.mp4 or flock.gif, which is replaced, or flock.png for a numbered "
+                     "picture of each frame; default: the name of the archive with .mp4")
+        ->check(a_name());
     command->add_option("--every", *every, "Show every k-th frame, starting with the first")
         ->check(CLI::Range(1, 1000000000));
     command->add_option("--field", *field, "Of a run of fields: the field to show; default: those of its figure");

@@ -8,6 +8,7 @@
 #include "files/new_file.hpp"
 #include "io/export.hpp"
 #include "io/scene_text.hpp"
+#include "physics/equations.hpp"
 
 namespace drover::io {
 

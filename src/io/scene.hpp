@@ -15,7 +15,7 @@
 #include "io/declared_model.hpp"
 #include "io/units.hpp"
 #include "model/start.hpp"
-#include "physics/integrated.hpp"
+#include "numerics/steppers/kept_modes.hpp"
 #include "physics/model_keys.hpp"
 
 namespace drover::io {
@@ -186,7 +186,7 @@ struct Scene {
     std::map<std::string, SourceLocation> places;  ///< of the given keys: "time.dt"
     physics::ModelValues model;  // of fields, as are grid, dealiasing, initial, stability, boundary, calibrated
     numerics::Grid grid;
-    physics::Dealiasing dealiasing;
+    numerics::Dealiasing dealiasing;
     Approximation approximation;  // of fields and models
     dem::Setup particles;
     DeclaredModel declared;  // of a model, which also has grid, dealiasing, initial
@@ -244,6 +244,8 @@ double whole_interval(const Scene& scene, const std::string& key, double duratio
 /// The longest step of which the end and the intervals of the outputs are whole numbers.  Throws an input Error when
 /// there is none of at least a thousandth of the shortest.
 double longest_step(const Scene& scene);
+/// With the longest step where the scene leaves its choice to a run.
+Scene with_step(Scene scene);
 
 /// A number of the model, by its key.
 struct ModelNumber {

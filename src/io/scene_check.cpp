@@ -10,7 +10,7 @@
 #include "io/scene.hpp"
 #include "io/scene_parts.hpp"
 #include "numerics/steppers/time_method.hpp"
-#include "physics/compiled_terms.hpp"
+#include "physics/integrated.hpp"
 
 namespace drover::io {
 
@@ -63,6 +63,11 @@ double longest_step(const Scene& scene) {
                scene.time.end, scene.output.frame_every, scene.output.sample_every, shortest / max_parts);
 }
 
+Scene with_step(Scene scene) {
+    if (scene.time.dt == 0.0) scene.time.dt = longest_step(scene);
+    return scene;
+}
+
 namespace {
 void check_time_method(const Scene& scene, bool has_noise, const Locate& locate) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
@@ -101,7 +106,7 @@ void check_min_memory(const Scene& scene, std::size_t components, const Locate& 
             scene.grid.nx, scene.grid.ny, bytes_text(needed), bytes_text(static_cast<double>(memory_available())));
 }
 
-void check_dealiasing(const physics::Dealiasing& dealiasing, const numerics::Grid& grid, const Locate& locate) {
+void check_dealiasing(const numerics::Dealiasing& dealiasing, const numerics::Grid& grid, const Locate& locate) {
     const int fewest = grid.ny == 1 ? grid.nx : std::min(grid.nx, grid.ny);
     require(dealiasing.degree + 1 < fewest, locate("dealiasing.degree"),
             "dealiasing.degree = {} keeps no wave on {} points; expected less than {}", dealiasing.degree, fewest,
@@ -113,9 +118,8 @@ void check_dealiasing(const physics::Dealiasing& dealiasing, const numerics::Gri
 
 void check_fields(const Scene& scene, const Locate& locate) {
     numerics::check(scene.grid, locate);
-    physics::check(scene.model, locate);
+    const physics::Equations rod_bead = physics::check(scene.model, locate);
     check_dealiasing(scene.dealiasing, scene.grid, locate);
-    const physics::Equations rod_bead(scene.model);
     const model::Equations equations = rod_bead.solver();
     check_min_memory(scene, equations.state_components().size(), locate);
     check_unread(scene.initial, FormulasOf::rod_bead, locate);
@@ -172,23 +176,9 @@ void check_particles(const Scene& scene, const Locate& locate) {
     dem::check_contact_law(scene.particles, dem::shapes_of(scene.particles, locate), scene.time.dt, locate);
     check_calibration(scene, locate);
 }
-}  // namespace
 
-void check(const Scene& scene) {
-    const Locate locate = [&](const std::string& key) { return io::locate(scene, key); };
-    const Locate at_or_in = [&](const std::string& key) {  // of a key that is left out: its section
-        return scene.places.contains(key) ? locate(key) : locate(key.substr(0, key.rfind('.')));
-    };
-    switch (scene.kind) {
-        case SceneKind::fields: check_fields(scene, locate); break;
-        case SceneKind::particles: check_particles(scene, locate); break;
-        case SceneKind::model: check_declared(scene, at_or_in); break;
-    }
-    if (scene.time.dt == 0.0) {
-        Scene with_step = scene;
-        with_step.time.dt = longest_step(scene);
-        return check(with_step);
-    }
+/// Of any kind of scene, with a step.
+void check_values(const Scene& scene, const Locate& locate) {
     const std::int64_t steps = whole_steps(scene, "time.end", scene.time.end);
     require(steps >= 1, locate("time.end"),
             "time.end = {} is less than one step of time.dt = {}; expected at least one", scene.time.end,
@@ -207,6 +197,20 @@ void check(const Scene& scene) {
                 name);
     require(scene.analysis.warm_up == -1.0 || scene.analysis.warm_up >= 0.0, locate("analysis.warm_up"),
             "analysis.warm_up = {}; expected -1 (found from the series) or >= 0", scene.analysis.warm_up);
+}
+}  // namespace
+
+void check(const Scene& scene) {
+    const Locate locate = [&](const std::string& key) { return io::locate(scene, key); };
+    const Locate at_or_in = [&](const std::string& key) {  // of a key that is left out: its section
+        return scene.places.contains(key) ? locate(key) : locate(key.substr(0, key.rfind('.')));
+    };
+    switch (scene.kind) {
+        case SceneKind::fields: check_fields(scene, locate); break;
+        case SceneKind::particles: check_particles(scene, locate); break;
+        case SceneKind::model: check_declared(scene, at_or_in); break;
+    }
+    check_values(with_step(scene), locate);
 }
 
 Rows<TimeControl> TimeControl::rows() {

@@ -79,8 +79,9 @@ void include_model(LocatedTables& tables, const std::string& scene) {
     tables = std::move(whole);
 }
 
-Scene unchecked_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides,
-                      const physics::TermFunctions& functions) {
+/// needs_functions: a scene whose terms are functions that this program does not have is an error.
+Scene scene_in(const std::string& toml, const std::string& name, std::span<const std::string> overrides,
+               const physics::TermFunctions& functions, bool needs_functions) {
     LocatedTables tables = read_tables(toml, name);
     include_model(tables, name);
     Scene scene = scene_of(std::move(tables), name, overrides);
@@ -91,15 +92,14 @@ Scene unchecked_scene(const std::string& toml, const std::string& name, std::spa
         scene.model.text_terms[number - 1].call = function;
     }
     fill_from_table(scene);
+    if (needs_functions || physics::missing_function(scene.model).empty()) check(scene);
     return scene;
 }
 }  // namespace
 
 Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides,
                   const physics::TermFunctions& functions) {
-    Scene scene = unchecked_scene(toml, name, overrides, functions);
-    check(scene);
-    return scene;
+    return scene_in(toml, name, overrides, functions, true);
 }
 
 Scene changed(const Scene& scene, const std::vector<std::string>& overrides) {
@@ -111,11 +111,7 @@ Scene changed(const Scene& scene, const std::vector<std::string>& overrides) {
     return result;
 }
 
-Scene archived_scene(const std::string& toml, const std::string& name) {
-    Scene scene = unchecked_scene(toml, name, {}, {});
-    if (physics::missing_function(scene.model).empty()) check(scene);
-    return scene;
-}
+Scene archived_scene(const std::string& toml, const std::string& name) { return scene_in(toml, name, {}, {}, false); }
 
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
     require(!files::is_hdf5(file), {.file = file.string()},

@@ -274,7 +274,7 @@ FieldEvolution::FieldEvolution(Integrated what, const numerics::Grid& grid, cons
       grid_(grid),
       threads_(threads),
       linear_(what_.equations.linear_system(grid, what_.kept_degree)),
-      split_(split_at(0)),
+      split_(split(what_, grid_, what_.kept_degree, threads_, followed_)),
       stepper_(control, split_.system, seed, threads, control.watches_error ? std::optional(watched()) : std::nullopt) {
 }
 
@@ -317,13 +317,9 @@ numerics::ErrorEquations FieldEvolution::watched() const {
     return result;
 }
 
-Split FieldEvolution::split_at(int reference_level) const {
-    return split(at_level(reference_level), grid_, what_.kept_degree, threads_, followed_);
-}
-
 void FieldEvolution::set_reference(int reference_level) {
     reference_level_ = reference_level;
-    split_ = split_at(reference_level);
+    split_ = split(at_level(reference_level), grid_, what_.kept_degree, threads_, followed_);
     stepper_.set_system(split_.system, equations_on_grid(reference_level));
 }
 

@@ -105,7 +105,6 @@ public:
 
 private:
     Integrated at_level(int reference_level) const;
-    Split split_at(int reference_level) const;
     numerics::ErrorEquations watched() const;
     numerics::ErrorEquations::OnGrid equations_on_grid(int reference_level) const;
     void set_reference(int reference_level);

@@ -75,24 +75,12 @@ Coefficient compiled(const CoefficientRow& row, const ModelValues& model, const 
     return {constant, std::move(monomials)};
 }
 
-std::map<std::string, Coefficient> compile(const ModelValues& model, const Locate& locate) {
-    std::map<std::string, Coefficient> result;
-    for (const CoefficientRow& row : model.file->coefficients) result.emplace(row.key(), compiled(row, model, locate));
-    return result;
-}
-
-/// Compiles the coefficients, reusing tables of an earlier model with equal data.
-std::map<std::string, Coefficient> compile(const ModelValues& model, const CompiledModel& like) {
-    const TableData &now = model.table, &then = like.model.table;
-    const bool same_mesh = now.nodes == then.nodes && now.outside == then.outside;
-    std::map<std::string, Coefficient> result;
-    for (const CoefficientRow& row : model.file->coefficients) {
-        const std::vector<double>& nodes = now.column(row.key()).values;
-        const bool same = same_mesh && !nodes.empty() && nodes == then.column(row.key()).values &&
-                          factor_in(model, row) == factor_in(like.model, row);
-        result.emplace(row.key(), same ? like.coefficient(row.key()) : compiled(row, model, no_location));
-    }
-    return result;
+/// Whether the coefficient has the same table in both models.
+bool has_same_table(const CoefficientRow& row, const ModelValues& model, const ModelValues& other) {
+    const TableData &here = model.table, &there = other.table;
+    const std::vector<double>& nodes = here.column(row.key()).values;
+    return !nodes.empty() && nodes == there.column(row.key()).values && here.nodes == there.nodes &&
+           here.outside == there.outside && factor_in(model, row) == factor_in(other, row);
 }
 
 /// The key of a field that is not there; nullptr for one that is.  needs_rate: in a balance it is not, either.
@@ -144,17 +132,6 @@ std::string densities_text(const ModelFile& file, const Densities& at) {
     return result;
 }
 
-void require_values(const ModelFile& file, const std::map<std::string, Coefficient>& coefficients,
-                    const Densities& at) {
-    for (const auto& [key, coefficient] : coefficients)
-        if (!std::isfinite(coefficient.at(at)))
-            fail_input(
-                {},
-                "{} is not defined at the densities {}, outside its table of {}; use densities inside the table, or "
-                "set table.outside = \"hold\"",
-                key, densities_text(file, at), coefficient.table() ? range_text(*coefficient.table()) : "");
-}
-
 /// A field that a scene asks for has something that changes it.
 void check_moved(const ModelValues& model, const Locate& locate) {
     const ModelFile& file = *model.file;
@@ -173,29 +150,21 @@ void check_moved(const ModelValues& model, const Locate& locate) {
                 field.present, words_of(field));
     }
 }
-void check_compiled(const ModelValues& model, const std::map<std::string, Coefficient>& coefficients,
-                    const Locate& locate) {
+}  // namespace
+
+CompiledModel::CompiledModel(const ModelValues& the_model, const Locate& locate, const CompiledModel* like)
+    : model(the_model) {
+    for (const CoefficientRow& row : model.file->coefficients)
+        coefficients.emplace(row.key(), like != nullptr && has_same_table(row, model, like->model)
+                                            ? like->coefficient(row.key())
+                                            : compiled(row, model, locate));
     check_fields(model, coefficients, locate);
     check_moved(model, locate);
     try {
-        require_values(*model.file, coefficients, mean_densities(model));
+        require_values(*this, mean_densities(model));
     } catch (const Error& error) {
         fail_input(locate(densities(*model.file).back()->reference), "{}", error.what());
     }
-}
-}  // namespace
-
-void check_numbers(const ModelValues& model, const Locate& locate) {
-    check_compiled(model, compile(model, locate), locate);
-}
-
-CompiledModel::CompiledModel(const ModelValues& the_model)
-    : model(the_model), coefficients(compile(the_model, no_location)) {
-    check_compiled(model, coefficients, no_location);
-}
-CompiledModel::CompiledModel(const ModelValues& the_model, const CompiledModel& like)
-    : model(the_model), coefficients(compile(the_model, like)) {
-    check_compiled(model, coefficients, no_location);
 }
 
 bool is_in_mass(const FieldRow& field, const FieldRow& density) {
@@ -216,7 +185,14 @@ double mass_factor(const CompiledModel& model, const FieldRow& field) {
 }
 
 void require_values(const CompiledModel& model, const Densities& at) {
-    require_values(*model.model.file, model.coefficients, at);
+    for (const auto& [key, coefficient] : model.coefficients)
+        if (!std::isfinite(coefficient.at(at)))
+            fail_input(
+                {},
+                "{} is not defined at the densities {}, outside its table of {}; use densities inside the table, or "
+                "set table.outside = \"hold\"",
+                key, densities_text(*model.model.file, at),
+                coefficient.table() ? range_text(*coefficient.table()) : "");
 }
 
 }  // namespace drover::physics

@@ -9,19 +9,17 @@ namespace drover::physics {
 
 /// The input of every term.
 struct CompiledModel {
-    explicit CompiledModel(const ModelValues& model);  ///< throws as check_numbers()
-    /// Shares the tables of `like` where their data are equal; saves time when many models differ in few values.
-    CompiledModel(const ModelValues& model, const CompiledModel& like);
+    /// Throws an input Error, with its location, for invalid parameters: a coefficient of an absent field, a malformed
+    /// polynomial, an inconsistent table.  Shares the tables of `like` where their data are equal: saves time when many
+    /// models differ in few values.
+    explicit CompiledModel(const ModelValues& model, const Locate& locate = no_location,
+                           const CompiledModel* like = nullptr);
 
     const Coefficient& coefficient(const std::string& key) const { return coefficients.at(key); }
 
     ModelValues model;
     std::map<std::string, Coefficient> coefficients;  ///< by key
 };
-
-/// Throws an input Error, with its location, for invalid parameters: a coefficient of an absent field, a malformed
-/// polynomial, an inconsistent table, a slaved velocity without drag.
-void check_numbers(const ModelValues& model, const Locate& locate = no_location);
 
 /// Whether the mass of a field is proportional to a density of the file.
 bool is_in_mass(const FieldRow& field, const FieldRow& density);

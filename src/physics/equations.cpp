@@ -5,7 +5,6 @@
 #include <mutex>
 #include <optional>
 
-#include "physics/compiled_terms.hpp"
 #include "physics/program_functions.hpp"
 #include "physics/written_model.hpp"
 
@@ -16,11 +15,14 @@ struct Equations::Cache {
     std::optional<model::Equations> solver;  // about the means of the model
 };
 
-Equations::Equations(const ModelValues& the_model) : CompiledModel(the_model) { compile(); }
-Equations::Equations(const ModelValues& the_model, const Equations& like) : CompiledModel(the_model, like) {
+Equations::Equations(CompiledModel compiled, const Locate& locate) : CompiledModel(std::move(compiled)) {
+    compile(locate);
+}
+Equations::Equations(const ModelValues& the_model, const Equations& like)
+    : CompiledModel(the_model, no_location, &like) {
     const auto ratios = ratios_of_terms(like, *this);
     if (!ratios) {
-        compile();
+        compile(no_location);
         return;
     }
     right_sides_ = like.right_sides_;
@@ -29,16 +31,16 @@ Equations::Equations(const ModelValues& the_model, const Equations& like) : Comp
     cache_ = std::make_shared<Cache>();
     for (std::size_t n = 0; n < terms_.size(); ++n)
         if (const auto ratio = ratios->find(terms_[n]); ratio != ratios->end()) factors_[n] *= ratio->second;
-    check_terms({.model = *this, .right_sides = *right_sides_, .names = terms_}, no_location);
+    check_terms(no_location);
 }
 
-void Equations::compile() {
+void Equations::compile(const Locate& locate) {
     cache_ = std::make_shared<Cache>();
     const WrittenModel written = write_model(*this, Written::right_sides);
     right_sides_ = std::make_shared<const model::Equations>(written.model);
     terms_ = written.terms;
     factors_.assign(terms_.size(), 1.0);
-    check_terms({.model = *this, .right_sides = *right_sides_, .names = terms_}, no_location);
+    check_terms(locate);
 }
 
 model::Equations Equations::solver(const Densities& about) const {
@@ -61,12 +63,15 @@ model::Equations Equations::solver(const Densities& about) const {
     return differs ? base->about(state) : *base;
 }
 
-namespace {
-CompiledTerms terms_of(const Equations& e) { return {.model = e, .right_sides = e.right_sides(), .names = e.terms()}; }
-}  // namespace
+int Equations::component(const std::string& symbol) const {
+    for (const auto& [field, first] : model::placed_fields(right_sides_->model()))
+        if (field.symbol == symbol) return static_cast<int>(first);
+    return -1;
+}
 
-int Equations::component(const std::string& symbol) const { return terms_of(*this).component(symbol); }
-bool Equations::is_of(std::size_t term, const FieldRow& field) const { return terms_of(*this).is_of(term, field); }
+bool Equations::is_of(std::size_t term, const FieldRow& field) const {
+    return right_sides_->model().fields[right_sides_->terms()[term].field].symbol == field.symbol;
+}
 
 theory::PointTheory Equations::theory() const { return theory(std::make_shared<const Equations>(*this)); }
 
@@ -142,7 +147,5 @@ std::vector<std::string> written_terms(const Equations& equations) {
     }
     return result;
 }
-
-const FieldRow* pointwise_balance(const Equations& equations) { return pointwise_balance(terms_of(equations)); }
 
 }  // namespace drover::physics

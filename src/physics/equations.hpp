@@ -12,7 +12,10 @@ namespace drover::physics {
 
 /// A compiled model with its equations: those of the model file and the terms of the scene, without what is zero.
 struct Equations : CompiledModel {
-    explicit Equations(const ModelValues& model);  ///< throws as check_numbers(), and for terms that are none
+    explicit Equations(const ModelValues& model) : Equations(CompiledModel(model)) {}
+    /// Throws an input Error, with its location, for a text that changes what is conserved, for a balance without drag,
+    /// for products beside derivatives of its field in one, and for texts that a balance cannot have.
+    explicit Equations(CompiledModel compiled, const Locate& locate = no_location);
     /// Shares the tables of `like` where their data are equal, and what was compiled where constants alone differ:
     /// saves time when many models differ in few values.
     Equations(const ModelValues& model, const Equations& like);
@@ -37,7 +40,8 @@ struct Equations : CompiledModel {
 
 private:
     struct Cache;
-    void compile();
+    void compile(const Locate& locate);
+    void check_terms(const Locate& locate) const;
     std::shared_ptr<const model::Equations> right_sides_;
     std::vector<std::string> terms_;
     std::vector<double> factors_;  ///< of the terms in right_sides_
@@ -46,6 +50,10 @@ private:
 
 /// What Equations::terms() are: "-a p", the texts of the scene and its functions.
 std::vector<std::string> written_terms(const Equations& equations);
+
+/// Compiles a model, with the functions and the solver that it needs.  Throws as CompiledModel and Equations, for a
+/// function that this program does not have, and for what cannot be integrated.
+Equations check(const ModelValues& model, const Locate& locate = no_location);
 
 /// The field of the file whose balance is a nonlinear function of the fields: some of its terms are evaluated on the
 /// grid; nullptr: none.

@@ -5,12 +5,11 @@
 #include <cmath>
 
 #include "base/constants.hpp"
-#include "numerics/steppers/kept_modes.hpp"
 #include "physics/written_model.hpp"
 
 namespace drover::physics {
 
-int kept_degree(const Equations& equations, const Dealiasing& dealiasing) {
+int kept_degree(const Equations& equations, const numerics::Dealiasing& dealiasing) {
     int max_degree = std::max(1, dealiasing.degree);
     const FieldRow* pointwise = pointwise_balance(equations);
     const int balanced = pointwise == nullptr ? -1 : equations.component(pointwise->symbol);
@@ -128,7 +127,7 @@ Domain domain_of(const Equations& e) {
 }
 }  // namespace
 
-model::Integrated integrated(const Equations& e, const Densities& about, const Dealiasing& dealiasing) {
+model::Integrated integrated(const Equations& e, const Densities& about, const numerics::Dealiasing& dealiasing) {
     model::Integrated what{.equations = e.solver(about), .kept_degree = kept_degree(e, dealiasing)};
     const Domain domain = domain_of(e);
     for (const int k : domain.component)
@@ -143,7 +142,7 @@ model::Integrated integrated(const Equations& e, const Densities& about, const D
     return what;
 }
 
-model::Integrated integrated(const ModelValues& model, const Dealiasing& dealiasing) {
+model::Integrated integrated(const ModelValues& model, const numerics::Dealiasing& dealiasing) {
     return integrated(Equations(model), mean_densities(model), dealiasing);
 }
 
@@ -159,18 +158,6 @@ std::string nonuniform_term(const Equations& equations) {
     for (std::size_t n = 0; n < equations.terms().size(); ++n)
         if (!is_uniform(equations, n)) return equations.terms()[n];
     return "";
-}
-
-Rows<Dealiasing> Dealiasing::rows() {
-    return Rows<Dealiasing>{
-        {"rule", &Dealiasing::rule,
-         "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; "
-         "two-thirds: |k| < N/3 for any d; none: |k| < N/2; outputs report the tail of the spectrum"},
-        {"degree", &Dealiasing::degree,
-         "exact: with at least this degree, so that scenes with and without a term keep the same modes; 0: that of the "
-         "equations",
-         "", within(0.0, 20.0)},
-    };
 }
 
 }  // namespace drover::physics

@@ -9,24 +9,17 @@
 
 namespace drover::physics {
 
-/// Dealiasing of products.
-struct Dealiasing {
-    numerics::DealiasingRule rule = numerics::DealiasingRule::exact;
-    int degree = 0;  ///< at least, with exact
-
-    static Rows<Dealiasing> rows();
-};
-
 /// The degree of products that determines which modes are kept; 1 if every term is linear.
-int kept_degree(const Equations& equations, const Dealiasing& dealiasing);
+int kept_degree(const Equations& equations, const numerics::Dealiasing& dealiasing);
 
 /// The first active term that depends on position or time, so that there is no uniform state; "" if there is none.
 std::string nonuniform_term(const Equations& equations);
 
 /// With the linear part about a reference.  Evaluations throw a model::DomainFailure where the equations divide by a
 /// density or a drag that is not positive, or a density leaves the table of a coefficient.
-model::Integrated integrated(const Equations& equations, const Densities& about, const Dealiasing& dealiasing = {});
+model::Integrated integrated(const Equations& equations, const Densities& about,
+                             const numerics::Dealiasing& dealiasing = {});
 /// The same about the uniform densities of a model.
-model::Integrated integrated(const ModelValues& model, const Dealiasing& dealiasing = {});
+model::Integrated integrated(const ModelValues& model, const numerics::Dealiasing& dealiasing = {});
 
 }  // namespace drover::physics

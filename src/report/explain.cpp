@@ -7,6 +7,7 @@
 #include "model/start.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "numerics/steppers/time_method.hpp"
+#include "physics/equations.hpp"
 #include "run/cost.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/run_scene.hpp"

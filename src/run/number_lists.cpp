@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <sstream>
 
 namespace drover::run {
@@ -29,6 +30,11 @@ double read_number(const std::string& word, const std::string& written, const st
     require(!word.empty() && *end == '\0' && std::isfinite(value), where,
             "{} has \"{}\" in \"{}\"; expected numbers, as in {}", list, word, written, example);
     return value;
+}
+
+double between(double first, double last, double i, double n) {
+    const double value = first + (last - first) * i / n;
+    return std::abs(value) < 4.0 * std::numeric_limits<double>::epsilon() * std::abs(last - first) ? 0.0 : value;
 }
 
 double rounded(double value) { return std::strtod(text("{:.15g}", value).c_str(), nullptr); }

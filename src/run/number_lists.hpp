@@ -23,6 +23,9 @@ std::vector<std::string> split(const std::string& words, char separator);
 double read_number(const std::string& word, const std::string& written, const std::string& list,
                    const std::string& example, const SourceLocation& where);
 
+/// The value after i of n equal steps: 0 where nothing but a rounding error is left.
+double between(double first, double last, double i, double n);
+
 /// To 15 digits: 0.1 + 0.2 is 0.3, and the same value however many others are between two ends.
 double rounded(double value);
 

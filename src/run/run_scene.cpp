@@ -100,15 +100,17 @@ private:
 /// Keys that a restart may change.
 constexpr std::array changeable{"time.end", "output.checkpoint_minutes", "run.threads"};
 
-void reject_other_changes(std::span<const std::string> overrides, const io::Scene& scene) {
-    for (const std::string& setting : overrides) {
-        const std::string key = setting.substr(0, setting.find('='));
-        require(
-            std::find(changeable.begin(), changeable.end(), key) != changeable.end(), {.file = "--set " + setting},
-            "a restart can change only time.end, output.checkpoint_minutes and run.threads; for another scene start "
-            "a new run with {}.kind = \"file\"",
-            simulation_type_of(scene).start);
-    }
+/// The scene in an archive, `stored`, with changes.
+io::Scene changed_scene(const std::string& stored, const std::filesystem::path& archive,
+                        std::span<const std::string> overrides, const RunOptions& options) {
+    const std::string name = archive.string() + " (its scene)";
+    for (const std::string& setting : overrides)
+        if (std::ranges::find(changeable, setting.substr(0, setting.find('='))) == changeable.end())
+            fail_input({.file = "--set " + setting},
+                       "a restart can change only time.end, output.checkpoint_minutes and run.threads; for another "
+                       "scene start a new run with {}.kind = \"file\"",
+                       simulation_type_of(io::parse_scene(stored, name, {}, options.functions)).start);
+    return io::parse_scene(stored, name, overrides, options.functions);
 }
 }  // namespace
 
@@ -118,8 +120,7 @@ std::filesystem::path archive_path(const io::Scene& scene) {
 }
 
 Needs needs_of(const io::Scene& given) {
-    io::Scene scene = given;
-    if (scene.time.dt == 0.0) scene.time.dt = io::longest_step(scene);
+    const io::Scene scene = io::with_step(given);
     return needs_for(scene, simulation_type_of(scene).bytes(scene));
 }
 
@@ -209,9 +210,7 @@ std::optional<io::Scene> scene_not_begun(const std::filesystem::path& path, std:
     if (files::run_id_of(archive).empty() || archive.has("/summary/warm_up")) return std::nullopt;
     for (const files::StoredArray& array : archive.contents().arrays)
         if (array.path.ends_with("/time") && array.shape.at(0) > 1) return std::nullopt;
-    const std::string name = path.string() + " (its scene)", stored = archive.text_attribute("scene");
-    reject_other_changes(overrides, io::parse_scene(stored, name, {}, options.functions));
-    io::Scene scene = io::parse_scene(stored, name, overrides, options.functions);
+    io::Scene scene = changed_scene(archive.text_attribute("scene"), path, overrides, options);
     scene.file = (files::folder_of(path) / archive.text_attribute("scene_file")).string();
     scene.output.file = path.string();
     return scene;
@@ -242,9 +241,7 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
         return run_scene(*scene, anew);
     }
     const files::Checkpoint checkpoint = files::read_newest_checkpoint(path);
-    const std::string name = path.string() + " (its scene)";
-    reject_other_changes(overrides, io::parse_scene(checkpoint.scene, name, {}, options.functions));
-    io::Scene scene = io::parse_scene(checkpoint.scene, name, overrides, options.functions);
+    io::Scene scene = changed_scene(checkpoint.scene, path, overrides, options);
     scene.output.file = path.string();
     Threads threads(simulation_type_of(scene).threads(scene));
     files::ArchiveReader{path};  // throws what is wrong with the file itself

@@ -25,6 +25,7 @@ OUTPUTS = {
                          ["notes", "does not exist"]),
     "a folder that takes no files": (lambda folder: None, "/proc/flock.h5", ["/proc/flock.h5", "cannot be written"]),
     "a device": (lambda folder: None, "/dev/null", ["/dev/null"]),
+    "no name": (lambda folder: None, "", ["--output", "is empty", "expected a name"]),
     "a name too long": (lambda folder: None, "f" * 300 + ".h5", ["fff.h5"]),
     "a name too long for its checkpoints": (lambda folder: None, "f" * 240 + ".h5", ["9 bytes too long", "shorter"]),
 }

@@ -57,4 +57,23 @@ TEST(SweepPlan, tells_whether_results_may_ask_for_more_runs) {
     EXPECT_TRUE(is_adaptive("sweep.want=[\"polar_order=2%\"]"));
 }
 
+TEST(SweepPlan, a_limit_without_what_it_limits_is_rejected) {
+    for (const std::string limit : {"max_seeds = 8", "refine_levels = 2"}) {
+        const io::Scene scene =
+            io::parse_scene("[sweep]\nvary = [\"relaxation.rate = 0.5, 1\"]\n" + limit + "\n", "plain.toml", {});
+        try {
+            plan_sweep(scene, {}, numbered_points(scene));
+            ADD_FAILURE() << limit << " was accepted";
+        } catch (const Error& error) {
+            EXPECT_THAT(error.what(), testing::HasSubstr("plain.toml:3:1"));
+        }
+    }
+}
+
+TEST(SweepPlan, a_value_between_two_of_opposite_sign_is_zero) {
+    const io::Scene scene = io::parse_scene("[sweep]\nvary = [\"relaxation.rate = -0.3:0.3:7\"]\n", "plain.toml", {});
+    const SweepLayout layout = plan_sweep(scene, {}, numbered_points(scene));
+    EXPECT_EQ(layout.points.at(3).values.at(0), 0.0);  // and not 5.6e-17, a rounding error of -0.3 + 0.3
+}
+
 }  // namespace drover::jobs::sweep_tests

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "drover/numerics/field.hpp"
-#include "physics/compiled_terms.hpp"
 #include "physics/equations.hpp"
 
 namespace drover::physics {

@@ -15,7 +15,7 @@ struct TravellingProblem {
     std::function<ModelValues(double parameter)> model;
     double parameter = 0.0;  ///< of the state that find() looks for
     numerics::Grid grid;
-    Dealiasing dealiasing;
+    numerics::Dealiasing dealiasing;
 };
 
 inline theory::TravellingProblem of_model(const TravellingProblem& problem) {

@@ -16,7 +16,7 @@ inline numerics::System linear_system(const ModelValues& model, const numerics::
 }
 
 inline numerics::WholeRate whole_rate(const Equations& equations, const numerics::Grid& grid, const Densities& about,
-                                      Threads& threads, const Dealiasing& dealiasing = {}) {
+                                      Threads& threads, const numerics::Dealiasing& dealiasing = {}) {
     return numerics::WholeRate(model::system_of(integrated(equations, about, dealiasing), grid, threads));
 }
 

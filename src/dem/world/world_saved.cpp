@@ -1,4 +1,6 @@
 // dem/world/world_saved.cpp: the state of a world as numbers, and back.
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <type_traits>
 
@@ -114,6 +116,8 @@ void World::restore(std::span<const double> numbers) {
     require(numbers.size() == fixed + records * each, {},
             "the checkpoint holds {} numbers; the state of this scene has {}", numbers.size(),
             soft ? text("{} and {} for each contact", fixed, each) : text("{}", fixed));
+    require(std::ranges::none_of(numbers, [](double number) { return std::isnan(number); }), {},
+            "the checkpoint has a NaN; expected the numbers of a state");
     std::size_t next = 0;
     const auto read = [&](auto& number) {
         number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]);

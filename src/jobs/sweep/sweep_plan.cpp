@@ -51,7 +51,7 @@ Varied varied_of(const io::Scene& scene, const std::string& written, const Sourc
                 written);
         for (int i = 0; i < static_cast<int>(count); ++i)  // the same for twice as many steps, to the bit
             varied.values.push_back(i + 1 == static_cast<int>(count) ? last
-                                                                     : first + (last - first) * i / (count - 1.0));
+                                                                     : run::between(first, last, i, count - 1.0));
     }
     require(!varied.values.empty(), where, "sweep.vary has \"{}\" without a value; expected at least one", written);
     return varied;
@@ -153,6 +153,14 @@ std::vector<Varied> read_varied(const io::Scene& scene) {
         runs *= static_cast<double>(one.values.size());
         varied.push_back(std::move(one));
     }
+    const io::SweepPlan standard;
+    require(scene.sweep.max_seeds == standard.max_seeds || !scene.sweep.want.empty(),
+            io::locate(scene, "sweep.max_seeds"),
+            "sweep.max_seeds = {} has no effect without sweep.want; give both, or omit it", scene.sweep.max_seeds);
+    require(scene.sweep.refine_levels == standard.refine_levels || !scene.sweep.refine.empty(),
+            io::locate(scene, "sweep.refine_levels"),
+            "sweep.refine_levels = {} has no effect without sweep.refine; give both, or omit it",
+            scene.sweep.refine_levels);
     require(!varied.empty() || scene.sweep.seeds > 1 || !scene.sweep.want.empty(), where,
             "nothing to sweep: give sweep.vary, as in --vary {}, or sweep.seeds > 1", sweep_example(scene));
     require(runs <= max_runs, where, "a sweep of {:.3g} runs; expected at most {:.0e}: choose fewer values or seeds",

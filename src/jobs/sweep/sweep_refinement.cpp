@@ -79,9 +79,11 @@ private:
         std::vector<double> values;
         for (std::size_t axis = 0; axis < place.size(); ++axis) {
             const auto cell = static_cast<std::size_t>(place[axis] / size_);
-            const double part = static_cast<double>(place[axis] % size_) / static_cast<double>(size_);
+            const auto steps = static_cast<double>(place[axis] % size_);
             const double from = axes_[axis][cell];
-            values.push_back(part == 0.0 ? from : run::rounded(from + (axes_[axis][cell + 1] - from) * part));
+            values.push_back(steps == 0.0 ? from
+                                          : run::rounded(run::between(from, axes_[axis][cell + 1], steps,
+                                                                      static_cast<double>(size_))));
         }
         return values;
     }

@@ -92,7 +92,11 @@ IsotropicBlocks checked(IsotropicBlocks blocks, const Layout& layout) {
 }
 }  // namespace
 
-IsotropicBlocks linear_blocks(const System& system, double q) { return checked(system.linear(q), system.layout); }
+IsotropicBlocks linear_blocks(const System& system, double q) {
+    require(static_cast<bool>(system.linear), {},
+            "the system has no function linear; expected one, of zeros if need be");
+    return checked(system.linear(q), system.layout);
+}
 IsotropicBlocks noise_blocks(const System& system, double q) { return checked(system.noise(q), system.layout); }
 
 Block of_rows(const Block& m, const std::vector<int>& rows) {

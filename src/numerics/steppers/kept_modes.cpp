@@ -30,4 +30,16 @@ Spectra with_kept(const System& system, const KeptModes& modes) {
     return state;
 }
 
+Rows<Dealiasing> Dealiasing::rows() {
+    return Rows<Dealiasing>{
+        {"rule", &Dealiasing::rule,
+         "which modes are kept: exact: |k| < N/(d + 1) on each axis, d the degree of the highest product; "
+         "two-thirds: |k| < N/3 for any d; none: |k| < N/2; outputs report the tail of the spectrum"},
+        {"degree", &Dealiasing::degree,
+         "exact: with at least this degree, so that scenes with and without a term keep the same modes; 0: that of the "
+         "equations",
+         "", within(0.0, 20.0)},
+    };
+}
+
 }  // namespace drover::numerics

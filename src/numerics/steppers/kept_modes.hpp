@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "drover/base/schema.hpp"
 #include "drover/numerics/system.hpp"
 
 namespace drover::numerics {
@@ -11,6 +12,14 @@ namespace drover::numerics {
 /// exact: |k| < N/(degree + 1); two_thirds: |k| < N/3; none: |k| < N/2.
 enum class DealiasingRule { exact, two_thirds, none };
 constexpr auto names_of(DealiasingRule) { return std::array{"exact", "two-thirds", "none"}; }
+
+/// Dealiasing of products.
+struct Dealiasing {
+    DealiasingRule rule = DealiasingRule::exact;
+    int degree = 0;  ///< at least, with exact
+
+    static Rows<Dealiasing> rows();
+};
 
 /// The degree that decides which modes are kept where products have this degree.
 int kept_degree(int degree, DealiasingRule rule);

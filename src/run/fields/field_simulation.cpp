@@ -143,8 +143,7 @@ files::Recording frames_of(const FieldProblem& problem, const numerics::Grid& gr
 files::Recording frame_recording(const io::Scene& scene) { return frames_of(field_problem(scene), scene.grid); }
 
 io::Scene start_alone(const io::Scene& scene) {
-    io::Scene start = scene;
-    if (start.time.dt == 0.0) start.time.dt = io::longest_step(start);
+    io::Scene start = io::with_step(scene);
     start.time.stepper = io::TimeControl{}.stepper;
     start.time.tolerance = start.time.max_error = 0.0;
     start.output.powers = false;
