@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <memory>
 
 #include "analysis/analysed_state.hpp"
@@ -119,8 +118,8 @@ MarginState state_of(const std::string& line) {
 }
 
 DescribedLines described_line(const PlannedBoundary& planned, const std::string& name, const std::string& convention) {
-    const bool has_states = std::any_of(planned.lines.begin(), planned.lines.end(), is_of_state);
-    if (std::all_of(planned.lines.begin(), planned.lines.end(), is_of_state))
+    const bool has_states = std::ranges::any_of(planned.lines, is_of_state);
+    if (std::ranges::all_of(planned.lines, is_of_state))
         return {.heading = text("the {} state becomes unstable", name),
                 .names = {run::data_only(run::choice("state", "the uniform state that becomes unstable", name,
                                                      {isotropic_line, ordered_line}))},
@@ -179,7 +178,7 @@ struct PlaneMap {
 PlaneMap map_of(const PlaneOfScene& plane) {
     const std::vector<std::string> axes{"map_y", "map_x"}, &lines = plane.planned.lines;
     const std::string convention = plane.planned.conventions.front();
-    if (!std::all_of(lines.begin(), lines.end(), is_of_state))
+    if (!std::ranges::all_of(lines, is_of_state))
         return {.quantities = {{"regime", "1", theory::regime_legend(), axes},
                                {"effective_relaxation", "s-1",
                                 "rate at which order decays in the isotropic state; of rods and beads abar = a - c "
@@ -311,7 +310,7 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const PlannedBoundary& 
                                       binodal.points.back().parameter, last, binodal.ends));
         const Branches part = branches_of(binodal, axes);
         const auto join = [&](std::vector<numerics::PlanePoint>& to, const std::vector<numerics::PlanePoint>& more) {
-            std::reverse(to.begin(), to.end());
+            std::ranges::reverse(to);
             to.insert(to.end(), more.begin() + (to.empty() ? 0 : 1), more.end());
         };
         join(whole.low, part.low);

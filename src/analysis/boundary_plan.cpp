@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "base/log.hpp"
-#include "calibrate/slow_order.hpp"
 #include "model/start.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/number_lists.hpp"
@@ -138,8 +137,8 @@ std::vector<std::string> lines_in(const io::Scene& scene) {
     std::vector<std::string> lines = scene.boundary.lines;
     require(!lines.empty(), where, "boundary.lines is empty; expected at least one of {}", joined(known));
     for (const std::string& name : lines) {
-        require(std::find(known.begin(), known.end(), name) != known.end(), where,
-                "boundary.lines has \"{}\"; expected one of {}", name, joined(known));
+        require(std::ranges::find(known, name) != known.end(), where, "boundary.lines has \"{}\"; expected one of {}",
+                name, joined(known));
         const bool is_of_scalars =
             name == name_of(theory::Limit::phase_separation) || name == binodal_name || name == isotropic_line;
         require(has_direction || is_of_scalars, where,

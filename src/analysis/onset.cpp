@@ -20,14 +20,14 @@ const calibrate::Crossings& crossings_of(const calibrate::OnsetCurve& curve, Con
 }
 
 std::string convention_text(Convention convention) {
-    return convention == Convention::mean ? "lambda = lambda_s/2, g = 2" : "lambda_s in place of lambda, g = 1";
+    return convention == Convention::mean ? "lambda = lambda_s/2, g = 2" : "lambda_s in place of lambda";
 }
 
 /// The first crossing from few beads to many at which flocks begin, and how many there are.
 run::Record crossing_record(const calibrate::Crossings& crossings, Convention convention) {
     const std::string words = ", " + convention_text(convention);
     const auto& all = crossings.all;
-    const auto found = std::find_if(all.begin(), all.end(), [](const calibrate::Crossing& one) { return one.begins; });
+    const auto found = std::ranges::find_if(all, [](const calibrate::Crossing& one) { return one.begins; });
     const calibrate::Crossing first =
         found != all.end() ? *found : calibrate::Crossing{.bead_fraction = nan, .low = nan, .high = nan};
     const auto entry = [&](const char* name, const std::string& meaning, double value, int digits) {
@@ -68,8 +68,8 @@ std::string threshold_text(const calibrate::Crossings& crossings) {
     if (crossings.above_all) parts.emplace_back("are predicted at the smallest Phi_b of the table");
     for (const calibrate::Crossing& one : crossings.all) parts.push_back(crossing_text(one));
     std::string words = "flocks " + (parts.empty() ? "are not predicted in the table" : joined(parts));
-    const bool is_sure = std::all_of(crossings.all.begin(), crossings.all.end(),
-                                     [](const calibrate::Crossing& one) { return one.is_alone; });
+    const bool is_sure =
+        std::ranges::all_of(crossings.all, [](const calibrate::Crossing& one) { return one.is_alone; });
     if (!is_sure) words += "; thresholds within one error band are consistent, within errors, with no threshold";
     const std::size_t count = crossings.all.size();
     words += count == 0 ? text("; {} of the draws have a threshold", percent(crossings.any))
@@ -111,8 +111,7 @@ run::Record curve_record(const calibrate::Onset& onset, const calibrate::Table& 
     run::List points{.name = "points", .group = "/curves", .coordinate = "bead_area_fraction"};
     for (std::size_t i = 0; i < onset.bead_fractions.size(); ++i) {
         const double bead = onset.bead_fractions[i];
-        const bool is_node =
-            std::find(table.bead_fractions.begin(), table.bead_fractions.end(), bead) != table.bead_fractions.end();
+        const bool is_node = std::ranges::find(table.bead_fractions, bead) != table.bead_fractions.end();
         points.rows.push_back(curve_point(curve, i, bead, is_node));
     }
     run::Record record{.heading = text("rod area fraction {}", curve.rod_fraction),

@@ -112,12 +112,11 @@ std::optional<PlaneModels::Change> PlaneModels::change_of(const PlaneAxis& axis,
     for (std::size_t n = 0; n < names.size(); ++n)
         if (names[n] == axis.name) change.terms.push_back(n);
     // A balance needs a drag above 0: where it may not have it, each model is checked.
-    const bool is_checked =
-        axis.from <= 0.0 && std::any_of(change.terms.begin(), change.terms.end(), [&](std::size_t n) {
-            const std::string& symbol =
-                theory_->equations().model().fields[theory_->equations().terms()[n].field].symbol;
-            return presence(middle.model, symbol) == physics::Presence::balance;
-        });
+    const bool is_checked = axis.from <= 0.0 && std::ranges::any_of(change.terms, [&](std::size_t n) {
+                                const std::string& symbol =
+                                    theory_->equations().model().fields[theory_->equations().terms()[n].field].symbol;
+                                return presence(middle.model, symbol) == physics::Presence::balance;
+                            });
     if (change.terms.empty() || is_checked) return {};
     return change;
 }

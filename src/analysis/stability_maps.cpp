@@ -54,7 +54,7 @@ std::vector<std::pair<std::string, bool>> components_of(const model::LinearisedA
     for (const model::Field& field : at.equations().model().fields)
         for (const std::string& name : model::dataset_names(field)) {
             const int place = static_cast<int>(result.size());
-            result.emplace_back(name, std::count(state.begin(), state.end(), place) > 0);
+            result.emplace_back(name, std::ranges::count(state, place) > 0);
         }
     return result;
 }
@@ -159,7 +159,7 @@ void add_dynamic_structure(const Mapped& mapped, double q, const std::vector<dou
                     values[p][a * width + k] = parts[p].value(found.matrices[k], wave);
         }
     });
-    const auto first_why = std::find_if(why_none.begin(), why_none.end(), [](const auto& why) { return !why.empty(); });
+    const auto first_why = std::ranges::find_if(why_none, [](const auto& why) { return !why.empty(); });
     const std::string why = first_why == why_none.end() ? "" : "; NaN: " + *first_why;
     add_map("sound_wavenumber", "mm-1", "wavenumber |q| of the dynamic structure factors", {}, {q}, table);
     for (std::size_t p = 0; p < parts.size(); ++p)

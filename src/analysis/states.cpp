@@ -95,7 +95,7 @@ void add_scalar(const ScalarNames& names, const model::StateComponent& of, doubl
         if (!name.empty())
             entries.push_back({.name = name, .unit = unit, .meaning = meaning, .value = value, .digits = 10});
     };
-    const auto [min, max] = std::minmax_element(values.begin(), values.end());
+    const auto [min, max] = std::ranges::minmax_element(values);
     const theory::DensityProfile profile = theory::density_profile(values, lx);
     const std::string words = of.name;
     add(names.mean, of.unit, text("mean of {}", words), mean);
@@ -163,8 +163,8 @@ Point point_of(const TravellingState& at, const StatesProblem& problem, numerics
     std::vector<std::complex<double>>& rates = point.perturbations =
         solver.perturbation_rates(at, numerics::TravellingSolver::max_dense);
     if (!rates.empty())  // of all: many may grow faster than the translation
-        rates.erase(std::min_element(rates.begin(), rates.end(),
-                                     [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); }));
+        rates.erase(
+            std::ranges::min_element(rates, [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); }));
     if (rates.size() > shown) rates.resize(shown);
     return point;
 }
@@ -194,7 +194,7 @@ double tail_of(const TravellingState& at, const StatesProblem& problem) {
 void add_unresolved(const std::vector<TravellingState>& states, const StatesProblem& problem, run::Record& root) {
     constexpr double max_tail = 1e-6;  // waves of a thousandth of the state
     const auto is_less = [&](const auto& a, const auto& b) { return tail_of(a, problem) < tail_of(b, problem); };
-    const TravellingState& worst = *std::max_element(states.begin(), states.end(), is_less);
+    const TravellingState& worst = *std::ranges::max_element(states, is_less);
     root.entries.push_back(run::number("spectral_tail", "1",
                                        "largest part of the variance of a component in the shortest waves of the grid",
                                        tail_of(states.front(), problem), 2));

@@ -95,7 +95,7 @@ FrameMeans means_of(const WaveRecord& record, const model::Equations& equations,
         if (is_order) means.is_ordered = true;
         else clear(i);
     }
-    if (!means.is_ordered) std::for_each(others.begin(), others.end(), clear);
+    if (!means.is_ordered) std::ranges::for_each(others, clear);
     return means;
 }
 

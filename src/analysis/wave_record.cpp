@@ -95,7 +95,7 @@ WaveRecord record_of(double lx, double ly, const std::vector<Wavenumber>& waves,
 
 void require_finite(const std::vector<double>& values, const std::string& name, const std::string& what,
                     std::size_t frame) {
-    require(std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }), {name},
+    require(std::ranges::all_of(values, [](double value) { return std::isfinite(value); }), {name},
             "{} is not finite in frame {}; choose a part of the run before it with --to", what, frame);
 }
 
@@ -135,7 +135,7 @@ WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& n
             require(row.values.size() == fields.size, {name}, "has {} points of {} in frame {}; expected {} by {}",
                     row.values.size(), components[c].name, frame, grid.nx, grid.ny);
             require_finite(row.values, name, components[c].name, frame);
-            std::copy(row.values.begin(), row.values.end(), fields[static_cast<int>(c)].begin());
+            std::ranges::copy(row.values, fields[static_cast<int>(c)].begin());
         }
         transform.forward(fields, spectra);
         for (std::size_t n = 0; n < modes.size(); ++n)

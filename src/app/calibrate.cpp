@@ -1,5 +1,4 @@
 // app/calibrate.cpp: drover calibrate SCENE.
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -7,7 +6,6 @@
 #include "base/duration.hpp"
 #include "base/log.hpp"
 #include "jobs/calibration/calibration.hpp"
-#include "jobs/tradeoff/tradeoff.hpp"
 #include "report/shown.hpp"
 
 namespace drover::app {

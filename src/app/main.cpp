@@ -26,8 +26,7 @@ void reject_unknown_command(const CLI::App& program, const std::vector<std::stri
     if (words.empty() || words.front().starts_with('-')) return;
     std::vector<std::string> names;
     for (const CLI::App* command : program.get_subcommands(nullptr)) names.push_back(command->get_name());
-    require(std::find(names.begin(), names.end(), words.front()) != names.end(), {}, "unknown command {}; {}",
-            words.front(),
+    require(std::ranges::find(names, words.front()) != names.end(), {}, "unknown command {}; {}", words.front(),
             suggestion(words.front(), names, text("expected one of {}; see drover --help", joined(names))));
 }
 

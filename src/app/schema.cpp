@@ -63,7 +63,7 @@ std::vector<io::SectionDescription> part_of(std::vector<io::SectionDescription> 
         names.push_back(without_brackets(section.name));
         for (const Description& row : section.rows) names.push_back(key_of(section, row));
     }
-    require(std::find(names.begin(), names.end(), name) != names.end(), {}, "there is no section or key {}; {}", given,
+    require(std::ranges::find(names, name) != names.end(), {}, "there is no section or key {}; {}", given,
             suggestion(name, names, "drover schema lists all"));
     std::erase_if(sections, [&](io::SectionDescription& section) {
         if (without_brackets(section.name) == name) return false;

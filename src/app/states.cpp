@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "app/command.hpp"
-#include "run/fields/field_simulation.hpp"
 
 namespace drover::app {
 

@@ -26,7 +26,7 @@ double normal_quantile(double part) {
 std::vector<double> ranks_of(std::span<const double> values) {
     std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
+    std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
     std::vector<double> ranks(values.size());
     for (std::size_t k = 0; k < order.size(); ++k) ranks[order[k]] = static_cast<double>(k);
     return ranks;
@@ -63,13 +63,13 @@ double quantile(const std::vector<double>& values, double part) {
 double half_width(std::vector<double> values) {
     std::erase_if(values, [](double value) { return std::isnan(value); });
     if (values.empty()) return nan;
-    std::sort(values.begin(), values.end());
+    std::ranges::sort(values);
     return 0.5 * (quantile(values, 1.0 - below_one_sigma) - quantile(values, below_one_sigma));
 }
 
 double over_error(const std::vector<double>& values) {
     const auto count = static_cast<double>(values.size());
-    const auto below = static_cast<double>(std::lower_bound(values.begin(), values.end(), 0.0) - values.begin());
+    const auto below = static_cast<double>(std::ranges::lower_bound(values, 0.0) - values.begin());
     if (below > 0.0 && below < count) return -normal_quantile(below / count);
     constexpr double far = 1e9;  // where no number with an error matters
     const double low = quantile(values, below_one_sigma), high = quantile(values, 1.0 - below_one_sigma),

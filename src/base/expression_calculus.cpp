@@ -132,8 +132,7 @@ double evaluate(const Expression& expression, std::span<const double> slots) {
 
 bool jumps_at(const Expression& expression, std::span<const double> slots) {
     const std::vector<Node>& nodes = expression.graph().nodes;
-    if (std::none_of(nodes.begin(), nodes.end(), [](const Node& node) { return is_jump(node.operation); }))
-        return false;
+    if (std::ranges::none_of(nodes, [](const Node& node) { return is_jump(node.operation); })) return false;
     const auto beside = [&](double side) {
         return evaluated(expression, slots, [side](Operation operation, double a, double b) {
             return apply(operation, is_jump(operation) && a == 0.0 ? side : a, b);

@@ -120,7 +120,7 @@ private:
                 waiting.push_back(node.left);
             } else product.factors.push_back(node_of(index));
         }
-        std::sort(product.factors.begin(), product.factors.end());
+        std::ranges::sort(product.factors);
         return product;
     }
     /// Of a node that is made, or that is being made.
@@ -171,7 +171,7 @@ private:
         for (int factor = common_factor(sum); factor >= 0; factor = common_factor(sum)) {
             Sum others, cofactors;
             for (Product& product : sum) {
-                const auto found = std::find(product.factors.begin(), product.factors.end(), factor);
+                const auto found = std::ranges::find(product.factors, factor);
                 if (found == product.factors.end()) {
                     others.push_back(std::move(product));
                     continue;
@@ -190,9 +190,8 @@ private:
 
     /// The sum as it is, a positive product first.
     int added(Sum sum) {
-        const bool is_negative = std::none_of(sum.begin(), sum.end(), [](const Product& p) {
-            return p.coefficient > 0.0 || p.factors.empty();
-        });
+        const bool is_negative =
+            std::ranges::none_of(sum, [](const Product& p) { return p.coefficient > 0.0 || p.factors.empty(); });
         for (Product& product : sum)
             if (is_negative) product.coefficient = -product.coefficient;
         std::stable_partition(sum.begin(), sum.end(),

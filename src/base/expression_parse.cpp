@@ -90,8 +90,8 @@ private:
 }  // namespace
 
 const FunctionName* find_function(const std::string& name) {
-    const auto found = std::find_if(function_names.begin(), function_names.end(),
-                                    [&](const FunctionName& function) { return name == function.name; });
+    const auto found =
+        std::ranges::find_if(function_names, [&](const FunctionName& function) { return name == function.name; });
     return found == function_names.end() ? nullptr : &*found;
 }
 

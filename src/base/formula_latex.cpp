@@ -1,7 +1,6 @@
 // base/formula_latex.cpp: formulas typeset as LaTeX.
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "base/formula.hpp"
 
@@ -90,7 +89,7 @@ private:
         if (f.name == "explicit") return of(f.arguments[0]);  // says how it is solved
         if (f.name == "sqrt") return {"\\sqrt{" + of(f.arguments[0]).text + "}"};
         constexpr std::array own{"cos", "cosh", "exp", "log", "max", "min", "sin", "sinh", "tan", "tanh"};
-        const bool is_command = std::find(own.begin(), own.end(), f.name) != own.end();
+        const bool is_command = std::ranges::find(own, f.name) != own.end();
         std::string inside;
         for (const Formula& argument : f.arguments) inside += (inside.empty() ? "" : ", ") + of(argument).text;
         return {(is_command ? "\\" + f.name : "\\operatorname{" + f.name + "}") + "\\left(" + inside + "\\right)"};
@@ -121,10 +120,10 @@ std::string latex_of_name(const std::string& name) {
     const std::size_t underscore = name.find('_');
     const std::string stem = name.substr(0, underscore);
     std::string written = stem.size() == 1 ? stem : "\\mathrm{" + stem + "}";
-    if (std::find(greek.begin(), greek.end(), stem) != greek.end()) written = "\\" + stem;
+    if (std::ranges::find(greek, stem) != greek.end()) written = "\\" + stem;
     if (underscore == std::string::npos || underscore + 1 == name.size()) return written;
     std::string index = name.substr(underscore + 1);
-    if (index.size() > 1 && !std::all_of(index.begin(), index.end(), [](unsigned char c) { return std::isdigit(c); }))
+    if (index.size() > 1 && !std::ranges::all_of(index, [](unsigned char c) { return std::isdigit(c); }))
         index = "\\mathrm{" + latex_of_name(index) + "}";
     for (std::size_t at = 0; (at = index.find('_', at)) != std::string::npos; at += 2) index.insert(at, "\\");
     return written + "_{" + index + "}";

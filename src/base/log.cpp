@@ -1,8 +1,6 @@
 // base/log.cpp: logging to standard error by spdlog.
 #include "base/log.hpp"
 
-#include "drover/base/text.hpp"
-
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 

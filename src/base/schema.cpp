@@ -1,7 +1,6 @@
 // base/schema.cpp: values of a scene: as text, and checked against their descriptions.
 #include "drover/base/schema.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace drover {
@@ -106,7 +105,7 @@ Value checked_value(const Description& row, const std::string& section, const Lo
         for (const double number : *list)
             if (!in_range(row.range, number)) reject();
     const auto check_word = [&](const std::string& word) {
-        if (row.choices.empty() || std::find(row.choices.begin(), row.choices.end(), word) != row.choices.end()) return;
+        if (row.choices.empty() || std::ranges::find(row.choices, word) != row.choices.end()) return;
         fail_input(found.where, "{} = {}; expected {}{}", key, toml_text(value), expected_text(row),
                    suggestion(word, row.choices, "", "; did you mean \"{}\"?"));
     };
@@ -120,7 +119,7 @@ void reject_unknown_keys(const LocatedTable& table, const std::string& section, 
     std::vector<std::string> names;
     for (const Description& row : rows) names.push_back(row.name);
     for (const auto& [key, value] : table.values) {
-        if (std::find(names.begin(), names.end(), key) != names.end()) continue;
+        if (std::ranges::find(names, key) != names.end()) continue;
         fail_input(value.where, "unknown key {}.{}; {}", section, key,
                    suggestion(key, names, text("expected one of {}", joined(names)),
                               text("did you mean {}.{{}}?", section)));

@@ -117,7 +117,7 @@ std::string shell_word(const std::string& word) {
     const auto is_plain = [](char letter) {
         return std::isalnum(static_cast<unsigned char>(letter)) != 0 || std::strchr("%+,-./:=@_", letter) != nullptr;
     };
-    if (!word.empty() && std::all_of(word.begin(), word.end(), is_plain)) return word;
+    if (!word.empty() && std::ranges::all_of(word, is_plain)) return word;
     std::string quoted = "'";
     for (const char letter : word) quoted += letter == '\'' ? "'\\''" : std::string(1, letter);
     return quoted + "'";

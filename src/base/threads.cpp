@@ -9,7 +9,6 @@
 #include <condition_variable>
 #include <exception>
 #include <list>
-#include <mutex>
 #include <thread>
 #include <vector>
 

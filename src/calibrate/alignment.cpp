@@ -112,7 +112,7 @@ RodsOrder order_of_rods(int rods, double alignment, double field, double cubic) 
         logs.push_back(node.log_weight + n * (node.entropy + (0.5 * alignment + 0.25 * cubic * square) * square) +
                        log_bessel(n * std::abs(field) * node.order));
     }
-    const double max_log = *std::max_element(logs.begin(), logs.end());
+    const double max_log = *std::ranges::max_element(logs);
     double norm = 0.0, square = 0.0;
     RodsOrder result;
     for (std::size_t i = 0; i < nodes.size(); ++i) {

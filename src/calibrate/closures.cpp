@@ -1,7 +1,6 @@
 // calibrate/closures.cpp: conversions of measured quantities, and closures for independent rods.
 #include "calibrate/closures.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "calibrate/alignment.hpp"
@@ -231,7 +230,7 @@ std::vector<Closure> of_collisions() {
 /// The unit of a coefficient that does not depend on that of p, and the power of sigma that it takes with p.
 void take_from_registry(Closure& closure) {
     const auto& rows = physics::shipped_model().coefficients;
-    const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& one) { return one.key() == closure.key; });
+    const auto row = std::ranges::find_if(rows, [&](const auto& one) { return one.key() == closure.key; });
     if (row == rows.end()) return;
     closure.order_power = row->order_power;
     if (row->order_power == 0) closure.unit = row->unit;
@@ -252,7 +251,7 @@ const std::vector<Closure>& closures() {
 Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formula& scale) {
     if (closure.order_power == 0.0 || closure.of.empty()) return closure;
     for (const Input input : scale_of) {
-        if (std::find(closure.of.begin(), closure.of.end(), input) == closure.of.end()) closure.of.push_back(input);
+        if (std::ranges::find(closure.of, input) == closure.of.end()) closure.of.push_back(input);
         if (closure.order_power < 0.0) closure.under.push_back(input);
     }
     closure.value = [unscaled = closure.value, scale, power = closure.order_power](const ClosureNumbers& at) {

@@ -13,8 +13,8 @@ namespace drover::calibrate {
 
 namespace {
 const Closure& closure_of(const std::string& key) {
-    const auto found = std::find_if(closures().begin(), closures().end(),
-                                    [&](const Closure& one) { return !key.empty() && one.key == key; });
+    const auto found =
+        std::ranges::find_if(closures(), [&](const Closure& one) { return !key.empty() && one.key == key; });
     require(found != closures().end(), {}, "{} is not a key that a table of coefficients provides", key);
     return *found;
 }
@@ -52,7 +52,7 @@ void check_divisors(const ClosureNumbers& measured, const std::vector<Input>& un
 
 /// The one or two nodes of an axis around a position: the first, and one past the last.
 std::pair<std::size_t, std::size_t> nodes_around(const std::vector<double>& axis, double position) {
-    const auto above = std::lower_bound(axis.begin(), axis.end(), position) - axis.begin();
+    const auto above = std::ranges::lower_bound(axis, position) - axis.begin();
     const auto last = std::min<std::size_t>(static_cast<std::size_t>(above), axis.size() - 1);
     return {axis[last] > position && last > 0 ? last - 1 : last, last + 1};
 }
@@ -116,7 +116,7 @@ std::vector<Input> inputs_of(const std::vector<Closure>& closures) {
     std::vector<Input> inputs;
     for (const Closure& closure : closures)
         for (const Input input : closure.of)
-            if (std::find(inputs.begin(), inputs.end(), input) == inputs.end()) inputs.push_back(input);
+            if (std::ranges::find(inputs, input) == inputs.end()) inputs.push_back(input);
     return inputs;
 }
 

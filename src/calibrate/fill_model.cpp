@@ -120,8 +120,7 @@ std::vector<physics::ModelValues> redrawn_models(const Table& table, const State
         return number != nullptr && is_close(*number, value);
     };
     std::erase_if(numbers, [&](const std::string& key) { return !is_of_table(key); });
-    const bool has_nodes =
-        std::find(keys.begin(), keys.end(), all_nodes) != keys.end() && has_nodes_of(table, point, model);
+    const bool has_nodes = std::ranges::find(keys, all_nodes) != keys.end() && has_nodes_of(table, point, model);
     std::vector<physics::ModelValues> models;
     for (const Table& redrawn : redrawn_tables(table, input_rows(), count)) try {
             physics::ModelValues one = model;

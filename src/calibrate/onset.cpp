@@ -2,7 +2,6 @@
 #include "calibrate/onset.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -102,14 +101,13 @@ void add_intervals(const std::vector<Coefficients>& drawn, const std::vector<dou
     const auto place = [&](int i) { return beads[static_cast<std::size_t>(i)]; };
     const auto deviation = [&](int i) { return crossings.deviation[static_cast<std::size_t>(i)]; };
     for (Crossing& one : crossings.all) {
-        const int above =
-            static_cast<int>(std::upper_bound(beads.begin(), beads.end(), one.bead_fraction) - beads.begin());
+        const int above = static_cast<int>(std::ranges::upper_bound(beads, one.bead_fraction) - beads.begin());
         std::vector<double> values = excesses(drawn, one.bead_fraction, rod, convention);
-        std::sort(values.begin(), values.end());
+        std::ranges::sort(values);
         const double here = over_error(values);
         one.low = numerics::band_end(one.bead_fraction, here, above - 1, -1, count, place, deviation);
         one.high = numerics::band_end(one.bead_fraction, here, above, 1, count, place, deviation);
-        one.is_alone = std::none_of(crossings.all.begin(), crossings.all.end(), [&](const Crossing& other) {
+        one.is_alone = std::ranges::none_of(crossings.all, [&](const Crossing& other) {
             const bool below = std::isfinite(one.low) && other.bead_fraction < one.low;
             const bool beyond = std::isfinite(one.high) && other.bead_fraction > one.high;
             return other.bead_fraction != one.bead_fraction && !below && !beyond;
@@ -139,7 +137,7 @@ Crossings find_all(const Coefficients& measured, const std::vector<Coefficients>
             flocks += here ? 1.0 : 0.0;
         }
         found.share.push_back(flocks / count);
-        std::sort(values.begin(), values.end());
+        std::ranges::sort(values);
         found.deviation.push_back(over_error(values));
     }
     for (const std::size_t crossings : changes) {
@@ -168,7 +166,7 @@ std::vector<OnsetPlace> find_crossings(const Table& table, std::size_t varied, c
     std::vector<OnsetPlace> places;
     for (const double rod : rod_fractions) {
         const std::vector<Crossing> all = crossings_of(measured, beads, rod, Convention::mean);
-        const auto first = std::find_if(all.begin(), all.end(), [](const Crossing& one) { return one.begins; });
+        const auto first = std::ranges::find_if(all, [](const Crossing& one) { return one.begins; });
         OnsetPlace place{.bead_fraction = first == all.end() ? nan : first->bead_fraction,
                          .excess = measured.excess(beads.front(), rod, Convention::mean)};
         place.above_all = place.excess >= 0.0;

@@ -1,7 +1,6 @@
 // calibrate/onset.hpp: the flocking threshold predicted by the coefficients of a table.
 #pragma once
 #include <array>
-#include <string>
 #include <vector>
 
 #include "calibrate/redraw.hpp"
@@ -11,7 +10,7 @@ namespace drover::calibrate {
 /// The value used for lambda in  alpha/Gamma = (a - c sigma)/lambda.
 enum class Convention {
     mean,       ///< lambda = lambda_s/2 of the equations: order begins at g = lambda_s alpha/(Gamma D_r) = 2
-    single_rod  ///< lambda_s of one rod, as the assay measures it: g = 1, too low by a factor of two
+    single_rod  ///< lambda_s of one rod, as the assay measures it: too large by a factor of two
 };
 inline constexpr int convention_count = 2;
 constexpr auto names_of(Convention) { return std::array{"mean", "single-rod"}; }  ///< of weathercock.convention

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "drover/base/text.hpp"
 #include "drover/dem/bodies.hpp"
 
 namespace drover::calibrate {

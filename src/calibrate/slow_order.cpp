@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "base/constants.hpp"
 #include "drover/model/linearised_at.hpp"
 #include "physics/program_functions.hpp"
 

@@ -34,7 +34,7 @@ std::size_t varied_index(const Table& table, const std::optional<double>& value,
     for (const double one : table.varied) values.push_back(text("{}", one));
     require(value.has_value(), where, "the table also varies {}; expected {} with one of {}", table.varied_key, name,
             joined(values));
-    const auto found = std::find(table.varied.begin(), table.varied.end(), *value);
+    const auto found = std::ranges::find(table.varied, *value);
     require(found != table.varied.end(), where,
             "{} = {}; the table varies {}: expected one of {} (there is no interpolation between them)", name, *value,
             table.varied_key, joined(values));
@@ -42,8 +42,7 @@ std::size_t varied_index(const Table& table, const std::optional<double>& value,
 }
 
 const TableRow* find_row(const Table& table, const std::string& name) {
-    const auto found =
-        std::find_if(table.rows.begin(), table.rows.end(), [&](const TableRow& row) { return row.name == name; });
+    const auto found = std::ranges::find_if(table.rows, [&](const TableRow& row) { return row.name == name; });
     return found == table.rows.end() ? nullptr : &*found;
 }
 

@@ -22,7 +22,7 @@ TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>
         const TableEntry& one = *inputs[i];
         const char* name = row_name(of[i]);
         if (one.origin == Origin::missing) return missing(text("{} is missing", name));
-        if (std::find(under.begin(), under.end(), of[i]) != under.end())
+        if (std::ranges::find(under, of[i]) != under.end())
             if (std::string why = divisor_refusal(of[i], one.value, one.error); !why.empty()) return missing(why);
         if (one.origin == Origin::measured_short) {
             if (closure.origin == Origin::measured) result.origin = Origin::measured_short;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <optional>
 
 #include "base/constants.hpp"
 #include "base/draws.hpp"
@@ -53,7 +52,7 @@ void add_onsets(const std::vector<TableTarget>& targets, const Table& table, std
 /// The table with all that follows from its rows and is needed.
 std::vector<Value> values_of(const std::vector<TableTarget>& targets, Table table) {
     std::vector<Value> values(targets.size());
-    if (std::all_of(targets.begin(), targets.end(), is_onset)) add_contact_alignment(table);
+    if (std::ranges::all_of(targets, is_onset)) add_contact_alignment(table);
     else add_derived_values(table);
     add_onsets(targets, table, values);
     for (std::size_t k = 0; k < targets.size(); ++k) {
@@ -149,12 +148,12 @@ void set_error(const TableTarget& target, std::size_t k, const std::vector<std::
         if (!std::isnan(one[k].value)) values.push_back(one[k].value);
         if (std::isfinite(one[k].slope)) slopes.push_back(one[k].slope);
     }
-    std::sort(values.begin(), values.end());
-    std::sort(slopes.begin(), slopes.end());
+    std::ranges::sort(values);
+    std::ranges::sort(slopes);
     result.quantiles = {quantile(values, below_one_sigma), quantile(values, 0.5),
                         quantile(values, 1.0 - below_one_sigma)};
     const auto [low, median, high] = result.quantiles;
-    const auto same = static_cast<double>(std::count(values.begin(), values.end(), median));
+    const auto same = static_cast<double>(std::ranges::count(values, median));
     constexpr double nearly_all = 0.975;
     result.is_beyond = std::isinf(median) && same >= nearly_all * static_cast<double>(values.size());
     result.error = std::isfinite(low) && std::isfinite(high) ? 0.5 * (high - low) : infinite;
@@ -225,7 +224,7 @@ std::vector<Input> closure_inputs(const TableTarget& target, std::vector<std::st
 
 std::vector<std::string> inputs_of(const TableTarget& target, const std::vector<std::string>& measured_rows) {
     const auto is_measured = [&](const std::string& row) {
-        return std::find(measured_rows.begin(), measured_rows.end(), row) != measured_rows.end();
+        return std::ranges::find(measured_rows, row) != measured_rows.end();
     };
     if (is_measured(target.row)) return {target.row};
     std::vector<std::string> rows;

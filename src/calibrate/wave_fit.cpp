@@ -5,11 +5,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numeric>
 #include <optional>
 
-#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
 #include "numerics/algebra/dense.hpp"

@@ -10,7 +10,6 @@
 
 #include "files/archive_contents.hpp"
 #include "files/archive_netcdf.hpp"
-#include "files/archive_reader.hpp"
 #include "files/bytes.hpp"
 #include "files/hdf5_file.hpp"
 #include "files/new_file.hpp"
@@ -109,7 +108,7 @@ std::uint64_t row_checksum(const Recording& recording, double time, std::span<co
 bool is_frame(const Recording& recording) {
     const auto is_integer = [](const Quantity& quantity) { return quantity.is_integer; };
     return recording.rows_per_chunk == 1 && !recording.trajectory &&
-           std::none_of(recording.quantities.begin(), recording.quantities.end(), is_integer);
+           std::ranges::none_of(recording.quantities, is_integer);
 }
 
 /// Compresses a frame in another thread; a small one takes less time than the start of a thread.

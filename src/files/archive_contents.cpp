@@ -90,7 +90,7 @@ std::vector<std::string> names_in(hid_t file, const std::string& group, std::siz
                                        "listing " + group);
     require(is_cut == 0 && group.size() <= max_path, {errors.file},
             "has more than {} objects; expected at most that many: drover wrote fewer", max_objects);
-    std::sort(names.found.begin(), names.found.end());
+    std::ranges::sort(names.found);
     std::vector<std::string> sorted;
     for (auto& [order, name] : names.found) sorted.push_back(std::move(name));
     return sorted;

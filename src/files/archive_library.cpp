@@ -1,6 +1,5 @@
 // files/archive_library.cpp: HDF5 in this process: its version, and what it does at its end.
 #include "files/archive.hpp"
-#include "files/hdf5_handle.hpp"
 
 namespace drover::files {
 

@@ -32,8 +32,7 @@ void write_raw(hid_t object, const char* name, hid_t type, hid_t space, const vo
 }
 
 void write_text(hid_t object, const char* name, const std::string& value, H5T_str_t padding, const Hdf5Errors& errors) {
-    const bool is_ascii =
-        std::all_of(value.begin(), value.end(), [](char c) { return static_cast<unsigned char>(c) < 128; });
+    const bool is_ascii = std::ranges::all_of(value, [](char c) { return static_cast<unsigned char>(c) < 128; });
     const std::size_t size = value.size() + (padding == H5T_STR_NULLTERM ? 1 : 0);
     const Handle type = text_type(size, padding, is_ascii ? H5T_CSET_ASCII : H5T_CSET_UTF8, errors);
     const Handle space = errors.own(H5Screate(H5S_SCALAR), H5Sclose, "creating a dataspace");
@@ -93,7 +92,7 @@ void attach_scales(hid_t group, const Recording& recording, const std::vector<Ha
         const hobj_ref_t itself = reference_to(group, quantity.name, errors);
         std::vector<hobj_ref_t> scales;
         for (std::size_t i = 0; i < axes.size(); ++i) {
-            const auto scale = static_cast<std::size_t>(std::find(names.begin(), names.end(), axes[i]) - names.begin());
+            const auto scale = static_cast<std::size_t>(std::ranges::find(names, axes[i]) - names.begin());
             uses[scale].push_back({.dataset = itself, .axis = static_cast<int>(i)});
             scales.push_back(references[scale]);
         }
@@ -144,7 +143,7 @@ Handle make_time(hid_t group, const Recording& recording, const Hdf5Errors& erro
 void write_description(hid_t dataset, const std::string& name, const std::string& unit, const std::string& meaning,
                        const Hdf5Errors& errors) {
     std::string words = name;
-    std::replace(words.begin(), words.end(), '_', ' ');
+    std::ranges::replace(words, '_', ' ');
     write_text(dataset, "units", unit, H5T_STR_NULLPAD, errors);
     write_text(dataset, "long_name", words, H5T_STR_NULLPAD, errors);
     write_text(dataset, "comment", meaning, H5T_STR_NULLPAD, errors);

@@ -1,7 +1,6 @@
 // files/archive_netcdf.hpp: creates groups and datasets that follow netCDF-4, the CF conventions and H5MD.
 #pragma once
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>

@@ -4,7 +4,6 @@
 #include <fcntl.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <limits>
@@ -193,7 +192,7 @@ std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t f
         const bool fits = size == 0 || count <= max_count / size;
         count = fits ? count * size : max_count;
     }
-    if (std::find(shape.begin(), shape.end(), std::size_t{0}) != shape.end()) return 0;
+    if (std::ranges::find(shape, std::size_t{0}) != shape.end()) return 0;
     const double bytes = static_cast<double>(count) * sizeof(double);
     require(bytes <= std::max(small_array, static_cast<double>(file_bytes) * max_inflation), {errors.file},
             "{} claims {} in a file of {}; expected no more than a file of that size can hold: it is damaged", name,
@@ -251,7 +250,7 @@ std::vector<Attribute> ArchiveReader::attributes() const {
 
 std::string ArchiveReader::text_attribute(const std::string& name) const {
     const std::vector<Attribute> all = attributes();
-    const auto found = std::find_if(all.begin(), all.end(), [&](const Attribute& one) { return one.first == name; });
+    const auto found = std::ranges::find_if(all, [&](const Attribute& one) { return one.first == name; });
     require(found != all.end(), {file_->path.string()}, "has no attribute {}; expected an archive of drover", name);
     const auto* words = std::get_if<std::string>(&found->second);
     require(words != nullptr, {file_->path.string()}, "attribute {} is a number; expected a string", name);

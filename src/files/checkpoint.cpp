@@ -122,8 +122,7 @@ void require_checkpoint_names(const std::filesystem::path& archive, const Source
 bool has_checkpoint(const std::filesystem::path& archive) {
     const auto files = checkpoint_files(archive);
     std::error_code unknown;
-    return std::any_of(files.begin(), files.end(),
-                       [&](const auto& file) { return std::filesystem::exists(file, unknown); });
+    return std::ranges::any_of(files, [&](const auto& file) { return std::filesystem::exists(file, unknown); });
 }
 
 void write_checkpoint(const std::filesystem::path& archive, const Checkpoint& checkpoint) {

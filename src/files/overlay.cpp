@@ -251,7 +251,7 @@ haddr_t driver_length(const H5FD_t* file, H5FD_mem_t) noexcept { return overlay_
 
 herr_t driver_read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t size, void* to) noexcept {
     const std::span<std::byte> bytes{static_cast<std::byte*>(to), size};
-    if (overlay_in(file).is_closing) std::fill(bytes.begin(), bytes.end(), std::byte{0});  // should the disk fail
+    if (overlay_in(file).is_closing) std::ranges::fill(bytes, std::byte{0});  // should the disk fail
     return guarded(overlay_in(file), [&](const Overlay& overlay) { read_overlay(overlay, offset, bytes); });
 }
 

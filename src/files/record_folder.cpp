@@ -49,7 +49,7 @@ std::vector<std::string> RecordFolder::read_new() try {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder_))
         if (entry.path().extension() == ending && entry.path() != own_file_) files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
+    std::ranges::sort(files);
     std::vector<std::string> records;
     for (const fs::path& file : files) read_file_from(file, read_[file], records);
     return records;

@@ -7,8 +7,6 @@
 #include <cerrno>
 #include <system_error>
 
-#include "drover/base/error.hpp"
-
 namespace drover::files {
 
 std::string draw_run_id() {

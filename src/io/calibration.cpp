@@ -24,7 +24,7 @@ std::string path_of(const files::ArchiveReader& archive, const std::string& name
 }
 
 std::string axis_of(std::string key) {
-    std::replace(key.begin(), key.end(), '.', '_');
+    std::ranges::replace(key, '.', '_');
     return key;
 }
 
@@ -94,7 +94,7 @@ void write_calibration(const std::filesystem::path& file, const calibrate::Table
         names += (names.empty() ? "" : " ") + row.name;
         for (std::size_t i = 0; i < row.entries.size(); ++i)
             if (std::string remark = row.entries[i].remark; !remark.empty()) {
-                std::replace(remark.begin(), remark.end(), '\n', ' ');
+                std::ranges::replace(remark, '\n', ' ');
                 remarks += text("{}[{}]: {}\n", row.name, i, remark);
             }
     }

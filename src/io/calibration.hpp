@@ -1,7 +1,6 @@
 // io/calibration.hpp: tables of coefficients as HDF5 files.
 #pragma once
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "calibrate/table.hpp"

@@ -64,7 +64,7 @@ Source source_of(const files::ArchiveReader& archive, const std::string& name) {
 /// VTK's binary numbers are big-endian.
 void add_number(double value, std::string& out) {
     auto bytes = std::bit_cast<std::array<char, sizeof(double)>>(value);
-    if constexpr (std::endian::native == std::endian::little) std::reverse(bytes.begin(), bytes.end());
+    if constexpr (std::endian::native == std::endian::little) std::ranges::reverse(bytes);
     out.append(bytes.data(), bytes.size());
 }
 
@@ -88,8 +88,7 @@ std::string vtk_text(const Source& source, std::size_t frame) {
                 source.y.size(), source.x.front(), source.y.front(), spacing(source.x), spacing(source.y),
                 source.x.size() * source.y.size());
     const std::size_t points = source.x.size() * source.y.size();
-    const auto arrays = std::count_if(source.columns.begin(), source.columns.end(),
-                                      [](const Column& column) { return !column.is_second; });
+    const auto arrays = std::ranges::count_if(source.columns, [](const Column& column) { return !column.is_second; });
     out += text("FIELD fields {}\n", arrays);  // readers skip all SCALARS but the first unless told otherwise
     for (std::size_t c = 0; c < source.columns.size(); ++c) {
         const auto& [name, unit, vector, is_second] = source.columns[c];

@@ -43,7 +43,7 @@ bool mentions(const std::string& formula, const std::vector<std::string>& names)
             continue;
         }
         const char* const end = std::find_if_not(at, last, in_name);
-        if (std::find(names.begin(), names.end(), std::string(at, end)) != names.end()) return true;
+        if (std::ranges::find(names, std::string(at, end)) != names.end()) return true;
         at = std::max(at + 1, end);
     }
     return false;

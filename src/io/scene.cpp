@@ -2,14 +2,11 @@
 #include "io/scene.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <tuple>
 
 #include "io/scene_parts.hpp"
-#include "numerics/steppers/kept_modes.hpp"
 #include "physics/integrated.hpp"
-#include "physics/model_keys.hpp"
 #include "physics/model_values.hpp"
 
 namespace drover::io {
@@ -93,8 +90,7 @@ std::vector<Description> found_keys(const std::string& section, const Found& fou
 bool is_of(SceneKind kind, SectionOf section) { return (section & section_of(kind)) != 0; }
 
 bool is_of(SceneKind kind, const std::string& key) {
-    const auto found =
-        std::find_if(keys_of_kinds.begin(), keys_of_kinds.end(), [&](const KeyOf& one) { return key == one.key; });
+    const auto found = std::ranges::find_if(keys_of_kinds, [&](const KeyOf& one) { return key == one.key; });
     return found == keys_of_kinds.end() || is_of(kind, found->kinds);
 }
 
@@ -222,7 +218,7 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
     reject_keys_of_others(scene);
     if (scene.declared.calculus == Calculus::stratonovich) scene.declared.noise_moment = noise_moment_of(scene);
     const auto is_read = [&](const std::string& name) {
-        return std::find(sections.begin(), sections.end(), name) != sections.end() ||
+        return std::ranges::find(sections, name) != sections.end() ||
                (scene.kind == SceneKind::model ? is_declared_table(name) : is_model_table(name));
     };
     for (const auto& [name, table] : tables) {
@@ -237,6 +233,12 @@ SceneKind kind_of_name(const std::string& name) {
     const std::optional<SceneKind> kind = value_named<SceneKind>(name);
     require(kind.has_value(), {}, "the kind \"{}\" of a scene; expected fields, particles or model", name);
     return *kind;
+}
+
+std::filesystem::path beside(const std::string& scene_file, const std::string& given) {
+    const std::filesystem::path in_folder = std::filesystem::path(scene_file).parent_path() / given;
+    std::error_code problem;
+    return std::filesystem::exists(in_folder, problem) ? in_folder : std::filesystem::path(given);
 }
 
 SourceLocation locate(const Scene& scene, const std::string& key) {
@@ -388,9 +390,7 @@ std::vector<SectionDescription> scene_schema(const physics::ModelFile& file) {
 std::vector<SectionDescription> scene_schema(SceneKind kind) {
     std::vector<SectionDescription> sections;
     for (SectionDescription& section : scene_schema()) {
-        if (!section.kinds.empty() &&
-            std::find(section.kinds.begin(), section.kinds.end(), kind) == section.kinds.end())
-            continue;
+        if (!section.kinds.empty() && std::ranges::find(section.kinds, kind) == section.kinds.end()) continue;
         std::erase_if(section.rows,
                       [&](const Description& row) { return !is_of(kind, section.name + "." + row.name); });
         if (section.name == initial_section) section.rows = initial_rows(formulas_of(kind));

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <string>
@@ -229,6 +230,9 @@ std::vector<physics::ModelValues> drawn_models(const Scene& scene, int count);
 
 /// Where a key was given, or the scene's file for a default.
 SourceLocation locate(const Scene& scene, const std::string& key);
+
+/// A file that the file of a scene names: in its folder if it exists there, else as given.
+std::filesystem::path beside(const std::string& scene_file, const std::string& given);
 
 /// Throws an input Error, at the key, when keys are inconsistent.
 void check(const Scene& scene);

@@ -11,42 +11,24 @@ namespace drover::io {
 namespace {
 bool is_given(const Scene& scene, const std::string& key) { return scene.places.contains(key); }
 
-std::size_t varied_of(const Scene& scene, const calibrate::Table& table) {
-    const double varied = scene.calibrated.varied;
-    // A resolved scene holds the key, also where there is nothing to choose from.
-    const bool absent = varied == 0.0 && (table.varied_key.empty() || !is_given(scene, "calibrated.varied"));
-    return calibrate::varied_index(table, absent ? std::nullopt : std::optional(varied), "calibrated.varied",
-                                   locate(scene, "calibrated.varied"));
-}
-
-/// Beside the scene, or else where drover runs.
-std::filesystem::path table_file(const Scene& scene) {
-    const std::filesystem::path beside = std::filesystem::path(scene.file).parent_path() / scene.calibrated.table;
-    std::error_code problem;
-    return std::filesystem::exists(beside, problem) ? beside : std::filesystem::path(scene.calibrated.table);
-}
+calibrate::Table table_of(const Scene& scene) { return read_calibration(beside(scene.file, scene.calibrated.table)); }
 
 /// With one of the numbers of the mean field from the scene it is not that of the table.
 bool has_mean_field_of_table(const Scene& scene, const std::vector<std::string>& missing) {
     for (const char* key : {"relaxation.rate", "weathercock.strength", "drag.coefficient", "driving.strength"})
-        if (std::find(missing.begin(), missing.end(), key) == missing.end()) return false;
-    return !scene.calibrated.table.empty() && !is_given(scene, "relaxation.contact");
+        if (std::ranges::find(missing, key) == missing.end()) return false;
+    return !is_given(scene, "relaxation.contact");
 }
 
 calibrate::StatePoint point_of(const Scene& scene, const calibrate::Table& table) {
     const CalibratedPlan& plan = scene.calibrated;
+    // A resolved scene holds the key, also where there is nothing to choose from.
+    const bool absent = plan.varied == 0.0 && (table.varied_key.empty() || !is_given(scene, "calibrated.varied"));
     return {.bead_fraction = plan.bead_area_fraction,
             .rod_fraction = plan.rod_area_fraction,
-            .varied = varied_of(scene, table),
+            .varied = calibrate::varied_index(table, absent ? std::nullopt : std::optional(plan.varied),
+                                              "calibrated.varied", locate(scene, "calibrated.varied")),
             .outside = plan.outside};
-}
-
-void fill(Scene& scene, const std::vector<std::string>& missing) {
-    const calibrate::Table table = read_calibration(table_file(scene));
-    const calibrate::StatePoint point = point_of(scene, table);
-    std::ranges::move(calibrate::fill_model(table, point, missing, scene.model),
-                      std::back_inserter(scene.found.filled));
-    if (has_mean_field_of_table(scene, missing)) scene.found.expected = calibrate::expected_texts(table, point);
 }
 }  // namespace
 
@@ -61,12 +43,12 @@ std::vector<physics::ModelValues> drawn_models(const Scene& scene, int count) {
     for (const calibrate::FilledNumber& one : scene.found.filled) keys.push_back(one.key);
     const SourceLocation where = locate(scene, "calibrated.table");
     require(
-        std::filesystem::exists(table_file(scene)), where,
+        std::filesystem::exists(beside(scene.file, scene.calibrated.table)), where,
         "no file {}; expected the table of the calibrated numbers, from which their errors are drawn: put it there, "
         "or leave the errors out by boundary.draws = 0",
         scene.calibrated.table);
     try {
-        const calibrate::Table table = read_calibration(table_file(scene));
+        const calibrate::Table table = table_of(scene);
         return calibrate::redrawn_models(table, point_of(scene, table), keys, scene.model, count);
     } catch (const Error& error) {
         throw Error(error.fault(), where, error.what());
@@ -85,7 +67,11 @@ void fill_from_table(Scene& scene) {
                                 [&](const std::string& key) { return is_given(scene, key); });
     if (missing.empty()) return;
     try {
-        fill(scene, missing);
+        const calibrate::Table table = table_of(scene);
+        const calibrate::StatePoint point = point_of(scene, table);
+        std::ranges::move(calibrate::fill_model(table, point, missing, scene.model),
+                          std::back_inserter(scene.found.filled));
+        if (has_mean_field_of_table(scene, missing)) scene.found.expected = calibrate::expected_texts(table, point);
     } catch (const Error& error) {
         // A table is a file of its own; what it has not, this scene asked for.
         throw Error(error.fault(), locate(scene, "calibrated.table"), error.what());

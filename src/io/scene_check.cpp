@@ -25,8 +25,7 @@ bool has_noise(const Scene& scene) {
     if (scene.kind == SceneKind::fields) return physics::has_noise(scene.model);
     if (scene.kind != SceneKind::model) return false;
     const model::Model model = model_of(scene.declared);
-    return std::any_of(model.fields.begin(), model.fields.end(),
-                       [](const auto& field) { return field.noise != 0.0; }) ||
+    return std::ranges::any_of(model.fields, [](const auto& field) { return field.noise != 0.0; }) ||
            (!model.noises.empty() && model::Equations(model).has_noise());
 }
 
@@ -50,12 +49,11 @@ double longest_step(const Scene& scene) {
     std::vector<double> durations{scene.time.end};
     for (const double every : {scene.output.frame_every, scene.output.sample_every})
         if (every > 0.0) durations.push_back(every);
-    const double shortest = *std::min_element(durations.begin(), durations.end());
+    const double shortest = *std::ranges::min_element(durations);
     constexpr int max_parts = 1000;  // with more, any three durations have a step
     for (int parts = 1; parts <= max_parts; ++parts) {
         const double step = shortest / parts;
-        if (std::all_of(durations.begin(), durations.end(), [&](double duration) { return is_whole(duration, step); }))
-            return step;
+        if (std::ranges::all_of(durations, [&](double duration) { return is_whole(duration, step); })) return step;
     }
     fail_input(locate(scene, "time.end"),
                "time.end = {}, output.frame_every = {} and output.sample_every = {} are not whole numbers of any step "
@@ -191,8 +189,8 @@ void check_values(const Scene& scene, const Locate& locate) {
     for (const auto& [key, name] :
          {std::pair{"units.length", scene.units.length}, std::pair{"units.time", scene.units.time},
           std::pair{"units.mass", scene.units.mass}})
-        require(!name.empty() && std::all_of(name.begin(), name.end(),
-                                             [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }),
+        require(!name.empty() &&
+                    std::ranges::all_of(name, [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }),
                 locate(key), "{} = \"{}\"; expected the name of a unit in letters, such as \"cm\", or \"none\"", key,
                 name);
     require(scene.analysis.warm_up == -1.0 || scene.analysis.warm_up >= 0.0, locate("analysis.warm_up"),

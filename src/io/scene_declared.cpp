@@ -85,7 +85,7 @@ void check_equations(const DeclaredModel& declared) {
     std::vector<std::string> symbols;
     for (const DeclaredField& field : declared.fields) symbols.push_back(field.symbol);
     for (const auto& [symbol, equation] : declared.equations) {
-        if (std::find(symbols.begin(), symbols.end(), symbol) != symbols.end()) continue;
+        if (std::ranges::find(symbols, symbol) != symbols.end()) continue;
         fail_input(equation.where, "equations.{} is the equation of no field; {}", symbol,
                    suggestion(symbol, symbols,
                               symbols.empty() ? text("expected [[field]] with symbol = \"{}\"", symbol)
@@ -105,10 +105,10 @@ void check_dataset_names(const model::Model& model, const DeclaredModel& declare
     std::size_t n = 0;
     for (std::size_t k = 0; k < model.fields.size(); n += model.fields[k++].part != model::Part::real)
         for (const std::string& name : model::dataset_names(model.fields[k])) {
-            require(std::find(taken.begin(), taken.end(), name) == taken.end(), place_of(declared, n, "name"),
+            require(std::ranges::find(taken, name) == taken.end(), place_of(declared, n, "name"),
                     "{} would be {} in archives, which is the name of something else there; expected another name",
                     model.fields[k].symbol, name);
-            require(std::find(keys.begin(), keys.end(), name) == keys.end(), place_of(declared, n, "name"),
+            require(std::ranges::find(keys, name) == keys.end(), place_of(declared, n, "name"),
                     "{} would start as initial.{}, which is another key; expected another name", model.fields[k].symbol,
                     name);
             taken.push_back(name);

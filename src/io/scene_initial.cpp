@@ -59,7 +59,7 @@ std::vector<Description> initial_rows(FormulasOf of) {
     if (of == FormulasOf::declared) return rows;
     const std::vector<Description> formulas = formula_rows();
     const auto before = [](const Description& row) { return row.name == before_formulas; };
-    rows.insert(std::find_if(rows.begin(), rows.end(), before) + 1, formulas.begin(), formulas.end());
+    rows.insert(std::ranges::find_if(rows, before) + 1, formulas.begin(), formulas.end());
     return rows;
 }
 
@@ -75,7 +75,7 @@ std::vector<std::pair<std::string, Value>> initial_values(const model::Start& st
         formulas.emplace_back(row.name, found == start.formulas.end() ? std::string{} : found->second.text);
     }
     const auto before = [](const auto& value) { return value.first == before_formulas; };
-    values.insert(std::find_if(values.begin(), values.end(), before) + 1, formulas.begin(), formulas.end());
+    values.insert(std::ranges::find_if(values, before) + 1, formulas.begin(), formulas.end());
     return values;
 }
 
@@ -92,7 +92,7 @@ LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* 
     const std::vector<Description> others = descriptions<model::Start>();
     for (auto found = table.values.begin(); found != table.values.end();) {
         const auto is_this = [&](const Description& row) { return row.name == found->first; };
-        if (std::any_of(others.begin(), others.end(), is_this)) ++found;
+        if (std::ranges::any_of(others, is_this)) ++found;
         else {
             formulas.values.insert(*found);
             found = table.values.erase(found);

@@ -20,8 +20,7 @@ std::vector<model::Text> texts_of(const LocatedValue& found, const std::string& 
         result.push_back({written, n < found.items.size() ? found.items[n] : found.where});
     };
     if (const auto* one = std::get_if<std::string>(&found.value)) add(*one);
-    else if (const auto* list = std::get_if<std::vector<std::string>>(&found.value))
-        std::for_each(list->begin(), list->end(), add);
+    else if (const auto* list = std::get_if<std::vector<std::string>>(&found.value)) std::ranges::for_each(*list, add);
     else
         fail_input(found.where, "{} = {}; expected an expression in quotes, or a list of two: the x and y components",
                    key, toml_text(found.value));
@@ -70,8 +69,8 @@ void read_terms(const LocatedTables& tables, physics::ModelValues& model,
     if (parameters == tables.end()) return;
     for (const auto& [name, found] : parameters->second.values) {
         const std::string key = std::string(parameter_table) + "." + name;
-        const bool known = std::any_of(model.text_terms.begin(), model.text_terms.end(), [&](const TextTerm& term) {
-            return std::find(term.parameters.begin(), term.parameters.end(), name) != term.parameters.end();
+        const bool known = std::ranges::any_of(model.text_terms, [&](const TextTerm& term) {
+            return std::ranges::find(term.parameters, name) != term.parameters.end();
         });
         require(known, found.where, "{} is not a parameter of any [[terms]]; expected one that a term lists", key);
         const Description description{.name = name,
@@ -124,8 +123,7 @@ void read_model(const LocatedTables& tables, physics::ModelValues& model,
 bool is_model_table(const std::string& name) {
     if (name == parameter_table || name.starts_with("terms[")) return true;
     const auto& sections = physics::model_sections();
-    return std::any_of(sections.begin(), sections.end(),
-                       [&](const physics::ModelSection& section) { return section.name == name; });
+    return std::ranges::any_of(sections, [&](const physics::ModelSection& section) { return section.name == name; });
 }
 
 WrittenTables written_model(const physics::ModelValues& model) {

@@ -244,7 +244,7 @@ LocatedTables read_tables(const std::string& toml, const std::string& file) {
 Scene scene_of(LocatedTables tables, const std::string& name, std::span<const std::string> overrides) {
     std::vector<Setting> settings;
     for (const std::string& written : overrides) settings.push_back(read_setting(written));
-    if (std::any_of(settings.begin(), settings.end(), invalidates_filled)) remove_filled(tables);
+    if (std::ranges::any_of(settings, invalidates_filled)) remove_filled(tables);
     for (const Setting& setting : settings) apply_setting(setting, tables);
     Scene scene = scene_of(tables, name);
     std::erase_if(scene.found.filled, [&](const calibrate::FilledNumber& one) {

@@ -152,9 +152,8 @@ struct FrameReader {
         const std::string found_unit = archive.text_attribute(path, "units");
         require(found_unit == unit, where, "{} has {} in {}; expected {}", what, path, found_unit, unit);
         const files::Array found = archive.read_row(path, frame);
-        require(std::all_of(found.values.begin(), found.values.end(),
-                            [](double value) { return std::isfinite(value); }),
-                where, "{} has a non-finite value in {} in frame {}; choose another frame", what, path, frame);
+        require(std::ranges::all_of(found.values, [](double value) { return std::isfinite(value); }), where,
+                "{} has a non-finite value in {} in frame {}; choose another frame", what, path, frame);
         return found.values;
     }
 

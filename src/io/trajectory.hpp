@@ -6,7 +6,6 @@
 // unknown units such as mm. The exact, unwrapped state of the bodies is in /bodies/beads and /bodies/rods, in the same
 // layout.
 #pragma once
-#include <span>
 #include <string>
 #include <vector>
 

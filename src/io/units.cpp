@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -100,8 +99,7 @@ std::string renamed(const std::string& unit, const Units& units) {
     const std::array names{std::pair<std::string, const std::string&>{"mm", units.length},
                            std::pair<std::string, const std::string&>{"s", units.time},
                            std::pair<std::string, const std::string&>{"mg", units.mass}};
-    if (std::all_of(names.begin(), names.end(), [](const auto& name) { return name.first == name.second; }))
-        return unit;
+    if (std::ranges::all_of(names, [](const auto& name) { return name.first == name.second; })) return unit;
     std::string result;
     bool leaves_any = false;
     for (std::size_t at = 0; at < unit.size();) {
@@ -111,8 +109,7 @@ std::string renamed(const std::string& unit, const Units& units) {
             continue;
         }
         const std::string word = unit.substr(at, end - at);
-        const auto found =
-            std::find_if(names.begin(), names.end(), [&](const auto& name) { return name.first == word; });
+        const auto found = std::ranges::find_if(names, [&](const auto& name) { return name.first == word; });
         leaves_any = leaves_any || (found != names.end() && found->second == "none");
         result += found == names.end() ? word : found->second;
         at = end;

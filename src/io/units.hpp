@@ -1,7 +1,6 @@
 // io/units.hpp: names of units in results: drover computes in the numbers of a scene, whatever their units are called.
 #pragma once
 #include <string>
-#include <vector>
 
 #include "drover/base/schema.hpp"
 

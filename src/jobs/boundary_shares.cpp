@@ -5,7 +5,6 @@
 
 #include "files/input_file.hpp"
 #include "files/record_folder.hpp"
-#include "io/scene_text.hpp"
 #include "jobs/campaign/shared_compute.hpp"
 #include "run/loop/provenance.hpp"
 
@@ -61,8 +60,8 @@ run::Result collect_boundary(const io::Scene& scene, const std::filesystem::path
 std::string boundary_status(const io::Scene& scene, const std::filesystem::path& folder) {
     require_folder(folder, "boundary");
     const std::vector<UnitRecord> records = campaign_records(folder, plane_identity(plane_manifest_of(scene)));
-    const auto done = std::count_if(records.begin(), records.end(),
-                                    [](const UnitRecord& record) { return record.state == UnitState::done; });
+    const auto done =
+        std::ranges::count_if(records, [](const UnitRecord& record) { return record.state == UnitState::done; });
     const Working now = working_in(folder);
     return text("{} groups of points done, {} failed, {} running in {} processes; how many follow depends on the lines",
                 done, static_cast<std::ptrdiff_t>(records.size()) - done, now.units, now.processes);

@@ -2,7 +2,7 @@
 #include "jobs/check_scene.hpp"
 
 #include "analysis/boundary.hpp"
-#include "jobs/calibration/calibration.hpp"
+#include "jobs/calibration/calibration_layout.hpp"
 #include "jobs/sweep/sweep.hpp"
 #include "run/run_scene.hpp"
 #include "run/simulation_type.hpp"

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <complex>
 #include <memory>
-#include <utility>
 
 #include "drover/base/text.hpp"
 #include "drover/numerics/transform.hpp"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <concepts>
 #include <functional>
-#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -68,7 +67,7 @@ std::vector<Axis> axes_of(const Rows& rows) {
     std::vector<Axis> axes;
     for (const auto& row : rows)
         for (const Axis& axis : row.axes)
-            if (std::none_of(axes.begin(), axes.end(), [&](const Axis& one) { return one.name == axis.name; }))
+            if (std::ranges::none_of(axes, [&](const Axis& one) { return one.name == axis.name; }))
                 axes.push_back(axis);
     return axes;
 }

@@ -133,7 +133,7 @@ Paths make_paths(double spacing, std::size_t frames, std::size_t rods, std::size
     }
     const std::size_t chosen = std::min(beads, max_beads_followed);
     for (std::size_t k = 0; k < chosen; ++k) paths.followed.push_back(quasirandom_index(k, chosen, beads));
-    std::sort(paths.followed.begin(), paths.followed.end());
+    std::ranges::sort(paths.followed);
     paths.followed.erase(std::unique(paths.followed.begin(), paths.followed.end()), paths.followed.end());
     paths.of_beads = GroupSums(paths.followed.size(), 1);
     return paths;

@@ -4,7 +4,6 @@
 #include <gsl/gsl_fft_halfcomplex.h>
 #include <gsl/gsl_fft_real.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -29,12 +28,12 @@ constexpr const char* not_finite =
     "it is computed";
 
 bool all_finite(std::span<const double> values) {
-    return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+    return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
 bool is_constant(std::span<const double> values) {
     if (values.empty()) return true;
-    const auto [min, max] = std::minmax_element(values.begin(), values.end());
+    const auto [min, max] = std::ranges::minmax_element(values);
     return *max - *min <= rounding_spread * std::max(std::abs(*min), std::abs(*max));
 }
 
@@ -174,9 +173,9 @@ void add_jackknife(Series series, const CorrelationTimes& correlation, double sp
 /// Reports which samples are not finite.
 std::string undefined_samples(std::span<const double> values, std::size_t skipped) {
     const auto is_bad = [](double value) { return !std::isfinite(value); };
-    const auto bad = std::count_if(values.begin(), values.end(), is_bad);
+    const auto bad = std::ranges::count_if(values, is_bad);
     if (static_cast<std::size_t>(bad) == values.size()) return "no mean: the value is undefined (NaN) in every sample";
-    const auto first = std::find_if(values.begin(), values.end(), is_bad);
+    const auto first = std::ranges::find_if(values, is_bad);
     return text(
         "no mean: the value is not finite in {} of {} samples after warm-up; the first is sample {}, {}: choose a "
         "longer warm-up, or see the formula for when it is undefined",
@@ -262,25 +261,50 @@ CorrelationTimes correlation_times(std::span<const double> values) {
     return times;
 }
 
-std::size_t warm_up_length(std::span<const double> values) {
-    const std::size_t batches = values.size() / samples_per_batch;
-    if (batches < 4 || !all_finite(values) || is_constant(values)) return 0;
+namespace {
+/// The cut of these batches, up to half of them, that minimises the estimated error of the rest.
+std::size_t best_cut(std::span<const double> batches) {
     std::size_t best = 0;
     double best_score = infinite;
     double mean = 0.0, squares = 0.0, count = 0.0;  // of the batches from `cut`
-    for (std::size_t cut = batches; cut-- > 0;) {
-        const double batch = mean_of(values.subspan(cut * samples_per_batch, samples_per_batch));
+    for (std::size_t cut = batches.size(); cut-- > 0;) {
         count += 1.0;
-        const double step = batch - mean;
+        const double step = batches[cut] - mean;
         mean += step / count;
-        squares += step * (batch - mean);
+        squares += step * (batches[cut] - mean);
         const double score = squares / (count * count);
-        if (2 * cut <= batches && score <= best_score) {
+        if (2 * cut <= batches.size() && score <= best_score) {
             best_score = score;
             best = cut;
         }
     }
-    return best * samples_per_batch;
+    return best;
+}
+}  // namespace
+
+std::size_t warm_up_length(std::span<const double> values) {
+    const std::size_t count = values.size() / samples_per_batch;
+    if (count < 4 || !all_finite(values) || is_constant(values)) return 0;
+    std::vector<double> batches;
+    for (std::size_t k = 0; k < count; ++k)
+        batches.push_back(mean_of(values.subspan(k * samples_per_batch, samples_per_batch)));
+    const std::size_t best = best_cut(batches);
+    if (2 * best + 1 >= count) return best * samples_per_batch;  // it may not have ended
+    // The best cut of a stationary series comes after large values, and what is left of skewed ones has a smaller mean.
+    // So what is before it is left out only where its mean differs.
+    const std::span<const double> rest = values.subspan(best * samples_per_batch);
+    const double mean = mean_of(rest), time = autocorrelation_time(rest), samples = static_cast<double>(rest.size());
+    double square = 0.0, sum = 0.0;
+    for (const double value : rest) square += (value - mean) * (value - mean) / samples;
+    constexpr double differs = 4.0;  // standard errors
+    std::size_t first = best;
+    for (std::size_t cut = best; cut-- > 0;) {
+        sum += batches[cut];
+        const double number = static_cast<double>(best - cut),
+                     error = std::sqrt(2.0 * time * square * (1.0 / (number * samples_per_batch) + 1.0 / samples));
+        if (std::abs(sum / number - mean) <= differs * error) first = cut;
+    }
+    return first * samples_per_batch;
 }
 
 Estimate estimate_mean(const Samples& samples, std::size_t series) {

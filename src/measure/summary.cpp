@@ -185,12 +185,12 @@ void add_box_rows(const BoxSizes& boxes, const RecordedSeries& variance, double 
 }
 
 /// Samples until the start is forgotten: at the cut of warm_up_length what is left of it may be as large as the
-/// fluctuations of one run, which in the mean of many runs is no longer small.  Five autocorrelation times later it is
-/// less than a hundredth of them.
+/// fluctuations of one run, which in the mean of many runs is no longer small.  Ten autocorrelation times later it is
+/// not, even where it decays several times more slowly than these.
 std::size_t forgotten_after(std::span<const double> indicator, std::size_t cut) {
     if (indicator.size() <= cut) return cut;  // of a field without modes
-    const double times = 5.0 * autocorrelation_time(indicator.subspan(cut));
-    if (!(times > 2.5)) return cut;  // not correlated, or not finite
+    const double times = 10.0 * autocorrelation_time(indicator.subspan(cut));
+    if (!(times > 5.0)) return cut;  // not correlated, or not finite
     return std::min(cut + static_cast<std::size_t>(std::ceil(times)), std::max(cut, indicator.size() / 2));
 }
 

@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/constants.hpp"
 #include "drover/base/error.hpp"
-#include "measure/jackknife.hpp"
 
 namespace drover::measure {
 

@@ -1,7 +1,6 @@
 // measure/trajectories.hpp: observables of the paths of bodies: rotational correlation and diffusion, speeds of rods.
 #pragma once
 #include <span>
-#include <string>
 #include <vector>
 
 #include "base/constants.hpp"

@@ -17,15 +17,14 @@ bool add_powers(const std::string& unit, Powers& powers) {
     for (std::string word; words >> word;) {
         if (word == "1") continue;
         const auto letters = static_cast<std::size_t>(
-            std::find_if(word.begin(), word.end(), [](unsigned char c) { return std::isalpha(c) == 0; }) -
-            word.begin());
+            std::ranges::find_if(word, [](unsigned char c) { return std::isalpha(c) == 0; }) - word.begin());
         const std::string name = word.substr(0, letters), exponent = word.substr(letters);
         const std::string digits = exponent.starts_with('-') ? exponent.substr(1) : exponent;
         constexpr std::size_t max_digits = 4;  // digits
         if (name.empty() || digits.size() > max_digits || (!exponent.empty() && digits.empty()) ||
-            !std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c) != 0; }))
+            !std::ranges::all_of(digits, [](unsigned char c) { return std::isdigit(c) != 0; }))
             return false;
-        auto found = std::find_if(powers.begin(), powers.end(), [&](const auto& one) { return one.first == name; });
+        auto found = std::ranges::find_if(powers, [&](const auto& one) { return one.first == name; });
         if (found == powers.end()) found = powers.insert(found, {name, 0});
         found->second += exponent.empty() ? 1 : std::stoi(exponent);
     }
@@ -47,7 +46,7 @@ std::string in_brackets(const std::vector<std::string>& units) {
 
 std::string unit_product(const std::vector<std::string>& units) {
     Powers powers;
-    if (!std::all_of(units.begin(), units.end(), [&](const std::string& unit) { return add_powers(unit, powers); }))
+    if (!std::ranges::all_of(units, [&](const std::string& unit) { return add_powers(unit, powers); }))
         return in_brackets(units);
     std::string product;
     for (const auto& [name, power] : powers)

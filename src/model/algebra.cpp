@@ -100,7 +100,7 @@ bool Algebra::reads_atoms(int node) const {
 std::vector<int> Algebra::call(const std::shared_ptr<const GivenFunction>& function,
                                const std::vector<int>& arguments) {
     const auto is_same = [&](const FunctionCall& c) { return c.function == function && c.arguments == arguments; };
-    auto found = std::find_if(calls_.begin(), calls_.end(), is_same);
+    auto found = std::ranges::find_if(calls_, is_same);
     if (found == calls_.end()) {
         calls_.push_back({function, arguments, slots()});
         found = calls_.end() - 1;

@@ -1,6 +1,5 @@
 // model/compile.cpp: from the texts of a model to linear forms and functions at points.
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <set>
 
@@ -9,7 +8,6 @@
 #include "model/compiled.hpp"
 #include "model/equation_checks.hpp"
 #include "model/noise_drift.hpp"
-#include "model/point_degree.hpp"
 #include "model/summands.hpp"
 
 namespace drover::model {
@@ -49,8 +47,8 @@ public:
         check_definitions();
         std::set<std::size_t> multiplied;
         const auto is_product = [&](const Summand& one) {
-            return one.multiplies_noise || std::any_of(one.noises.begin(), one.noises.end(),
-                                                       [&](std::size_t noise) { return multiplied.contains(noise); });
+            return one.multiplies_noise ||
+                   std::ranges::any_of(one.noises, [&](std::size_t noise) { return multiplied.contains(noise); });
         };
         Products result;
         for (std::size_t before = 1; before != result.size();) {
@@ -84,7 +82,7 @@ public:
         const auto is_of_fields = [this](const auto& entry) { return entry.first.component < c_.components; };
         for (int slot = first_atom; slot < algebra_.slots(); ++slot) {
             const LinearForm& form = algebra_.form_of(slot);
-            const bool is_read = c_.model.noises.empty() || std::all_of(form.begin(), form.end(), is_of_fields);
+            const bool is_read = c_.model.noises.empty() || std::ranges::all_of(form, is_of_fields);
             c_.atoms.push_back(is_read ? form : LinearForm{});
         }
         for (const FunctionCall& call : algebra_.calls()) {
@@ -196,8 +194,7 @@ private:
                 for (const int slot : algebra_.slots_read(node)) {
                     if (slot < first_atom) continue;
                     const LinearForm& form = algebra_.form_of(slot);
-                    if (std::any_of(form.begin(), form.end(), [&](const auto& entry) { return is_own(entry.first); }))
-                        return false;
+                    if (std::ranges::any_of(form, [&](const auto& entry) { return is_own(entry.first); })) return false;
                 }
         }
         return couples_points;
@@ -223,7 +220,7 @@ private:
                     with_products.emplace(i, std::move(total));
             for (const auto& [i, total] : with_products) {
                 const std::set<int> read = components_of(algebra_, total);
-                const bool waits = std::any_of(read.begin(), read.end(), [&](int component) {
+                const bool waits = std::ranges::any_of(read, [&](int component) {
                     return c_.field(component) != i && with_products.count(c_.field(component)) > 0;
                 });
                 if (waits) continue;

@@ -198,7 +198,7 @@ Value solved_balance(Algebra& algebra, const Field& field, int first, const std:
         int slope = algebra.graph.number(0.0);
         Expression without = algebra.graph.expression(rest);
         for_forms(algebra, rest, [&](int slot, const LinearForm& form) {
-            if (std::none_of(form.begin(), form.end(), [&](const auto& entry) { return is_own(entry.first); })) return;
+            if (std::ranges::none_of(form, [&](const auto& entry) { return is_own(entry.first); })) return;
             if (form.size() != 1 || form.begin()->first != Derivative{first + static_cast<int>(k), {}})
                 reject("derivatives or other components of it");
             slope = slope_by(algebra, rest, slot);
@@ -218,7 +218,7 @@ Value solved_balance(Algebra& algebra, const Field& field, int first, const std:
 void check_free_mean(Algebra& algebra, const Field& field, const std::vector<Component>& total,
                      const std::function<bool(int component)>& is_in_balance, const std::vector<int>& solenoidal) {
     for (const Component& component : total) {
-        const bool has_drag = std::any_of(component.linear.begin(), component.linear.end(), [&](const auto& entry) {
+        const bool has_drag = std::ranges::any_of(component.linear, [&](const auto& entry) {
             return entry.first.order == no_derivative && is_in_balance(entry.first.component);
         });
         const auto found = component.rest.find(no_derivative);

@@ -30,8 +30,7 @@ UniformState Equations::reference() const { return compiled_->reference(); }
 
 bool Equations::has_nonlinear_part() const {
     const std::vector<double>& constants = compiled_->constants;
-    return has_explicit_part() ||
-           std::any_of(constants.begin(), constants.end(), [](double constant) { return constant != 0.0; });
+    return has_explicit_part() || std::ranges::any_of(constants, [](double constant) { return constant != 0.0; });
 }
 
 namespace {
@@ -311,7 +310,7 @@ Symbol CompiledEquations::averaged(const std::vector<LinearForm>& rows, double q
 }
 
 bool CompiledEquations::has_solenoidal() const {
-    return std::any_of(model.fields.begin(), model.fields.end(), [](const Field& one) { return one.solenoidal; });
+    return std::ranges::any_of(model.fields, [](const Field& one) { return one.solenoidal; });
 }
 
 void CompiledEquations::leave_out_divergence(Symbol& m, const Wavevector& q) const { leave_out_along(m, q, false); }
@@ -357,7 +356,7 @@ bool CompiledEquations::is_same_in_all_directions(const std::function<Symbol(con
     for (int i = 0; i < components && unmixed; ++i)
         for (int j = 0; j < components; ++j)
             if (is_odd(i) != is_odd(j) && !(std::abs(along_x(i, j)) <= rounding(i, j))) return false;
-    return std::all_of(some_angles.begin(), some_angles.end(), [&](double angle) {
+    return std::ranges::all_of(some_angles, [&](double angle) {
         const double cosine = std::cos(angle), sine = std::sin(angle);
         const Symbol turned = in_frame(matrix({cosine, sine}), cosine, sine);
         return ((turned - along_x).cwiseAbs().array() <= rounding.array()).all();
@@ -366,7 +365,7 @@ bool CompiledEquations::is_same_in_all_directions(const std::function<Symbol(con
 
 bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows) const {
     const auto parts = by_order(rows);
-    return std::all_of(parts.begin(), parts.end(), [this](const auto& one) {
+    return std::ranges::all_of(parts, [this](const auto& one) {
         const std::vector<LinearForm>& part = one.second;
         Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(components, components);
         for (int row = 0; row < components; ++row)

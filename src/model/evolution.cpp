@@ -50,7 +50,7 @@ struct Evolution::Work {
     void check_finite() const {
         for (int c = 0; c < state.count(); ++c) {
             const auto values = state[c];
-            if (std::all_of(values.begin(), values.end(), [](const numerics::Complex& value) {
+            if (std::ranges::all_of(values, [](const numerics::Complex& value) {
                     return std::isfinite(value.real()) && std::isfinite(value.imag());
                 }))
                 continue;
@@ -82,8 +82,8 @@ numerics::Fields Evolution::balanced() const {
 
 void Evolution::set_fields(const numerics::Fields& fields) {
     numerics::check(fields, work_->control.grid, work_->state.count());
-    require(std::all_of(fields.values.begin(), fields.values.end(), [](double value) { return std::isfinite(value); }),
-            {}, "the fields have values that are not finite; expected finite values");
+    require(std::ranges::all_of(fields.values, [](double value) { return std::isfinite(value); }), {},
+            "the fields have values that are not finite; expected finite values");
     numerics::Spectra fresh(work_->control.grid, work_->state.count());
     work_->transform.forward(fields, fresh);
     remove_divergence(work_->equations, work_->control.grid, fresh);

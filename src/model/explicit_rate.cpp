@@ -47,7 +47,7 @@ std::vector<Wavevector> sampled_modes(const numerics::Grid& grid, int degree) {
     std::vector<std::size_t> rows;
     for (std::size_t j = 0; j < static_cast<std::size_t>(grid.ny); ++j)
         if (numerics::is_kept(grid, degree, 0, j)) rows.push_back(j);
-    std::sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) {
+    std::ranges::sort(rows, [&](std::size_t a, std::size_t b) {
         return numerics::mode_number_y(grid, a) < numerics::mode_number_y(grid, b);
     });
     std::vector<Wavevector> result;
@@ -55,8 +55,7 @@ std::vector<Wavevector> sampled_modes(const numerics::Grid& grid, int degree) {
         for (const std::size_t j : sampled(rows.size(), 63))  // odd: with the row 0 between those of both signs
             result.push_back(numerics::wavevector(grid, i, rows[j]));
     const auto square = [](const Wavevector& q) { return q.x * q.x + q.y * q.y; };
-    std::stable_sort(result.begin(), result.end(),
-                     [&](const Wavevector& a, const Wavevector& b) { return square(a) > square(b); });
+    std::ranges::stable_sort(result, [&](const Wavevector& a, const Wavevector& b) { return square(a) > square(b); });
     return result;
 }
 

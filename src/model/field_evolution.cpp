@@ -19,7 +19,7 @@ namespace {
 bool depends_on_place(const Equations& equations) {
     const std::vector<Field>& fields = equations.model().fields;
     return equations.placed_term() != nullptr ||
-           std::any_of(fields.begin(), fields.end(), [](const Field& one) { return one.left == LeftSide::given; });
+           std::ranges::any_of(fields, [](const Field& one) { return one.left == LeftSide::given; });
 }
 
 /// The kept modes with |q| > long_waves.
@@ -52,7 +52,7 @@ public:
             displaced_ = other_ = Spectra(linear.grid, static_cast<int>(what.equations.state_components().size()));
         if (followed && !followed->by_largest) {
             const std::vector<int>& state = what.equations.state_components();
-            array_ = static_cast<int>(std::find(state.begin(), state.end(), followed_) - state.begin());
+            array_ = static_cast<int>(std::ranges::find(state, followed_) - state.begin());
             const std::vector<Field>& fields = what.equations.model().fields;
             mass_of_ = fields[components_of_state(what.equations)[static_cast<std::size_t>(array_)].field].name;
             moved_ = text("the equation of {}", fields[followed->mass_field].name);
@@ -115,7 +115,7 @@ private:
         std::size_t n = 0;
         of_short([&](Complex& to, Complex) { to = slopes[n++]; });
         if (!depends_on_place_) return;
-        std::fill(displaced_.values.begin(), displaced_.values.end(), Complex(0.0));
+        std::ranges::fill(displaced_.values, Complex(0.0));
         for (int c = 0; c < state.count(); ++c) displaced_[c][0] = state[c][0];
         evaluate(t, displaced_, other_);
         of_short([&](Complex& to, Complex source) { to += source; });
@@ -308,7 +308,7 @@ numerics::ErrorEquations FieldEvolution::watched() const {
     int spin = 0;  // of the order, the first field that turns
     for (const int component : turning_components(what_.equations.model())) {
         const std::vector<int>& state = what_.equations.state_components();
-        const auto c = static_cast<std::size_t>(std::find(state.begin(), state.end(), component) - state.begin());
+        const auto c = static_cast<std::size_t>(std::ranges::find(state, component) - state.begin());
         if (c == state.size()) continue;  // in balance
         const int here = fields[components[c].field].spin;
         if (spin == 0) spin = here;

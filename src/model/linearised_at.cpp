@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "model/compiled.hpp"
 #include "numerics/algebra/dense.hpp"
@@ -242,7 +241,7 @@ std::map<int, Eigen::MatrixXd> LinearisedAt::sizes_by_order() const {
 
 bool LinearisedAt::is_isotropic() const {
     const auto sizes = sizes_by_order();
-    return std::all_of(sizes.begin(), sizes.end(), [this](const auto& one) {
+    return std::ranges::all_of(sizes, [this](const auto& one) {
         const auto factors = [&](const Wavevector& q) {
             return Symbol(factors_by_order(std::atan2(q.y, q.x)).at(one.first).template cast<std::complex<double>>());
         };
@@ -256,9 +255,9 @@ bool LinearisedAt::is_mirrored() const {
     for (int k = 0; k < c.components; ++k) parity(k) = c.is_odd(k) ? -1.0 : 1.0;
     const double cosine = std::cos(direction()), sine = std::sin(direction());
     const auto sizes = sizes_by_order();
-    return std::all_of(some_angles.begin(), some_angles.end(), [&](double angle) {
+    return std::ranges::all_of(some_angles, [&](double angle) {
         const auto ahead = factors_by_order(direction() + angle), mirrored = factors_by_order(direction() - angle);
-        return std::all_of(sizes.begin(), sizes.end(), [&](const auto& one) {
+        return std::ranges::all_of(sizes, [&](const auto& one) {
             const auto in_frame = [&](const std::map<int, Eigen::MatrixXd>& factors) {
                 return c.in_frame(factors.at(one.first).template cast<std::complex<double>>(), cosine, sine);
             };

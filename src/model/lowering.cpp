@@ -16,16 +16,18 @@ std::string text_of(const Value& a) { return rank_text(a.rank, a.parity); }
 }  // namespace
 
 const Notation& equation_notation() {
-    static const Notation notation{
-        .arguments_of =
-            [](const std::string& name) {
-                return name == "outer" ? 2 : name == explicit_name ? 1 : function_arguments(name);
-            },
-        .is_operator =
-            [](const std::string& name) {
-                constexpr std::array operators{"grad", "div", "lap", "curl", "perp", "sym", "d_x", "d_y"};
-                return std::find(operators.begin(), operators.end(), name) != operators.end();
-            }};
+    static const Notation notation{.arguments_of =
+                                       [](const std::string& name) {
+                                           return name == "outer"         ? 2
+                                                  : name == explicit_name ? 1
+                                                                          : function_arguments(name);
+                                       },
+                                   .is_operator =
+                                       [](const std::string& name) {
+                                           constexpr std::array operators{"grad", "div", "lap", "curl",
+                                                                          "perp", "sym", "d_x", "d_y"};
+                                           return std::ranges::find(operators, name) != operators.end();
+                                       }};
     return notation;
 }
 
@@ -198,7 +200,7 @@ Value Lowering::named(const FormulaText& text, const Formula& f) {
                        "{} is the value of a table, and \"(\" would begin a factor; expected {} without arguments, or "
                        "{} * (...) for a product",
                        f.name, f.name, f.name);
-    if (std::find(open_definitions_.begin(), open_definitions_.end(), index) != open_definitions_.end())
+    if (std::ranges::find(open_definitions_, index) != open_definitions_.end())
         text.fail_with(f.at, "{} is defined by itself; expected a definition by other names", f.name);
     const Value value = value_of_definition(index);
     algebra_.graph.where = text.location(f.at);
@@ -327,7 +329,7 @@ Value Lowering::given_call(const FormulaText& text, const Formula& f, const Give
     }
     algebra_.graph.where = text.location(f.at);
     Value result{function.results == 1 ? scalar : vector, parity, {}};
-    if (std::all_of(nodes.begin(), nodes.end(), [&](int node) { return algebra_.graph.is_number(node); })) {
+    if (std::ranges::all_of(nodes, [&](int node) { return algebra_.graph.is_number(node); })) {
         std::vector<PointArgument> numbers;
         for (const int node : nodes) numbers.push_back({.number = algebra_.graph[node].value});
         std::array<double, 2> values{};
@@ -361,7 +363,7 @@ Value Lowering::call(const FormulaText& text, const Formula& f) {
     const Component result = scalar_function(text, f, operation, arguments);
     constexpr std::array odd_functions{Operation::atan, Operation::sign, Operation::sin,
                                        Operation::sinh, Operation::tan,  Operation::tanh};
-    const bool is_odd = std::find(odd_functions.begin(), odd_functions.end(), operation) != odd_functions.end();
+    const bool is_odd = std::ranges::find(odd_functions, operation) != odd_functions.end();
     const bool is_even = operation == Operation::abs || operation == Operation::cos || operation == Operation::cosh;
     for (const Value& argument : arguments)
         if (argument.parity == Parity::odd && !is_even) {
@@ -448,8 +450,7 @@ Names::Names(const Model& model) : first_components_(first_components(model)) {
 
 void Names::add(const std::string& name, const Meaning& meaning, const SourceLocation& where) {
     const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
-    require(!name.empty() && !std::isdigit(static_cast<unsigned char>(name[0])) &&
-                std::all_of(name.begin(), name.end(), is_letter),
+    require(!name.empty() && !std::isdigit(static_cast<unsigned char>(name[0])) && std::ranges::all_of(name, is_letter),
             where, "the name \"{}\" of a field, noise, definition or coefficient; expected letters, digits and _",
             name);
     require(equation_notation().arguments_of(name) == 0 && !equation_notation().is_operator(name) && name != "pi" &&

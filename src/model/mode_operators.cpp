@@ -3,8 +3,6 @@
 #include "model/mode_operators.hpp"
 
 #include <algorithm>
-#include <array>
-#include <memory>
 
 #include "numerics/steppers/isotropic.hpp"
 
@@ -111,12 +109,11 @@ ModeRows::ModeRows(const numerics::Grid& grid, const numerics::DistinctWavenumbe
 void DerivativeSum::add(std::size_t array, const Order& order, double factor) {
     const int n = order.x + order.y;
     const bool is_odd = n % 2 == 1;
-    auto part = std::find_if(parts_.begin(), parts_.end(),
-                             [&](const Part& one) { return one.array == array && one.is_odd == is_odd; });
+    auto part =
+        std::ranges::find_if(parts_, [&](const Part& one) { return one.array == array && one.is_odd == is_odd; });
     if (part == parts_.end())
         part =
-            parts_.insert(is_odd ? parts_.end()
-                                 : std::find_if(parts_.begin(), parts_.end(), [](const Part& p) { return p.is_odd; }),
+            parts_.insert(is_odd ? parts_.end() : std::ranges::find_if(parts_, [](const Part& p) { return p.is_odd; }),
                           Part{.array = array, .is_odd = is_odd});
     part->monomials.emplace_back(order, n % 4 < 2 ? factor : -factor);
     part->power = std::max(part->power, order.x);
@@ -159,7 +156,7 @@ FrameOperator::FrameOperator(const CompiledEquations& equations, const std::vect
     const int count = equations.components;
     std::vector<bool> is_read(results.size(), false), is_written = results;
     const auto has_entry = [&](int row, int column) {
-        return std::any_of(matrices.begin(), matrices.end(), [&](const Symbol& m) { return m(row, column) != 0.0; });
+        return std::ranges::any_of(matrices, [&](const Symbol& m) { return m(row, column) != 0.0; });
     };
     std::vector<std::pair<int, int>> found;
     for (int row = 0; row < count; ++row)
@@ -172,7 +169,7 @@ FrameOperator::FrameOperator(const CompiledEquations& equations, const std::vect
     add_parts(equations, is_written, to_);
     const auto part_with = [](const std::vector<Part>& parts, int component) {
         const auto is_it = [&](const Part& part) { return part.component == component; };
-        return static_cast<std::size_t>(std::find_if(parts.begin(), parts.end(), is_it) - parts.begin());
+        return static_cast<std::size_t>(std::ranges::find_if(parts, is_it) - parts.begin());
     };
     for (const auto& [row, column] : found)
         entries_.push_back({.to = part_with(to_, row),

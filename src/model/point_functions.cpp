@@ -93,7 +93,7 @@ TransformPlan transform_plan(const CompiledEquations& c) {
     const auto form_of = [&](int slot) -> const LinearForm& {
         return c.atoms[static_cast<std::size_t>(slot - first_atom)];
     };
-    std::stable_sort(atoms.begin(), atoms.end(), [&](int a, int b) {
+    std::ranges::stable_sort(atoms, [&](int a, int b) {
         const auto key = [&](int slot) {
             return is_plain(form_of(slot)) ? form_of(slot).begin()->first.component : c.components;
         };
@@ -237,7 +237,7 @@ void PointFunctions::add_call(const TransformPlan::Function& function, const Cal
                                    : std::make_shared<const StripProgram>(std::span(&argument, std::size_t{1})));
     }
     const auto slot_of = [&](int slot) {
-        const auto found = std::find(function.results.begin(), function.results.end(), slot - call.first);
+        const auto found = std::ranges::find(function.results, slot - call.first);
         return found == function.results.end() ? -1
                                                : function.first + static_cast<int>(found - function.results.begin());
     };
@@ -274,7 +274,7 @@ void PointFunctions::call(const Evaluated& one, std::size_t size, Rows& rows) co
             out[k] = one.values[k] >= 0 ? rows.result(one.values[k], first) : unread[k].data();
         one.function->values(size, arguments, std::span(out).first(one.values.size()));
     }
-    if (std::all_of(one.slopes.begin(), one.slopes.end(), [](int slot) { return slot < 0; })) return;
+    if (std::ranges::all_of(one.slopes, [](int slot) { return slot < 0; })) return;
     std::vector<double> point(arguments.size());
     for (std::size_t i = 0; i < size; ++i) {
         for (std::size_t a = 0; a < point.size(); ++a)

@@ -3,7 +3,6 @@
 #include <array>
 #include <complex>
 #include <mutex>
-#include <set>
 
 #include "model/compiled.hpp"
 #include "model/explicit_part.hpp"
@@ -161,7 +160,7 @@ void ExplicitPart::Work::plan_outputs() {
 void ExplicitPart::Work::plan_balance() {
     std::vector<bool> results;
     for (int k = 0; k < c_->components; ++k) results.push_back(is_held(k) && c_->in_balance(k));
-    if (std::find(results.begin(), results.end(), true) == results.end()) return;
+    if (std::ranges::find(results, true) == results.end()) return;
     std::vector<Symbol> matrices;
     for (const double q : wavenumbers_.q) {
         Symbol& balance = matrices.emplace_back();
@@ -327,8 +326,8 @@ void ExplicitPart::Work::note(const numerics::Strip& strip) {
             high[0] = std::max(high[0], values[i]);
         }
         const std::lock_guard lock(mutex_);
-        one.range.min = std::min(one.range.min, *std::min_element(low.begin(), low.end()));
-        one.range.max = std::max(one.range.max, *std::max_element(high.begin(), high.end()));
+        one.range.min = std::min(one.range.min, *std::ranges::min_element(low));
+        one.range.max = std::max(one.range.max, *std::ranges::max_element(high));
     }
 }
 
@@ -431,8 +430,8 @@ double ExplicitPart::bytes(const Equations& equations, const numerics::Grid& gri
     const TransformPlan plan = transform_plan(*equations.compiled_);
     const double spectra = static_cast<double>(numerics::modes(grid)) * sizeof(Complex);
     const auto inputs = static_cast<double>(plan.inputs.size()), outputs = static_cast<double>(plan.values.size());
-    const auto derived = static_cast<double>(
-        std::count_if(plan.inputs.begin(), plan.inputs.end(), [](const auto& form) { return !is_plain(form); }));
+    const auto derived =
+        static_cast<double>(std::ranges::count_if(plan.inputs, [](const auto& form) { return !is_plain(form); }));
     double total = spectra * (derived + outputs + 2.0 * (inputs + outputs) / (degree + 1));
     if (const CompiledEquations& c = *equations.compiled_; !c.forces.empty())
         total +=

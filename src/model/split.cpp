@@ -124,7 +124,7 @@ bool vanishes(const CompiledEquations& c, Expression value) try {
     for (const int slot : slots_of(value)) {
         if (slot < first_atom || c.call_at(slot) != nullptr) continue;
         const LinearForm& form = c.atoms[static_cast<std::size_t>(slot - first_atom)];
-        if (std::none_of(form.begin(), form.end(), [](const auto& e) { return e.first.order == Order{}; }))
+        if (std::ranges::none_of(form, [](const auto& e) { return e.first.order == Order{}; }))
             value = bind(value, slot, 0.0);
     }
     return is_zero(value);
@@ -252,7 +252,7 @@ private:
 
     /// The slot of a linear form at points.
     int slot_of(const LinearForm& form) {
-        const auto found = std::find(c_.atoms.begin(), c_.atoms.end(), form);
+        const auto found = std::ranges::find(c_.atoms, form);
         const auto place = static_cast<int>(found - c_.atoms.begin());
         if (found == c_.atoms.end()) c_.atoms.push_back(form);
         return first_atom + place;

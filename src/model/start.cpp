@@ -39,7 +39,7 @@ std::vector<std::string> names_of(const std::vector<StateComponent>& components)
 
 /// The index of a component of a state; -1 if there is none of that name.
 int index_of(const std::string& name, const std::vector<std::string>& names) {
-    const auto found = std::find(names.begin(), names.end(), name);
+    const auto found = std::ranges::find(names, name);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
 }
 
@@ -209,7 +209,7 @@ void set_formulas(const Start& start, const std::vector<std::string>& names, con
     numerics::Transform(system.grid, system.degree, threads).forward(cells, made);
     for (const auto& [name, formula] : start.formulas) {
         const int c = index_of(name, names);
-        std::copy(made[c].begin(), made[c].end(), state[c].begin());
+        std::ranges::copy(made[c], state[c].begin());
     }
 }
 
@@ -267,7 +267,7 @@ void warn_of_divergence(const Start& start, const Equations& equations, const nu
                         std::vector<std::string>& warnings) {
     const std::vector<Field>& fields = equations.model().fields;
     if (start.kind != StartKind::formula && start.kind != StartKind::mode) return;
-    if (std::none_of(fields.begin(), fields.end(), [](const Field& one) { return one.solenoidal; })) return;
+    if (std::ranges::none_of(fields, [](const Field& one) { return one.solenoidal; })) return;
     Threads one(1);
     Start given = start;
     if (given.kind == StartKind::formula) given.amplitude = 0.0;

@@ -216,11 +216,9 @@ void SummandReader::check_product(const Summand& summand) const {
             for (const int slot : slots_of(value)) {
                 if (slot < first_atom) continue;
                 const LinearForm& form = algebra_.form_of(slot);
-                const bool any =
-                    std::any_of(form.begin(), form.end(), [this](const auto& e) { return is_noise(e.first); });
+                const bool any = std::ranges::any_of(form, [this](const auto& e) { return is_noise(e.first); });
                 if (!any) continue;
-                const bool all =
-                    std::all_of(form.begin(), form.end(), [this](const auto& e) { return is_noise(e.first); });
+                const bool all = std::ranges::all_of(form, [this](const auto& e) { return is_noise(e.first); });
                 check(all, "adds noise to fields in a factor", once);
                 slots.insert(slot);
                 without = without_noise(without, slot);
@@ -235,8 +233,7 @@ void SummandReader::check_product(const Summand& summand) const {
 
 void SummandReader::check_mass(const Field& field, const Value& mass) const {
     for (const Component& part : mass.components) {
-        bool any =
-            std::any_of(part.linear.begin(), part.linear.end(), [this](const auto& e) { return is_noise(e.first); });
+        bool any = std::ranges::any_of(part.linear, [this](const auto& e) { return is_noise(e.first); });
         for (const auto& [order, node] : part.rest) any = any || reads_noise(node);
         require(!any, field.mass.where, "the mass of {} has noise; expected a function of the fields", field.symbol);
     }

@@ -11,8 +11,8 @@ namespace drover::model {
 using numerics::Wavevector;
 
 bool CompiledEquations::has_sums() const {
-    return std::any_of(model.fields.begin(), model.fields.end(), [](const Field& one) { return one.noise != 0.0; }) ||
-           std::any_of(noise_rows.begin(), noise_rows.end(), [](const LinearForm& row) { return !row.empty(); });
+    return std::ranges::any_of(model.fields, [](const Field& one) { return one.noise != 0.0; }) ||
+           std::ranges::any_of(noise_rows, [](const LinearForm& row) { return !row.empty(); });
 }
 
 bool Equations::has_noise() const { return compiled_->has_sums() || has_product_noise(); }
@@ -62,8 +62,7 @@ Symbol CompiledEquations::product_symbol(const UniformState& uniform, const Wave
                 for (const PointFunction& function : term.rows[k].functions)
                     for (const PointFunction::Slope& slope : function.slopes) {
                         const LinearForm& form = driven.atoms[static_cast<std::size_t>(slope.slot - first_atom)];
-                        if (std::any_of(form.begin(), form.end(),
-                                        [&](const auto& e) { return e.first.component >= components; }))
+                        if (std::ranges::any_of(form, [&](const auto& e) { return e.first.component >= components; }))
                             add(k, form, function.order, driven.limit_at(slope.value, slots));
                     }
             }

@@ -94,8 +94,7 @@ double Coefficient::at(const Densities& densities) const {
 
 bool Coefficient::depends_on(std::size_t density) const {
     if (table_) return density == 0 ? table_->depends_on_first() : table_->depends_on_second();
-    return std::any_of(monomials_.begin(), monomials_.end(),
-                       [density](const Monomial& m) { return m.powers[density] > 0; });
+    return std::ranges::any_of(monomials_, [density](const Monomial& m) { return m.powers[density] > 0; });
 }
 
 int Coefficient::degree() const {

@@ -138,9 +138,9 @@ void check_moved(const ModelValues& model, const Locate& locate) {
     for (const FieldRow& field : file.fields) {
         if (!field.conserved || field.present.empty() || is_standard(model, field.present)) continue;
         if (presence(model, field) == Presence::absent) continue;
-        const bool has_text = std::any_of(model.text_terms.begin(), model.text_terms.end(),
-                                          [&](const TextTerm& term) { return term.of == field.alias; });
-        const bool has_term = std::any_of(field.terms.begin(), field.terms.end(), [&](const TermRow& term) {
+        const bool has_text =
+            std::ranges::any_of(model.text_terms, [&](const TextTerm& term) { return term.of == field.alias; });
+        const bool has_term = std::ranges::any_of(field.terms, [&](const TermRow& term) {
             const auto row = std::ranges::find(file.coefficients, term.key, &CoefficientRow::key);
             return row == file.coefficients.end() ? has_fields(model, term.needs) : number(model, term.key) != 0.0;
         });
@@ -168,7 +168,7 @@ CompiledModel::CompiledModel(const ModelValues& the_model, const Locate& locate,
 }
 
 bool is_in_mass(const FieldRow& field, const FieldRow& density) {
-    return std::find(field.mass_factors.begin(), field.mass_factors.end(), density.symbol) != field.mass_factors.end();
+    return std::ranges::find(field.mass_factors, density.symbol) != field.mass_factors.end();
 }
 
 double mass_factor(const CompiledModel& model, const FieldRow& field) {

@@ -21,7 +21,7 @@ int kept_degree(const Equations& equations, const numerics::Dealiasing& dealiasi
             equations.terms()[n] == key_of_term(field.symbol, field.symbol))
             continue;
         // One that is a nonlinear function of the fields counts as two factors.
-        const bool is_product = pointwise != nullptr && std::count(term.reads.begin(), term.reads.end(), balanced) > 0;
+        const bool is_product = pointwise != nullptr && std::ranges::count(term.reads, balanced) > 0;
         max_degree = std::max(max_degree, term.degree + (is_product ? 1 : 0));
     }
     // 1/rho has no finite degree: its products count as quadratic, and outputs tell the tail of the spectrum.

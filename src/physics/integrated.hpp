@@ -1,7 +1,6 @@
 // physics/integrated.hpp: the equations of a model file as a run integrates them.
 #pragma once
 #include <string>
-#include <vector>
 
 #include "model/field_evolution.hpp"
 #include "numerics/steppers/kept_modes.hpp"

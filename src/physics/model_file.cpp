@@ -22,7 +22,7 @@ std::vector<const FieldRow*> densities(const ModelFile& file) {
 
 std::string words_of(const FieldRow& field) {
     std::string words = field.name;
-    std::replace(words.begin(), words.end(), '_', ' ');
+    std::ranges::replace(words, '_', ' ');
     return words;
 }
 

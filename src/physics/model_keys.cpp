@@ -105,7 +105,7 @@ std::vector<ModelKey> table_keys(const ModelFile& file) {
 
 bool is_mean(const std::string& key, const ModelFile& file) {
     const std::vector<const FieldRow*> fields = densities(file);
-    return std::any_of(fields.begin(), fields.end(), [&](const FieldRow* field) { return field->reference == key; });
+    return std::ranges::any_of(fields, [&](const FieldRow* field) { return field->reference == key; });
 }
 
 const std::string* doc_of_section(const std::string& name, const ModelFile& file) {
@@ -127,8 +127,7 @@ std::vector<CoefficientValue> named_parts(const ModelValues& model, const TermRo
                     {row.by, row.name, formula, "", *doc_of_section(row.by.substr(0, row.by.find('.')), file)});
     }
     const std::string* doc = doc_of_section(term.key, file);
-    const bool is_on =
-        std::any_of(term.on.begin(), term.on.end(), [&](const std::string& key) { return !is_standard(model, key); });
+    const bool is_on = std::ranges::any_of(term.on, [&](const std::string& key) { return !is_standard(model, key); });
     if (doc == nullptr || !is_on) return result;
     std::string value = text("({}, {})", number(model, term.key + ".x"), number(model, term.key + ".y"));
     std::string unit;

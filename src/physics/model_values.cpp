@@ -38,7 +38,7 @@ const TableColumn& TableData::column(const std::string& key) const {
 }
 
 bool TableData::has_values() const {
-    return std::any_of(columns.begin(), columns.end(), [](const auto& one) { return !one.second.values.empty(); });
+    return std::ranges::any_of(columns, [](const auto& one) { return !one.second.values.empty(); });
 }
 
 double number(const ModelValues& model, const std::string& key) { return std::get<double>(value_of(model, key)); }
@@ -83,8 +83,8 @@ Presence presence(const ModelValues& model, const std::string& symbol) {
 }
 
 bool has_fields(const ModelValues& model, const std::vector<std::string>& symbols) {
-    return std::all_of(symbols.begin(), symbols.end(),
-                       [&](const std::string& symbol) { return presence(model, symbol) != Presence::absent; });
+    return std::ranges::all_of(symbols,
+                               [&](const std::string& symbol) { return presence(model, symbol) != Presence::absent; });
 }
 
 SourceKind source_kind(const ModelValues& model) {
@@ -100,7 +100,7 @@ Densities mean_densities(const ModelValues& model) {
 
 bool has_noise(const ModelValues& model) {
     const auto& rows = model.file->coefficients;
-    return std::any_of(rows.begin(), rows.end(), [&](const CoefficientRow& row) {
+    return std::ranges::any_of(rows, [&](const CoefficientRow& row) {
         return !row.noise_of.empty() && number(model, row.key()) != 0.0;
     });
 }

@@ -84,13 +84,12 @@ ProgramFunction program_function(const CompiledModel& model, const TextTerm& wri
             argument.scale = scale_of_name(model.model, name);
             const std::vector<const FieldRow*> means = densities(*model.model.file);
             argument.is_density =
-                std::any_of(means.begin(), means.end(), [&](const FieldRow* field) { return field->alias == name; });
+                std::ranges::any_of(means, [&](const FieldRow* field) { return field->alias == name; });
             if (argument.is_density) argument.value = argument.scale;
         }
         f.arguments.push_back(argument);
     }
-    require(std::any_of(f.arguments.begin(), f.arguments.end(),
-                        [](const Argument& a) { return a.kind == Argument::Kind::field; }),
+    require(std::ranges::any_of(f.arguments, [](const Argument& a) { return a.kind == Argument::Kind::field; }),
             written.where, "{} has no field among its arguments; expected one or more, such as order_x, order_y",
             f.name);
     return f;
@@ -121,7 +120,7 @@ std::vector<double> values_of(const ProgramFunction& f, std::size_t size, std::s
 /// "nan at order_x = 0.5, order_y = 0" of the first value that is not finite; "" if all are.
 std::string not_finite(const ProgramFunction& f, std::size_t size, std::span<const PointArgument> arguments,
                        const std::vector<double>& values) {
-    const auto bad = std::find_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v); });
+    const auto bad = std::ranges::find_if(values, [](double v) { return !std::isfinite(v); });
     if (bad == values.end()) return "";
     const std::size_t point = static_cast<std::size_t>(bad - values.begin()) % size;
     std::vector<std::string> at;

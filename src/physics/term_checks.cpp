@@ -17,8 +17,7 @@ struct Balance {
 
     bool has_own(const std::vector<int>& components) const {
         const int first = equations.component(field.symbol), width = field.spin == 0 ? 1 : 2;
-        return std::any_of(components.begin(), components.end(),
-                           [&](int k) { return k >= first && k < first + width; });
+        return std::ranges::any_of(components, [&](int k) { return k >= first && k < first + width; });
     }
 };
 

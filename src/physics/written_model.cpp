@@ -2,7 +2,6 @@
 #include "physics/written_model.hpp"
 
 #include <algorithm>
-#include <map>
 
 #include "physics/program_functions.hpp"
 
@@ -12,8 +11,7 @@ namespace {
 /// Throws an input Error if the model does not have the equation.
 const FieldRow& target_of(const CompiledModel& model, const TextTerm& written) {
     const std::vector<FieldRow>& fields = model.model.file->fields;
-    const auto target =
-        std::find_if(fields.begin(), fields.end(), [&](const FieldRow& one) { return written.of == one.alias; });
+    const auto target = std::ranges::find_if(fields, [&](const FieldRow& one) { return written.of == one.alias; });
     std::vector<std::string> names;
     for (const FieldRow& field : fields) names.push_back(field.alias);
     require(target != fields.end(), written.where, "of = \"{}\"; expected one of {}: the field of the equation",
@@ -85,8 +83,7 @@ bool is_active(const CompiledModel& m, const TermRow& term) {
     if (const auto found = m.coefficients.find(term.key); found != m.coefficients.end())
         return found->second.is_active() && has_fields(m.model, coefficient_row(term.key, file).needs);
     if (!term.on.empty())
-        return std::any_of(term.on.begin(), term.on.end(),
-                           [&](const std::string& key) { return !is_standard(m.model, key); });
+        return std::ranges::any_of(term.on, [&](const std::string& key) { return !is_standard(m.model, key); });
     return has_fields(m.model, term.needs);
 }
 
@@ -138,10 +135,9 @@ void add_coefficients(const CompiledModel& m, model::Model& result) {
 void add_source(const ModelValues& model, model::Model& result) {
     const SourceRow& source = model.file->source;
     const auto value = [&](const char* name) { return number(model, source.section + "." + name); };
-    const bool is_used = std::any_of(model.file->fields.begin(), model.file->fields.end(), [&](const FieldRow& field) {
+    const bool is_used = std::ranges::any_of(model.file->fields, [&](const FieldRow& field) {
         return presence(model, field) != Presence::absent &&
-               std::any_of(field.terms.begin(), field.terms.end(),
-                           [&](const TermRow& term) { return term.key == source.section; });
+               std::ranges::any_of(field.terms, [&](const TermRow& term) { return term.key == source.section; });
     });
     if (source_kind(model) != SourceKind::point || !is_used) {
         result.definitions.push_back({source.symbol, {text("{0}_x e_x + {0}_y e_y", source.section), {}}});
@@ -222,20 +218,18 @@ namespace {
 /// Whether two models have the same terms in the same form.
 bool has_same_terms(const ModelValues& a, const ModelValues& b) {
     const std::vector<const FieldRow*> means = densities(*a.file);
-    const bool has_densities = std::all_of(means.begin(), means.end(), [&](const FieldRow* field) {
-        return presence(a, *field) != Presence::absent;
-    });
+    const bool has_densities =
+        std::ranges::all_of(means, [&](const FieldRow* field) { return presence(a, *field) != Presence::absent; });
     const auto may_differ = [&](const KeyRow& row) {
-        return std::any_of(means.begin(), means.end(), [&](const FieldRow* field) {
+        return std::ranges::any_of(means, [&](const FieldRow* field) {
             return row.key() == field->area || (has_densities && row.key() == field->reference);
         });
     };
     const auto factors = [&](const KeyRow& row) {  // their coefficients are compared
-        return std::any_of(a.file->coefficients.begin(), a.file->coefficients.end(),
-                           [&](const CoefficientRow& one) { return one.factor_key == row.key(); });
+        return std::ranges::any_of(a.file->coefficients,
+                                   [&](const CoefficientRow& one) { return one.factor_key == row.key(); });
     };
-    return a.text_terms.empty() && b.text_terms.empty() &&
-           std::all_of(a.file->keys.begin(), a.file->keys.end(), [&](const KeyRow& row) {
+    return a.text_terms.empty() && b.text_terms.empty() && std::ranges::all_of(a.file->keys, [&](const KeyRow& row) {
                return may_differ(row) || factors(row) || a.values.at(row.key()) == b.values.at(row.key());
            });
 }

@@ -49,7 +49,7 @@ void advance(Session& guarded, std::int64_t steps) {
     require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
     const Use use(guarded);
     const std::vector<physics::TextTerm>& terms = guarded.held.scene().model.text_terms;
-    if (std::any_of(terms.begin(), terms.end(), [](const physics::TextTerm& term) { return term.call != nullptr; }))
+    if (std::ranges::any_of(terms, [](const physics::TextTerm& term) { return term.call != nullptr; }))
         return advance_with_functions(guarded, steps);
     const py::gil_scoped_release release;
     SignalPoll poll;

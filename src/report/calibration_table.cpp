@@ -31,8 +31,7 @@ const std::array usual_columns{Column{"drag", "alpha/Gamma"},
 
 /// Whether any entry is not merely set.
 bool has_results(const calibrate::TableRow& row) {
-    return std::any_of(row.entries.begin(), row.entries.end(),
-                       [](const TableEntry& entry) { return entry.origin != Origin::set; });
+    return std::ranges::any_of(row.entries, [](const TableEntry& entry) { return entry.origin != Origin::set; });
 }
 
 /// The usual ones that the table has, then the quantities of assays of which these show nothing.
@@ -46,10 +45,10 @@ std::vector<Column> columns_of(const calibrate::Table& table) {
     const std::vector<Column> usual = columns;
     for (const calibrate::Assay& assay : calibrate::make_assays({})) {
         const auto is_of_assay = [&](const Column& column) {  // g, the row alignment, contains what that assay measures
-            return column.row == assay.name || std::any_of(assay.quantities.begin(), assay.quantities.end(),
-                                                           [&](const auto& one) { return one.name == column.row; });
+            return column.row == assay.name ||
+                   std::ranges::any_of(assay.quantities, [&](const auto& one) { return one.name == column.row; });
         };
-        if (std::any_of(usual.begin(), usual.end(), is_of_assay)) continue;
+        if (std::ranges::any_of(usual, is_of_assay)) continue;
         for (const calibrate::Quantity& quantity : assay.quantities)
             if (quantity.wanted) add({quantity.name, quantity.name});
     }
@@ -65,8 +64,7 @@ std::string cell_text(const TableEntry& entry) {
 std::string remarks_text(const calibrate::Table& table, const std::vector<Column>& columns) {
     std::string out;
     for (const calibrate::TableRow& row : table.rows) {
-        if (std::none_of(columns.begin(), columns.end(), [&](const Column& one) { return one.row == row.name; }))
-            continue;
+        if (std::ranges::none_of(columns, [&](const Column& one) { return one.row == row.name; })) continue;
         for (std::size_t i = 0; i < row.entries.size(); ++i) {
             const TableEntry& entry = row.entries[i];
             if (!calibrate::lacks_input(table, row, i) &&

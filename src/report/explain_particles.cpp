@@ -5,7 +5,7 @@
 
 #include "dem/contact/contact_law.hpp"
 #include "io/trajectory.hpp"
-#include "jobs/calibration/calibration.hpp"
+#include "jobs/calibration/calibration_layout.hpp"
 #include "report/explain.hpp"
 
 namespace drover::report {
@@ -27,7 +27,7 @@ run::Record supply_of(const char* name, const std::vector<Body>& list, const dem
         lengths.push_back(bodies.shapes[n].head - bodies.shapes[n].tail);
     }
     const auto range = [](const char* of, const char* unit, const std::vector<double>& values) {
-        const auto [min, max] = std::minmax_element(values.begin(), values.end());
+        const auto [min, max] = std::ranges::minmax_element(values);
         return run::Entry{.name = of,
                           .unit = unit,
                           .meaning = "smallest and largest",

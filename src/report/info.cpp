@@ -37,7 +37,7 @@ std::string content_text(const files::Array& array) {
     for (const std::size_t size : array.shape) sizes.push_back(text("{}", size));
     std::string out = joined(sizes, " by ");
     if (!finite.empty()) {
-        const auto [min, max] = std::minmax_element(finite.begin(), finite.end());
+        const auto [min, max] = std::ranges::minmax_element(finite);
         out += text(": {:.6g} to {:.6g}", *min, *max);
     }
     if (finite.size() < array.values.size()) out += text(", {} not finite", array.values.size() - finite.size());

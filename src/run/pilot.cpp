@@ -36,9 +36,9 @@ Pilot run_pilot(const io::Scene& scene, Threads& threads, double max_step_error)
         return simulation_type_of(pilot_alone).make(pilot_alone, threads, {});
     }();
     Simulation& simulation = *made;
-    const auto samples =
-        std::find_if(simulation.recordings.begin(), simulation.recordings.end(),
-                     [](const auto& scheduled) { return scheduled.recording.group == field_samples_group; });
+    const auto samples = std::ranges::find_if(simulation.recordings, [](const auto& scheduled) {
+        return scheduled.recording.group == field_samples_group;
+    });
     Pilot pilot;
     for (const files::Quantity& quantity : samples->recording.quantities)
         if (quantity.axes.empty() && quantity.name != "step_error") pilot.names.push_back(quantity.name);

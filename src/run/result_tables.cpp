@@ -3,7 +3,6 @@
 #include <cmath>
 #include <map>
 
-#include "drover/base/text.hpp"
 #include "run/result.hpp"
 
 namespace drover::run {
@@ -13,7 +12,7 @@ double stored_value(const Entry& entry) {
     if (const auto* count = std::get_if<std::int64_t>(&entry.value)) return static_cast<double>(*count);
     if (const auto* flag = std::get_if<bool>(&entry.value)) return *flag ? 1.0 : 0.0;
     const auto& words = std::get<std::string>(entry.value);
-    return static_cast<double>(std::find(entry.choices.begin(), entry.choices.end(), words) - entry.choices.begin());
+    return static_cast<double>(std::ranges::find(entry.choices, words) - entry.choices.begin());
 }
 
 std::string stored_meaning(const Entry& entry) {
@@ -44,7 +43,7 @@ std::string unit_of(const Entry& entry) { return entry.unit.empty() ? "1" : entr
 /// "mean" and "error" make mean_error, "mean" and "" mean.
 std::string name_in(const std::string& record, const std::string& name) {
     std::string joint = record.empty() ? name : name.empty() ? record : record + "_" + name;
-    std::replace(joint.begin(), joint.end(), '-', '_');
+    std::ranges::replace(joint, '-', '_');
     return joint;
 }
 
@@ -179,8 +178,7 @@ void add_record(const Record& record, const std::string& around, Tables& tables)
 
 void add_list(const List& list, const std::string& group, Tables& tables) {
     if (!list.shown.archive) return;
-    const bool has_groups =
-        std::any_of(list.rows.begin(), list.rows.end(), [](const Record& row) { return !row.group.empty(); });
+    const bool has_groups = std::ranges::any_of(list.rows, [](const Record& row) { return !row.group.empty(); });
     if (has_groups) {
         for (const Record& row : list.rows) add_record(row, group, tables);
         return;
@@ -189,8 +187,7 @@ void add_list(const List& list, const std::string& group, Tables& tables) {
     std::map<std::string, Flattened> found;
     flatten(list, {}, {}, counters, found);
     for (const auto& [name, flat] : found) {
-        const bool is_grid =
-            std::all_of(flat.path.begin(), flat.path.end(), [](const List* one) { return !one->coordinate.empty(); });
+        const bool is_grid = std::ranges::all_of(flat.path, [](const List* one) { return !one->coordinate.empty(); });
         const std::string own = flat.path.back()->group;
         files::ResultTable& table = tables[own.empty() ? group : own];
         if (is_grid) add_grid(flat, table);

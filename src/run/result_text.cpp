@@ -10,7 +10,7 @@ namespace drover::run {
 
 namespace {
 std::string words_of(std::string name) {
-    std::replace(name.begin(), name.end(), '_', ' ');
+    std::ranges::replace(name, '_', ' ');
     return name;
 }
 
@@ -134,8 +134,8 @@ void add_list(const List& list, const std::string& indent, std::string& out) {
         return;
     }
     if (!list.heading.empty()) out += indent + list.heading + "\n";
-    const bool is_innermost = std::all_of(list.rows.begin(), list.rows.end(),
-                                          [](const Record& row) { return row.lists.empty() && row.heading.empty(); });
+    const bool is_innermost =
+        std::ranges::all_of(list.rows, [](const Record& row) { return row.lists.empty() && row.heading.empty(); });
     if (is_innermost) return add_table(list, indent, out);
     for (const Record& row : list.rows)
         if (row.shown.text) add_record(row, indent, out);

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cfenv>
-#include <cmath>
-#include <optional>
 #include <utility>
 
 #include "base/log.hpp"
@@ -20,7 +18,6 @@
 #include "run/loop/same_run.hpp"
 #include "run/loop/scene_support.hpp"
 #include "run/loop/signals.hpp"
-#include "run/report/report.hpp"
 #include "run/simulation_type.hpp"
 #include "run/step_choice.hpp"
 
@@ -73,7 +70,7 @@ RunOutcome finish(const io::Scene& scene, const LoopOutcome& loop, const std::fi
         archive.commit();
         if (!quiet)
             for (const std::string& warning : report->warnings)
-                if (std::find(logged.begin(), logged.end(), warning) == logged.end()) log_warning("{}", warning);
+                if (std::ranges::find(logged, warning) == logged.end()) log_warning("{}", warning);
     }
     std::error_code problem;
     return {.loop = loop,

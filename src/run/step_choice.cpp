@@ -2,14 +2,11 @@
 #include "run/step_choice.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
-#include "base/log.hpp"
 #include "drover/base/error.hpp"
 #include "drover/measure/statistics.hpp"
 #include "numerics/steppers/time_method.hpp"
-#include "run/fields/field_simulation.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/pilot.hpp"
 #include "run/simulation_type.hpp"

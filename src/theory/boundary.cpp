@@ -46,7 +46,7 @@ void add_margins(const MarginOf& margin, const ComputeAll& compute, BoundaryLine
     const std::vector<double> found = compute(line.points.size(), width, [&](std::size_t i, std::span<double> numbers) {
         const Margin at = margin({line.points[i].x, line.points[i].y});
         const std::array all{at.value, at.angle, at.q, at.frequency, at.is_uniform ? 1.0 : 0.0};
-        std::copy(all.begin(), all.end(), numbers.begin());
+        std::ranges::copy(all, numbers.begin());
     });
     for (std::size_t i = 0; i < line.points.size(); ++i) {
         const double* at = &found[i * width];

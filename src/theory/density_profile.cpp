@@ -21,13 +21,12 @@ double share_above(std::span<const double> values, double middle) {
 }  // namespace
 
 DensityProfile density_profile(std::span<const double> density, double lx) {
-    const auto [min, max] = std::minmax_element(density.begin(), density.end());
+    const auto [min, max] = std::ranges::minmax_element(density);
     const double middle = 0.5 * (*min + *max), range = *max - *min;
     constexpr double rounding = 1e-12;
     if (range <= rounding * std::abs(middle)) return {.low = middle, .high = middle};  // uniform
     const std::size_t n = density.size();
-    const auto above =
-        static_cast<std::size_t>(std::count_if(density.begin(), density.end(), [&](double d) { return d > middle; }));
+    const auto above = static_cast<std::size_t>(std::ranges::count_if(density, [&](double d) { return d > middle; }));
     DensityProfile profile{.width = lx * share_above(density, middle)};
     constexpr double flat = 1e-3;  // of the range, over a quarter of the part
     const auto flattest = [&](bool is_high, std::size_t& place, bool& is_flat) {

@@ -24,8 +24,8 @@ PointDraws of_margins(std::span<const double> of_draws) {
     std::vector<double> margins(of_draws.begin(), of_draws.end());
     std::erase_if(margins, [](double margin) { return std::isnan(margin); });
     if (margins.empty() || 2 * margins.size() < draws) return {};
-    std::sort(margins.begin(), margins.end());
-    const auto unstable = std::lower_bound(margins.begin(), margins.end(), 0.0) - margins.begin();
+    std::ranges::sort(margins);
+    const auto unstable = std::ranges::lower_bound(margins, 0.0) - margins.begin();
     return {.share = static_cast<double>(unstable) / static_cast<double>(margins.size()),
             .deviation = over_error(margins)};
 }
@@ -176,7 +176,7 @@ private:
     }
     /// Whether no draw changes its sign between the corners of a block.
     bool is_uniform(int x, int y) const {
-        return std::all_of(signs_.begin(), signs_.end(), [&](const Signs& one) {
+        return std::ranges::all_of(signs_, [&](const Signs& one) {
             const Sign first = one.at(index(x, y));
             return first == one.at(index(x + stride, y)) && first == one.at(index(x, y + stride)) &&
                    first == one.at(index(x + stride, y + stride));

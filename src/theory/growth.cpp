@@ -47,7 +47,7 @@ std::vector<double> with_maxima(const model::LinearisedAt& at, double angle, con
         const double fine = numerics::golden_maximum(low, high, rate);
         if (rate(fine) > rates[k]) places.push_back(fine);
     }
-    std::sort(places.begin(), places.end());
+    std::ranges::sort(places);
     return places;
 }
 }  // namespace

@@ -56,8 +56,7 @@ InstabilityKind kind_of_wave(const Landscape& land, const Growth& found, double 
     if (across > 1e-6 || std::abs(found.frequency) > 1e-9 * std::abs(found.rate)) return InstabilityKind::oblique;
     // Sound of a negative stiffness grows in proportion to q, and faster at other angles.
     const std::vector<SlowMode> slow = slow_modes(land.state, angle).modes;
-    const bool is_sound =
-        std::any_of(slow.begin(), slow.end(), [](const SlowMode& mode) { return mode.speed.imag() > 0.0; });
+    const bool is_sound = std::ranges::any_of(slow, [](const SlowMode& mode) { return mode.speed.imag() > 0.0; });
     return is_sound ? InstabilityKind::oblique : InstabilityKind::phase_separation;
 }
 
@@ -131,13 +130,13 @@ std::vector<Instability> isotropic_instabilities(const Landscape& land, const Gr
         add_change(x);
     }
     for (const Band& band : growth_bands(land.state, 0.0, search)) {
-        const bool is_known = std::any_of(found.begin(), found.end(), [&](const Instability& one) {
+        const bool is_known = std::ranges::any_of(found, [&](const Instability& one) {
             constexpr double rounding = 1e-9;  // of exp and log
             return one.q <= band.max * (1.0 + rounding) && (one.q >= band.min * (1.0 - rounding) || band.reaches_min);
         });
         if (!is_known) found.push_back(found_at(land, std::log(band.q), 0.0));
     }
-    std::stable_sort(found.begin(), found.end(), faster);
+    std::ranges::stable_sort(found, faster);
     return found;
 }
 
@@ -207,7 +206,7 @@ std::vector<Instability> anisotropic_instabilities(const Landscape& land, const 
             if (!quarter || (turned > 1e-6 && turned < right_angle - 1e-6)) add(fine, turned);
         }
     }
-    std::stable_sort(found.begin(), found.end(), faster);
+    std::ranges::stable_sort(found, faster);
     return found;
 }
 }  // namespace
@@ -225,8 +224,8 @@ GrowingWaves growing_waves(const model::LinearisedAt& at, const GrowthSearch& se
                 .fastest = refined_wave(at, search, land.log_q, {best, 0.0}, 0.0)};
     }
     const Looks looks = look_around(land, threads);
-    const auto top = std::max_element(looks.best.begin(), looks.best.end(),
-                                      [](const auto& a, const auto& b) { return a.value < b.value; });
+    const auto top =
+        std::ranges::max_element(looks.best, [](const auto& a, const auto& b) { return a.value < b.value; });
     const double angle = static_cast<double>(top - looks.best.begin()) * step_angle;
     GrowingWaves result{.kinds = anisotropic_instabilities(land, looks),
                         .fastest = refined_wave(at, search, land.log_q, {top->place, angle}, step_angle)};

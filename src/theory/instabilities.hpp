@@ -1,7 +1,6 @@
 // theory/instabilities.hpp: what grows on a uniform state and what kind it is; branches of modes over all waves.
 #pragma once
 #include <array>
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -2,8 +2,6 @@
 #include "theory/limits.hpp"
 #include "base/constants.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 

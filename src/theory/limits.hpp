@@ -4,7 +4,6 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "theory/boundary.hpp"
 #include "theory/point_theory.hpp"

@@ -43,7 +43,7 @@ MatrixXd factors_of(const model::LinearisedAt& at, int x, int y) {
     const std::vector<int>& members = at.members();
     for (const auto& [field, first] : model::placed_fields(at.equations().model())) {
         const auto component = static_cast<int>(first);
-        const auto begin = std::find(members.begin(), members.end(), component);
+        const auto begin = std::ranges::find(members, component);
         if (field.spin == 0 || begin == members.end()) continue;
         auto block = result.block<2, 2>(begin - members.begin(), begin - members.begin());
         const double largest = block.cwiseAbs().maxCoeff();
@@ -253,8 +253,9 @@ VectorXcd speeds_of(const MatrixXd& u) {
         if (std::abs(speed.imag()) < same * size) speed = speed.real();
         if (std::abs(speed) < 1e-13 * size) speed = 0.0;  // rounding
     }
-    std::sort(speeds.begin(), speeds.end(),
-              [](Complex a, Complex b) { return a.real() != b.real() ? a.real() < b.real() : a.imag() < b.imag(); });
+    std::ranges::sort(speeds, [](Complex a, Complex b) {
+        return a.real() != b.real() ? a.real() < b.real() : a.imag() < b.imag();
+    });
     for (int i = 1; i < speeds.size(); ++i)  // one cluster, one speed
         if (std::abs(speeds(i) - speeds(i - 1)) < same * size) speeds(i) = speeds(i - 1);
     return speeds;
@@ -387,7 +388,7 @@ SlowModes slow_modes(const model::LinearisedAt& at, double angle) {
         if (std::abs(mode.speed) <= 1e-13 * (waves.speed_x.norm() + waves.speed_y.norm())) mode.speed = 0.0;
         fastest = std::max(fastest, std::abs(mode.speed));
     }
-    std::sort(result.modes.begin(), result.modes.end(), [fastest](const SlowMode& a, const SlowMode& b) {
+    std::ranges::sort(result.modes, [fastest](const SlowMode& a, const SlowMode& b) {
         if (std::abs(a.speed.real() - b.speed.real()) > 1e-9 * fastest) return a.speed.real() < b.speed.real();
         return a.damping.real() < b.damping.real();
     });

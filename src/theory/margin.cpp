@@ -113,8 +113,8 @@ private:
 }  // namespace
 
 std::size_t ordered_states(const StationaryStates& found) {
-    return static_cast<std::size_t>(std::count_if(found.states.begin(), found.states.end(),
-                                                  [](const StationaryState& state) { return !state.is_isotropic; }));
+    return static_cast<std::size_t>(
+        std::ranges::count_if(found.states, [](const StationaryState& state) { return !state.is_isotropic; }));
 }
 
 Margin margin(const model::Equations& equations, MarginState which, const KnownStates& known,

@@ -23,11 +23,10 @@ std::vector<std::vector<int>> uncoupled_sets(const model::Symbol& m, std::vector
     for (int i = 0; i < rows; ++i)
         for (int j = 0; j < rows; ++j)
             if (m(i, j) != 0.0 && set[static_cast<std::size_t>(i)] != set[static_cast<std::size_t>(j)])
-                std::replace(set.begin(), set.end(), int{set[static_cast<std::size_t>(j)]},
-                             int{set[static_cast<std::size_t>(i)]});
+                std::ranges::replace(set, int{set[static_cast<std::size_t>(j)]}, int{set[static_cast<std::size_t>(i)]});
     std::vector<std::vector<int>> result;
     for (int i = 0; i < rows; ++i) {
-        const auto same = std::find_if(result.begin(), result.end(), [&](const std::vector<int>& members) {
+        const auto same = std::ranges::find_if(result, [&](const std::vector<int>& members) {
             return set[static_cast<std::size_t>(members.front())] == set[static_cast<std::size_t>(i)];
         });
         if (same != result.end()) same->push_back(i);
@@ -76,7 +75,7 @@ Modes sorted_modes(const model::Symbol& m, const std::vector<int>& fields) {
     });
     std::vector<int> order(static_cast<std::size_t>(n));
     std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](int a, int b) {
+    std::ranges::sort(order, [&](int a, int b) {
         const std::complex<double> one = all.rates(a), other = all.rates(b);
         return one.real() != other.real() ? one.real() > other.real() : one.imag() > other.imag();
     });
@@ -112,7 +111,7 @@ Eigen::MatrixXd conserved_means(const model::LinearisedAt& at) {
     std::vector<Eigen::Index> places;
     const std::vector<int>&with_rate = at.equations().state_components(), &state = at.state_components();
     for (std::size_t k = 0; k < with_rate.size(); ++k)
-        if (std::count(state.begin(), state.end(), with_rate[k]) > 0) places.push_back(static_cast<Eigen::Index>(k));
+        if (std::ranges::count(state, with_rate[k]) > 0) places.push_back(static_cast<Eigen::Index>(k));
     return conserved_means(at.equations())(Eigen::all, places);
 }
 

@@ -46,7 +46,7 @@ Eigen::MatrixXd PointTheory::slopes(const model::LinearisedAt& at) const {
 int order_component(const model::Equations& equations) {
     const std::vector<int>& state = equations.state_components();
     for (const int component : model::turning_components(equations.model()))
-        if (std::find(state.begin(), state.end(), component) != state.end()) return component;
+        if (std::ranges::find(state, component) != state.end()) return component;
     return -1;
 }
 
@@ -69,7 +69,7 @@ public:
     AlongAxis(const PointTheory& theory, const model::UniformState& means, int order)
         : theory_(theory), rest_{.state = means}, order_(order), first_(-2) {
         const std::vector<int>& unknowns = theory.unknowns();
-        if (order >= 0) first_ = std::find(unknowns.begin(), unknowns.end(), order) - unknowns.begin();
+        if (order >= 0) first_ = std::ranges::find(unknowns, order) - unknowns.begin();
         if (first_ == static_cast<Eigen::Index>(unknowns.size())) return;
         if (!theory.rates(means).allFinite()) {
             rest_.outcome = Outcome::none;
@@ -151,8 +151,7 @@ private:
     bool are_balanced(const Eigen::VectorXd& rates, const model::UniformState& state) const {
         if (others_.empty()) return true;
         const Eigen::VectorXd sizes = sizes_of(state);
-        return std::all_of(others_.begin(), others_.end(),
-                           [&](Eigen::Index k) { return std::abs(rates(k)) <= 1e-13 * sizes(k); });
+        return std::ranges::all_of(others_, [&](Eigen::Index k) { return std::abs(rates(k)) <= 1e-13 * sizes(k); });
     }
 
     Point with_rates(Point point, const Eigen::VectorXd& rates) const {
@@ -359,9 +358,7 @@ std::optional<PointState> ordered_state(const PointTheory& theory, const model::
 double relaxation_of_order(const PointTheory& theory, const PointState& isotropic) {
     const std::vector<int> turning = model::turning_components(theory.equations().model());
     const std::vector<int>& unknowns = theory.unknowns();
-    const auto place_of = [&](int component) {
-        return std::find(unknowns.begin(), unknowns.end(), component) - unknowns.begin();
-    };
+    const auto place_of = [&](int component) { return std::ranges::find(unknowns, component) - unknowns.begin(); };
     const auto count = static_cast<Eigen::Index>(unknowns.size());
     const int first = order_component(theory.equations());
     if (first < 0) return nan;

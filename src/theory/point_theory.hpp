@@ -1,7 +1,6 @@
 // theory/point_theory.hpp: rates of uniform states and waves about them, of models that differ in a few numbers.
 #pragma once
 #include <functional>
-#include <memory>
 #include <optional>
 #include <vector>
 

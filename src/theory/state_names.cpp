@@ -19,7 +19,7 @@ Eigen::Vector2d vector_at(const model::UniformState& state, int component) {
 /// Zero where it is a rounding error, or the order has no rate.
 Eigen::Vector2d push_on_order(const UniformEquations& equations, int order) {
     const std::vector<int>& state = equations.equations().state_components();
-    const auto found = std::find(state.begin(), state.end(), order);
+    const auto found = std::ranges::find(state, order);
     if (found == state.end()) return Eigen::Vector2d::Zero();
     const Eigen::Index first = found - state.begin(), count = equations.count();
     std::vector<Eigen::Index> others;
@@ -55,7 +55,7 @@ void name_by_values(const model::Model& model, std::vector<StationaryState>& sta
             const auto differs = [&](const StationaryState* state) {
                 return std::abs(state->values[k] - alike[0]->values[k]) > 1e-9 * std::abs(alike[0]->values[k]);
             };
-            if (std::none_of(alike.begin(), alike.end(), differs)) continue;
+            if (std::ranges::none_of(alike, differs)) continue;
             for (StationaryState* state : alike)
                 state->name += text("{} {} = {:.4g}", listed == 0 ? ":" : ",", names[k], state->values[k]);
             ++listed;
@@ -71,11 +71,11 @@ bool name_by_field(const Eigen::Vector2d& field, int order, std::vector<Stationa
         const Eigen::Vector2d p = vector_at(state.values, order);
         if (p.norm() == 0.0 || std::abs(p.x() * axis.y() - p.y() * axis.x()) > 1e-9 * p.norm()) return false;
     }
-    std::stable_sort(states.begin(), states.end(),
-                     [&](const StationaryState& a, const StationaryState& b) { return along(a) > along(b); });
+    std::ranges::stable_sort(states,
+                             [&](const StationaryState& a, const StationaryState& b) { return along(a) > along(b); });
     for (StationaryState& state : states) {
         // Of two on one side the one with less order has a name of its own.
-        const bool has_less = std::any_of(states.begin(), states.end(), [&](const StationaryState& other) {
+        const bool has_less = std::ranges::any_of(states, [&](const StationaryState& other) {
             return (along(other) > 0.0) == (along(state) > 0.0) && std::abs(along(other)) > std::abs(along(state));
         });
         state.name = text("{}{} the field", has_less ? "weakly " : "", along(state) > 0.0 ? "along" : "against");

@@ -346,7 +346,7 @@ std::vector<double> values_on_line(const std::vector<Roots::Root>& roots, Eigen:
     for (const Roots::Root& root : roots) low = std::min(low, root.at.z(k)), high = std::max(high, root.at.z(k));
     constexpr int steps = 64;
     for (int n = 0; n <= 2 * steps; ++n) values.push_back(low + (high - low) * n / steps);
-    std::sort(values.begin(), values.end());
+    std::ranges::sort(values);
     values.erase(std::unique(values.begin(), values.end()), values.end());
     return values;
 }
@@ -420,7 +420,7 @@ StationaryStates found_states(const model::Equations& equations, const model::Un
     const auto key = [&](const StationaryState& state) {
         return std::tuple(!state.is_isotropic, std::sqrt(squared_order(model, state.values)));
     };
-    std::sort(result.states.begin(), result.states.end(), [&](const StationaryState& a, const StationaryState& b) {
+    std::ranges::sort(result.states, [&](const StationaryState& a, const StationaryState& b) {
         const auto [a_kind, a_order] = key(a);
         const auto [b_kind, b_order] = key(b);
         if (a_kind != b_kind) return a_kind < b_kind;

@@ -56,8 +56,7 @@ constexpr double exact_slopes = 1e-11;
 /// By how much linear parts may differ that are the same, relative to their size.
 double rounding_of_slopes(const model::Model& model) {
     const auto has_inexact = [](const std::map<std::string, model::GivenFunction>& functions) {
-        return std::any_of(functions.begin(), functions.end(),
-                           [](const auto& function) { return !function.second.has_exact_slopes; });
+        return std::ranges::any_of(functions, [](const auto& function) { return !function.second.has_exact_slopes; });
     };
     bool is_inexact = has_inexact(model.functions);
     for (const model::Field& field : model.fields)

@@ -150,3 +150,45 @@ def test_a_restart_within_a_piece_that_is_repeated_gives_the_same_bytes(tmp_path
     with h5py.File(tmp_path / "whole.h5") as file:
         assert len(file["step_bias/steps"]) > 4
     assert contents(tmp_path / "whole.h5") == contents(tmp_path / "parts.h5")
+
+
+# Whose rates grow without limit while their mean squares do not: that of T by its offset, that of D by its size.
+SINGULAR = {
+    "a temperature far from zero runs away": ("T", "exp(T - 1000)", "999", 2.7, lambda t: 1000 - np.log(np.e - t)),
+    "the same near zero": ("T", "exp(T)", "-1", 2.7, lambda t: -np.log(np.e - t)),
+    "a drop evaporates": ("D", "-1/D", "1", 0.4999, lambda t: np.sqrt(1 - 2 * t)),
+    "a film ruptures": ("D", "-1/D^3", "1", 0.2499, lambda t: (1 - 4 * t) ** 0.25),
+}
+
+
+@pytest.mark.parametrize("stepper", ["etdrk2", "etdrk4-krogstad"])
+@pytest.mark.parametrize("name", SINGULAR)
+def test_the_error_of_a_rate_that_grows_without_limit_is_told(tmp_path, name, stepper):
+    symbol, rate, start, end, exact = SINGULAR[name]
+    (tmp_path / "s.toml").write_text(f"""
+field = [{{symbol = "{symbol}"}}]
+equations = {{{symbol} = "{rate}"}}
+grid = {{nx = 8, ny = 1}}
+time = {{dt = {end / 50!r}, end = {end}, stepper = "{stepper}"}}
+initial = {{kind = "formula", {symbol} = "{start}"}}
+output = {{frame_every = 0.0, sample_every = {end / 50!r}}}
+""")
+    done = drover(tmp_path, "run", "s.toml", "-q")
+    times, told = errors(tmp_path / "s.h5")
+    with h5py.File(tmp_path / "s.h5") as run:
+        true = abs(run[symbol][-1].mean() - exact(end)) / np.std(exact(times))
+    # Each has an error of some per cent of its change.  It is that of the last steps, in each of which it grows several
+    # times: the next may be checked too late by one.
+    assert true > 0.005 and 0.2 < told[-1] / true < 20.0
+    assert "time.dt" in done.stdout
+
+
+def test_the_error_of_a_run_of_a_few_steps_from_zero_is_told(tmp_path):
+    (tmp_path / "s.toml").write_text("""
+field = [{symbol = "a"}]
+equations = {a = "30 - a^3"}
+grid = {nx = 8, ny = 1}
+time = {dt = 0.05, end = 0.15}
+output = {frame_every = 0.0, sample_every = 0.05}
+""")
+    assert "time.dt = 0.05 is too long" in drover(tmp_path, "run", "s.toml", "-q").stdout  # 2.69 for 2.94

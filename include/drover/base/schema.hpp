@@ -76,7 +76,7 @@ std::vector<std::string> all_names() {
 template <NamedEnum Enum>
 std::optional<Enum> value_named(std::string_view name) {
     const auto names = names_of(Enum{});
-    const auto found = std::find(names.begin(), names.end(), name);
+    const auto found = std::ranges::find(names, name);
     return found == names.end() ? std::nullopt : std::optional(static_cast<Enum>(found - names.begin()));
 }
 

@@ -46,8 +46,7 @@ void watch(ParticleSystem& system, double& time, const AlignmentPlan& plan, doub
 
 /// Windows of each field, the weakest first.
 Trial align_rods(const AlignmentPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
-    dem::Setup setup = with_rods(given, "alignment", false);
-    setup.forces = bed_at_rest(setup);
+    dem::Setup setup = with_rods(given, false);
     const auto system = make(setup, seed);
     double time = plan.warm_up;
     system->advance_to(time);

@@ -6,14 +6,12 @@
 #include "base/constants.hpp"
 #include "calibrate/assays/plan_support.hpp"
 #include "calibrate/catalogue.hpp"
-#include "drover/dem/bodies.hpp"
 
 namespace drover::calibrate {
 
 namespace {
 /// v and x along the imposed flow after 0, 1, ... frames, averaged over releases: v0, x0, v1, x1, ...
 Trial release(const DampingPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
-    require_beads(given, "damping");
     dem::Setup setup = beads_alone(given);
     setup.forces = {.hold_beads = true};
     const auto system = make(setup, seed);

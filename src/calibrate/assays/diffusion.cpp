@@ -53,8 +53,7 @@ struct BodyPath {
 
 std::vector<double> rod_displacements(const DiffusionPlan& plan, const SystemFactory& make, const dem::Setup& given,
                                       std::uint64_t seed) {
-    dem::Setup setup = with_rods(given, "diffusion", false);
-    setup.forces = bed_at_rest(setup);
+    dem::Setup setup = with_rods(given, false);
     const std::vector<std::vector<RodPose>> rods = rod_frames(plan, make, setup, seed);
     const Lags lags = lags_of(plan);
     const std::size_t frames = rods.size() - 1;

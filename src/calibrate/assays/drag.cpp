@@ -1,5 +1,4 @@
 // calibrate/assays/drag.cpp: speed at which aligned rods drag the beads.
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -45,7 +44,7 @@ void watch(ParticleSystem& system, double& time, const DragPlan& plan, double* o
 /// Windows of each torque, the strongest first.  Rods start along x and beads at rest: the growth of flow gives tau.
 Trial drag_beads(const DragPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "drag");
-    dem::Setup setup = with_rods(given, "drag", true);
+    dem::Setup setup = with_rods(given, true);
     setup.forces = {.torque = plan.torques.back()};
     const auto system = make(setup, seed);
     double time = plan.warm_up;
@@ -73,62 +72,27 @@ double straight_where_aligned(const DragPlan& plan, const std::vector<std::vecto
     return least_squares({along(columns[0]), along(columns[2])}, along(flow))[0];
 }
 
-/// Mean order along the field in consecutive windows of equal length.
-struct OrderInField {
-    double torque = 0.0;         ///< [mg mm^2/s^2]
-    std::vector<double> orders;  ///< of each window, in time
-};
-
-/// One midpoint of two windows, or the only window of a field.
-struct Point {
-    double torque = 0.0, order = 0.0, change = 0.0;  ///< d_t P
-};
-
-std::vector<Point> points_of(std::span<const OrderInField> fields, double window) {
-    std::vector<Point> points;
-    for (const OrderInField& field : fields) {
-        const std::vector<double>& orders = field.orders;
-        if (orders.size() == 1) points.push_back({.torque = field.torque, .order = orders.front()});
-        for (std::size_t w = 1; w < orders.size(); ++w)
-            points.push_back({.torque = field.torque,
-                              .order = 0.5 * (orders[w - 1] + orders[w]),
-                              .change = (orders[w] - orders[w - 1]) / window});
-    }
-    return points;
-}
-
-/// Columns and right-hand sides, weighted.
-struct Regression {
-    std::vector<double> order, torque, concentration, lag;
-
-    explicit Regression(const std::vector<Point>& points) {
-        for (const Point& point : points) {
-            const double kappa = concentration_of_order(point.order);
-            constexpr double small = 1e-6;
-            const double ratio = std::abs(point.order) < small ? 2.0 : kappa / point.order;
-            const double weight = 1.0 - 1.0 / ratio - point.order * point.order;  // dP/dkappa
-            order.push_back(weight * point.order);
-            torque.push_back(weight * point.torque);
-            concentration.push_back(weight * kappa);
-            lag.push_back(weight * ratio * point.change);
-        }
-    }
-};
-
 /// g as a function of the rate: steady + drift/a.  Midpoints of neighbouring windows, weighted by dP/dkappa (errors of
 /// P are equal).  The equation is that for the mean of exp(i theta) with its second harmonic closed by a von Mises
 /// distribution; exact in a steady state and for many rods.  The rate a is not fitted: noise of d_t P would bias it,
 /// and with it g.
 struct AlignmentFit {
-    double steady = 0.0;  ///< with d_t P left out
-    double drift = 0.0;   ///< its derivative by 1/a [1/s]
-};
+    std::vector<double> order, torque, concentration, lag;  ///< weighted, of each midpoint
 
-AlignmentFit fit_alignment(std::span<const OrderInField> fields, double window) {
-    const Regression r(points_of(fields, window));
-    return {.steady = least_squares({r.order, r.torque}, r.concentration)[0],
-            .drift = least_squares({r.order, r.torque}, r.lag)[0]};
-}
+    /// change: d_t P
+    void add(double of_torque, double of_order, double change) {
+        const double kappa = concentration_of_order(of_order);
+        constexpr double small = 1e-6;
+        const double ratio = std::abs(of_order) < small ? 2.0 : kappa / of_order;
+        const double weight = 1.0 - 1.0 / ratio - of_order * of_order;  // dP/dkappa
+        order.push_back(weight * of_order);
+        torque.push_back(weight * of_torque);
+        concentration.push_back(weight * kappa);
+        lag.push_back(weight * ratio * change);
+    }
+    double steady() const { return least_squares({order, torque}, concentration)[0]; }  ///< with d_t P left out
+    double drift() const { return least_squares({order, torque}, lag)[0]; }             ///< by 1/a [1/s]
+};
 
 std::vector<double> estimates_of(const DragPlan& plan, std::span<const double> means) {
     const std::size_t torques = plan.torques.size();
@@ -144,15 +108,15 @@ std::vector<double> estimates_of(const DragPlan& plan, std::span<const double> m
     const double slope = plan.bend ? curved[0] : straight[0], tau = plan.bend ? -curved[2] : -straight[1];
     std::vector<double> values{slope, curved[1], tau};
     const std::size_t each = windows / torques;
-    std::vector<OrderInField> fields;
+    AlignmentFit fit;
     for (std::size_t k = first_along(plan); k < torques; ++k) {
-        const auto first = columns[0].begin() + static_cast<std::ptrdiff_t>(k * each);
-        fields.push_back({.torque = plan.torques[k], .orders = {first, first + static_cast<std::ptrdiff_t>(each)}});
+        const std::span<const double> orders(&columns[0][k * each], each);
+        if (each == 1) fit.add(plan.torques[k], orders[0], 0.0);
+        for (std::size_t w = 1; w < each; ++w)
+            fit.add(plan.torques[k], 0.5 * (orders[w - 1] + orders[w]), (orders[w] - orders[w - 1]) / window_of(plan));
     }
-    const AlignmentFit alignment = fit_alignment(fields, window_of(plan));
-    values.push_back(alignment.steady);
-    values.push_back(alignment.drift);
-    values.push_back(alignment.steady + reference_time * alignment.drift);
+    const double steady = fit.steady(), drift = fit.drift();
+    values.insert(values.end(), {steady, drift, steady + reference_time * drift});
     for (std::size_t k = 1; k <= torques; ++k) {
         const std::size_t last = k * windows / torques - 1;
         values.push_back(columns[0][last]);

@@ -21,11 +21,11 @@ inline dem::Setup beads_alone(dem::Setup setup) {
     return setup;
 }
 
-/// The setup with its rods along x or in random directions, and without forces.
-inline dem::Setup with_rods(dem::Setup setup, const char* assay, bool aligned) {
-    require(setup.rods.any(), {}, "{}: the setup has no rods; expected rods.area_fraction or rods.count > 0", assay);
+/// The setup with its rods along x or in random directions, and with no force but one that holds the mean velocity of
+/// any beads at zero: in a small periodic cell a rod would follow its own wake.
+inline dem::Setup with_rods(dem::Setup setup, bool aligned) {
     setup.packing = {.kind = aligned ? dem::PackingKind::aligned : dem::PackingKind::random};
-    setup.forces = {};
+    setup.forces = {.hold_beads = setup.beads.any()};
     return setup;
 }
 
@@ -34,12 +34,9 @@ inline void require_beads(const dem::Setup& setup, const char* assay) {
             assay);
 }
 
-/// Forces that hold the mean bead velocity, if any, at zero: in a small periodic cell a rod would follow its own wake.
-inline dem::BodyForces bed_at_rest(const dem::Setup& setup) { return {.hold_beads = setup.beads.any()}; }
-
 /// Whether values ascend strictly, as quantities that are named after them require.
 inline bool is_ascending(const std::vector<double>& values) {
-    return std::adjacent_find(values.begin(), values.end(), std::greater_equal<>{}) == values.end();
+    return std::ranges::adjacent_find(values, std::greater_equal<>{}) == values.end();
 }
 
 /// Number of frames in a time, at least 1.

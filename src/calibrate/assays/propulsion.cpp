@@ -10,8 +10,7 @@ namespace drover::calibrate {
 namespace {
 /// Means over rods and frames of the speed along n and of n(0).n(frame), and the mean square of the rods' mean speeds.
 Trial follow(const PropulsionPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
-    dem::Setup setup = with_rods(given, "propulsion", false);
-    setup.forces = bed_at_rest(setup);
+    dem::Setup setup = with_rods(given, false);
     const auto system = make(setup, seed);
     double time = plan.warm_up;
     system->advance_to(time);

@@ -71,8 +71,7 @@ Trial correlation(const std::vector<std::vector<double>>& angles, std::size_t la
 
 Trial angle_correlation(const RelaxationPlan& plan, const SystemFactory& make, const dem::Setup& given,
                         std::uint64_t seed) {
-    dem::Setup setup = with_rods(given, "relaxation", false);
-    setup.forces = bed_at_rest(setup);
+    dem::Setup setup = with_rods(given, false);
     const std::vector<std::vector<RodPose>> frames = rod_frames(plan, make, setup, seed);
     std::vector<std::vector<double>> angles(frames.front().size());
     for (const std::vector<RodPose>& rods : frames)

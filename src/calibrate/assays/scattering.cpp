@@ -118,8 +118,7 @@ void check_range(const ScatteringPlan& plan, const dem::Setup& setup, const Loca
 }
 
 Trial follow(const ScatteringPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
-    dem::Setup setup = with_rods(given, "scattering", false);
-    setup.forces = bed_at_rest(setup);
+    dem::Setup setup = with_rods(given, false);
     setup.beads.count = static_cast<int>(
         std::lround(setup.beads.count * plan.cell * plan.cell / (setup.cell.lx * setup.cell.ly)));  // 0: by the area
     setup.cell.lx = setup.cell.ly = plan.cell;

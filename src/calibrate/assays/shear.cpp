@@ -12,7 +12,6 @@ namespace drover::calibrate {
 namespace {
 /// Amplitudes after 0, 1, ... frames of one wave after the other, averaged over releases; then q^2 of each wave.
 Trial release(const ShearPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
-    require_beads(given, "shear");
     dem::Setup setup = beads_alone(given);
     setup.forces = {.hold_beads = true};
     const auto system = make(setup, seed);
@@ -90,7 +89,7 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
 
 Assay shear(const ShearPlan& plan) {
     require(plan.waves.size() >= 2 && plan.waves.front() >= 1 && is_ascending(plan.waves) &&
-                std::all_of(plan.waves.begin(), plan.waves.end(), [](double k) { return k == std::floor(k); }),
+                std::ranges::all_of(plan.waves, [](double k) { return k == std::floor(k); }),
             {}, "shear: expected at least two integer numbers of waves, > 0 and ascending");
     require(plan.releases >= 1 && plan.frame > 0.0 && plan.time >= 4.0 * plan.frame, {},
             "shear: {} releases of {} s in frames of {} s; expected at least one release of at least four frames",

@@ -21,7 +21,7 @@ double density_wave_of_rods(const std::vector<RodPose>& rods, double q) {
 /// -d of the beads under each force, averaged over both signs; q; among rods also -d of the rods.
 Trial push(const StiffnessPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "stiffness");
-    dem::Setup setup = plan.among_rods ? with_rods(given, "stiffness", false) : beads_alone(given);
+    dem::Setup setup = plan.among_rods ? with_rods(given, false) : beads_alone(given);
     dem::BodyForces forces;
     if (plan.among_rods) forces = {.torque = plan.torque, .angle = 0.5 * std::numbers::pi};
     setup.forces = forces;

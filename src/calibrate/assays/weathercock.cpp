@@ -36,7 +36,7 @@ Turn record_turn(ParticleSystem& system, double start, double window, double max
 /// For each speed: rotation towards the flow and v int cos theta dt, both averaged over the mirror pair.
 Trial turn_rods(const WeathercockPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
     require_beads(given, "weathercock");
-    dem::Setup setup = with_rods(given, "weathercock", true);
+    dem::Setup setup = with_rods(given, true);
     setup.forces = {.torque = plan.torque, .hold_beads = true};
     const auto system = make(setup, seed);
     double time = plan.warm_up;

@@ -29,15 +29,14 @@ std::vector<Stretch> stretches(const std::vector<AxisSphere>& spheres) {
         for (const AxisSphere& b : spheres)
             if (b.at > a.at) places.push_back(equal_place(a, b));
     }
-    std::sort(places.begin(), places.end());
+    std::ranges::sort(places);
     const auto square = [](const AxisSphere& s, double z) { return s.radius * s.radius - (z - s.at) * (z - s.at); };
     std::vector<Stretch> result;
     for (std::size_t i = 0; i + 1 < places.size(); ++i) {
         const double middle = 0.5 * (places[i] + places[i + 1]);
-        const auto widest =
-            std::max_element(spheres.begin(), spheres.end(), [&](const AxisSphere& a, const AxisSphere& b) {
-                return square(a, middle) < square(b, middle);
-            });
+        const auto widest = std::ranges::max_element(spheres, [&](const AxisSphere& a, const AxisSphere& b) {
+            return square(a, middle) < square(b, middle);
+        });
         if (places[i] < places[i + 1] && square(*widest, middle) > 0.0)
             result.push_back({places[i], places[i + 1], &*widest});
     }
@@ -72,8 +71,7 @@ Shape make_shape(std::vector<AxisSphere> spheres, const SourceLocation& where) {
         require(std::isfinite(sphere.density) && sphere.density >= 0.0, where, "a density of {} mg/mm^3; expected >= 0",
                 sphere.density);
     }
-    std::stable_sort(spheres.begin(), spheres.end(),
-                     [](const AxisSphere& a, const AxisSphere& b) { return a.at < b.at; });
+    std::ranges::stable_sort(spheres, [](const AxisSphere& a, const AxisSphere& b) { return a.at < b.at; });
     const std::vector<Stretch> parts = stretches(spheres);
     Shape shape;
     double first = 0.0;

@@ -1,9 +1,6 @@
 // dem/contact/contact_law.cpp: the choice of the contact law, and the time step that a soft law needs.
 #include "dem/contact/contact_law.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace drover::dem {
 
 namespace {

@@ -1,6 +1,5 @@
 // dem/contact/diagnosis.hpp: what became non-finite or overlapped too far, and why, for the messages of a failed run.
 #pragma once
-#include <span>
 #include <string>
 
 #include "dem/neighbours/overlaps.hpp"

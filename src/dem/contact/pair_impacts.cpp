@@ -175,7 +175,7 @@ private:
             describe_impact(*overlaps[c], spheres_, contacts_[c].restitution, contacts_[c].friction, contacts_.size());
     }
     int index_of(std::uint32_t body) const {
-        return static_cast<int>(std::find(indices_.begin(), indices_.end(), body) - indices_.begin());
+        return static_cast<int>(std::ranges::find(indices_, body) - indices_.begin());
     }
     void add_body(std::uint32_t body) {
         if (index_of(body) < static_cast<int>(indices_.size())) return;
@@ -215,7 +215,7 @@ private:
         const auto is_known = [&](const Contact& c) {
             return c.second < 0 && c.first == index && c.wall_velocity.z == rules_.base.velocity && c.normal.z == -side;
         };
-        if (std::any_of(contacts_.begin(), contacts_.end(), is_known)) return;
+        if (std::ranges::any_of(contacts_, is_known)) return;
         const bool bead = spheres_.is_bead(sphere);
         const Coefficients c = plate_coefficients(rules_.restitution, rules_.friction, bead);
         Contact contact{.first = index, .second = -1, .normal = {0.0, 0.0, -side}};

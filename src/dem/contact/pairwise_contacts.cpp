@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 
 #include "dem/bodies/rotation.hpp"
 #include "dem/contact/body_access.hpp"

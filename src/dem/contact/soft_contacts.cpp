@@ -2,7 +2,6 @@
 #include "dem/contact/soft_contacts.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <tuple>
 
 #include "dem/contact/body_access.hpp"
@@ -81,8 +80,8 @@ Contact SoftContacts::contact_of(const SoftRecord& record, const Spheres& sphere
 void SoftContacts::kick(Spheres& spheres, const StepRules& rules, bool at_start, EnergyBalance& balance) {
     set_slots(spheres);
     if (at_start) {
-        std::fill(velocity_change_.begin(), velocity_change_.end(), Vector{});
-        std::fill(momentum_change_.begin(), momentum_change_.end(), Vector{});
+        std::ranges::fill(velocity_change_, Vector{});
+        std::ranges::fill(momentum_change_, Vector{});
     }
     std::vector<Contact> contacts;
     std::vector<Vector> before;
@@ -147,7 +146,7 @@ void SoftContacts::sort_overlaps(const Spheres& spheres) {
         return std::tuple(lasting_sphere(spheres, o.first),
                           o.is_with_surface() ? o.second : lasting_sphere(spheres, o.second), o.apart.x, o.apart.y);
     };
-    std::sort(overlaps_.begin(), overlaps_.end(), [&](const Overlap& a, const Overlap& b) { return key(a) < key(b); });
+    std::ranges::sort(overlaps_, [&](const Overlap& a, const Overlap& b) { return key(a) < key(b); });
 }
 
 const SoftRecord* SoftContacts::previous_of(const SoftRecord& record) const {

@@ -1,7 +1,6 @@
 // dem/impact/impact.hpp: impulses between rigid bodies in contact: restitution and Coulomb friction, in groups of
 // contacts.
 #pragma once
-#include <cstddef>
 #include <span>
 
 #include "drover/dem/bodies.hpp"

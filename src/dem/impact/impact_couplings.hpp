@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <memory_resource>
 #include <span>
-#include <vector>
 
 #include "dem/bodies/vec4d.hpp"
 #include "dem/impact/impact_frame.hpp"

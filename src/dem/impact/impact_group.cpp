@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <memory_resource>
-#include <vector>
 
 #include "dem/impact/impact_couplings.hpp"
 #include "dem/impact/impact_increment.hpp"
@@ -110,9 +109,9 @@ ImpactPath follow_impact(const Springs& springs, const ImpactLaw& law, double ap
     ImpactPath path(springs, memory);
     const std::size_t count = springs.contacts.size();
     const double enough = law.tolerance * approach, rounding = 1e-12 * approach;
-    const auto [softest, stiffest] =
-        std::minmax_element(springs.frames.begin(), springs.frames.end(),
-                            [](const Frame& a, const Frame& b) { return a.response.nn < b.response.nn; });
+    const auto [softest, stiffest] = std::ranges::minmax_element(springs.frames, [](const Frame& a, const Frame& b) {
+        return a.response.nn < b.response.nn;
+    });
     const double ratio = std::sqrt(stiffest->response.nn / softest->response.nn);  // of periods
     const int max_sweeps = static_cast<int>(std::clamp(300.0 * ratio, 3000.0, 30000.0));
     constexpr int patience = 2000;  // sweeps for which light bodies set the clock even when they are at rest
@@ -152,8 +151,7 @@ void average(ImpactPath& one, const ImpactPath& other) {
 }
 
 bool is_elastic(std::span<const Contact> contacts) {
-    return std::all_of(contacts.begin(), contacts.end(),
-                       [](const Contact& c) { return c.restitution == 1.0 && c.friction == 0.0; });
+    return std::ranges::all_of(contacts, [](const Contact& c) { return c.restitution == 1.0 && c.friction == 0.0; });
 }
 
 /// Scales the impulses of a lossless group so that it loses nothing: impulses p that change normal velocities from u to

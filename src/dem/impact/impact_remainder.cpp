@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <memory_resource>
-#include <vector>
 
 #include "dem/impact/impact_couplings.hpp"
 
@@ -38,7 +37,7 @@ Eigen::VectorXd least_energy(const Eigen::MatrixXd& a, const Eigen::VectorXd& u)
         const Eigen::VectorXd after = u + a * p;
         Eigen::Index next = -1;
         for (Eigen::Index c = 0; c < u.size(); ++c)
-            if (std::find(active.begin(), active.end(), c) == active.end() && after[c] < -enough &&
+            if (std::ranges::find(active, c) == active.end() && after[c] < -enough &&
                 (next < 0 || after[c] < after[next]))
                 next = c;
         if (next < 0) break;

@@ -205,7 +205,7 @@ void resolve_in_turn(Group& group, const ImpactLaw& law, ImpactOutcome& outcome)
         }
     }
     // The total impulses at once: thousands of them, added one by one, would lose digits of the momentum.
-    std::copy(start.begin(), start.end(), group.bodies.begin());
+    std::ranges::copy(start, group.bodies.begin());
     for (std::size_t c = 0; c < count; ++c) {
         const auto& axes = group.frames[c].axes;
         const Vector& p = group.contacts[c].impulse;
@@ -266,7 +266,7 @@ ImpactOutcome resolve(std::span<ImpactBody> bodies, std::span<Contact> contacts,
         contacts[c].impulse = {};
         frames[c] = frame_of(contacts[c], bodies);
     }
-    if (std::any_of(frames.begin(), frames.end(), [](const Frame& frame) { return frame.response.nn == 0.0; }))
+    if (std::ranges::any_of(frames, [](const Frame& frame) { return frame.response.nn == 0.0; }))
         return resolve_responding(bodies, contacts, frames, law);
     Group group{bodies, contacts, frames};
     ImpactOutcome outcome;

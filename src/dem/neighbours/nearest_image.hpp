@@ -1,6 +1,5 @@
 // dem/neighbours/nearest_image.hpp: displacements to the nearest periodic image.
 #pragma once
-#include <cmath>
 
 #include "drover/dem/bodies.hpp"
 #include "drover/dem/setup.hpp"

@@ -2,7 +2,6 @@
 #include "dem/neighbours/overlaps.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace drover::dem {
 

@@ -70,8 +70,7 @@ bool can_meet(const OverlapRelaxation& relaxation, std::size_t a, std::size_t b,
 
 template <class Visit>
 void for_pairs(const OverlapRelaxation& relaxation, double skin, const Visit& visit) {
-    const double largest =
-        relaxation.reach.empty() ? 1.0 : *std::max_element(relaxation.reach.begin(), relaxation.reach.end());
+    const double largest = relaxation.reach.empty() ? 1.0 : *std::ranges::max_element(relaxation.reach);
     Bins bins(relaxation.cell, 2.0 * largest + skin);
     const NearestImage apart(relaxation.cell);
     for (std::size_t a = 0; a < relaxation.centre.size(); ++a) {
@@ -145,10 +144,10 @@ double push_inside(OverlapRelaxation& relaxation) {
 double find_forces(OverlapRelaxation& relaxation, Neighbours& neighbours) {
     set_spheres(relaxation);
     if (is_stale(relaxation, neighbours)) list(relaxation, neighbours);
-    std::fill(relaxation.push.begin(), relaxation.push.end(), Vector{});
+    std::ranges::fill(relaxation.push, Vector{});
     const double deepest = std::max(push_pairs(relaxation, neighbours), push_inside(relaxation));
-    std::fill(relaxation.force.begin(), relaxation.force.end(), Vector{});
-    std::fill(relaxation.torque.begin(), relaxation.torque.end(), Vector{});
+    std::ranges::fill(relaxation.force, Vector{});
+    std::ranges::fill(relaxation.torque, Vector{});
     const std::size_t beads = relaxation.position.size() - relaxation.axis.size();
     for (std::size_t s = 0; s < relaxation.push.size(); ++s) {
         const std::size_t body = relaxation.body[s];
@@ -168,8 +167,8 @@ struct Descent {
 };
 
 void stop(OverlapRelaxation& relaxation) {
-    std::fill(relaxation.velocity.begin(), relaxation.velocity.end(), Vector{});
-    std::fill(relaxation.turning.begin(), relaxation.turning.end(), Vector{});
+    std::ranges::fill(relaxation.velocity, Vector{});
+    std::ranges::fill(relaxation.turning, Vector{});
 }
 
 /// Power of the forces, and squares of velocities and accelerations weighted by mass.

@@ -1,5 +1,4 @@
 // dem/packing/supply.cpp: the bodies that a setup asks for, and the area of its cell.
-#include "drover/dem/bodies.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +13,7 @@ namespace drover::dem {
 
 using std::numbers::pi;
 
-double thickness(const Shape& shape) { return 2.0 * *std::max_element(shape.radius.begin(), shape.radius.end()); }
+double thickness(const Shape& shape) { return 2.0 * *std::ranges::max_element(shape.radius); }
 
 Shape rod_shape(const RodSupply& rods, double scale, const Locate& locate) {
     std::vector<double> diameters = rods.diameters;
@@ -57,7 +56,7 @@ std::vector<std::int64_t> apportioned(std::int64_t count, const std::vector<doub
         left -= result.back();
     }
     for (; left > 0; --left) {
-        const auto largest = std::max_element(remainder.begin(), remainder.end());
+        const auto largest = std::ranges::max_element(remainder);
         ++result[static_cast<std::size_t>(largest - remainder.begin())];
         *largest = -1.0;
     }
@@ -71,7 +70,7 @@ void add_beads(const BeadSupply& supply, double area_cell, const Locate& locate,
     std::vector<double> known;
     for (std::size_t i = 0; i < counts.size(); ++i) {
         if (counts[i] == 0) continue;
-        const auto same = std::find(known.begin(), known.end(), supply.diameters[i]);
+        const auto same = std::ranges::find(known, supply.diameters[i]);
         const auto shape = static_cast<std::uint32_t>(same - known.begin());
         if (same == known.end()) {
             known.push_back(supply.diameters[i]);

@@ -54,7 +54,7 @@ SupplySize asked(const Supply& supply, const std::string& name, double area_cell
     require(count <= max_bodies, locate(key), "{} = {} asks for {:.3g} bodies; expected at most {:.0e}", key,
             supply.area_fraction, count, max_bodies);
     if (count == 0.0) return {};
-    const auto [min, max] = std::minmax_element(supply.diameters.begin(), supply.diameters.end());
+    const auto [min, max] = std::ranges::minmax_element(supply.diameters);
     return {.count = count, .area = count * area_body, .thickest = *max, .thinnest = *min};
 }
 
@@ -75,7 +75,7 @@ SupplySize check_beads(const BeadSupply& beads, double area_cell, const Locate& 
 SupplySize check_rods(const RodSupply& rods, double area_cell, const Locate& locate) {
     require(!rods.diameters.empty(), locate("rods.diameters"), "rods.diameters is empty; expected at least one");
     require(!rods.densities.empty(), locate("rods.densities"), "rods.densities is empty; expected at least one");
-    require(*std::max_element(rods.densities.begin(), rods.densities.end()) > 0.0, locate("rods.densities"),
+    require(*std::ranges::max_element(rods.densities) > 0.0, locate("rods.densities"),
             "rods.densities holds no number above 0; expected at least one: otherwise rods have no mass");
     const Shape shape = rod_shape(rods, 1.0, locate);
     SupplySize result = asked(rods, "rods", area_cell, shape.projected_area, locate);

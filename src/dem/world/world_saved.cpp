@@ -1,7 +1,6 @@
 // dem/world/world_saved.cpp: the state of a world as numbers, and back.
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <type_traits>
 
 #include "dem/world/world_state.hpp"

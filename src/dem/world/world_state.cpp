@@ -1,5 +1,4 @@
 // dem/world/world_state.cpp: the time step of a world.
-#include "drover/dem/world.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,6 @@
 
 #include "base/clock.hpp"
 #include "base/log.hpp"
-#include "drover/base/threads.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
 #include "files/record_bytes.hpp"
@@ -148,8 +147,7 @@ public:
 
     /// Measurements that were given up here, as a worker died in a trial.
     std::size_t crashed() const {
-        return static_cast<std::size_t>(
-            std::count_if(units_.begin(), units_.end(), [](const Unit& one) { return one.has_crashed; }));
+        return static_cast<std::size_t>(std::ranges::count_if(units_, [](const Unit& one) { return one.has_crashed; }));
     }
 
     /// Those below which all trials of a unit are needed as far as is known.
@@ -249,7 +247,7 @@ private:
                 else log_information("{}: not known yet", value.text);
             return log_information("{} trials in {}", ran_, duration_text(seconds));
         }
-        const auto ended = std::count_if(units_.begin(), units_.end(), [](const Unit& m) { return m.trials.ended(); });
+        const auto ended = std::ranges::count_if(units_, [](const Unit& m) { return m.trials.ended(); });
         log_information("{} of {} measurements done; {} trials in {}, one every {}; {}: {} of at least {} trials",
                         ended, units_.size(), ran_, duration_text(seconds),
                         duration_text(seconds / static_cast<double>(ran_)), name, one.trials.count(),
@@ -434,8 +432,7 @@ std::string calibration_status(const io::Scene& scene, const CalibrationOptions&
     if (const std::vector<TargetProgress>* values = needed.values())
         done =
             text("{} of {} wanted numbers reached",
-                 std::count_if(values->begin(), values->end(), [](const TargetProgress& one) { return one.reached; }),
-                 values->size());
+                 std::ranges::count_if(*values, [](const TargetProgress& one) { return one.reached; }), values->size());
     return done + "; of the trials that are known to be needed: " + campaign_status(options.folder, records, keys);
 }
 

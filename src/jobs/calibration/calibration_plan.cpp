@@ -1,6 +1,5 @@
 // jobs/calibration/calibration_plan.cpp: assays at points, from the section [calibrate].
 #include <algorithm>
-#include <cmath>
 
 #include "calibrate/catalogue.hpp"
 #include "io/scene_text.hpp"
@@ -70,9 +69,7 @@ std::string manifest_of(io::Scene scene) {
     calibrate::for_plans(scene.plans, [&](const std::string& assay, const char*, const auto&) {
         plans.push_back(section_of(assay));
     });
-    return io::chosen_text(scene, [&](const std::string& one) {
-        return std::find(plans.begin(), plans.end(), one) == plans.end();
-    });
+    return io::chosen_text(scene, [&](const std::string& one) { return std::ranges::find(plans, one) == plans.end(); });
 }
 
 /// Every key of a scene of particles, and its default.
@@ -132,7 +129,7 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
     layout.manifest = manifest_of(scene);
     layout.defaults = default_text();
     for (calibrate::Assay& assay : calibrate::make_assays(scene.plans))
-        if (plan.assays.empty() || std::find(plan.assays.begin(), plan.assays.end(), assay.name) != plan.assays.end())
+        if (plan.assays.empty() || std::ranges::find(plan.assays, assay.name) != plan.assays.end())
             layout.assays.push_back(std::move(assay));
     for (const calibrate::Assay& assay : layout.assays) layout.plans.push_back(plan_of(scene, assay.name));
     layout.axes.bead_fractions = plan.bead_area_fractions;

@@ -34,7 +34,7 @@ const std::vector<double>* find_axis(const Table& table, const std::string& name
 }
 
 bool is_selected(const AccuracyTarget& target, const Table& table, const std::vector<double>& axis, std::size_t index) {
-    return std::all_of(target.ranges.begin(), target.ranges.end(), [&](const AxisRange& range) {
+    return std::ranges::all_of(target.ranges, [&](const AxisRange& range) {
         return find_axis(table, range.axis) != &axis || range.holds(axis[index]);
     });
 }
@@ -114,8 +114,8 @@ void TargetPlan::find_needed(const TableTarget& in_table, const Table& whole) {
     const std::vector<std::string> inputs = calibrate::inputs_of(in_table, measured_rows(layout_));
     const bool by_rods = in_table.row.empty() || calibrate::find_row(whole, in_table.row)->by_rods;
     // Contacts are measured at all area fractions of rods together.
-    const bool is_pooled = std::find(inputs.begin(), inputs.end(), "alignment_reference") != inputs.end() ||
-                           std::find(inputs.begin(), inputs.end(), "contact_reference") != inputs.end();
+    const bool is_pooled = std::ranges::find(inputs, "alignment_reference") != inputs.end() ||
+                           std::ranges::find(inputs, "contact_reference") != inputs.end();
     for (std::size_t u = 0; u < layout_.units.size(); ++u) {
         const CalibrationUnit& unit = layout_.units[u];
         const calibrate::Assay& assay = layout_.assays[unit.assay];
@@ -293,7 +293,7 @@ std::vector<std::uint64_t> TargetPlan::next(const std::vector<UnitProgress>& uni
     if (is_pilot) return needed;
     evaluate_targets(units);
     if (add_for_relevant(units, needed)) return needed;
-    const bool is_done = std::all_of(values_.begin(), values_.end(), [](const TargetProgress& value) {
+    const bool is_done = std::ranges::all_of(values_, [](const TargetProgress& value) {
         return value.reached || (!value.result.missing && value.result.is_beyond);
     });
     if (is_done || spent) return needed;

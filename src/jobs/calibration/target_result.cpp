@@ -51,8 +51,7 @@ run::List part_list(const CalibrationLayout& layout, const TargetPlan& plan, con
             if (u < value.result.parts.size())
                 parts.back().largest = std::max(parts.back().largest, value.result.parts[u]);
     }
-    std::stable_sort(parts.begin(), parts.end(),
-                     [](const ErrorPart& a, const ErrorPart& b) { return a.largest > b.largest; });
+    std::ranges::stable_sort(parts, [](const ErrorPart& a, const ErrorPart& b) { return a.largest > b.largest; });
     for (const auto& [u, largest] : parts)
         list.rows.push_back(
             {.entries = {run::words("measurement", "assay and point", layout.units[u].name),

@@ -8,7 +8,6 @@
 #include "drover/base/error.hpp"
 #include "drover/base/schema.hpp"
 #include "io/trajectory.hpp"
-#include "run/fields/field_simulation.hpp"
 #include "run/number_lists.hpp"
 
 namespace drover::jobs {
@@ -74,7 +73,7 @@ std::vector<std::size_t> selected(const AccuracyTarget& target, const measure::S
     require(target.ranges.size() == 1, where, "{} ranges; expected one", target.ranges.size());
     const AxisRange& range = target.ranges.front();
     const std::vector<std::string> names = measure::names_of(row.axes);
-    const auto named = std::find(names.begin(), names.end(), range.axis == "q" ? "wavenumber" : range.axis);
+    const auto named = std::ranges::find(names, range.axis == "q" ? "wavenumber" : range.axis);
     require(named != names.end(), where, "{} has no axis \"{}\"; expected {}", target.observable, range.axis,
             joined(names));
     const auto axis = static_cast<std::size_t>(named - names.begin());
@@ -87,8 +86,8 @@ std::vector<std::size_t> selected(const AccuracyTarget& target, const measure::S
     require(!result.empty(), where,
             "{} has no component with {:.6g} < {} < {:.6g}; expected a range that meets {:.6g} "
             "to {:.6g}",
-            target.observable, range.min, range.axis, range.max, *std::min_element(values.begin(), values.end()),
-            *std::max_element(values.begin(), values.end()));
+            target.observable, range.min, range.axis, range.max, *std::ranges::min_element(values),
+            *std::ranges::max_element(values));
     return result;
 }
 }  // namespace
@@ -108,7 +107,7 @@ AccuracyTarget parse_accuracy_target(const std::string& given) {
         if (target.ranges.empty()) fail_target(given, "() holds no range");
         name = trimmed(name.substr(0, open));
     }
-    const bool is_name = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+    const bool is_name = !name.empty() && std::ranges::all_of(name, [](char c) {
         return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
     });
     if (!is_name) fail_target(given, "\"" + name + "\" is not the name of an observable");
@@ -128,8 +127,8 @@ std::vector<AccuracyTarget> parse_accuracy_targets(const std::vector<std::string
     for (const std::string& one : given) {
         targets.push_back(parse_accuracy_target(one));
         const auto is_same = [&](const AccuracyTarget& other) { return other.text == targets.back().text; };
-        require(std::count_if(targets.begin(), targets.end(), is_same) == 1, {},
-                "wanted number {} is given twice; expected each once", targets.back().text);
+        require(std::ranges::count_if(targets, is_same) == 1, {}, "wanted number {} is given twice; expected each once",
+                targets.back().text);
     }
     return targets;
 }

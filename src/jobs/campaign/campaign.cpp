@@ -58,12 +58,10 @@ public:
                         .received = [this](std::size_t job, const std::string& bytes) { receive(job, bytes); },
                         .ended = [this](std::size_t job, int status) { end(job, status); },
                         .idle = [this] { tend(); }};
-        const PoolOptions pool{.workers = options_.job.workers,
-                               .grace_period =
-                                   options_.grace_period > 0.0 ? options_.grace_period : PoolOptions{}.grace_period};
+        const PoolOptions pool{.workers = options_.job.workers, .grace_period = options_.grace_period};
         for (;;) {
             try {
-                outcome_.stopped = run_jobs(jobs, pool).stopped;
+                outcome_.stopped = run_jobs(jobs, pool);
             } catch (...) {
                 flush();  // what has ended is kept
                 throw;
@@ -255,8 +253,7 @@ private:
     }
 
     bool are_alive() const {
-        return std::all_of(held_.begin(), held_.end(),
-                           [](const auto& unit) { return unit.second.by == files::Held::certainly; });
+        return std::ranges::all_of(held_, [](const auto& unit) { return unit.second.by == files::Held::certainly; });
     }
 
     void report_waiting() {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "files/claims.hpp"
 #include "jobs/campaign/campaign_records.hpp"
 #include "run/run_scene.hpp"
@@ -40,9 +41,9 @@ struct UnitPlan {
 struct CampaignOptions {
     JobOptions job;  ///< with workers
     files::RecordIdentity identity;
-    double grace_period = 0.0;     ///< for workers after a signal [s]; 0: for ever
-    bool shares_wait = false;      ///< for units of other processes, as those that end may make more wanted
-    std::size_t max_group = 1000;  ///< units that a worker gets at a time, at most a second of work
+    double grace_period = infinite;  ///< for workers after a signal [s]
+    bool shares_wait = false;        ///< for units of other processes, as those that end may make more wanted
+    std::size_t max_group = 1000;    ///< units that a worker gets at a time, at most a second of work
     files::ClaimTimes times = {};
 };
 

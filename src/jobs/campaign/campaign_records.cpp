@@ -2,7 +2,6 @@
 #include "jobs/campaign/campaign_records.hpp"
 
 #include <algorithm>
-#include <iterator>
 
 #include "drover/base/error.hpp"
 #include "files/bytes.hpp"

@@ -34,7 +34,7 @@ struct Extent {
 
 template <class Item>
 std::uint16_t index_in(std::vector<Item>& items, const Item& item) {
-    const auto found = std::find(items.begin(), items.end(), item);
+    const auto found = std::ranges::find(items, item);
     const auto index = static_cast<std::uint16_t>(found - items.begin());
     if (found == items.end()) items.push_back(item);
     return index;

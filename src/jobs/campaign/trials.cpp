@@ -8,7 +8,6 @@
 #include "files/bytes.hpp"
 #include "files/checkpoint.hpp"
 #include "files/run_id.hpp"
-#include "io/scene_text.hpp"
 #include "run/loop/same_run.hpp"
 #include "run/loop/signals.hpp"
 
@@ -109,7 +108,7 @@ UnitPlan Trials::plan() {
 }
 
 const Trials::Wanted& Trials::wanted(const std::string& key) const {
-    return *std::find_if(wanted_.begin(), wanted_.end(), [&](const Wanted& one) { return one.key == key; });
+    return *std::ranges::find_if(wanted_, [&](const Wanted& one) { return one.key == key; });
 }
 
 /// In a worker.
@@ -199,8 +198,7 @@ bool Trials::run(const std::vector<TrialRun>& trials) {
     wanted_.clear();
     for (const TrialRun& trial : trials) {
         Wanted wanted{.key = key_of(trial), .name = name_of(trial), .trial = trial};
-        const bool is_twice =
-            std::any_of(wanted_.begin(), wanted_.end(), [&](const Wanted& one) { return one.name == wanted.name; });
+        const bool is_twice = std::ranges::any_of(wanted_, [&](const Wanted& one) { return one.name == wanted.name; });
         if (is_twice || find(trial) != nullptr) continue;
         const fs::path archive = options_.folder / (wanted.name + ".h5");
         wanted.trial.scene.output.file = archive.string();

@@ -159,8 +159,7 @@ private:
 };
 }  // namespace
 
-PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
-    PoolOutcome outcome;
+bool run_jobs(const Jobs& jobs, const PoolOptions& options) {
     std::vector<Worker> running;
     std::optional<Error> failure;  // that ends all jobs
     Stopper stopper(options.grace_period);
@@ -181,7 +180,6 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
             running.erase(running.begin() + static_cast<std::ptrdiff_t>(*over));
             close(worker.pipe);
             const int status = wait_for(worker.process);
-            ++(status == 0 ? outcome.done : outcome.failed);
             if (const auto fault = fault_that_ends(status); fault && run::stop_signal() == 0) {
                 const std::string reason =
                     worker.failure.empty()
@@ -198,8 +196,7 @@ PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options) {
         throw;
     }
     if (failure) throw *failure;
-    outcome.stopped = run::stop_signal() != 0;  // a worker that a signal alone stopped has left its job to the others
-    return outcome;
+    return run::stop_signal() != 0;  // a worker that a signal alone stopped has left its job to the others
 }
 
 }  // namespace drover::jobs

@@ -9,12 +9,6 @@
 
 namespace drover::jobs {
 
-struct PoolOutcome {
-    std::size_t done = 0;    ///< jobs that ended with status 0
-    std::size_t failed = 0;  ///< other jobs that ended
-    bool stopped = false;    ///< by a signal, which was passed on to the workers; all of them have ended
-};
-
 /// Workers are killed when this process ends for any reason.
 struct PoolOptions {
     int workers = 1;  ///< simultaneous jobs
@@ -41,6 +35,7 @@ struct Jobs {
     /// Called in the parent at least every 20 ms while jobs run; may be empty.
     std::function<void()> idle = {};
 };
-PoolOutcome run_jobs(const Jobs& jobs, const PoolOptions& options);
+/// Returns whether a signal stopped them, which was passed on to the workers; all of them have ended.
+bool run_jobs(const Jobs& jobs, const PoolOptions& options);
 
 }  // namespace drover::jobs

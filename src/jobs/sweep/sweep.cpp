@@ -6,7 +6,6 @@
 #include <unordered_set>
 
 #include "base/log.hpp"
-#include "drover/base/threads.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
 #include "io/scene_text.hpp"
@@ -44,7 +43,7 @@ constexpr const char* start_heading = "\n# Checksum of the archive from which ru
 
 std::string start_text(const io::Scene& scene) {
     const std::string& named = io::has_grid(scene.kind) ? scene.initial.file : scene.particles.packing.file;
-    const fs::path file = run::file_beside(scene, named);
+    const fs::path file = io::beside(scene.file, named);
     if (named.empty() || !fs::exists(file)) return "";
     return text("{}{:016x}\n", start_heading, files::file_checksum(file, "an archive"));
 }
@@ -333,10 +332,8 @@ private:
         while (offer_all(offer) && marks_.size() > planned_marks_) {
             planned_marks_ = marks_.size();
             sweep_.plan(marks_);
-            planned_done_ =
-                static_cast<std::size_t>(std::count_if(done_.begin(), done_.end(), [this](const auto& name) {
-                    return sweep_.runs.contains(name);
-                }));
+            planned_done_ = static_cast<std::size_t>(
+                std::ranges::count_if(done_, [this](const auto& name) { return sweep_.runs.contains(name); }));
         }
     }
 

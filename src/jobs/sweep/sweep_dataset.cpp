@@ -15,7 +15,7 @@ namespace {
 constexpr const char *branch_axis = "branch", *seed_axis = "seed", *point_axis = "point";
 
 std::string axis_name(std::string key) {
-    std::replace(key.begin(), key.end(), '.', '_');
+    std::ranges::replace(key, '.', '_');
     return key;
 }
 
@@ -116,7 +116,7 @@ private:
                                      const auto& value_of) {
             std::vector<double> values;
             for (const SweepPoint& point : layout_.points) values.push_back(value_of(point));
-            std::sort(values.begin(), values.end());
+            std::ranges::sort(values);
             values.erase(std::unique(values.begin(), values.end()), values.end());
             table_.axes.push_back({name, unit, meaning, values});
             key_axes_.push_back(name);
@@ -126,15 +126,14 @@ private:
             add_axis_of(axis_name(layout_.keys[k]),
                         io::unit_in_results(scene, io::unit_of(scene.kind, layout_.keys[k])), layout_.keys[k],
                         [k](const SweepPoint& point) { return point.values[k]; });
-        if (std::any_of(layout_.points.begin(), layout_.points.end(),
-                        [](const SweepPoint& point) { return point.branch != Branch::none; }))
+        if (std::ranges::any_of(layout_.points, [](const SweepPoint& point) { return point.branch != Branch::none; }))
             add_axis_of(branch_axis, "1", "of the ramp: 0 up, 1 down", branch_of);
     }
 
     static double branch_of(const SweepPoint& point) { return point.branch == Branch::down ? 1.0 : 0.0; }
 
     void take(const measure::SummaryRow& row, std::size_t run) {
-        auto column = std::find_if(columns_.begin(), columns_.end(), [&](const Column& one) {
+        auto column = std::ranges::find_if(columns_, [&](const Column& one) {
             return one.name == row.name && one.axes.size() == row.axes.size();
         });
         if (column == columns_.end()) {
@@ -167,9 +166,8 @@ private:
             for (std::size_t k = 0; k < key_axes_.size(); ++k) {
                 const std::vector<double>& values = table_.axes[k].values;
                 const double value = k < point.values.size() ? point.values[k] : branch_of(point);
-                place =
-                    place * values.size() +
-                    static_cast<std::size_t>(std::lower_bound(values.begin(), values.end(), value) - values.begin());
+                place = place * values.size() +
+                        static_cast<std::size_t>(std::ranges::lower_bound(values, value) - values.begin());
             }
             places_.push_back(place);
         }
@@ -187,8 +185,7 @@ private:
             std::vector<double> all(length_of(point_shape_) * longest, nan);
             for (std::size_t p = 0; p < own.values.size(); ++p)
                 if (own.values[p] != nullptr)
-                    std::copy(own.values[p]->begin(), own.values[p]->end(),
-                              all.begin() + static_cast<std::ptrdiff_t>(places_[p] * longest));
+                    std::ranges::copy(*own.values[p], all.begin() + static_cast<std::ptrdiff_t>(places_[p] * longest));
             std::vector<std::string> axes = key_axes_;
             axes.push_back(name);
             put(name + "_values", own.axis.unit, own.axis.meaning, axes, std::move(all));
@@ -238,7 +235,7 @@ private:
     std::vector<measure::Replicates> means_over(const std::vector<const measure::SummaryRow*>& rows,
                                                 std::size_t point) const {
         if (rows.front()->axes.empty()) {
-            const auto column = std::find(means_.names.begin(), means_.names.end(), rows.front()->name);
+            const auto column = std::ranges::find(means_.names, rows.front()->name);
             return {means_.rows[point].results[static_cast<std::size_t>(column - means_.names.begin())]};
         }
         std::vector<measure::Replicates> means;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <set>
 
 #include "base/constants.hpp"
@@ -145,8 +144,8 @@ std::vector<Varied> read_varied(const io::Scene& scene) {
     double runs = scene.sweep.seeds;
     for (const std::string& written : scene.sweep.vary) {
         Varied one = varied_of(scene, written, where);
-        require(std::none_of(varied.begin(), varied.end(), [&](const Varied& other) { return other.key == one.key; }),
-                where, "sweep.vary names {} twice; expected each key once", one.key);
+        require(std::ranges::none_of(varied, [&](const Varied& other) { return other.key == one.key; }), where,
+                "sweep.vary names {} twice; expected each key once", one.key);
         for (const char* own : {"run.", "output.", "sweep.", "initial.file", "packing.file"})
             require(!one.key.starts_with(own), where, "sweep.vary names {}, which the sweep sets itself; {}", one.key,
                     one.key == "run.seed" ? "give sweep.seeds" : "choose a key of the model, the grid or the time");
@@ -275,7 +274,7 @@ void add_points(const Known& known, Wanted& wanted) {
     for (const Varied& one : varied) {
         require(one.values.size() > 1, where, "sweep.refine with one value of {}; expected at least two", one.key);
         axes.push_back(one.values);
-        std::sort(axes.back().begin(), axes.back().end());
+        std::ranges::sort(axes.back());
     }
     std::map<std::vector<double>, RunMarks> means;
     const auto at = [&](const std::vector<double>& values) -> const RunMarks& {
@@ -299,7 +298,7 @@ void add_points(const Known& known, Wanted& wanted) {
 std::vector<std::string> unmet_errors(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table) {
     std::vector<std::string> unmet;
     for (const AccuracyTarget& target : read_targets(scene)) {
-        const auto named = std::find(table.names.begin(), table.names.end(), target.observable);
+        const auto named = std::ranges::find(table.names, target.observable);
         for (const SweepRow& row : table.rows) {
             if (named == table.names.end() || row.seeds < 2) continue;
             const measure::Replicates& found = row.results[static_cast<std::size_t>(named - table.names.begin())];

@@ -23,7 +23,7 @@ measure::Replicates over_seeds(const std::vector<measure::Estimate>& runs) {
 /// too noisy.
 void invert_diffusion(const std::vector<std::string>& names, std::vector<measure::Replicates>& results) {
     const auto column = [&](const char* name) {
-        return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+        return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
     };
     const std::size_t from = column("rotational_diffusion"), to = column("relaxation_time");
     if (from >= results.size() || to >= results.size()) return;
@@ -81,7 +81,7 @@ SweepTable sweep_table(const SweepLayout& layout, const std::map<std::string, Ru
         for (const measure::SummaryRow& row : ended->second.rows) {
             if (!row.axes.empty()) continue;
             // By name: runs may differ in their observables, such as those of beads.
-            const auto named = std::find(table.names.begin(), table.names.end(), row.name);
+            const auto named = std::ranges::find(table.names, row.name);
             const auto column = static_cast<std::size_t>(named - table.names.begin());
             if (named == table.names.end()) {
                 table.names.push_back(row.name);

@@ -2,7 +2,6 @@
 #include "jobs/tradeoff/trade_axes.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "dem/contact/contact_law.hpp"
 #include "drover/base/error.hpp"
@@ -87,8 +86,7 @@ void add_cleared_start(const io::Scene& scene, const physics::FieldRow& field, s
 std::vector<std::string> without_field(const io::Scene& scene, const physics::FieldRow& field) {
     std::vector<std::string> overrides{field.present + "=false"};
     for (const physics::CoefficientRow& row : scene.model.file->coefficients)
-        if (std::find(row.needs.begin(), row.needs.end(), field.symbol) != row.needs.end() &&
-            is_given(scene.model, row))
+        if (std::ranges::find(row.needs, field.symbol) != row.needs.end() && is_given(scene.model, row))
             add_all(overrides, without(row));
     add_cleared_start(scene, field, overrides);
     return overrides;

@@ -10,7 +10,6 @@
 #include "drover/base/error.hpp"
 #include "files/archive_reader.hpp"
 #include "io/scene_text.hpp"
-#include "jobs/tradeoff/trade_axes.hpp"
 #include "measure/replicates.hpp"
 #include "run/cost.hpp"
 #include "run/fields/field_simulation.hpp"
@@ -116,8 +115,9 @@ double TradeBench::expected_seconds(const TrialRun& trial) const {
 }
 
 bool TradeBench::run(std::vector<TrialRun> trials) {
-    std::stable_sort(trials.begin(), trials.end(),
-                     [&](const TrialRun& a, const TrialRun& b) { return expected_seconds(a) < expected_seconds(b); });
+    std::ranges::stable_sort(trials, [&](const TrialRun& a, const TrialRun& b) {
+        return expected_seconds(a) < expected_seconds(b);
+    });
     std::vector<TrialRun> affordable;
     double cost = spent;
     for (const TrialRun& trial : trials) {

@@ -14,8 +14,8 @@ Bias sum(const Bias& a, const Bias& b) { return {std::abs(a.value) + std::abs(b.
 /// The trial of a combination; nullptr: none.
 const Checked* check_of(const Findings& found, const Candidate& one) {
     const std::vector<std::string> overrides = overrides_of(one);
-    const auto checked = std::find_if(found.checked.begin(), found.checked.end(),
-                                      [&](const Checked& run) { return run.overrides == overrides; });
+    const auto checked =
+        std::ranges::find_if(found.checked, [&](const Checked& run) { return run.overrides == overrides; });
     return checked == found.checked.end() ? nullptr : &*checked;
 }
 
@@ -156,7 +156,7 @@ std::vector<Candidate> front_of(const Findings& found, const io::Scene& scene, c
                                                 weigh(found, one, rounded_up(found, scene, step, *sufficient)))
                         all.push_back(std::move(one));
                 }
-    std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
+    std::ranges::stable_sort(all, [](const Candidate& a, const Candidate& b) {
         return a.seconds != b.seconds ? a.seconds < b.seconds : a.ratio < b.ratio;
     });
     std::vector<Candidate> front;

@@ -321,8 +321,7 @@ private:
                 less(bench_.mean_of(reference.numbers[w]), found_.grids[found_.pilot_grid].biases[w]);
             bench_.allowed[w] = found_.targets[w].allowed(found_.references[w].value);
         }
-        if (std::any_of(reference_bias_.begin(), reference_bias_.end(),
-                        [](const Bias& bias) { return !std::isfinite(bias.value); }))
+        if (std::ranges::any_of(reference_bias_, [](const Bias& bias) { return !std::isfinite(bias.value); }))
             found_.notes.push_back(
                 "the bias of the step was not measured: no other step and no other method ran; give a larger --budget");
         find_pairing();

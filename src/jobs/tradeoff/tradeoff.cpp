@@ -218,9 +218,10 @@ std::string why_none(const Findings& found, const std::vector<Candidate>& front,
 std::vector<std::string> reasons(const Findings& found, const std::vector<Candidate>& front, const Candidate& best) {
     std::vector<std::string> words;
     for (std::size_t w = 0; w < found.targets.size(); ++w)
-        words.push_back(text("{}: {}{}; error {} of {} allowed, with a probability of 95 %", found.targets[w].text,
-                             measured_text(found.references[w].value, found.references[w].error), unit_text(found, w),
-                             error_text(found, w, best.parts[w].bound()), error_text(found, w, found.allowed[w])));
+        words.push_back(
+            text("{}: error {} of {} allowed, with a probability of 95 %; {}{} in trials", found.targets[w].text,
+                 error_text(found, w, best.parts[w].bound()), error_text(found, w, found.allowed[w]),
+                 measured_text_with_error(found.references[w].value, found.references[w].error), unit_text(found, w)));
     words.insert(words.end(), found.notes.begin(), found.notes.end());
     const std::size_t w = hardest_target(found, best);
     const Parts& parts = best.parts[w];
@@ -250,7 +251,7 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
                              duration_text(found.given_seconds)));
     words.push_back(
         text("cost {} of a core; the trials took {}", duration_text(best.seconds), duration_text(found.spent)));
-    const auto ten = std::find_if(front.begin(), front.end(), [&](const Candidate& one) {
+    const auto ten = std::ranges::find_if(front, [&](const Candidate& one) {
         return one.step != nullptr && one.ratio <= much_better;
     });
     words.push_back(ten == front.end()

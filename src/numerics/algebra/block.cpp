@@ -43,7 +43,7 @@ Matrix<N> extended(const Block& block, const Block& partner) {
             partner.size);
     Matrix<N> result(block.size);
     const std::span<const double> values = block.values();
-    std::copy(values.begin(), values.end(), result.values.begin());
+    std::ranges::copy(values, result.values.begin());
     return result;
 }
 
@@ -74,8 +74,7 @@ constexpr int taylor_terms = 24;
 template <int N>
 void refuse_overflow(const Matrix<N>& result, double dt) {
     const Real max_real = std::numeric_limits<double>::max();
-    if (std::all_of(result.values.begin(), result.values.end(), [&](Real value) { return std::abs(value) < max_real; }))
-        return;
+    if (std::ranges::all_of(result.values, [&](Real value) { return std::abs(value) < max_real; })) return;
     fail_run("a linear mode grows beyond the range of numbers in one step of dt = {}; choose a smaller dt", dt);
 }
 

@@ -370,7 +370,7 @@ bool is_speck(const Tracer& tracer, const Chain& chain) {
     const auto is_near = [&](MeshIndex triangle) {
         return distance(tracer.segments[triangle].from, first) < speck * finest_edge;
     };
-    return chain.closed && std::all_of(chain.triangles.begin(), chain.triangles.end(), is_near);
+    return chain.closed && std::ranges::all_of(chain.triangles, is_near);
 }
 
 /// Adds to `found` the points of a chain, all or only where it is still bent, that are not near an earlier one.
@@ -378,7 +378,7 @@ void add_sharp(const Tracer& tracer, const Chain& chain, bool whole, std::vector
     for (const MeshIndex triangle : chain.triangles) {
         const PlanePoint& from = tracer.segments[triangle].from;
         const auto is_near = [&](const PlanePoint& other) { return distance(other, from) <= tracer.options.chord; };
-        if ((whole || tracer.checks[triangle] == Check::bent) && std::none_of(found.begin(), found.end(), is_near))
+        if ((whole || tracer.checks[triangle] == Check::bent) && std::ranges::none_of(found, is_near))
             found.push_back(from);
     }
 }

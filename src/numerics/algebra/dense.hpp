@@ -3,7 +3,6 @@
 // Where Eigen's decompositions are used directly, each source compiles them again: seconds apiece.
 #pragma once
 #include <Eigen/Core>
-#include <cmath>
 #include <complex>
 
 namespace drover::numerics {

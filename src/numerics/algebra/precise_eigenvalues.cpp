@@ -150,8 +150,9 @@ std::vector<Number> triangular_vector(Matrix& t, int k, Quad smallest) {
 bool loses_slow_modes(const Eigen::MatrixXcd& m, const Eigen::VectorXcd& values) {
     constexpr double digits = 1e6;
     const double rounding = std::numeric_limits<double>::epsilon() * m.norm();
-    return std::any_of(values.begin(), values.end(),
-                       [&](const std::complex<double>& value) { return std::abs(value.real()) < digits * rounding; });
+    return std::ranges::any_of(values, [&](const std::complex<double>& value) {
+        return std::abs(value.real()) < digits * rounding;
+    });
 }
 
 /// The triangular matrix; u: identity(m.rows()), or of no rows where the vectors are not wanted.

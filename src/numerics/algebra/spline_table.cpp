@@ -4,7 +4,6 @@
 #include <gsl/gsl_interp.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 

@@ -1,6 +1,5 @@
 // numerics/fields/complex_registers.hpp: complex numbers in vector registers.
 #pragma once
-#include <complex>
 #include <cstddef>
 #include <cstring>
 

@@ -102,7 +102,7 @@ struct EdgeJump {
 EdgeJump edge_jump(const Expression& formula, const Grid& grid) {
     EdgeJump jump;
     const Fields cells = values_on(formula, grid);
-    const auto [min, max] = std::minmax_element(cells.values.begin(), cells.values.end());
+    const auto [min, max] = std::ranges::minmax_element(cells.values);
     jump.range = *max - *min;
     constexpr double inside = 1e-9;  // of the side: a formula may have another value on the edge itself
     const auto take = [&](char axis, double size, double at) {
@@ -160,7 +160,7 @@ void fill(const StartFormula& formula, const Grid& grid, Threads& threads, std::
             values[m] = value_at(formula.value, grid, grid.lx / grid.nx * static_cast<double>(m % nx),
                                  grid.ly / grid.ny * static_cast<double>(m / nx));
     });
-    const auto found = std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
+    const auto found = std::ranges::find_if(values, [](double value) { return !std::isfinite(value); });
     const auto cell = static_cast<std::size_t>(found - values.begin());
     if (cell < values.size())
         fail_input(formula.where, "{} = \"{}\" is {} in cell ({}, {}); expected a finite number in every cell",

@@ -426,7 +426,7 @@ void Transform::forward(const Fields& from, Spectra& to) const {
         for (int i = c; i < c + count; ++i) {
             arrays.push_back(from[i].data());
             spectra.push_back(to[i].data());
-            std::fill(to[i].begin(), to[i].end(), Complex(0.0));
+            std::ranges::fill(to[i], Complex(0.0));
         }
         p.threads.for_chunks(p.strips(), 1, [&](std::size_t strip, std::size_t) {
             std::vector<const double*> rows;

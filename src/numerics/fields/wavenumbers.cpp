@@ -9,12 +9,17 @@
 namespace drover::numerics {
 
 DistinctWavenumbers distinct_wavenumbers(const Grid& grid, int degree) {
-    // Integers distinguish equal |q| from nearly equal ones: k^2 in a square, the pair |kx|, |ky| in a rectangle.
+    // Integers distinguish equal |q| from nearly equal ones: k^2 in a square, the pair |kx|, |ky| in a rectangle.  On a
+    // line, and on few rows, there are many more numbers up to the largest k^2 than pairs.
     const bool square = grid.lx == grid.ly;
     const std::size_t width = columns(grid), rows = static_cast<std::size_t>(grid.ny);
+    const auto ky_of = [&](std::size_t row) { return static_cast<std::size_t>(std::abs(mode_number_y(grid, row))); };
+    const auto square_of = [&](std::size_t column, std::size_t row) {
+        return column * column + ky_of(row) * ky_of(row);
+    };
+    const bool by_square = square && square_of(width - 1, rows / 2) <= 4 * modes(grid);
     const auto key = [&](std::size_t column, std::size_t row) {
-        const auto ky = static_cast<std::size_t>(std::abs(mode_number_y(grid, row)));
-        return square ? column * column + ky * ky : column + width * ky;
+        return by_square ? square_of(column, row) : column + width * ky_of(row);
     };
     struct Entry {
         double q = 0.0;
@@ -29,11 +34,12 @@ DistinctWavenumbers distinct_wavenumbers(const Grid& grid, int degree) {
             index_of[name] = 0;
             const Wavevector q = wavevector(grid, i, j);
             // In a square by k^2, not by one of its modes: the same number on every grid of the same cell.
-            entries.push_back({.q = square ? 2.0 * std::numbers::pi / grid.lx * std::sqrt(static_cast<double>(name))
-                                           : std::hypot(q.x, q.y),
-                               .key = name});
+            entries.push_back(
+                {.q = square ? 2.0 * std::numbers::pi / grid.lx * std::sqrt(static_cast<double>(square_of(i, j)))
+                             : std::hypot(q.x, q.y),
+                 .key = name});
         }
-    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.q < b.q; });
+    std::ranges::sort(entries, [](const Entry& a, const Entry& b) { return a.q < b.q; });
     DistinctWavenumbers result;
     for (const Entry& entry : entries) {
         const bool is_repeated = !result.q.empty() && result.q.back() == entry.q;

@@ -35,7 +35,7 @@ void draw_stationary(const System& system, const RandomKey& key, Spectra& state)
         const IsotropicBlocks m = linear_blocks(system, q), covariance = noise_blocks(system, q);
         append_entries({stationary_factor(m.even, covariance.even), stationary_factor(m.odd, covariance.odd)}, factors);
     }
-    std::fill(state.values.begin(), state.values.end(), Complex(0.0));
+    std::ranges::fill(state.values, Complex(0.0));
     for_layout(system.layout, [&](const auto& kernel) {
         std::vector<double> normal;
         for (std::size_t row = 0; row < static_cast<std::size_t>(system.grid.ny); ++row) {

@@ -97,7 +97,7 @@ void TravellingSolver::choose_shift() {
                 sizes.push_back(std::abs(s));
             }
         constexpr double rounding = 1e-12;  // of a conserved mean, beside the fastest
-        const double smallest = rounding * *std::max_element(sizes.begin(), sizes.end());
+        const double smallest = rounding * *std::ranges::max_element(sizes);
         if (std::isfinite(slowest)) continue;
         for (const double size : sizes)
             if (size > smallest) slowest = std::min(slowest, size);
@@ -180,7 +180,7 @@ void TravellingSolver::set_sizes(Values a) {
     std::vector<double> squares = modes_->mean_squares(a);
     const std::vector<double> of_changes = modes_->mean_squares(changes);
     for (std::size_t f = 0; f < squares.size(); ++f) squares[f] = std::max(squares[f], of_changes[f]);
-    const double largest = *std::max_element(squares.begin(), squares.end());
+    const double largest = *std::ranges::max_element(squares);
     sizes_.assign(size(), 0.0);
     for (std::size_t f = 0; f < squares.size(); ++f) {
         constexpr double rounding = 1e-20, of_none = 1e-6;  // of squares: what is left of a field that is 0; any size
@@ -417,7 +417,7 @@ int TravellingSolver::Newton::iterate(std::span<double> u, Values unknown_sizes)
     KINGetNumNonlinSolvIters(memory, &iterations);
     if (flag < 0 && failure && flag != KIN_LINESEARCH_NONCONV) std::rethrow_exception(failure);
     const Values found = numbers(unknowns.get());
-    std::copy(found.begin(), found.end(), u.begin());
+    std::ranges::copy(found, u.begin());
     return static_cast<int>(iterations);
 }
 

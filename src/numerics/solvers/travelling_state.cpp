@@ -2,9 +2,6 @@
 #include "numerics/solvers/travelling_state.hpp"
 
 #include <Eigen/SVD>
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "drover/base/error.hpp"
 
@@ -148,7 +145,7 @@ Eigen::MatrixXd without_sums(Eigen::MatrixXd matrix, const std::vector<Eigen::In
     matrix(Eigen::all, means) = across * rows.matrixU();
     std::vector<Eigen::Index> kept;
     for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-        const auto mean = std::find(means.begin(), means.end(), i);
+        const auto mean = std::ranges::find(means, i);
         if (mean == means.end() || rows.singularValues()(mean - means.begin()) > rounding) kept.push_back(i);
     }
     return matrix(kept, kept);
@@ -163,7 +160,7 @@ std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const Tra
     modes_->pack(at.state, a);
     std::vector<std::size_t> free;
     for (std::size_t i = 0; i < n; ++i)
-        if (std::find(conserved_.begin(), conserved_.end(), i) == conserved_.end()) free.push_back(i);
+        if (std::ranges::find(conserved_, i) == conserved_.end()) free.push_back(i);
     Eigen::MatrixXd matrix(static_cast<Eigen::Index>(free.size()), static_cast<Eigen::Index>(free.size()));
     std::vector<Eigen::Index> means;
     for (std::size_t k = 0; k < free.size(); ++k) {
@@ -181,7 +178,7 @@ std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const Tra
     const double rounding = 1e-12 * values.cwiseAbs().maxCoeff();
     const auto cleared = [&](double part) { return std::abs(part) <= rounding ? 0.0 : part; };
     for (std::complex<double>& rate_ : rates) rate_ = {cleared(rate_.real()), cleared(rate_.imag())};
-    std::sort(rates.begin(), rates.end(), [](const auto& x, const auto& y) {
+    std::ranges::sort(rates, [](const auto& x, const auto& y) {
         return x.real() != y.real() ? x.real() > y.real() : x.imag() > y.imag();
     });
     if (rates.size() > count) rates.resize(count);

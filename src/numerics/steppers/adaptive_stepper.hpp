@@ -1,5 +1,7 @@
 // numerics/steppers/adaptive_stepper.hpp: steps of fixed length, divided so that each part meets a tolerance.
 #pragma once
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,6 +29,7 @@ struct StepControl {
     bool watches_error = true;  ///< whether the run estimates the error that its steps make: numerics::StepError
     double effort = INFINITY;   ///< that this may take: numerics::Effort::part
     StepWork work = {};         ///< of which it is a part
+    std::int64_t steps = std::numeric_limits<std::int64_t>::max();  ///< of the whole run
 };
 
 /// Divides dt into 1, 2, 3, 4, 6, 8, 12, ... equal parts: ratios near sqrt(2), and every sequence ends at dt.  With

@@ -1,12 +1,9 @@
 // numerics/steppers/coarse_error.cpp: modes that a coarse and a fine grid share, and how errors of single steps turn.
 #include "numerics/steppers/coarse_error.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "drover/numerics/block.hpp"
-#include "numerics/fields/shells.hpp"
 #include "numerics/fields/wavenumbers.hpp"
 
 namespace drover::numerics {

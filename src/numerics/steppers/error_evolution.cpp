@@ -6,7 +6,6 @@
 #include "drover/base/random.hpp"
 #include "drover/numerics/stepper_table.hpp"
 #include "numerics/fields/shells.hpp"
-#include "numerics/fields/wavenumbers.hpp"
 #include "numerics/steppers/step_error.hpp"
 #include "numerics/steppers/time_method.hpp"
 
@@ -56,7 +55,8 @@ StepError::StepError(const ErrorEquations& the_equations, const Grid& grid, cons
       dt(control.dt),
       divides(control.tolerance > 0.0),
       own_change(time_method(control.method).order <= 2 && control.tolerance == 0.0 ? largest_own_change : 0.0),
-      noisy(the_equations.noisy) {
+      noisy(the_equations.noisy),
+      is_short(control.steps <= first_steps) {
     shared = shared_modes(coarse, fine);
     sampled = noisy ? sampled_modes(coarse.grid, fine) : shared;
     for (const ErrorEquations::Field& field : equations.fields)
@@ -129,7 +129,7 @@ Reference& StepError::reference_at(double t) {
 /// N(a + e) - N(a), plus the local errors.  A small e is enlarged for the difference: its digits would be lost.
 void StepError::perturbation_rate(double t, const Spectra& perturbation, Spectra& out) {
     const auto begin = [&] {
-        if (noisy) std::fill(out.values.begin(), out.values.end(), Complex(0.0));
+        if (noisy) std::ranges::fill(out.values, Complex(0.0));
         else out.values = driven.values;
     };
     begin();
@@ -151,7 +151,7 @@ void StepError::perturbation_rate(double t, const Spectra& perturbation, Spectra
         }
         perturbation_growth = relative_size(rate) / relative;
     } catch (const Error&) {  // a density that only the fine grid resolves
-        std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
+        std::ranges::fill(rate.values, Complex(0.0));
         begin();
     }
 }
@@ -247,7 +247,7 @@ void StepError::evolve(std::int64_t step) {
         perturbation_growth = 0.0;
         double fastest = 0.0;
         between.step = 0.0;
-        std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
+        std::ranges::fill(rate.values, Complex(0.0));
         error_step = strides / parts * dt;
         effort.spent += work_of_step * parts;
         for (int part = 0; part < parts; ++part) {
@@ -344,7 +344,7 @@ double StepError::relative_size(double FieldSize::*of_field) const {
 void StepError::sample(const Spectra& fine_fields, Reference& into) {
     Spectra& state = into.fields;
     into.step = 0.0;
-    std::fill(state.values.begin(), state.values.end(), Complex(0.0));
+    std::ranges::fill(state.values, Complex(0.0));
     for (int c = 0; c < state.count(); ++c)
         for (const ModePair& pair : sampled)
             state[c][pair.coarse] += pair.conjugate ? std::conj(fine_fields[c][pair.fine]) : fine_fields[c][pair.fine];

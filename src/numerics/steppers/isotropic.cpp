@@ -1,8 +1,6 @@
 // numerics/steppers/isotropic.cpp: layouts, and the places of their parts.
 #include "numerics/steppers/isotropic.hpp"
 
-#include <algorithm>
-
 #include "drover/base/error.hpp"
 
 namespace drover::numerics {

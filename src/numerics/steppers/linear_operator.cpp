@@ -53,7 +53,7 @@ LinearOperator LinearOperator::shifted_inverse(double gamma) const {
 }
 
 void WholeRate::write(double t, const Spectra& state, Spectra& rate) const {
-    std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
+    std::ranges::fill(rate.values, Complex(0.0));
     if (system.nonlinear) system.nonlinear(t, state, rate);
     linear.add(state, rate);
 }

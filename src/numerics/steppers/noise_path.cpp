@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <memory>
-
-#include "drover/base/error.hpp"
 
 namespace drover::numerics {
 
@@ -93,7 +90,7 @@ void NoisePath::prepare(int level) {
         const IsotropicBlocks m = linear_blocks(system_, q), covariance = noise_blocks(system_, q);
         std::vector<double> entries_of_n;
         const auto store = [&](std::vector<double>& to) {
-            std::copy(entries_of_n.begin(), entries_of_n.end(), to.data() + n * entries_of_n.size());
+            std::ranges::copy(entries_of_n, to.data() + n * entries_of_n.size());
             entries_of_n.clear();
         };
         const double whole = std::ldexp(root_, 1 - first_halves);

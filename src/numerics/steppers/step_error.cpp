@@ -4,16 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "numerics/fields/shells.hpp"
-
 namespace drover::numerics {
 
 namespace {
 /// Fields are measured so often in the run so far, and at each check.
 constexpr std::int64_t min_moments = 64;
 
-/// Of fields that are 0 at the start; of the local error, which ends a run, more.
-constexpr std::int64_t first_steps = 4, first_local_steps = 16;
+/// Of fields that are 0 at the start: of the local error, which ends a run, more than of the whole.
+constexpr std::int64_t first_local_steps = 16;
 
 /// Random errors of noisy steps are measured too large: on 60 random scenes with noise the estimate without this factor
 /// was 1.5 times the error in the median (tests/bench/step_error).
@@ -27,7 +25,7 @@ void StepError::set_equations(const ErrorEquations::OnGrid& on_grid) {
 
 void StepError::add_local(const Spectra& of_step, const Spectra& state, double work, std::int64_t waited) {
     for (Effort* one : {&effort, &checks}) one->spent += work + work_of_local;
-    std::fill(shifted.values.begin(), shifted.values.end(), Complex(0.0));
+    std::ranges::fill(shifted.values, Complex(0.0));
     for (int c = 0; c < shifted.count(); ++c)
         for (const ModePair& pair : shared) shifted[c][pair.coarse] = of_step[c][pair.fine];
     for (std::size_t k = 0; k < wave_local.size(); ++k) wave_local[k] = std::abs(shifted.values[k]);
@@ -114,7 +112,7 @@ void StepError::advance(std::int64_t step, const Spectra& state) {
     leave_out_direction();
     bound();
     std::swap(from, to);
-    std::fill(driven.values.begin(), driven.values.end(), Complex(0.0));
+    std::ranges::fill(driven.values, Complex(0.0));
     since = 0;
     choose_leap(step);
     choose_stride(step);
@@ -143,7 +141,8 @@ StepError::Relative StepError::largest() const {
         // Of the last step nothing has decayed yet.
         const double size = std::max(field.local, std::hypot(size_of(now, field), size_without_phase(field)));
         const double relative = (noisy ? random_errors : 1.0) * ratio(size, field.fluctuation());
-        if (relative > result.error && has_size(field, first_steps)) result = {std::min(relative, 1.0), field.name};
+        if (relative > result.error && (is_short || has_size(field, first_steps)))
+            result = {std::min(relative, 1.0), field.name};
     }
     return result;
 }

@@ -57,9 +57,9 @@ public:
 
     /// The error of a field, of all steps so far, relative to its fluctuation: the root mean square of its deviation
     /// from its mean over the cell and over time, or of that over the cell now if larger, and at least 1e-5 of the
-    /// largest root mean square of the field.  In the first four steps a field that began at 0 does not count: its
-    /// size is that of these steps (local: 16 steps).  Local: relative to the root mean square of the field, at least
-    /// its fluctuation and a thousandth of its largest.
+    /// largest root mean square of the field.  In the first four steps of a longer run a field that began at 0 does not
+    /// count: its size is that of these steps (local: 16 steps).  Local: relative to the root mean square of the field,
+    /// at least its fluctuation and a thousandth of its largest.
     struct Relative {
         double error = 0.0;
         std::string field;  ///< "rod_density", "bead_velocity", ...
@@ -77,6 +77,8 @@ public:
     std::size_t saved_numbers() const { return save().size(); }
 
 private:
+    static constexpr std::int64_t first_steps = 4;
+
     ErrorEquations equations;
     KeptGrid fine, coarse;
     double dt;
@@ -112,6 +114,7 @@ private:
     System system;
     std::map<double, Stepper> steppers;  // by their steps over dt: a stride, or one over a number of parts
     bool noisy;
+    bool is_short;                  // the run, of which then all steps count
     Effort effort, checks;          // of all, and of local errors alone
     bool is_lost = false;           // it would have cost more than it may
     bool is_waiting = false;        // for a local error, for longer than it should

@@ -37,8 +37,8 @@ Block combined(const std::vector<PhiTerm>& terms, const std::map<double, PhiFunc
 template <class Visit>
 void for_terms(const StepperTable& table, Visit visit) {
     for (const StepperStage& stage : table.stages)
-        for (const auto& terms : stage.terms) std::for_each(terms.begin(), terms.end(), visit);
-    for (const auto& terms : table.error) std::for_each(terms.begin(), terms.end(), visit);
+        for (const auto& terms : stage.terms) std::ranges::for_each(terms, visit);
+    for (const auto& terms : table.error) std::ranges::for_each(terms, visit);
 }
 
 /// The highest order of phi functions that a table uses, at least that for which they are accurate.
@@ -184,7 +184,7 @@ void Stepper::Work::prepare_stages() {
     const auto reserve = [&](Combination& combination) {
         combination.matrices.resize(wavenumbers.q.size() * combination.plan.uses.size() * entries);
     };
-    std::for_each(combinations.begin(), combinations.end(), reserve);
+    std::ranges::for_each(combinations, reserve);
     reserve(estimate);
     const auto of_wavenumber = [&](std::size_t n) {
         const IsotropicBlocks rate_blocks = linear_blocks(system, wavenumbers.q[n]);
@@ -198,7 +198,7 @@ void Stepper::Work::prepare_stages() {
                                    ? IsotropicBlocks{even.at(c).front(), odd.at(c).front()}
                                    : IsotropicBlocks{combined(use.terms, even, dt), combined(use.terms, odd, dt)},
                                made);
-            std::copy(made.begin(), made.end(), to.matrices.begin() + static_cast<std::ptrdiff_t>(n * made.size()));
+            std::ranges::copy(made, to.matrices.begin() + static_cast<std::ptrdiff_t>(n * made.size()));
         };
         for (std::size_t s = 0; s < table.stages.size(); ++s) store(table.stages[s].c, combinations[s]);
         store(1.0, estimate);
@@ -441,7 +441,7 @@ void Stepper::attempt(double t, std::uint64_t step_number, const Spectra& state,
     w.take_stages(t, step_number, state);
     if (w.table.error.size() > w.table.stages.size()) w.system.nonlinear(t + w.dt, w.next, w.rates.back());
     w.combine(w.estimate, state, -1, error);
-    std::copy(w.next.values.begin(), w.next.values.end(), next.values.begin());
+    std::ranges::copy(w.next.values, next.values.begin());
 }
 
 double stepper_bytes(const System& system, const StepperTable& table, int count) {
@@ -452,8 +452,11 @@ double stepper_bytes(const System& system, const StepperTable& table, int count)
     matrices += static_cast<double>(error_plan(used).uses.size());
     double held = 1.0;
     if (system.nonlinear) held += 1.0 + static_cast<double>(std::max(used.stages.size(), used.error.size()));
-    // At most a quarter of the kept modes have distinct |q|, an eighth on a square.
-    const double distinct = static_cast<double>(modes(system.grid)) / (system.grid.lx == system.grid.ly ? 4.0 : 2.0);
+    // On a line all modes have distinct |q|; else at most a quarter of the kept ones, an eighth on a square.
+    const double shared = system.grid.ny == 1                ? 1.0
+                          : system.grid.lx == system.grid.ly ? 4.0
+                                                             : 2.0,
+                 distinct = static_cast<double>(modes(system.grid)) / shared;
     return spectra * held * (used.history > 0 ? count : 1) +
            count * (distinct * matrices * static_cast<double>(block_entries(system.layout)) * sizeof(double) +
                     static_cast<double>(modes(system.grid)) * sizeof(std::int32_t));

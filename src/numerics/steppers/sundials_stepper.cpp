@@ -164,7 +164,7 @@ void SundialsStepper::Work::make_arkode() {
 int SundialsStepper::Work::evaluate(double t, N_Vector from, N_Vector to, bool with_linear, bool with_rest) {
     const int flag = guarded(failure, [&] {
         modes.unpack(numbers(from), state);
-        std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
+        std::ranges::fill(rate.values, Complex(0.0));
         if (with_rest && system.nonlinear) system.nonlinear(t, state, rate);
         if (with_rest) ++count.right_hand_sides;
         if (with_linear) linear.add(state, rate);
@@ -184,7 +184,7 @@ int SundialsStepper::Work::solve_shifted(double gamma, N_Vector from, N_Vector t
     if (gamma != shift) shifted_inverse = linear.shifted_inverse(gamma);
     shift = gamma;
     modes.unpack(numbers(from), state);
-    std::fill(rate.values.begin(), rate.values.end(), Complex(0.0));
+    std::ranges::fill(rate.values, Complex(0.0));
     shifted_inverse.add(state, rate);
     modes.pack(rate, numbers(to));
     return 0;
@@ -216,7 +216,7 @@ void SundialsStepper::Work::begin(std::int64_t step) {
     steps_since_begin = 0;
     before = {};
     const double t = static_cast<double>(step) * dt;
-    std::copy(values.begin(), values.end(), numbers(vector.get()).begin());
+    std::ranges::copy(values, numbers(vector.get()).begin());
     const Owned<N_Vector, VectorDeleter> first(N_VClone(vector.get()));
     if (evaluate(t, vector.get(), first.get(), true, true) != 0) fail(t);
     changes = latest_changes;

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "drover/base/error.hpp"
-#include "numerics/steppers/time_method.hpp"
 
 namespace drover::numerics {
 
@@ -15,7 +14,9 @@ WatchedStepper::WatchedStepper(const StepControl& control, System system, std::u
     : stepper_(control, std::move(system), seed, threads), observing_(control.work.observing) {
     if (!watched || !stepper_.system().nonlinear) return;
     error_.emplace(*watched, stepper_.system().grid, control);
-    sizes_.assign(2 * static_cast<std::size_t>(components(stepper_.system().layout)), 0.0);
+    const auto count = static_cast<std::size_t>(components(stepper_.system().layout));
+    sizes_.assign(2 * count, 0.0);
+    changes_.assign(count, 0.0);
 }
 
 void WatchedStepper::set_system(System system, const ErrorEquations::OnGrid& on_grid) {
@@ -43,15 +44,39 @@ std::vector<double> mean_squares(const Spectra& state) {
     return squares;
 }
 
+/// Mean squares of the change of each component in a step; 0 where noise changes it.
+std::vector<double> changes_of(const System& system, const Spectra& before, const Spectra& after) {
+    std::vector<double> squares(static_cast<std::size_t>(after.count()), 0.0);
+    if (system.noise || system.product_noise) return squares;
+    for (int c = 0; c < after.count(); ++c)
+        for (std::size_t mode = 0; mode < after.size; ++mode)
+            squares[static_cast<std::size_t>(c)] += std::norm(after[c][mode] - before[c][mode]);
+    return squares;
+}
+
 /// A check for growth may take a 16th of what a regular one may, so that these can still be paid for.
 constexpr double spared = 16.0;
 
+constexpr double much = 1.5;  // growth of mean squares
+
 bool has_grown(const std::vector<double>& before, const std::vector<double>& now) {
-    constexpr double much = 1.5, negligible = 1e-10;  // of mean squares
-    const double min_size = negligible * *std::max_element(now.begin(), now.end());
+    const double min_size = 1e-10 * *std::ranges::max_element(now);
     for (std::size_t k = 0; k < now.size(); ++k)
         if (now[k] > much * before[k] && now[k] > min_size) return true;
     return false;
+}
+
+/// On average over the components: what an oscillation changes passes from one to another.
+bool changes_faster(const std::vector<double>& before, const std::vector<double>& now,
+                    const std::vector<double>& sizes) {
+    const double rounding = 1e-16 * *std::ranges::max_element(sizes);
+    double growth = 0.0, count = 0.0;
+    for (std::size_t k = 0; k < now.size(); ++k) {
+        if (std::max(now[k], before[k]) <= rounding) continue;
+        growth += now[k] / before[k];  // infinite of the first change
+        count += 1.0;
+    }
+    return growth > much * count;
 }
 }  // namespace
 
@@ -81,7 +106,7 @@ std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t
 
 void WatchedStepper::advance(std::int64_t step, Spectra& state) {
     is_checked_ = error_ && step >= next_check_;
-    if (is_checked_) before_ = state;
+    if (is_checked_ || watches_growth()) before_ = state;
     stepper_.advance(step, state);
     const double work = stepper_.work_of_step() + observing_;
     work_done_ += work;
@@ -91,16 +116,19 @@ void WatchedStepper::advance(std::int64_t step, Spectra& state) {
 void WatchedStepper::watch(std::int64_t step, const Spectra& state) {
     if (!error_) return;
     if (is_checked_) measure_error(step, state);
-    else if (!stepper_.system().noise) check_growth(step, state);
+    else if (watches_growth()) check_growth(step, state);
     if (step > known_until_) error_->wait();
     error_->advance(step + 1, state);
 }
 
 double WatchedStepper::work_of_check() { return stepper_.steps_to_cheap_error() > 0 ? 0.0 : stepper_.work_of_error(); }
 
-/// Fields that have grown have larger local errors: the next step is checked.
+/// Fields that have grown, or change faster, have larger local errors: the next step is checked.
 void WatchedStepper::check_growth(std::int64_t step, const Spectra& state) {
-    if (!has_grown(sizes_, mean_squares(state)) || error_->steps_to_afford(spared * work_of_check(), 2) > 1) return;
+    const std::vector<double> sizes = mean_squares(state);
+    const bool grows =
+        has_grown(sizes_, sizes) || changes_faster(changes_, changes_of(stepper_.system(), before_, state), sizes);
+    if (!grows || error_->steps_to_afford(spared * work_of_check(), 2) > 1) return;
     next_check_ = step + 1;
     is_for_growth_ = true;
 }
@@ -108,7 +136,12 @@ void WatchedStepper::check_growth(std::int64_t step, const Spectra& state) {
 void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
     error_->start_local(before_);
     sizes_ = mean_squares(state);
-    const bool grows = !stepper_.system().noise && has_grown(mean_squares(before_), sizes_);
+    const std::vector<double> changes = changes_of(stepper_.system(), before_, state);
+    const bool grows = watches_growth() && (has_grown(mean_squares(before_), sizes_) ||
+                                            (step == last_check_ + 1 && changes_faster(changes_, changes, sizes_)));
+    // The largest so far, which is forgotten slowly: what an oscillation changes comes and goes.
+    constexpr double remembered = 0.9;
+    for (std::size_t k = 0; k < changes.size(); ++k) changes_[k] = std::max(changes[k], remembered * changes_[k]);
     const std::int64_t since_last = std::max<std::int64_t>(1, step - last_check_);
     const bool is_repeated = stepper_.find_error(step, state, before_);
     error_->add_local(before_, state, is_repeated ? stepper_.work_of_error() : 0.0, since_last);
@@ -141,25 +174,31 @@ void WatchedStepper::begin_anew() {
     stepper_.restore_history({});
 }
 
+/// Of a checkpoint with the changes of the fields, which earlier versions did not watch.
+constexpr double has_changes = 2.0;
+
 std::vector<double> WatchedStepper::save() const {
     std::vector<double> values{static_cast<double>(stepper_.division()),
                                static_cast<double>(next_check_),
                                static_cast<double>(last_check_),
                                static_cast<double>(known_until_),
                                work_done_,
-                               is_for_growth_ ? 1.0 : 0.0};
+                               has_changes + (is_for_growth_ ? 1.0 : 0.0)};
     const std::vector<double> history = stepper_.save_history();
     values.insert(values.end(), history.begin(), history.end());
     if (!error_) return values;
     values.insert(values.end(), sizes_.begin(), sizes_.end());
+    values.insert(values.end(), changes_.begin(), changes_.end());
     const std::vector<double> error = error_->save();
     values.insert(values.end(), error.begin(), error.end());
     return values;
 }
 
 void WatchedStepper::restore(std::span<const double> values) {
-    const std::size_t error_numbers = error_ ? sizes_.size() + error_->saved_numbers() : 0;
     constexpr std::size_t numbers = 6;
+    const bool knows_changes = values.size() >= numbers && values[5] >= has_changes;
+    const std::size_t changes = knows_changes ? changes_.size() : 0,
+                      error_numbers = error_ ? sizes_.size() + changes + error_->saved_numbers() : 0;
     require(values.size() >= numbers + error_numbers, {},
             "the checkpoint contains {} stepper values; expected {} or more: it is damaged, or of another version of "
             "drover; restart with that version, or run the scene again",
@@ -176,12 +215,13 @@ void WatchedStepper::restore(std::span<const double> values) {
     last_check_ = static_cast<std::int64_t>(last);
     known_until_ = values[3] < 0x1p53 ? static_cast<std::int64_t>(values[3]) : INT64_MAX;
     work_done_ = values[4];
-    is_for_growth_ = values[5] != 0.0;
+    is_for_growth_ = std::fmod(values[5], has_changes) != 0.0;
     stepper_.restore_history(values.subspan(numbers, values.size() - numbers - error_numbers));
     if (!error_) return;
     const std::span<const double> of_error = values.last(error_numbers);
     std::copy_n(of_error.begin(), sizes_.size(), sizes_.begin());
-    error_->restore(of_error.subspan(sizes_.size()));
+    std::copy_n(of_error.begin() + static_cast<std::ptrdiff_t>(sizes_.size()), changes, changes_.begin());
+    error_->restore(of_error.subspan(sizes_.size() + changes));
 }
 
 }  // namespace drover::numerics

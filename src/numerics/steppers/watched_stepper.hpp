@@ -47,13 +47,15 @@ public:
 private:
     void measure_error(std::int64_t step, const Spectra& state);
     double work_of_check();
+    bool watches_growth() const { return error_ && !stepper_.system().noise; }
     void check_growth(std::int64_t step, const Spectra& state);
     std::int64_t steps_to_next_check(std::int64_t step, std::int64_t since_last);
 
     AdaptiveStepper stepper_;
     std::optional<StepError> error_;
-    Spectra before_;             // the state before a step that is repeated in halves
-    std::vector<double> sizes_;  // of the fields at the last check
+    Spectra before_;               // the state before a step
+    std::vector<double> sizes_;    // of the fields at the last check
+    std::vector<double> changes_;  // the largest of the fields in a step, at any check so far
     std::int64_t last_check_ = 0, next_check_ = 0, known_until_ = INT64_MAX;
     double observing_;  // work of each dt
     double work_done_ = 0.0;

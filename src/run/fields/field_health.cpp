@@ -33,8 +33,7 @@ Peak peak_of(const numerics::Grid& grid, numerics::Transform& transform, const n
     numerics::Fields fields(grid, state.count());
     transform.backward(state, fields);
     const std::span<const double> field = std::as_const(fields)[component];
-    const auto largest =
-        std::max_element(field.begin(), field.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+    const auto largest = std::ranges::max_element(field, [](double a, double b) { return std::abs(a) < std::abs(b); });
     const auto cell = static_cast<std::size_t>(largest - field.begin()), nx = static_cast<std::size_t>(grid.nx);
     return {.value = *largest, .x = cell % nx, .y = cell / nx};
 }
@@ -89,8 +88,7 @@ FirstFailure find_first_failure(model::FieldEvolution& evolution, const FieldHea
         } catch (const Error&) {
             return found;
         }
-        if (!std::all_of(state.values.begin(), state.values.end(),
-                         [&](Complex value) { return is_finite(value, state.size); }))
+        if (!std::ranges::all_of(state.values, [&](Complex value) { return is_finite(value, state.size); }))
             return found;
         const std::vector<double> changes = changes_between(evolution.linear().grid, before, state, health.scales);
         found = {};

@@ -1,7 +1,6 @@
 // run/fields/field_health.hpp: whether the fields of a run still have a meaning, and which of them failed first.
 #pragma once
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "drover/numerics/transform.hpp"

@@ -107,7 +107,7 @@ void find_balanced(const model::FieldEvolution& evolution, double time, const nu
                    numerics::Fields& to) {
     if (to.count() == 0) return;
     const numerics::Fields now = evolution.balanced(time, state);
-    std::copy(now.values.begin(), now.values.end(), to.values.begin());
+    std::ranges::copy(now.values, to.values.begin());
 }
 
 void append_numbers(const numerics::Spectra& state, std::vector<double>& to) {

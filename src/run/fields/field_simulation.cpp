@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -82,7 +81,8 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads, b
                   .tolerance = scene_.time.tolerance,
                   .watches_error = scene_.time.max_error > 0.0 && makes_step_error(problem_),
                   .effort = effort_of_step_error(scene_),
-                  .work = work_of_run(scene_, problem_)},
+                  .work = work_of_run(scene_, problem_),
+                  .steps = steps},
                  static_cast<std::uint64_t>(scene_.run.seed), threads),
       transform_(scene_.grid, evolution_.linear().degree, threads),
       observer_(field_observer(scene_, problem_.integrated, threads)),
@@ -358,8 +358,7 @@ std::string FieldSimulation::describe() const {
 void require_finite(const numerics::Fields& fields, const std::vector<std::string>& names, const numerics::Grid& grid) {
     for (int c = 0; c < fields.count(); ++c) {
         const std::span<const double> values = fields[c];
-        const auto found =
-            std::find_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
+        const auto found = std::ranges::find_if(values, [](double value) { return !std::isfinite(value); });
         require(found == values.end(), {},
                 "{} is {} in cell ({}, {}); expected finite values: the fields were not changed",
                 names[static_cast<std::size_t>(c)], found == values.end() ? 0.0 : *found,

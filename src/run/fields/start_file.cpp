@@ -107,12 +107,11 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
                 scene.initial.frame, frames - 1);
         const int number = scene.initial.frame < 0 ? frames - 1 : scene.initial.frame;
         const files::Array row = archive.read_row(dataset, static_cast<std::size_t>(number));
-        require(std::all_of(row.values.begin(), row.values.end(), [](double value) { return std::isfinite(value); }),
-                here,
+        require(std::ranges::all_of(row.values, [](double value) { return std::isfinite(value); }), here,
                 "initial.file = \"{}\" has a {} that is not finite in frame {}; expected finite values: choose another "
                 "frame",
                 scene.initial.file, names[c].name, number);
-        std::copy(row.values.begin(), row.values.end(), frame[static_cast<int>(c)].begin());
+        std::ranges::copy(row.values, frame[static_cast<int>(c)].begin());
     }
     for (const FrameField& field : names) {
         const std::string unit = archive.text_attribute("/" + field.name, "units"),

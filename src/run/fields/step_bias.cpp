@@ -77,8 +77,8 @@ void StepBias::begin_piece(std::int64_t step, const numerics::Spectra& state) {
     effort_.spent += work;
     twin_state_ = state;
     twin_->follow(run_.evolution);
-    std::fill(early_.begin(), early_.end(), 0.0);
-    std::fill(late_.begin(), late_.end(), 0.0);
+    std::ranges::fill(early_, 0.0);
+    std::ranges::fill(late_, 0.0);
 }
 
 void StepBias::advance_piece(std::int64_t step, const numerics::Spectra& state) {
@@ -118,7 +118,7 @@ std::vector<std::vector<double>> StepBias::compare(const numerics::Spectra& stat
             for (std::size_t k = 0; k < differences.size(); ++k) differences[k] -= exact[k];
         } catch (const Error& error) {  // a density that the correction makes negative
             if (error.fault() != Fault::run) throw;
-            std::fill(differences.begin(), differences.end(), NAN);
+            std::ranges::fill(differences, NAN);
         }
     }
     return {{1.0}, differences, differences};

@@ -120,7 +120,7 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
     const double core_start = core_seconds();
     Commits commits(archive);
     const std::vector<std::size_t> rows = archive.rows();
-    if (std::all_of(rows.begin(), rows.end(), [](std::size_t count) { return count == 0; })) {
+    if (std::ranges::all_of(rows, [](std::size_t count) { return count == 0; })) {
         simulation.check_health(0);
         commits.append_due(simulation, 0);
         save(simulation, 0, archive, commits, files);

@@ -20,29 +20,35 @@ double recorded_bytes(const io::Scene& scene, double numbers_per_frame, double n
            (1.0 + index_fraction) * sizeof(double) * (numbers_per_frame * frames + numbers_per_sample * samples);
 }
 
-int samples_per_chunk(const io::Scene& scene) {
-    constexpr double min = 8.0, max = 64.0;
-    if (scene.output.frame_every == 0.0 || scene.output.sample_every == 0.0) return static_cast<int>(max);
-    return static_cast<int>(std::clamp(std::round(scene.output.frame_every / scene.output.sample_every), min, max));
+int samples_per_chunk(const io::Scene& scene, std::size_t largest) {
+    constexpr double min = 8.0, max = 64.0, max_numbers = 1 << 20;  // of a chunk, which is held and written whole
+    const bool is_free = scene.output.frame_every == 0.0 || scene.output.sample_every == 0.0;
+    const double samples =
+        is_free ? max : std::clamp(std::round(scene.output.frame_every / scene.output.sample_every), min, max);
+    return static_cast<int>(std::clamp(std::floor(max_numbers / static_cast<double>(largest)), 2.0, samples));
 }
 
 ScheduledRecording sample_recording(const io::Scene& scene, const char* group, const std::vector<measure::Axis>& axes,
                                     std::vector<files::Quantity> quantities,
                                     std::function<std::vector<std::vector<double>>()> measure) {
     const auto values = std::make_shared<std::vector<std::vector<double>>>();
-    return {
-        {.group = group, .axes = axes, .quantities = std::move(quantities), .rows_per_chunk = samples_per_chunk(scene)},
-        io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
-        [measure = std::move(measure), values] { return store_in_place(*values, measure()); }};
-}
-
-std::filesystem::path file_beside(const io::Scene& scene, const std::string& given) {
-    const std::filesystem::path path = given, in_folder = std::filesystem::path(scene.file).parent_path() / path;
-    return path.is_relative() && std::filesystem::exists(in_folder) ? in_folder : path;
+    std::size_t largest = 1;
+    for (const files::Quantity& quantity : quantities) {
+        std::size_t numbers = 1;
+        for (const measure::Axis& axis : axes)
+            if (std::ranges::find(quantity.axes, axis.name) != quantity.axes.end()) numbers *= axis.values.size();
+        largest = std::max(largest, numbers);
+    }
+    return {{.group = group,
+             .axes = axes,
+             .quantities = std::move(quantities),
+             .rows_per_chunk = samples_per_chunk(scene, largest)},
+            io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
+            [measure = std::move(measure), values] { return store_in_place(*values, measure()); }};
 }
 
 files::ArchiveReader named_archive(const io::Scene& scene, const std::string& key, const std::string& file) try {
-    return files::ArchiveReader(file_beside(scene, file));
+    return files::ArchiveReader(io::beside(scene.file, file));
 } catch (const Error& error) {
     throw Error(error.fault(), io::locate(scene, key), text("{}: {}", key, error.what()));
 }
@@ -50,7 +56,7 @@ files::ArchiveReader named_archive(const io::Scene& scene, const std::string& ke
 std::vector<std::filesystem::path> inputs_of(const io::Scene& scene) {
     std::vector<std::filesystem::path> inputs{scene.file};
     for (const std::string& given : {scene.initial.file, scene.particles.packing.file, scene.calibrated.table})
-        if (!given.empty()) inputs.push_back(file_beside(scene, given));
+        if (!given.empty()) inputs.push_back(io::beside(scene.file, given));
     return inputs;
 }
 

@@ -22,8 +22,8 @@ struct TimedScene {
 double recorded_bytes(const io::Scene& scene, double numbers_per_frame, double numbers_per_sample);
 
 /// Samples of the observables per chunk: as many as there are between two frames, so that a chunk is full when a frame
-/// is committed and is written once.
-int samples_per_chunk(const io::Scene& scene);
+/// is committed and is written once, but fewer where one sample of a quantity has many numbers, `largest`.
+int samples_per_chunk(const io::Scene& scene, std::size_t largest);
 
 template <class Moment>
 std::vector<files::Quantity> quantities_of(const measure::Observables<Moment>& rows) {
@@ -58,9 +58,6 @@ std::vector<measure::RecordedSeries> read_series(const files::ArchiveReader& arc
     }
     return series;
 }
-
-/// A file named in a scene: in the folder of the scene if it exists there, else as given.
-std::filesystem::path file_beside(const io::Scene& scene, const std::string& given);
 
 /// The archive that a key of a scene names.  Throws an Error at its place.
 files::ArchiveReader named_archive(const io::Scene& scene, const std::string& key, const std::string& file);

@@ -10,7 +10,7 @@ std::vector<std::span<const double>> store_in_place(std::vector<std::vector<doub
                                                     std::vector<std::vector<double>> row) {
     if (arrays.empty()) arrays = std::move(row);
     else
-        for (std::size_t i = 0; i < arrays.size(); ++i) std::copy(row[i].begin(), row[i].end(), arrays[i].begin());
+        for (std::size_t i = 0; i < arrays.size(); ++i) std::ranges::copy(row[i], arrays[i].begin());
     return {arrays.begin(), arrays.end()};
 }
 

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <memory>
-#include <set>
 
 #include "dem/bodies/plate_motion.hpp"
 #include "dem/contact/contact_law.hpp"
@@ -65,8 +63,8 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
         body.position.z += lift;
         body.velocity.z += push;
     };
-    std::for_each(bodies.beads.begin(), bodies.beads.end(), move);
-    std::for_each(bodies.rods.begin(), bodies.rods.end(), move);
+    std::ranges::for_each(bodies.beads, move);
+    std::ranges::for_each(bodies.rods, move);
     return bodies;
 }
 

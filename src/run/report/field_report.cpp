@@ -61,7 +61,7 @@ ArchivedFields measured_in(const files::ArchiveReader& archive, const io::Scene&
     };
     setting.watches_error = false;
     const auto biased = measure::field_observables(setting);
-    result.biased.has_all = std::none_of(biased.begin(), biased.end(), is_absent);
+    result.biased.has_all = std::ranges::none_of(biased, is_absent);
     for (const auto& row : biased)
         result.biased.rows.push_back({row.name, measure::size_of(row.axes), !row.is_of_grid});
     for (const measure::MeasuredField& field : setting.fields)

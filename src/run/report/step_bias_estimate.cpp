@@ -2,7 +2,6 @@
 #include "run/report/step_bias_estimate.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include "drover/base/text.hpp"
 #include "measure/field_setting.hpp"
@@ -71,7 +70,7 @@ double unseen_error(const files::ArchiveReader& archive, double warm_up, const D
         samples += 1.0;
     }
     for (std::size_t k = 0; k < all.times.size(); ++k) {
-        const auto next = std::lower_bound(times.begin(), times.end(), all.times[k] * (1.0 - 1e-9));
+        const auto next = std::ranges::lower_bound(times, all.times[k] * (1.0 - 1e-9));
         const auto i = std::min(static_cast<std::size_t>(next - times.begin()), errors.size() - 1);
         seen += errors[i] * all.shares[k];
     }
@@ -220,8 +219,7 @@ std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::
 
 std::string step_bias_text(const StepBiases& biases, const io::Scene& scene, const std::string& row,
                            std::size_t component, const measure::Estimate& estimate) {
-    if (biases.state == StepBiasState::exact ||
-        std::find(biases.exact.begin(), biases.exact.end(), row) != biases.exact.end())
+    if (biases.state == StepBiasState::exact || std::ranges::find(biases.exact, row) != biases.exact.end())
         return "exact";
     const StepBiasEstimate* found = biases.find(row, component);  // none where it is not measured
     if (found == nullptr) return "not measured";

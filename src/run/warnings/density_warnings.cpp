@@ -59,12 +59,12 @@ void add_negative_densities(const files::ArchiveReader& archive, const io::Scene
     for (std::size_t n = 0; n < fields.size(); ++n) {
         const model::Field& field = fields[n];
         if (field.observed.counted.empty()) continue;
-        const bool is_linear = std::all_of(equations.terms().begin(), equations.terms().end(),
-                                           [&](const auto& term) { return term.field != n || term.is_linear; });
+        const bool is_linear =
+            std::ranges::all_of(equations.terms(), [&](const auto& term) { return term.field != n || term.is_linear; });
         if (is_linear && equations.has_noise()) continue;
         // An edge, such as that of a vacuum, rings by less than a hundredth of the density beside it.
         const std::vector<double> highest = series_of(archive, "max_" + field.name);
-        const double scale = highest.empty() ? field.reference : *std::max_element(highest.begin(), highest.end());
+        const double scale = highest.empty() ? field.reference : *std::ranges::max_element(highest);
         const Excess negative = samples_below(archive, "min_" + field.name, -0.01 * scale);
         if (negative.samples == 0) continue;
         warnings.push_back(

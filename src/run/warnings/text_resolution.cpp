@@ -13,7 +13,6 @@
 #include "io/names_used.hpp"
 #include "model/start.hpp"
 #include "numerics/fields/shells.hpp"
-#include "numerics/fields/wavenumbers.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/fields/field_problem.hpp"
 #include "run/warnings/growing_waves.hpp"

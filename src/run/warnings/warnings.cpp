@@ -7,7 +7,6 @@
 #include <numeric>
 #include <optional>
 #include <tuple>
-#include <utility>
 
 #include "measure/fields.hpp"
 #include "model/start.hpp"
@@ -181,7 +180,7 @@ bool is_rounding(const std::vector<double>& largest, const std::vector<double>& 
     constexpr double rounding = 1e-10;
     double size = largest.empty() || largest.front() == 0.0 ? 1.0 : 0.0;
     for (const double value : largest) size = std::max(size, value);
-    return *std::max_element(variances.begin(), variances.end()) < rounding * rounding * size * size;
+    return *std::ranges::max_element(variances) < rounding * rounding * size * size;
 }
 
 void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
@@ -195,9 +194,9 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
         const std::vector<double> tails = series_of(archive, "spectral_tail_" + field.name),
                                   variances = series_of(archive, "variance_" + field.name);
         if (tails.size() < 2 || variances.size() != tails.size() || times.size() != tails.size() ||
-            *std::max_element(tails.begin(), tails.end()) <= max_spectral_tail)
+            *std::ranges::max_element(tails) <= max_spectral_tail)
             continue;
-        const double own = *std::max_element(variances.begin(), variances.end()),
+        const double own = *std::ranges::max_element(variances),
                      scale = scale_of(what.equations, field, at, states_of(scene, what.equations));
         if (own == 0.0 || (scale == 0.0 && is_rounding(largest_values(archive, field), variances))) continue;
         const double min_power = scale > 0.0 ? max_spectral_tail * std::max(max_spectral_tail * scale * scale, own)
@@ -232,7 +231,7 @@ void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene,
         for (const char* what : {"variance_", "spectral_tail_"}) {
             // Others may be undefined, such as the alignment with a flow at rest.
             const std::vector<double> values = series_of(archive, what + field.name);
-            if (std::any_of(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }))
+            if (std::ranges::any_of(values, [](double value) { return !std::isfinite(value); }))
                 names.push_back(what + field.name);
         }
     if (names.empty()) return;
@@ -286,7 +285,7 @@ void add_few_particles(const files::ArchiveReader& archive, const io::Scene& sce
             mean * mean * numerics::area(scene.grid) / (shortest * kept_modes(scene.grid, what.kept_degree));
         if (!(particles < fewest)) continue;
         const std::vector<double> minima = series_of(archive, "min_" + field.name);
-        const auto below = std::count_if(minima.begin(), minima.end(), [](double value) { return value < 0.0; });
+        const auto below = std::ranges::count_if(minima, [](double value) { return value < 0.0; });
         warnings.push_back(
             text("the noise of {} depends on {}, whose shortest waves fluctuate like {:.2g} particles for each kept "
                  "mode{}; expected {} or more, since Gaussian noise does not describe fewer particles: choose a "
@@ -303,8 +302,8 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     const std::vector<double> errors = series_of(archive, "step_error"), times = series_of(archive, "time");
     if (errors.empty() || times.size() != errors.size() || scene.time.max_error == 0.0) return;
     const auto is_unknown = [](double error) { return std::isnan(error); };
-    const auto unknown = std::count_if(errors.begin(), errors.end(), is_unknown);
-    const auto first = std::find_if(errors.begin(), errors.end(), is_unknown);
+    const auto unknown = std::ranges::count_if(errors, is_unknown);
+    const auto first = std::ranges::find_if(errors, is_unknown);
     if (unknown > 0 && scene.time.max_error < 1.0)
         warnings.push_back(text(
             "the error of the time steps is not resolved at {} of {} samples, first at t = {:.6g} s (effort "
@@ -312,7 +311,7 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
             "warning",
             unknown, errors.size(), times[static_cast<std::size_t>(first - errors.begin())],
             100.0 * effort_of_estimates(scene)));
-    const auto worst = std::max_element(errors.begin(), errors.end(), [](double a, double b) {
+    const auto worst = std::ranges::max_element(errors, [](double a, double b) {
         return (std::isnan(a) ? 0.0 : a) < (std::isnan(b) ? 0.0 : b);
     });
     if (std::isnan(*worst)) return;

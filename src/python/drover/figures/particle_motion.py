@@ -202,7 +202,7 @@ def frame_series(axes, times):
                                 line.get_linestyle() == "--"])
     low, high = min(0.0, float(numpy.nanmin(values))), max(0.0, float(numpy.nanmax(values)))
     size = high - low or 1.0
-    axes.set_ylim(low - 0.05 * size * (low < 0.0), high)
+    axes.set_ylim(low - 0.05 * size * (low < 0.0), low + size)
     entries = len(axes.get_legend_handles_labels()[0])
     make_room_above(axes, entries)
     if entries:
