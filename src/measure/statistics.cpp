@@ -262,6 +262,13 @@ CorrelationTimes correlation_times(std::span<const double> values) {
 }
 
 namespace {
+std::vector<double> batch_means(std::span<const double> values) {
+    std::vector<double> batches;
+    for (std::size_t k = 0; k < values.size() / samples_per_batch; ++k)
+        batches.push_back(mean_of(values.subspan(k * samples_per_batch, samples_per_batch)));
+    return batches;
+}
+
 /// The cut of these batches, up to half of them, that minimises the estimated error of the rest.
 std::size_t best_cut(std::span<const double> batches) {
     std::size_t best = 0;
@@ -280,31 +287,42 @@ std::size_t best_cut(std::span<const double> batches) {
     }
     return best;
 }
+
+/// For each number of batches before the rest, whether their mean is that of the rest within so many standard errors.
+std::vector<bool> agreeing(std::span<const double> values, std::size_t rest, double time, double errors) {
+    const std::vector<double> batches = batch_means(values.first(rest));
+    const std::span<const double> after = values.subspan(rest);
+    const double mean = mean_of(after), samples = static_cast<double>(after.size());
+    double square = 0.0, sum = 0.0;
+    for (const double value : after) square += (value - mean) * (value - mean) / samples;
+    std::vector<bool> agrees;
+    for (std::size_t number = 1; number <= batches.size(); ++number) {
+        sum += batches[batches.size() - number];
+        const double count = static_cast<double>(number),
+                     error = std::sqrt(2.0 * time * square * (1.0 / (count * samples_per_batch) + 1.0 / samples));
+        agrees.push_back(std::abs(sum / count - mean) <= errors * error);
+    }
+    return agrees;
+}
 }  // namespace
 
 std::size_t warm_up_length(std::span<const double> values) {
-    const std::size_t count = values.size() / samples_per_batch;
-    if (count < 4 || !all_finite(values) || is_constant(values)) return 0;
-    std::vector<double> batches;
-    for (std::size_t k = 0; k < count; ++k)
-        batches.push_back(mean_of(values.subspan(k * samples_per_batch, samples_per_batch)));
-    const std::size_t best = best_cut(batches);
-    if (2 * best + 1 >= count) return best * samples_per_batch;  // it may not have ended
+    if (values.size() / samples_per_batch < 4 || !all_finite(values) || is_constant(values)) return 0;
+    const std::vector<double> batches = batch_means(values);
+    const std::size_t best = best_cut(batches), length = best * samples_per_batch;
+    if (2 * best + 1 >= batches.size()) return length;  // it may not have ended
     // The best cut of a stationary series comes after large values, and what is left of skewed ones has a smaller mean.
-    // So what is before it is left out only where its mean differs.
-    const std::span<const double> rest = values.subspan(best * samples_per_batch);
-    const double mean = mean_of(rest), time = autocorrelation_time(rest), samples = static_cast<double>(rest.size());
-    double square = 0.0, sum = 0.0;
-    for (const double value : rest) square += (value - mean) * (value - mean) / samples;
-    constexpr double differs = 4.0;  // standard errors
-    std::size_t first = best;
-    for (std::size_t cut = best; cut-- > 0;) {
-        sum += batches[cut];
-        const double number = static_cast<double>(best - cut),
-                     error = std::sqrt(2.0 * time * square * (1.0 / (number * samples_per_batch) + 1.0 / samples));
-        if (std::abs(sum / number - mean) <= differs * error) first = cut;
-    }
-    return first * samples_per_batch;
+    // So what is before it is left out only where it differs: an oscillation that decays does so by its squares.
+    const std::span<const double> rest = values.subspan(length);
+    const double mean = mean_of(rest), time = autocorrelation_time(rest);
+    std::vector<double> squares;
+    for (const double value : values) squares.push_back((value - mean) * (value - mean));
+    constexpr double errors_of_mean = 4.0, errors_of_squares = 6.0;  // of which few values decide
+    const std::vector<bool> by_mean = agreeing(values, length, time, errors_of_mean),
+                            by_squares = agreeing(squares, length, time, errors_of_squares);
+    std::size_t kept = best;
+    while (kept > 0 && !(by_mean[kept - 1] && by_squares[kept - 1])) --kept;
+    return length - kept * samples_per_batch;
 }
 
 Estimate estimate_mean(const Samples& samples, std::size_t series) {

@@ -417,6 +417,23 @@ TEST(WarmUp, of_a_stationary_series_is_short_on_average) {
     EXPECT_LT(mean, 0.15);  // some cut there is, by chance: a tenth of the run costs a twentieth of the error
 }
 
+TEST(WarmUp, of_an_oscillation_that_decays_lasts_until_it_is_small) {
+    // 10 cos(2 pi t/50) exp(-t/100) beside noise of unit variance: its mean is soon that of the rest, but its variance
+    // is 50 times as large.  At t = 75 its amplitude is 4.7, and the variance of the rest is larger by 0.3.
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        std::vector<double> values(2000);
+        fill_normal({.seed = seed, .stream = Stream::test}, 0, 1, values);
+        double last = 0.0;
+        for (std::size_t t = 0; t < values.size(); ++t) {
+            last = 0.8 * last + 0.6 * values[t];
+            values[t] = last + 10.0 * std::cos(2.0 * std::numbers::pi * static_cast<double>(t) / 50.0) *
+                                   std::exp(-static_cast<double>(t) / 100.0);
+        }
+        EXPECT_GT(warm_up_length(values), 75u) << seed;
+        EXPECT_LT(warm_up_length(values), 500u) << seed;
+    }
+}
+
 TEST(WarmUp, of_a_steady_drift_is_half_the_series_and_of_a_constant_zero) {
     std::vector<double> drift(1000);
     for (std::size_t i = 0; i < drift.size(); ++i) drift[i] = static_cast<double>(i);

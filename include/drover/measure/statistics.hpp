@@ -110,11 +110,11 @@ struct CorrelationTimes {
 CorrelationTimes correlation_times(std::span<const double> values);
 inline double autocorrelation_time(std::span<const double> values) { return correlation_times(values).integrated; }
 
-/// Where the warm-up of a series ends, in samples, at most half of the series: the first cut such that the mean from
-/// there to the cut that minimises the error of the rest (MSER-5, White, Simulation 69, 323 (1997)) is that of the rest
-/// within four standard errors.  The cut of MSER-5 itself would bias means of skewed values.  A cut at half of the
-/// series means that the warm-up may not have ended.  0 for a constant series, for one shorter than four batches of
-/// five, and if a value is not finite.
+/// Where the warm-up of a series ends, in samples, at most half of the series: the first cut such that what lies
+/// between it and the cut that minimises the error of the rest (MSER-5, White, Simulation 69, 323 (1997)) has the mean
+/// of the rest within four standard errors and its mean square within six.  The cut of MSER-5 itself would bias means
+/// of skewed values.  A cut at half of the series means that the warm-up may not have ended.  0 for a constant series,
+/// for one shorter than four batches of five, and if a value is not finite.
 std::size_t warm_up_length(std::span<const double> values);
 
 /// Mean of one series of the samples.  A constant series has the error 0.  Blocks are 10 integrated times long, and 10
