@@ -44,10 +44,12 @@ std::vector<double> mean_squares(const Spectra& state) {
     return squares;
 }
 
+bool has_noise(const System& system) { return system.noise || system.product_noise; }
+
 /// Mean squares of the change of each component in a step; 0 where noise changes it.
 std::vector<double> changes_of(const System& system, const Spectra& before, const Spectra& after) {
     std::vector<double> squares(static_cast<std::size_t>(after.count()), 0.0);
-    if (system.noise || system.product_noise) return squares;
+    if (has_noise(system)) return squares;
     for (int c = 0; c < after.count(); ++c)
         for (std::size_t mode = 0; mode < after.size; ++mode)
             squares[static_cast<std::size_t>(c)] += std::norm(after[c][mode] - before[c][mode]);
@@ -106,7 +108,7 @@ std::int64_t WatchedStepper::steps_to_next_check(std::int64_t step, std::int64_t
 
 void WatchedStepper::advance(std::int64_t step, Spectra& state) {
     is_checked_ = error_ && step >= next_check_;
-    if (is_checked_ || watches_growth()) before_ = state;
+    if (is_checked_ || (error_ && !has_noise(stepper_.system()))) before_ = state;
     stepper_.advance(step, state);
     const double work = stepper_.work_of_step() + observing_;
     work_done_ += work;

@@ -31,7 +31,7 @@ constexpr double settling_tolerance = 1e-4;
 
 /// By equal steps of at most time.dt of the line.
 void settle(const io::Scene& line, double duration, Threads& threads, numerics::Spectra& state) {
-    const double longest = line.time.dt > 0.0 ? line.time.dt : io::longest_step(line);
+    const double longest = io::with_step(line).time.dt;
     const double steps = std::ceil(duration / longest);
     model::Integrated what = field_problem(line).integrated;
     what.is_quiet = true;

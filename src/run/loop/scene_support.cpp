@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "files/archive_reader.hpp"
@@ -20,6 +22,9 @@ double recorded_bytes(const io::Scene& scene, double numbers_per_frame, double n
            (1.0 + index_fraction) * sizeof(double) * (numbers_per_frame * frames + numbers_per_sample * samples);
 }
 
+namespace {
+/// As many as there are between two frames, so that a chunk is full when a frame is committed and is written once, but
+/// fewer where one sample of a quantity has many numbers, `largest`.
 int samples_per_chunk(const io::Scene& scene, std::size_t largest) {
     constexpr double min = 8.0, max = 64.0, max_numbers = 1 << 20;  // of a chunk, which is held and written whole
     const bool is_free = scene.output.frame_every == 0.0 || scene.output.sample_every == 0.0;
@@ -27,6 +32,7 @@ int samples_per_chunk(const io::Scene& scene, std::size_t largest) {
         is_free ? max : std::clamp(std::round(scene.output.frame_every / scene.output.sample_every), min, max);
     return static_cast<int>(std::clamp(std::floor(max_numbers / static_cast<double>(largest)), 2.0, samples));
 }
+}  // namespace
 
 ScheduledRecording sample_recording(const io::Scene& scene, const char* group, const std::vector<measure::Axis>& axes,
                                     std::vector<files::Quantity> quantities,
@@ -34,10 +40,8 @@ ScheduledRecording sample_recording(const io::Scene& scene, const char* group, c
     const auto values = std::make_shared<std::vector<std::vector<double>>>();
     std::size_t largest = 1;
     for (const files::Quantity& quantity : quantities) {
-        std::size_t numbers = 1;
-        for (const measure::Axis& axis : axes)
-            if (std::ranges::find(quantity.axes, axis.name) != quantity.axes.end()) numbers *= axis.values.size();
-        largest = std::max(largest, numbers);
+        const std::vector<std::size_t> shape = files::shape_of(axes, quantity);
+        largest = std::max(largest, std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>{}));
     }
     return {{.group = group,
              .axes = axes,

@@ -21,10 +21,6 @@ struct TimedScene {
 /// Bytes of the recordings of a run with so many values per frame and per sample, before compression.
 double recorded_bytes(const io::Scene& scene, double numbers_per_frame, double numbers_per_sample);
 
-/// Samples of the observables per chunk: as many as there are between two frames, so that a chunk is full when a frame
-/// is committed and is written once, but fewer where one sample of a quantity has many numbers, `largest`.
-int samples_per_chunk(const io::Scene& scene, std::size_t largest);
-
 template <class Moment>
 std::vector<files::Quantity> quantities_of(const measure::Observables<Moment>& rows) {
     std::vector<files::Quantity> quantities;
