@@ -105,10 +105,7 @@ private:
     }
 
     void refresh() {
-        const Clock::time_point start = Clock::now();
         for (const UnitRecord& record : store_.read_new()) take(record);
-        refreshed_ = Clock::now();
-        reading_ = refreshed_ - start;
     }
 
     /// The next group.  Its units were claimed, and then looked for among the records of others.
@@ -125,14 +122,10 @@ private:
         return groups_.size() - 1;
     }
 
-    /// Leaves out the units of a group that are over, by a look at the records of others; whether none is left.  Before
-    /// the work, unless the look takes more than a twentieth of its time and the last one was a moment ago: then a unit
-    /// of another process may be computed twice, for the same result.
+    /// Leaves out the units of a group that are over, by a look at the records of others; whether none is left.  Each
+    /// time: a claim is released when its record is on the disk, so that no unit is computed twice, and no two processes
+    /// take different results of one.
     bool others_have_done(std::vector<std::string>& group) {
-        constexpr int rare = 20;
-        const bool is_cheap =
-            rare * reading_ < std::chrono::duration<double>(mean_seconds() * static_cast<double>(group.size()));
-        if (!is_cheap && Clock::now() - refreshed_ <= second_look) return false;
         refresh();
         std::erase_if(group, [this](const std::string& key) {
             if (is_over(key)) busy_.erase(key), released_.insert(claim_of(key));
@@ -274,9 +267,8 @@ private:
     std::set<std::string> released_;          ///< claims that go with the next flush
     std::vector<std::vector<std::string>> groups_;
     Progress progress_;
-    bool is_new_ = true;         ///< something happened since nothing was wanted
-    Clock::duration reading_{};  ///< how long the last look at the records of others took
-    Clock::time_point gathered_ = {}, refreshed_ = {}, flushed_ = Clock::now(), reported_ = Clock::now();
+    bool is_new_ = true;  ///< something happened since nothing was wanted
+    Clock::time_point gathered_ = {}, flushed_ = Clock::now(), reported_ = Clock::now();
 };
 
 Campaign::Campaign(UnitPlan plan, CampaignOptions options)
