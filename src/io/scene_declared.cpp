@@ -69,7 +69,7 @@ double number_of(const std::string& written, const DeclaredModel& declared, cons
 
 int spin_of_rank(FieldRank rank) { return rank == FieldRank::complex ? 0 : static_cast<int>(rank); }
 
-int spin_of(const DeclaredModel& declared, std::size_t n) {
+int spin_of_field(const DeclaredModel& declared, std::size_t n) {
     const DeclaredField& field = declared.fields[n];
     const int rank = spin_of_rank(field.rank);
     require(field.spin < 0 || !is_complex(field), place_of(declared, n, "spin"),
@@ -167,7 +167,7 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
 std::vector<std::string> component_names(const DeclaredModel& model) {
     std::vector<std::string> components;
     for (std::size_t n = 0; n < model.fields.size(); ++n) {
-        model::Field field{.symbol = model.fields[n].symbol, .spin = spin_of(model, n)};
+        model::Field field{.symbol = model.fields[n].symbol, .spin = spin_of_field(model, n)};
         field.name = model.fields[n].name.empty() ? field.symbol : model.fields[n].name;
         std::vector<std::string> names = model::dataset_names(field);
         if (is_complex(model.fields[n])) names = {field.name + "_re", field.name + "_im"};
@@ -264,7 +264,7 @@ model::Model model_of(const DeclaredModel& declared) {
         const DeclaredField& given = declared.fields[n];
         model::Field field{.name = given.name.empty() ? given.symbol : given.name,
                            .symbol = given.symbol,
-                           .spin = spin_of(declared, n),
+                           .spin = spin_of_field(declared, n),
                            .odd = given.parity == FieldParity::odd,
                            .unit = given.unit,
                            .meaning = given.meaning,

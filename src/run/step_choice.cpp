@@ -76,7 +76,7 @@ bool represents(const io::Scene& pilot, const io::Scene& scene) {
 std::string tail_name(const model::Field& field) { return "spectral_tail_" + field.name; }
 
 /// The series of an observable of a pilot; nullptr: it has none.
-const std::vector<double>* series_of(const Pilot& run, const std::string& name) {
+const std::vector<double>* pilot_series(const Pilot& run, const std::string& name) {
     const auto found = std::ranges::find(run.names, name);
     return found == run.names.end() ? nullptr : &run.series[static_cast<std::size_t>(found - run.names.begin())];
 }
@@ -84,8 +84,8 @@ const std::vector<double>* series_of(const Pilot& run, const std::string& name) 
 /// Whether the grid of the pilot resolves its fields, once those of the start have evolved.
 bool is_resolved(const Pilot& run, const model::Model& model) {
     for (const model::Field& field : model.fields) {
-        const std::vector<double>*tails = series_of(run, tail_name(field)),
-              *variances = series_of(run, "variance_" + field.name);
+        const std::vector<double>*tails = pilot_series(run, tail_name(field)),
+              *variances = pilot_series(run, "variance_" + field.name);
         if (tails == nullptr || tails->empty()) continue;
         const double largest = *std::ranges::max_element(*variances);
         for (std::size_t i = tails->size() / 4; i < tails->size(); ++i)
@@ -100,7 +100,7 @@ bool is_resolved(const Pilot& run, const model::Model& model) {
 std::pair<std::string, double> roughest_field(const Pilot& run, const model::Model& model) {
     std::pair<std::string, double> worst;
     for (const model::Field& field : model.fields)
-        if (const std::vector<double>* tails = series_of(run, tail_name(field));
+        if (const std::vector<double>* tails = pilot_series(run, tail_name(field));
             tails != nullptr && !tails->empty() && tails->back() > worst.second)
             worst = {field.name, tails->back()};
     return worst;
@@ -129,7 +129,7 @@ bool is_compared(const std::string& name, const model::Model& model) {
 double rounding_of(const std::string& name, const Pilot& run, const model::Model& model) {
     for (const model::Field& field : model.fields) {
         const bool is_mean = name == "mean_" + field.name || name == "size_mean_" + field.name;
-        if (const auto* variances = series_of(run, "variance_" + field.name); is_mean && variances != nullptr)
+        if (const auto* variances = pilot_series(run, "variance_" + field.name); is_mean && variances != nullptr)
             return 1e-10 * std::sqrt(*std::ranges::max_element(*variances));
     }
     return 0.0;
