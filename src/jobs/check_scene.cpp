@@ -16,7 +16,9 @@ std::vector<std::string> check_scene(const io::Scene& scene) {
     if (!scene.sweep.vary.empty()) plan_sweep(scene);
     if (!scene.calibration.bead_area_fractions.empty()) plan_calibration(scene);
     analysis::check_boundary(scene);
-    return type.warnings(scene);
+    std::vector<std::string> warnings = type.warnings(scene);
+    if (auto warning = run::disk_warning(run::needs_of(scene))) warnings.push_back(std::move(*warning));
+    return warnings;
 }
 
 }  // namespace drover::jobs

@@ -51,11 +51,7 @@ std::vector<std::string> log_start(const io::Scene& scene, const Simulation& sim
                         pilot.empty() ? "the model is linear, and every step exact" : pilot);
     log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),
                     bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
-    if (needs.disk_bytes > needs.disk_free)
-        log_warning(
-            "the archive may need {}, but only {} are free: the run will stop when the disk is full; write to another "
-            "disk or less often",
-            bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
+    if (const std::optional<std::string> warning = disk_warning(needs)) log_warning("{}", *warning);
     return warnings;
 }
 
@@ -119,6 +115,14 @@ std::filesystem::path archive_path(const io::Scene& scene) {
 Needs needs_of(const io::Scene& given) {
     const io::Scene scene = io::with_step(given);
     return needs_for(scene, simulation_type_of(scene).bytes(scene));
+}
+
+std::optional<std::string> disk_warning(const Needs& needs) {
+    if (needs.disk_bytes <= needs.disk_free) return std::nullopt;
+    return text(
+        "the archive may need {}, but only {} are free: the run will stop when the disk is full; write to another "
+        "disk or less often",
+        bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
 }
 
 void check_memory(const io::Scene& scene) {

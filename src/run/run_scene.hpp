@@ -36,6 +36,8 @@ struct Needs {
     double memory_free = 0.0, disk_free = 0.0;
 };
 Needs needs_of(const io::Scene& scene);
+/// Where the archive may need more than is free; no error, as most archives are compressed.
+std::optional<std::string> disk_warning(const Needs& needs);
 
 /// Throws an input Error when memory is insufficient.
 void check_memory(const io::Scene& scene);

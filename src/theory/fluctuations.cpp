@@ -6,6 +6,7 @@
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/fields/wavenumbers.hpp"
+#include "theory/decaying_part.hpp"
 
 namespace drover::theory {
 
@@ -63,14 +64,46 @@ Covariance by_modes(const DrivenModes& driven) {
     return {.matrix = all.shapes * amplitudes * all.shapes.adjoint(), .why_none = {}};
 }
 
-/// Whether the largest growth rate is certainly below 0: close to 0 its sign is one of rounding errors.
+/// Whether the largest growth rate is certainly below 0 in the units of the equations; else decaying_part() knows.
 bool all_decay(double largest, const model::Symbol& m) { return largest < -1e-10 * m.norm(); }
+
+/// None where the result does not solve the Lyapunov equation: modes that are nearly equal have shapes that are, and
+/// their sums are differences of large numbers.
+void check_sum(const model::LinearisedAt& at, const Wavevector& q, Covariance& of) {
+    if (!of.why_none.empty()) return;
+    constexpr double tolerance = 1e-6;
+    const model::Symbol m = at.symbol(q), noise = at.noise(q), product = m * of.matrix;
+    const Eigen::MatrixXd size = m.cwiseAbs() * of.matrix.cwiseAbs();
+    const Eigen::MatrixXd left = (product + product.adjoint() + noise).cwiseAbs(),
+                          parts = size + size.transpose() + noise.cwiseAbs();
+    if ((left.array() <= tolerance * parts.array()).all() && (of.matrix.diagonal().real().array() >= 0.0).all()) return;
+    of = {.matrix = {},
+          .why_none = text("the stationary state of {} is not known: modes that decay are too nearly equal beside one "
+                           "that does not",
+                           mode_text(q))};
+}
 
 /// That of the components with a rate.
 Covariance covariance_of_state(const model::LinearisedAt& at, const Wavevector& q) {
     Covariance result;
     if (all_decay(solve_covariance(at, q, result.matrix), at.symbol(q))) return result;
-    return by_modes(driven_modes(at, q));
+    const DecayingPart part = decaying_part(at, q);
+    const model::Symbol noise = part.inverse * at.noise(q) * part.inverse.adjoint();
+    model::Symbol inside;
+    if (part.decays && numerics::solve_lyapunov_precisely(part.symbol, noise, inside) < 0.0)
+        return {.matrix = part.basis * inside * part.basis.adjoint(), .why_none = {}};
+    result = by_modes(driven_modes(at, q));
+    check_sum(at, q, result);
+    return result;
+}
+
+/// (-i omega - m)^-1.
+model::Symbol resolvent(const model::Symbol& m, const Wavevector& q, double omega) {
+    const model::Symbol shifted = Complex(0.0, -omega) * model::Symbol::Identity(m.rows(), m.cols()) - m;
+    model::Symbol inverse = numerics::inverse(shifted);
+    if (!inverse.allFinite())
+        fail_run("{} has the frequency {} and does not decay: its spectrum is not finite", mode_text(q), omega);
+    return inverse;
 }
 }  // namespace
 
@@ -98,12 +131,7 @@ Covariance covariance(const model::LinearisedAt& at, const Wavevector& q) {
 }
 
 model::Symbol dynamic_structure(const model::LinearisedAt& at, const Wavevector& q, double omega) {
-    const model::Symbol m = at.symbol(q);
-    const model::Symbol shifted = Complex(0.0, -omega) * model::Symbol::Identity(m.rows(), m.cols()) - m;
-    const model::Symbol inverse = numerics::inverse(shifted);
-    if (!inverse.allFinite())
-        fail_run("{} has the frequency {} and does not decay: its spectrum is not finite", mode_text(q), omega);
-    const model::Symbol response = at.all_components(q) * inverse;
+    const model::Symbol response = at.all_components(q) * resolvent(at.symbol(q), q, omega);
     return response * at.noise(q) * response.adjoint();
 }
 
@@ -113,6 +141,15 @@ Correlations dynamic_structures(const model::LinearisedAt& at, const Wavevector&
     model::Symbol ignored;
     if (all_decay(solve_covariance(at, q, ignored), at.symbol(q))) {
         for (const double omega : frequencies) result.matrices.push_back(dynamic_structure(at, q, omega));
+        return result;
+    }
+    if (const DecayingPart part = decaying_part(at, q); part.decays) {
+        const model::Symbol noise = part.inverse * at.noise(q) * part.inverse.adjoint(),
+                            basis = at.all_components(q) * part.basis;
+        for (const double omega : frequencies) {
+            const model::Symbol response = basis * resolvent(part.symbol, q, omega);
+            result.matrices.emplace_back(response * noise * response.adjoint());
+        }
         return result;
     }
     const DrivenModes driven = driven_modes(at, q);

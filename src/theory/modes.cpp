@@ -9,6 +9,7 @@
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/algebra/precise_eigenvalues.hpp"
+#include "theory/decaying_part.hpp"
 #include "theory/uniform_equations.hpp"
 
 namespace drover::theory {
@@ -90,19 +91,33 @@ Modes sorted_modes(const model::Symbol& m, const std::vector<int>& fields) {
             .roundings = all.roundings(order)};
 }
 
-/// Uniform changes that leave the conserved means: the symbol at q = 0 maps them into themselves.
-Modes uniform_modes(const model::LinearisedAt& at) {
+/// Eigenvalues of a balanced set.
+Eigen::VectorXcd rates_of(const Eigen::MatrixXcd& balanced) {
+    return balanced.rows() <= numerics::max_small_rows ? numerics::reliable_eigenvalues(balanced)
+                                                       : numerics::dense_eigenvalues(balanced);
+}
+
+/// Changes that leave the conserved means, which the symbol maps into themselves.
+struct FreeChanges {
+    model::Symbol basis;      ///< columns, orthonormal
+    model::Symbol symbol;     ///< among them
+    std::vector<int> fields;  ///< of the rows of the symbol; those of combinations count as one
+};
+
+FreeChanges free_changes(const model::LinearisedAt& at, const Wavevector& q) {
+    const model::Symbol m = at.symbol(q);
+    const Eigen::Index n = m.rows();
+    FreeChanges all{.basis = model::Symbol::Identity(n, n),
+                    .symbol = m,
+                    .fields = fields_of(at.equations(), at.state_components())};
+    if (q.x != 0.0 || q.y != 0.0) return all;
     const Eigen::MatrixXd conserved = conserved_means(at);
-    const Eigen::Index n = conserved.cols(), free = n - conserved.rows();
-    if (free == 0) return {.rates = {}, .shapes = model::Symbol(n, 0), .duals = model::Symbol(0, n), .roundings = {}};
-    std::vector<int> fields = fields_of(at.equations(), at.state_components());
-    if (conserved.rows() == 0) return sorted_modes(at.symbol({}), fields);
+    if (conserved.rows() == 0) return all;
+    const Eigen::Index free = n - conserved.rows();
     const Eigen::MatrixXd basis = numerics::orthogonal_factor(conserved.transpose()).rightCols(free);
-    Modes inside =
-        sorted_modes(basis.transpose() * at.symbol({}) * basis, std::vector<int>(static_cast<std::size_t>(free), 0));
-    inside.shapes = basis * inside.shapes;
-    inside.duals = inside.duals * basis.transpose();
-    return inside;
+    return {.basis = basis,
+            .symbol = basis.transpose() * m * basis,
+            .fields = std::vector<int>(static_cast<std::size_t>(free), 0)};
 }
 }  // namespace
 
@@ -116,8 +131,35 @@ Eigen::MatrixXd conserved_means(const model::LinearisedAt& at) {
 }
 
 Modes modes(const model::LinearisedAt& at, const Wavevector& q) {
-    return q.x == 0.0 && q.y == 0.0 ? uniform_modes(at)
-                                    : sorted_modes(at.symbol(q), fields_of(at.equations(), at.state_components()));
+    const FreeChanges free = free_changes(at, q);
+    Modes inside = sorted_modes(free.symbol, free.fields);
+    if (q.x != 0.0 || q.y != 0.0) return inside;
+    inside.shapes = free.basis * inside.shapes;
+    inside.duals = inside.duals * free.basis.adjoint();
+    return inside;
+}
+
+DecayingPart decaying_part(const model::LinearisedAt& at, const Wavevector& q) {
+    const FreeChanges free = free_changes(at, q);
+    const Eigen::Index n = free.basis.rows(), size = free.basis.cols();
+    DecayingPart part{.basis = model::Symbol::Zero(n, size),
+                      .inverse = model::Symbol::Zero(size, n),
+                      .symbol = model::Symbol::Zero(size, size)};
+    Eigen::Index first = 0;
+    for_balanced_sets(free.symbol, free.fields,
+                      [&](const std::vector<int>& rows, const Eigen::VectorXd& scale, const auto& balanced) {
+                          const auto places = Eigen::seqN(first, static_cast<Eigen::Index>(rows.size()));
+                          const model::Symbol changes = free.basis(Eigen::all, rows);
+                          part.basis(Eigen::all, places) = changes * scale.asDiagonal();
+                          part.inverse(places, Eigen::all) = scale.cwiseInverse().asDiagonal() * changes.adjoint();
+                          part.symbol(places, places) = balanced;
+                          // Six digits of the slowest rate, and what rounding of the coefficients makes of it.
+                          const double margin = places.size() <= numerics::max_small_rows ? 1e-13 : 1e-10;
+                          const double largest = rates_of(balanced).real().maxCoeff();
+                          part.decays = part.decays && largest < -margin * balanced.norm();
+                          first += places.size();
+                      });
+    return part;
 }
 
 Eigen::VectorXcd mode_rates(const model::LinearisedAt& at, const Wavevector& q) {
@@ -127,8 +169,7 @@ Eigen::VectorXcd mode_rates(const model::LinearisedAt& at, const Wavevector& q) 
     const std::vector<int> fields = fields_of(at.equations(), at.state_components());
     for_balanced_sets(m, fields, [&](const std::vector<int>& rows, const auto&, const auto& balanced) {
         const auto count = static_cast<Eigen::Index>(rows.size());
-        rates.segment(first, count) = count <= numerics::max_small_rows ? numerics::reliable_eigenvalues(balanced)
-                                                                        : numerics::dense_eigenvalues(balanced);
+        rates.segment(first, count) = rates_of(balanced);
         first += count;
     });
     return rates;

@@ -259,11 +259,13 @@ Eigen::MatrixXd conserved_means(const model::Equations& equations) {
     const auto n = static_cast<Eigen::Index>(state.size());
     Numbers numbers;
     Eigen::MatrixXd rates(n, 0);
-    for (int trial = 0; trial < 64 * n && rates.cols() < 4 * n + 8; ++trial) {
+    for (int trial = 0; trial < 64 * n && rates.cols() < 4 * n + 24; ++trial) {
         model::UniformState at = random_state(equations, numbers);
-        if (trial % 2 == 1)  // of other units: where one field outweighs all others, its own rates are seen
-            for (std::size_t k = 0; k < at.size(); ++k)
-                if (equations.reference()[k] == 0.0) at[k] *= std::pow(10.0, numbers.between(-15.0, 15.0));
+        if (trial % 2 == 1)  // of other units, where one field outweighs all others; and beyond thresholds
+            for (std::size_t k = 0; k < at.size(); ++k) {
+                const double decades = equations.reference()[k] == 0.0 ? 15.0 : 3.0;
+                at[k] *= std::pow(10.0, numbers.between(-decades, decades));
+            }
         const Eigen::VectorXd found = rates_at(equations, at);
         if (!found.allFinite()) continue;  // such as the square root of a density below 0
         rates.conservativeResize(Eigen::NoChange, rates.cols() + 1);

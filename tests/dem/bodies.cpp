@@ -164,7 +164,7 @@ TEST(BodiesOfAWorld, that_overlapped_in_a_step_are_advanced_only_after_others_ar
     const std::vector<double> before = world.save();
     bodies.beads[0].velocity.x = 1700.0;  // within one step into the other
     world.set_bodies(bodies, 0);
-    EXPECT_NE(refusal_of([&] { world.advance(0); }).find("overlap by"), std::string::npos);
+    EXPECT_NE(refusal_of([&] { world.advance(0); }).find("moves by 1.7 mm in a step"), std::string::npos);
     EXPECT_NE(refusal_of([&] { world.advance(1); }).find("expected set_bodies() or restore() first"),
               std::string::npos);
     world.restore(before);
@@ -173,6 +173,20 @@ TEST(BodiesOfAWorld, that_overlapped_in_a_step_are_advanced_only_after_others_ar
         bodies.beads[0].velocity.x = speed;
         world.set_bodies(bodies, 0);
         EXPECT_EQ(refusal_of([&] { world.advance(0); }) == "no refusal", speed == 0.0) << speed;
+    }
+}
+
+TEST(BodiesOfAWorld, that_would_pass_through_others_in_a_step_end_the_run) {
+    Threads threads;
+    const dem::Setup setup = elastic(20.0);
+    for (const double speed : {5000.0, -1e5}) {  // of one that is met head-on, or by nobody
+        const Vector velocity{speed, 0.0, 0.0};
+        const Bodies bodies{.shapes = {make_ball(0.8, 2.7)},
+                            .beads = {{.position = {-1.0, 0.0, 0.6}, .velocity = velocity},
+                                      {.position = {1.0, 0.0, 0.6}, .velocity = -1.0 * velocity}},
+                            .rods = {}};
+        World world(setup, bodies, 1e-3, 1, threads);
+        EXPECT_NE(refusal_of([&] { world.advance(0); }).find("more than its radius of 0.4 mm"), std::string::npos);
     }
 }
 

@@ -62,6 +62,26 @@ std::string first_non_finite(const Spheres& spheres) {
     return {};
 }
 
+std::string first_too_fast(const Spheres& spheres, double step) {
+    const auto is_too_fast = [&](std::size_t sphere, const Vector& velocity) {
+        return length(velocity) * step > spheres.position[sphere][3];
+    };
+    const auto in_words = [&](std::size_t sphere, double speed) {
+        const double radius = spheres.position[sphere][3];
+        return text(
+            "{} moves by {:.3g} mm in a step, more than its radius of {:.3g} mm, and could pass through others: "
+            "its speed is {:.3g} mm/s; choose time.dt <= {:.2g}, or values of the scene that make it slower",
+            name_text(name_of(spheres, static_cast<std::uint32_t>(sphere))), speed * step, radius, speed,
+            0.1 * radius / speed);
+    };
+    for (std::size_t b = 0; b < spheres.beads.size(); ++b)
+        if (const Vector v = vector_of(spheres.beads.velocity[b]); is_too_fast(b, v)) return in_words(b, length(v));
+    for (std::size_t r = 0; r < spheres.rods.size(); ++r)
+        if (const Vector v = spheres.rods.rod[r].velocity; is_too_fast(spheres.rods.first[r], v))
+            return in_words(spheres.rods.first[r], length(v));
+    return {};
+}
+
 std::string describe_impact(const Overlap& overlap, const Spheres& spheres, double restitution, double friction,
                             std::size_t contacts) {
     const Vector velocity = velocity_at(spheres, overlap.first, overlap.first_body);

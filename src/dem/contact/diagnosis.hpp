@@ -13,6 +13,10 @@ Name name_of(const Spheres& spheres, std::uint32_t sphere);
 /// The first body with a position, velocity, axis or spin that is not finite, and its value; empty if there is none.
 std::string first_non_finite(const Spheres& spheres);
 
+/// The first body that moves by more than its radius in a step [s], so that it could pass through others, and what to
+/// change; empty if there is none.
+std::string first_too_fast(const Spheres& spheres, double step);
+
 /// A contact whose impulse is not finite: its bodies with their state before the impact, and its coefficients.
 std::string describe_impact(const Overlap& overlap, const Spheres& spheres, double restitution, double friction,
                             std::size_t contacts);

@@ -323,6 +323,8 @@ void World::State::check_positions() const {
             fail_non_finite(text("{} is at ({:.3g}, {:.3g}, {:.3g}) mm, far from the cell",
                                  name_text(name_of(spheres, sphere)), p[0], p[1], p[2]));
         }
+    if (const std::string found = first_too_fast(spheres, dt); !found.empty())
+        fail_run("step {} (t = {:.6g} s): {}", step + 1, static_cast<double>(step + 1) * dt, found);
 }
 
 void World::State::record_overlap(const ContactReport& report) {

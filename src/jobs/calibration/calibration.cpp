@@ -240,7 +240,7 @@ private:
         const double seconds = std::chrono::duration<double>(now - start_).count();
         if (wanted_) {
             for (const TargetProgress& value : wanted_->values())
-                if (std::isfinite(value.result.value))
+                if (std::isfinite(value.result.value) && value.result.error > 0.0)
                     log_information("{}: {}, wanted to {:.2g}", value.text,
                                     measured_text_with_error(value.result.value, value.cautious_error),
                                     value.result.allowed);

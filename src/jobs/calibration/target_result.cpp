@@ -31,6 +31,21 @@ run::List value_list(const TargetPlan& plan) {
     return list;
 }
 
+/// Largest part of what the measurements of c differ by in the variance of a wanted number.
+double largest_disagreement(const TargetPlan& plan) {
+    double largest = 0.0;
+    for (const TargetProgress& value : plan.values()) largest = std::max(largest, value.result.disagreement);
+    return largest;
+}
+
+/// The row of that part, which no trial reduces.
+run::Record disagreement_row(const char* name, const char* meaning, double part) {
+    return {.entries = {run::words(name, meaning, "the measurements of c differ by more than their errors"),
+                        run::number("percentage", "percent", "of the variance of a wanted number", 100.0 * part, 3),
+                        run::number("trials", "1", "that have run", std::nan(""), 6),
+                        run::number("core_seconds", "s", "of the trials whose time is known", std::nan(""), 4)}};
+}
+
 /// Parts of one unit in the variances of the wanted numbers.
 struct ErrorPart {
     std::size_t unit = 0;
@@ -59,6 +74,10 @@ run::List part_list(const CalibrationLayout& layout, const TargetPlan& plan, con
                          run::number("trials", "1", "that have run", static_cast<double>(units[u].trials->count()), 6),
                          run::number("core_seconds", "s", "of the trials whose time is known",
                                      units[u].trials->core_seconds(), 4)}});
+    if (const double part = largest_disagreement(plan); part > 0.0)
+        list.rows.insert(std::ranges::find_if(parts, [&](const ErrorPart& one) { return one.largest < part; }) -
+                             parts.begin() + list.rows.begin(),
+                         disagreement_row("measurement", "assay and point", part));
     return list;
 }
 
@@ -83,6 +102,8 @@ run::List assay_list(const CalibrationLayout& layout, const TargetPlan& plan, co
                          run::number("trials", "1", "that have run", trials, 6),
                          run::number("core_seconds", "s", "of the trials whose time is known", seconds, 4)}});
     }
+    if (const double part = largest_disagreement(plan); part > 0.0)
+        list.rows.push_back(disagreement_row("assay", "name", part));
     return list;
 }
 }  // namespace

@@ -122,9 +122,9 @@ private:
         return groups_.size() - 1;
     }
 
-    /// Leaves out the units of a group that are over, by a look at the records of others; whether none is left.  Each
-    /// time: a claim is released when its record is on the disk, so that no unit is computed twice, and no two processes
-    /// take different results of one.
+    /// Leaves out the units of a group that are over, by a look at the records of others; whether none is left.  A
+    /// claim is released when its record is on the disk: so no unit is computed twice, and no two processes take
+    /// different results of one.
     bool others_have_done(std::vector<std::string>& group) {
         refresh();
         std::erase_if(group, [this](const std::string& key) {

@@ -22,6 +22,7 @@ std::string slurm_script(const SlurmPlan& plan) {
 # Re-run it to resume after a time limit or a failure: nothing that has ended is run again, and tasks that still run
 # keep what they are at.  All tasks need access to the same folder.
 set -eu
+command -v drover > /dev/null || {{ echo "drover is not found: add its folder to PATH" >&2; exit 2; }}
 work={1}
 submit() {{  # again while the controller does not answer: twice the same job does no harm
     for try in 1 2 3 4 5 6 7 8 9 10 11 12; do

@@ -115,6 +115,7 @@ std::string table_csv(const SweepTable& table) {
         const auto number = [](const std::optional<double>& value) { return value ? text("{}", *value) : ""; };
         for (const measure::Replicates& result : row.results)
             out += text(",{},{},{}", result.mean.mean, number(result.mean.error), number(result.own_error));
+        if (row.results.empty()) out.append(3 * table.names.size(), ',');  // no run of the point has ended
         out += '\n';
     }
     return out;

@@ -391,20 +391,31 @@ std::vector<std::complex<double>> eigenvalues(const Block& m) {
     return {rates.begin(), rates.end()};
 }
 
+double solve_lyapunov_precisely(const Eigen::MatrixXcd& m, const Eigen::MatrixXcd& q, Eigen::MatrixXcd& s) {
+    using ComplexMatrix = DynamicMatrix<std::complex<Real>>;
+    if (m.rows() == 0) {
+        s = q;
+        return -std::numeric_limits<double>::infinity();
+    }
+    const ComplexMatrix noise = q.cast<std::complex<Real>>();
+    ComplexMatrix covariance;
+    const Eigen::ComplexSchur<ComplexMatrix> schur(m.cast<std::complex<Real>>());
+    const Real largest = solve_lyapunov_of_schur<ComplexMatrix>(schur.matrixT(), schur.matrixU(), noise, covariance);
+    if (largest < 0.0L) s = covariance.cast<std::complex<double>>();
+    return static_cast<double>(largest);
+}
+
 Block stationary_covariance(const Block& m, const Block& q) {
     require(m.size == q.size, {}, "a noise of {} rows of an operator of {}; expected as many", q.size, m.size);
     Block result(m.size);
     if (m.size == 0) return result;
-    using ComplexMatrix = DynamicMatrix<std::complex<Real>>;
-    ComplexMatrix covariance;
-    const Eigen::ComplexSchur<ComplexMatrix> schur(matrix_of<std::complex<Real>>(m));
-    const Real largest = solve_lyapunov_of_schur<ComplexMatrix>(schur.matrixT(), schur.matrixU(),
-                                                                matrix_of<std::complex<Real>>(q), covariance);
-    if (!(largest < 0.0L))
-        fail_run("no stationary state: a linear mode grows at {:.4g} /s; expected every mode to decay",
-                 static_cast<double>(largest));
+    Eigen::MatrixXcd covariance;
+    const double largest =
+        solve_lyapunov_precisely(matrix_of<std::complex<double>>(m), matrix_of<std::complex<double>>(q), covariance);
+    if (!(largest < 0.0))
+        fail_run("no stationary state: a linear mode grows at {:.4g} /s; expected every mode to decay", largest);
     for (int i = 0; i < m.size; ++i)
-        for (int j = 0; j < m.size; ++j) result(i, j) = static_cast<double>(covariance(i, j).real());
+        for (int j = 0; j < m.size; ++j) result(i, j) = covariance(i, j).real();
     return result;
 }
 

@@ -76,6 +76,8 @@ inline constexpr int max_lyapunov = 48;
 /// written only where it is negative.  Defective m are allowed.
 /// Source: Bartels & Stewart, Comm. ACM 15, 820 (1972), in the complex Schur form.
 double solve_lyapunov(const Eigen::MatrixXcd& m, const Eigen::MatrixXcd& q, Eigen::MatrixXcd& s);
+/// The same in extended precision, for modes that are far slower than the fastest, and of any size.
+double solve_lyapunov_precisely(const Eigen::MatrixXcd& m, const Eigen::MatrixXcd& q, Eigen::MatrixXcd& s);
 
 /// The same in either precision, of m = u t u^H with a triangular t and a unitary u.  Matrix: square, complex.
 template <class Matrix>

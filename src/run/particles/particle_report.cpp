@@ -30,6 +30,27 @@ std::optional<measure::Paths> paths_of(const files::ArchiveReader& archive, cons
                            row(has_beads, beads + "position", frame));
     return paths;
 }
+
+/// Takes the error of 0 from means that have changed before the samples they are of: nothing has happened since, as
+/// without an impact, and may happen again.
+void doubt_constant_means(const measure::Recorded& recorded, measure::Summary& summary) {
+    for (measure::SummaryRow& row : summary.rows) {
+        const measure::RecordedSeries* series = measure::find_row(recorded.series, row.name);
+        if (series == nullptr) continue;
+        for (std::size_t k = 0; k < row.estimates.size(); ++k) {
+            measure::Estimate& estimate = row.estimates[k];
+            if (estimate.error != 0.0) continue;
+            std::vector<double> all;
+            for (std::size_t i = k; i < series->values.size(); i += row.estimates.size())
+                all.push_back(series->values[i]);
+            if (measure::estimate_mean({.series = {all}, .spacing = recorded.spacing}, 0).error == 0.0) continue;
+            estimate.error.reset();
+            estimate.why_no_error =
+                text("no error estimate: it is constant in the last {:.4g} s, but not before, and may change again",
+                     static_cast<double>(estimate.samples) * recorded.spacing);
+        }
+    }
+}
 }  // namespace
 
 Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory) {
@@ -43,6 +64,7 @@ Report make_particle_report(const files::ArchiveReader& archive, const io::Scene
     measure::Recorded recorded =
         measure::particle_recording(setting, read_series(archive, io::series_group, rows, sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
+    doubt_constant_means(recorded, report.summary);
     report.warnings = particle_warnings(scene);
     for (std::string& warning : particle_state_warnings(scene, bodies, recorded.series, sampling.spacing))
         report.warnings.push_back(std::move(warning));
