@@ -73,7 +73,8 @@ void check_sum(const model::LinearisedAt& at, const Wavevector& q, Covariance& o
     if (!of.why_none.empty()) return;
     constexpr double tolerance = 1e-6;
     const model::Symbol m = at.symbol(q), noise = at.noise(q), product = m * of.matrix;
-    const Eigen::MatrixXd size = m.cwiseAbs() * of.matrix.cwiseAbs();
+    const Eigen::VectorXd deviations = of.matrix.diagonal().cwiseAbs().cwiseSqrt();
+    const Eigen::MatrixXd size = m.cwiseAbs() * deviations * deviations.transpose();
     const Eigen::MatrixXd left = (product + product.adjoint() + noise).cwiseAbs(),
                           parts = size + size.transpose() + noise.cwiseAbs();
     if ((left.array() <= tolerance * parts.array()).all() && (of.matrix.diagonal().real().array() >= 0.0).all()) return;

@@ -82,3 +82,22 @@ def test_a_law_that_creates_energy_in_impacts_is_reported(tmp_path, law, count):
     changes = {**ELASTIC, "rods.count": 2, "beads.area_fraction": 0.2, "restitution.rod_plate": 1.0,
                "friction.rod_plate": 1.0, "contacts.restitution": law, "contacts.max_overlap": 0.5, "time.end": 0.2}
     assert len([w for w in warnings_of(tmp_path, changes) if "impacts gained" in w]) == count
+
+
+# Ten beads in free flight: gravity presses them to the lid, and in the last tenth of a second they do not meet.
+FLIGHT = {"beads.area_fraction": 0.0, "beads.count": 10, "cell.lx": 10.0, "cell.ly": 10.0, "time.end": 0.2,
+          "gravity.z": 9810.0}
+
+
+def test_a_mean_that_is_constant_only_since_the_warm_up_has_no_error(tmp_path):
+    write_scene(tmp_path, FLIGHT, base=BEADS, name="beads.toml")
+    results = drover_json(tmp_path, "run", "beads.toml", "-q")["results"]
+    order = results["bead_direction_order"]
+    assert order["error"] is None and "constant in the last 0.11 s, but not before" in order["refusal"]
+
+
+def test_check_warns_of_an_archive_that_is_larger_than_the_disk(tmp_path):
+    write_scene(tmp_path, {}, base=BEADS, name="beads.toml")
+    often = ["--set", "time.end=1e6", "--set", "output.frame_every=2e-5", "--set", "output.sample_every=2e-5"]
+    assert "the archive may need" in drover(tmp_path, "check", "beads.toml", *often).stderr
+    assert "the archive may need" not in drover(tmp_path, "check", "beads.toml").stderr

@@ -223,3 +223,11 @@ def test_a_killed_sweep_resumes_to_the_same_table(ramp, tmp_path):
     names = [sorted(file.name for file in (tmp_path / folder).iterdir()) for folder in ("parts", "whole")]
     assert names[0] == names[1]
     assert not list((tmp_path / "parts" / "claims").iterdir())
+
+
+def test_points_without_a_run_have_as_many_columns_in_the_table_as_the_others(tmp_path):
+    drover(tmp_path, "sweep", MODELS / "flock.toml", *FLOCK, "--vary", "relaxation.rate = 0.02,0.1,0.3", "--workers",
+           "1", "--stop-when", "jobs=1", "-o", "part", status=3)
+    header, *rows = (line.split(",") for line in (tmp_path / "part" / "table.csv").read_text().splitlines())
+    assert len(rows) == 3 and rows[2][3:] == [""] * (len(header) - 3)
+    assert all(len(row) == len(header) for row in rows)
