@@ -67,12 +67,25 @@ Covariance by_modes(const DrivenModes& driven) {
 /// Whether the largest growth rate is certainly below 0 in the units of the equations; else decaying_part() knows.
 bool all_decay(double largest, const model::Symbol& m) { return largest < -1e-10 * m.norm(); }
 
+/// The components that noise reaches, as 1; 0: others, which do not fluctuate.
+Eigen::VectorXd reached_by_noise(const model::Symbol& m, const model::Symbol& noise) {
+    Eigen::VectorXd reached = (noise.diagonal().array() != 0.0).cast<double>();
+    for (Eigen::Index round = 0; round < m.rows(); ++round)
+        for (Eigen::Index i = 0; i < m.rows(); ++i)
+            for (Eigen::Index j = 0; j < m.rows(); ++j)
+                if (reached(j) != 0.0 && m(i, j) != 0.0) reached(i) = 1.0;
+    return reached;
+}
+
 /// None where the result does not solve the Lyapunov equation: modes that are nearly equal have shapes that are, and
 /// their sums are differences of large numbers.
 void check_sum(const model::LinearisedAt& at, const Wavevector& q, Covariance& of) {
     if (!of.why_none.empty()) return;
     constexpr double tolerance = 1e-6;
-    const model::Symbol m = at.symbol(q), noise = at.noise(q), product = m * of.matrix;
+    const model::Symbol m = at.symbol(q), noise = at.noise(q);
+    const Eigen::VectorXd reached = reached_by_noise(m, noise);
+    of.matrix = reached.asDiagonal() * of.matrix * reached.asDiagonal();  // the others are rounding errors
+    const model::Symbol product = m * of.matrix;
     const Eigen::VectorXd deviations = of.matrix.diagonal().cwiseAbs().cwiseSqrt();
     const Eigen::MatrixXd size = m.cwiseAbs() * deviations * deviations.transpose();
     const Eigen::MatrixXd left = (product + product.adjoint() + noise).cwiseAbs(),

@@ -74,6 +74,26 @@ TEST(NearlyEqualModes, beside_one_that_does_not_decay_are_refused_and_not_wrong)
     else EXPECT_NE(found.why_none.find("too nearly equal"), std::string::npos) << found.why_none;
 }
 
+TEST(NearlyEqualModes, that_no_noise_reaches_do_not_fluctuate_and_hide_no_others) {
+    model::Model model{.fields = {scalar("a", "-a + 0.3 b + 0.4 c + 0.2 d"), scalar("b", "-1.1 b + 0.5 c + 0.3 d"),
+                                  scalar("c", "-2.3 c - 0.7 b + 0.1 d"), scalar("d", "-1.7 d + 0.6 b - 0.4 c"),
+                                  scalar("g", "")}};
+    model.fields[0].noise = 1.0;
+    const Covariance found = found_at(model, 0.5);
+    ASSERT_EQ(found.why_none, "");
+    EXPECT_NEAR(found.matrix(0, 0).real(), 0.5, 1e-14);
+    EXPECT_EQ(found.matrix.bottomRightCorner(4, 4).norm(), 0.0);
+}
+
+TEST(ConservedMeans, beside_a_table_that_ends_are_seen_in_all_units) {
+    for (const bool has_table : {false, true}) {
+        model::Model model{.fields = {scalar("a", "1e14 b - a"), scalar("b", "-b"), scalar("c", "2e14 b - c"),
+                                      scalar("n", has_table ? "1 - n sqrt((n - 0.5) (1.5 - n))" : "1 - n")}};
+        model.fields[3].reference = 1.0;
+        EXPECT_EQ(conserved_means(model::Equations(model)).rows(), 0) << has_table;
+    }
+}
+
 TEST(ConservedMeans, of_a_field_that_reacts_beyond_a_threshold_are_none_for_any_reference) {
     for (const double reference : {0.0, 0.1, 1.0, 4.0}) {
         model::Model model{.fields = {scalar("u", "lap u + 0.1 max(u - 3, 0) (6 - u)")}};

@@ -123,8 +123,8 @@ private:
     }
 
     /// Leaves out the units of a group that are over, by a look at the records of others; whether none is left.  A
-    /// claim is released when its record is on the disk: so no unit is computed twice, and no two processes take
-    /// different results of one.
+    /// claim is released when its record is on the disk: so processes that see the same folder compute no unit
+    /// twice, and take no different results of one.
     bool others_have_done(std::vector<std::string>& group) {
         refresh();
         std::erase_if(group, [this](const std::string& key) {
