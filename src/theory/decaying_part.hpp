@@ -10,6 +10,7 @@ struct DecayingPart {
     model::Symbol basis;    ///< columns: the changes
     model::Symbol inverse;  ///< rows: the amplitudes of the changes
     model::Symbol symbol;   ///< inverse M basis, in blocks
+    model::Symbol noise;    ///< of the amplitudes
     bool decays = true;  ///< whether each growth rate is certainly below 0: closer, its sign is one of rounding errors
 };
 DecayingPart decaying_part(const model::LinearisedAt& at, const numerics::Wavevector& q);

@@ -102,9 +102,8 @@ Covariance covariance_of_state(const model::LinearisedAt& at, const Wavevector& 
     Covariance result;
     if (all_decay(solve_covariance(at, q, result.matrix), at.symbol(q))) return result;
     const DecayingPart part = decaying_part(at, q);
-    const model::Symbol noise = part.inverse * at.noise(q) * part.inverse.adjoint();
     model::Symbol inside;
-    if (part.decays && numerics::solve_lyapunov_precisely(part.symbol, noise, inside) < 0.0)
+    if (part.decays && numerics::solve_lyapunov_precisely(part.symbol, part.noise, inside) < 0.0)
         return {.matrix = part.basis * inside * part.basis.adjoint(), .why_none = {}};
     result = by_modes(driven_modes(at, q));
     check_sum(at, q, result);
@@ -158,11 +157,10 @@ Correlations dynamic_structures(const model::LinearisedAt& at, const Wavevector&
         return result;
     }
     if (const DecayingPart part = decaying_part(at, q); part.decays) {
-        const model::Symbol noise = part.inverse * at.noise(q) * part.inverse.adjoint(),
-                            basis = at.all_components(q) * part.basis;
+        const model::Symbol basis = at.all_components(q) * part.basis;
         for (const double omega : frequencies) {
             const model::Symbol response = basis * resolvent(part.symbol, q, omega);
-            result.matrices.emplace_back(response * noise * response.adjoint());
+            result.matrices.emplace_back(response * part.noise * response.adjoint());
         }
         return result;
     }

@@ -153,12 +153,13 @@ DecayingPart decaying_part(const model::LinearisedAt& at, const Wavevector& q) {
                           part.basis(Eigen::all, places) = changes * scale.asDiagonal();
                           part.inverse(places, Eigen::all) = scale.cwiseInverse().asDiagonal() * changes.adjoint();
                           part.symbol(places, places) = balanced;
-                          // Six digits of the slowest rate, and what rounding of the coefficients makes of it.
+                          // Of small sets the rates are known in 113 bits, of others in 53.
                           const double margin = places.size() <= numerics::max_small_rows ? 1e-13 : 1e-10;
                           const double largest = rates_of(balanced).real().maxCoeff();
                           part.decays = part.decays && largest < -margin * balanced.norm();
                           first += places.size();
                       });
+    part.noise = part.inverse * at.noise(q) * part.inverse.adjoint();
     return part;
 }
 
