@@ -78,7 +78,7 @@ void add_table(const py::dict& given, io::DeclaredModel& model) {
 }
 
 /// Warns of those of the `named` coefficients that no equation has.
-model::Equations equations_of(const py::list& fields, const py::list& noises, const py::list& tables,
+model::Equations equations_from(const py::list& fields, const py::list& noises, const py::list& tables,
                               const std::map<std::string, std::string>& definitions,
                               const std::map<std::string, double>& coefficients, bool chiral,
                               const std::vector<std::string>& named) {
@@ -118,7 +118,7 @@ struct ShapedEvolution {
 };
 using Evolution = Guarded<ShapedEvolution>;
 
-void advance(Evolution& guarded, std::int64_t steps) {
+void advance_evolution(Evolution& guarded, std::int64_t steps) {
     require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
     const Use use(guarded);
     constexpr std::int64_t steps_at_a_time = 16;  // Python handles signals in between
@@ -136,7 +136,7 @@ using Wave = std::pair<double, double>;  // q_x and q_y
 
 void bind_model(py::module_& module) {
     py::class_<model::Equations>(module, "Equations")
-        .def(py::init(&equations_of))
+        .def(py::init(&equations_from))
         .def("terms", &terms_of)
         .def("components",
              [](const model::Equations& e) {
@@ -221,7 +221,7 @@ void bind_model(py::module_& module) {
                                                                        .seed = seed,
                                                                        .threads = threads});
         }))
-        .def("advance", &advance)
+        .def("advance", &advance_evolution)
         .def("step", [](Evolution& g) { return Use(g)->evolution.step(); })
         .def("time", [](Evolution& g) { return Use(g)->evolution.time(); })
         .def("fields",

@@ -45,7 +45,7 @@ void advance_with_functions(Session& guarded, std::int64_t steps) {
         [&] { stops = true; });
 }
 
-void advance(Session& guarded, std::int64_t steps) {
+void advance_session(Session& guarded, std::int64_t steps) {
     require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
     const Use use(guarded);
     const std::vector<physics::TextTerm>& terms = guarded.held.scene().model.text_terms;
@@ -57,7 +57,7 @@ void advance(Session& guarded, std::int64_t steps) {
 }
 
 /// Each frame as {group, axes, arrays: {name: (unit, meaning, axes, view)}, fixed: {...}}.
-py::list frames_of(const py::object& self, bool is_writable) {
+py::list frames_of_session(const py::object& self, bool is_writable) {
     Session& guarded = self.cast<Session&>();
     const Use use(guarded);
     py::list frames;
@@ -116,8 +116,8 @@ void bind_session(py::module_& module) {
         .def_property_readonly("frame_every", [](const Session& self) { return self.held.frame_every(); })
         .def_property_readonly("time_unit", [](const Session& self) { return self.held.observables().time_unit; })
         .def_property_readonly("was_changed", [](const Session& self) { return self.held.was_changed(); })
-        .def("advance", &advance, py::arg("steps"))
-        .def("frames", &frames_of, py::arg("writable") = false)
+        .def("advance", &advance_session, py::arg("steps"))
+        .def("frames", &frames_of_session, py::arg("writable") = false)
         .def("series", &series_of)
         .def("summary",
              [](Session& self) {

@@ -53,6 +53,41 @@ std::unique_lock<std::mutex> locked(std::mutex& mutex) {
     return std::unique_lock(mutex);
 }
 
+/// The thread state that Python has of a thread of the library, kept from its first call of a function until it ends.
+/// To make one for each call maps and unmaps memory, and takes longer than a small function.
+class ThreadState {
+public:
+    /// With the GIL, in a thread whose state pybind11 has just made.
+    ThreadState() : state_(PyThreadState_Get()) {
+        for (PyThreadState* const one : ended()) {
+            PyThreadState_Clear(one);
+            PyThreadState_Delete(one);
+        }
+        ++state_->gilstate_counter;
+    }
+    /// Whoever waits for the thread may hold the GIL: the state is freed when the next one is kept.
+    ~ThreadState() {
+        const std::lock_guard lock(mutex_);
+        if (forks_ == fork_count()) ended_.push_back(state_);
+    }
+    ThreadState(const ThreadState&) = delete;
+    ThreadState& operator=(const ThreadState&) = delete;
+
+private:
+    /// Python itself frees those of its parent in a child.
+    static std::vector<PyThreadState*> ended() {
+        const std::lock_guard lock(mutex_);
+        if (std::exchange(ended_forks_, fork_count()) != fork_count()) ended_.clear();
+        return std::exchange(ended_, {});
+    }
+
+    static inline std::mutex& mutex_ = new_mutex_over_forks();
+    static inline std::vector<PyThreadState*> ended_;
+    static inline std::uint64_t ended_forks_ = 0;
+    PyThreadState* state_;
+    std::uint64_t forks_ = fork_count();
+};
+
 std::string shape_text(const py::array& array) { return py::str(array.attr("shape")); }
 
 /// One component of a result: a number for all points, or an array of them.
@@ -97,7 +132,9 @@ physics::TermFunctions term_functions(const py::dict& given) {
                                                             std::span<const physics::PointArgument> arguments,
                                                             std::span<double* const> out) {
                 const auto lock = locked(held->mutex());
+                const bool is_new = PyGILState_GetThisThreadState() == nullptr;
                 const py::gil_scoped_acquire acquire;
+                if (is_new) thread_local const ThreadState kept;
                 call(held->function, size, arguments, out);
             });
     return functions;

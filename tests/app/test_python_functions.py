@@ -300,6 +300,36 @@ def test_a_scene_with_a_function_is_dropped_without_a_leak_or_a_crash():
     assert ended.stdout.strip() == "True"
 
 
+def test_thread_states_of_calls_do_not_accumulate_and_a_forked_child_makes_its_own():
+    code = ("import ctypes, os, drover\n"
+            "api = ctypes.pythonapi\n"
+            "for call in (api.PyInterpreterState_Get, api.PyInterpreterState_ThreadHead, api.PyThreadState_Next):\n"
+            "    call.restype = ctypes.c_void_p\n"
+            "def states():\n"
+            "    state = ctypes.c_void_p(api.PyInterpreterState_ThreadHead(ctypes.c_void_p("
+            "api.PyInterpreterState_Get())))\n"
+            "    count = 0\n"
+            "    while state.value:\n"
+            "        count, state = count + 1, ctypes.c_void_p(api.PyThreadState_Next(state))\n"
+            "    return count\n"
+            "def tilt(order_x, order_y): return -order_y, order_x\n"
+            "scene = drover.Scene.from_dict({'grid.nx': 64, 'grid.ny': 64, 'time.dt': 0.1, 'run.threads': 3})"
+            ".term('order', tilt)\n"
+            "def run(): scene.start().advance(steps=3)\n"
+            "counts = [(run(), states())[1] for _ in range(8)]\n"
+            "child = os.fork()\n"
+            "if child == 0:\n"
+            "    run(), run()\n"
+            "    os._exit(0)\n"
+            "print(max(counts), os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
+            "run()\n")
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, env=environment(),
+                           check=True)
+    most, status = ended.stdout.split()
+    # That of the program, those of a run in its thread with two helpers, and as many of the run before.
+    assert int(most) <= 7 and status == "0"
+
+
 def test_fields_are_arrays_in_every_call_and_parameters_numbers():
     def brake(order_x, order_y, W=0.7):
         slow = np.zeros_like(order_x)
