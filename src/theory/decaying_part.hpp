@@ -5,7 +5,8 @@
 namespace drover::theory {
 
 /// The symbol of one wave among the changes that leave the conserved means, in sets that are not coupled to each other,
-/// each balanced: the rates of one set are no rounding errors of another.
+/// each balanced: the rates of one set are no rounding errors of another.  Without sets that neither grow nor decay nor
+/// have noise, which do not fluctuate.
 struct DecayingPart {
     model::Symbol basis;    ///< columns: the changes
     model::Symbol inverse;  ///< rows: the amplitudes of the changes

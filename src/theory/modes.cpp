@@ -145,21 +145,27 @@ DecayingPart decaying_part(const model::LinearisedAt& at, const Wavevector& q) {
     DecayingPart part{.basis = model::Symbol::Zero(n, size),
                       .inverse = model::Symbol::Zero(size, n),
                       .symbol = model::Symbol::Zero(size, size)};
+    const model::Symbol noise = at.noise(q);
     Eigen::Index first = 0;
     for_balanced_sets(free.symbol, free.fields,
                       [&](const std::vector<int>& rows, const Eigen::VectorXd& scale, const auto& balanced) {
-                          const auto places = Eigen::seqN(first, static_cast<Eigen::Index>(rows.size()));
                           const model::Symbol changes = free.basis(Eigen::all, rows);
+                          // Of small sets the rates are known in 113 bits, of others in 53.
+                          const double relative = rows.size() <= numerics::max_small_rows ? 1e-13 : 1e-10,
+                                       margin = relative * balanced.norm(),
+                                       largest = rates_of(balanced).real().maxCoeff();
+                          if (std::abs(largest) <= margin && (changes.adjoint() * noise * changes).isZero(0.0)) return;
+                          const auto places = Eigen::seqN(first, static_cast<Eigen::Index>(rows.size()));
                           part.basis(Eigen::all, places) = changes * scale.asDiagonal();
                           part.inverse(places, Eigen::all) = scale.cwiseInverse().asDiagonal() * changes.adjoint();
                           part.symbol(places, places) = balanced;
-                          // Of small sets the rates are known in 113 bits, of others in 53.
-                          const double margin = places.size() <= numerics::max_small_rows ? 1e-13 : 1e-10;
-                          const double largest = rates_of(balanced).real().maxCoeff();
-                          part.decays = part.decays && largest < -margin * balanced.norm();
+                          part.decays = part.decays && largest < -margin;
                           first += places.size();
                       });
-    part.noise = part.inverse * at.noise(q) * part.inverse.adjoint();
+    part.basis.conservativeResize(n, first);
+    part.inverse.conservativeResize(first, n);
+    part.symbol.conservativeResize(first, first);
+    part.noise = part.inverse * noise * part.inverse.adjoint();
     return part;
 }
 

@@ -66,8 +66,29 @@ TEST(NearlyEqualModes, do_not_depend_on_the_unit_of_a_field) {
     for (const double c : {1e-11, 1e5, 1e10, 1e11, 1e13}) EXPECT_NEAR(of_a(c), exact, tolerance * exact) << c;
 }
 
-TEST(NearlyEqualModes, beside_one_that_does_not_decay_are_refused_and_not_wrong) {
+TEST(NearlyEqualModes, beside_a_field_at_rest_have_the_fluctuations_and_spectra_that_they_have_alone) {
+    for (const double e : {0.0, 1e-15, 1e-12, 1e-8}) {
+        model::Model model = oscillator(e, "");
+        model.fields[2].noise = 0.0;
+        const Covariance found = found_at(model, 0.7);
+        ASSERT_EQ(found.why_none, "") << e;
+        EXPECT_NEAR(found.matrix(0, 0).real(), 0.25 / (1.0 + e), tolerance) << e;
+        EXPECT_EQ(std::abs(found.matrix(2, 2)), 0.0);
+        const model::LinearisedAt at(model::Equations(model), {0.0, 0.0, 0.0});
+        const Correlations spectrum = dynamic_structures(at, {0.7, 0.0}, {0.5});
+        ASSERT_EQ(spectrum.why_none, "") << e;  // |w^2 - 1 - e + 2 i w|^-2
+        EXPECT_NEAR(spectrum.matrices.at(0)(0, 0).real(), 1.0 / (std::pow(0.75 + e, 2) + 1.0), tolerance) << e;
+        EXPECT_EQ(std::abs(spectrum.matrices.at(0)(2, 2)), 0.0);
+    }
+    model::Model alone{.fields = {scalar("f", "")}};  // which nothing moves
+    EXPECT_EQ(std::abs(found_at(alone, 0.7).matrix(0, 0)), 0.0);
+    alone.fields[0].noise = 1.0;
+    EXPECT_NE(found_at(alone, 0.7).why_none, "");
+}
+
+TEST(NearlyEqualModes, that_move_with_one_that_does_not_decay_are_refused_and_not_wrong) {
     model::Model model = oscillator(0.0, "");
+    model.fields[1].equation = {.text = "-(1 + e) X - 2 v + f"};
     model.fields[2].noise = 0.0;
     const Covariance found = found_at(model, 0.7);
     if (found.why_none.empty()) EXPECT_NEAR(found.matrix(0, 0).real(), 0.25, tolerance);
