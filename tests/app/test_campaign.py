@@ -256,3 +256,13 @@ def test_a_script_for_slurm_keeps_the_time_and_refuses_workers(tmp_path):
     words = ["sweep", write_scene(tmp_path, TINY), *VARY, "--slurm", "2"]
     assert drover(tmp_path, *words, "--max-time", "1h").stdout.count(" --max-time 3600") == 1
     assert "omit it, and give --cpus-per-task" in drover(tmp_path, *words, "--workers", "3", status=2).stderr
+
+
+def test_a_script_for_slurm_ends_at_once_where_there_is_no_drover(tmp_path):
+    script = drover(tmp_path, "sweep", write_scene(tmp_path, TINY), *VARY, "--slurm", "2").stdout
+    sh = shutil.which("sh")
+    (tmp_path / "bin").mkdir()
+    ended = subprocess.run([sh], input=script, cwd=tmp_path, capture_output=True, text=True, check=False,
+                           env={"PATH": str(tmp_path / "bin")})
+    assert ended.returncode == 2 and ended.stderr == "drover is not found: add its folder to PATH\n"
+    assert ended.stdout == ""

@@ -60,6 +60,15 @@ def test_a_setting_of_contacts_outside_what_was_studied_is_reported(tmp_path, ke
     assert warning.startswith(f"contacts.{key} = {value}") and "half the step" in warning
 
 
+def test_gaps_between_the_spheres_of_a_rod_are_reported_with_the_length_that_closes_them(tmp_path):
+    changes = {"rods.count": 1, "rods.diameters": [1.0, 0.8, 0.5], "rods.length": 4.5}
+    # Centres are (4.5 - 0.75)/2 = 1.875 apart; the last two spheres reach 0.65, and touch at a spacing of that.
+    for length, said in ((4.5, "1.23 mm apart"), (2.06, "0.005 mm apart"), (2.05, None)):
+        write_scene(tmp_path, {**changes, "rods.length": length}, base=BEADS, name="rods.toml")
+        warned = drover(tmp_path, "check", "rods.toml").stderr
+        assert said in warned and "rods.length <= 2.05 mm" in warned if said else "apart" not in warned
+
+
 def test_frames_between_which_rods_turn_are_reported(tmp_path):
     # Strong kicks turn rods about within frames of 0.2 s, and hardly within those of 0.002 s.
     changes = {"rods.count": 3, "beads.area_fraction": 0.0, "kick.strength": 0.1, "analysis.warm_up": 0.0}

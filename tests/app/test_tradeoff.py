@@ -165,6 +165,13 @@ def test_bias_of_a_slaved_velocity_is_proportional_to_the_mass_of_beads(tmp_path
     assert biases[0] / biases[1] == pytest.approx(2, rel=0.1)
 
 
+def test_a_scene_without_samples_is_refused_before_there_is_a_folder(tmp_path):
+    done = drover(tmp_path, "tradeoff", scene(tmp_path, NOISY), "--want", "polar_order=1%", "--budget", "3s",
+                  "--set", "output.sample_every=0", status=2)
+    assert "output.sample_every = 0; expected samples" in done.stderr
+    assert [path.suffix for path in tmp_path.iterdir()] == [".toml"]
+
+
 def test_without_a_setting_in_the_budget_it_says_what_is_needed_and_the_best_there_is(tmp_path):
     done = drover(tmp_path, "tradeoff", scene(tmp_path, NOISY), "--want", "polar_order=0.001%", "--budget", "3s",
                   "--quiet", status=1)

@@ -14,8 +14,6 @@
 namespace drover::jobs {
 
 io::Scene trial_scene(const io::Scene& scene) {
-    require(scene.output.sample_every > 0.0, io::locate(scene, "output.sample_every"),
-            "output.sample_every = 0; expected samples, from which the wanted numbers follow: give an interval");
     io::Scene result = run::with_chosen_step(scene, true);
     result.found.step = {};
     if (io::has_grid(scene.kind)) result.output.frame_every = 0.0;

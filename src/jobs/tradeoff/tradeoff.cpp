@@ -310,6 +310,8 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
 /// Rejects targets that no run of the scene answers, before there is a folder.  The first samples of fields have all
 /// observables of a run.
 void check_targets(const io::Scene& scene, const std::vector<AccuracyTarget>& targets) {
+    require(scene.output.sample_every > 0.0, io::locate(scene, "output.sample_every"),
+            "output.sample_every = 0; expected samples, from which the wanted numbers follow: give an interval");
     if (!io::has_grid(scene.kind)) return;
     io::Scene first = run::start_alone(scene);
     first.time.end = std::min(first.time.end, 2.0 * first.output.sample_every);

@@ -301,11 +301,29 @@ std::vector<std::string> step_warnings(const io::Scene& scene) {
              "with a run of half the step",
              min_dt, max_dt, max_substep, frequency)};
 }
+/// Bodies thinner than a gap between the spheres of a rod pass through it.
+std::vector<std::string> gap_warnings(const io::Scene& scene) {
+    double widest = 0.0, longest = INFINITY;  // of a rod whose spheres touch
+    for (const dem::Shape& shape : dem::shapes_of(scene.particles))
+        for (std::size_t i = 0; i + 1 < shape.at.size(); ++i) {
+            const double reach = shape.radius[i] + shape.radius[i + 1];
+            widest = std::max(widest, shape.at[i + 1] - shape.at[i] - reach);
+            longest = std::min(longest, reach * static_cast<double>(shape.at.size() - 1) + shape.radius.front() +
+                                            shape.radius.back());
+        }
+    constexpr double rounding = 1e-9;  // mm
+    if (widest <= rounding) return {};
+    return {
+        text("the spheres of a rod are up to {:.3g} mm apart, and thinner bodies pass between them; expected spheres "
+             "that touch: give rods.length <= {:.4g} mm, or more rods.diameters",
+             widest, longest)};
+}
 }  // namespace
 
 std::vector<std::string> particle_warnings(const io::Scene& scene) {
     std::vector<std::string> warnings = unit_warnings(scene.particles);
     for (std::string& warning : step_warnings(scene)) warnings.push_back(std::move(warning));
+    for (std::string& warning : gap_warnings(scene)) warnings.push_back(std::move(warning));
     const dem::Setup& setup = scene.particles;
     const dem::BodyForces& forces = setup.forces;
     const bool has_beads = setup.beads.any(), has_rods = setup.rods.any();
