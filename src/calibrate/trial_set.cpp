@@ -73,4 +73,13 @@ void TrialSet::evaluate() {
     next_evaluation_ += missing;
 }
 
+bool TrialSet::has_result() const {
+    if (!measurement_) return false;
+    for (std::size_t q = 0; q < assay_.quantities.size(); ++q)
+        if (const measure::Estimate& found = measurement_->estimates[q];
+            assay_.quantities[q].wanted && (!found.error || !std::isfinite(found.mean)))
+            return false;
+    return true;
+}
+
 }  // namespace drover::calibrate

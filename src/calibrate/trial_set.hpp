@@ -39,6 +39,8 @@ public:
     const std::optional<std::string>& first_failure() const { return first_failure_; }
     /// Empty before the end, and if too many trials failed.
     const std::optional<Measurement>& measurement() const { return measurement_; }
+    /// Whether there is a measurement in which all wanted quantities have a value and an error.
+    bool has_result() const;
     /// Result of the whole rounds present before the end, if there are enough for a first evaluation.
     std::optional<Measurement> so_far() const;
     /// Why the measurement failed, where too many trials did.

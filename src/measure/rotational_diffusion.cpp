@@ -74,7 +74,7 @@ Estimate relaxation_time_of(const Estimate& diffusion) {
 
 RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlation, const RotationFit& fit) {
     RotationalDiffusion result;
-    std::vector<double> means, weights;
+    std::vector<double> means;
     for (const Estimate& value : correlation.values) means.push_back(value.mean);
     const Lags lags = lags_to_fit(correlation, means, fit);
     result.lags = lags.end - lags.first;
@@ -88,11 +88,10 @@ RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlatio
         return result;
     }
     const std::span<const double> times = std::span(correlation.times).subspan(lags.first, result.lags);
-    for (const double time : times) weights.push_back(1.0 / (time * time));
     const auto line = [&](std::span<const double> values) {
         std::vector<double> y;
         for (const double value : values.subspan(lags.first, result.lags)) y.push_back(-std::log(value));
-        return numerics::fit_line(times, y, weights);
+        return numerics::fit_line_of_times(times, y);
     };
     result.diffusion = jackknife(correlation.groups, [&](auto values) { return line(values).slope; });
     result.fast = -std::expm1(-line(means).at_zero);

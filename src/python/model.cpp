@@ -79,9 +79,9 @@ void add_table(const py::dict& given, io::DeclaredModel& model) {
 
 /// Warns of those of the `named` coefficients that no equation has.
 model::Equations equations_from(const py::list& fields, const py::list& noises, const py::list& tables,
-                              const std::map<std::string, std::string>& definitions,
-                              const std::map<std::string, double>& coefficients, bool chiral,
-                              const std::vector<std::string>& named) {
+                                const std::map<std::string, std::string>& definitions,
+                                const std::map<std::string, double>& coefficients, bool chiral,
+                                const std::vector<std::string>& named) {
     io::DeclaredModel model;
     model.chiral = chiral;
     model.coefficients = coefficients;

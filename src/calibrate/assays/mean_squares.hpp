@@ -46,12 +46,10 @@ inline std::vector<double> squared_displacements(const Path& path, const Lags& l
 /// The line through the mean squares at the lags numbered [begin, end) of the fit, with weights 1/t^2.
 template <class Plan>
 Line line_of(const Plan& plan, std::span<const double> squares, std::size_t begin, std::size_t end) {
-    std::vector<double> times, weights;
-    for (std::size_t i = begin; i < end; ++i) {
+    std::vector<double> times;
+    for (std::size_t i = begin; i < end; ++i)
         times.push_back(static_cast<double>(lags_of(plan).first + i) * plan.frame);
-        weights.push_back(1.0 / (times.back() * times.back()));
-    }
-    return fit_line(times, squares.subspan(begin, end - begin), weights);
+    return numerics::fit_line_of_times(times, squares.subspan(begin, end - begin));
 }
 
 /// (slope of the longer half of the lags - slope of the shorter half)/slope, 0 for diffusive motion.

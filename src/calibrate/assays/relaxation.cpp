@@ -20,13 +20,12 @@ struct Regime {
 
 /// -ln C = at_zero + slope t over these lags; means[i] is C after i + 1 frames.
 Line line_of(std::span<const double> means, std::size_t first, std::size_t end, double frame) {
-    std::vector<double> times, decay, weights;
+    std::vector<double> times, decay;
     for (std::size_t lag = first; lag < end; ++lag) {
         times.push_back(static_cast<double>(lag) * frame);
         decay.push_back(-std::log(means[lag - 1]));
-        weights.push_back(1.0 / (times.back() * times.back()));
     }
-    return fit_line(times, decay, weights);
+    return numerics::fit_line_of_times(times, decay);
 }
 
 /// Whether the slopes from lag `first` on and from twice that on agree, by the jackknife over trials.

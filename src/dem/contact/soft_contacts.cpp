@@ -11,12 +11,9 @@
 namespace drover::dem {
 
 namespace {
-std::uint32_t lasting_sphere(const Spheres& spheres, std::uint32_t sphere) {
-    return sphere < spheres.beads.size() ? spheres.beads.number[sphere] : sphere;
-}
-
-std::uint32_t lasting_body(const Spheres& spheres, std::uint32_t body) {
-    return body < spheres.beads.size() ? spheres.beads.number[body] : body;
+/// The number of a sphere or a body that does not change when beads are sorted.
+std::uint32_t lasting(const Spheres& spheres, std::uint32_t place) {
+    return place < spheres.beads.size() ? spheres.beads.number[place] : place;
 }
 
 void apply_impulse(const Vector& impulse, const Vector& arm, ImpactBody& body) {
@@ -92,9 +89,9 @@ void SoftContacts::kick(Spheres& spheres, const StepRules& rules, bool at_start,
         ImpactBody& body = bodies_[static_cast<std::size_t>(local)];
         apply_impulse(impulse, arm, body);
         if (!at_start) return;
-        const std::uint32_t lasting = lasting_body(spheres, indices_[static_cast<std::size_t>(local)]);
-        velocity_change_[lasting] = velocity_change_[lasting] + body.mass_inverse * impulse;
-        momentum_change_[lasting] = momentum_change_[lasting] + cross(arm, impulse);
+        const std::uint32_t number = lasting(spheres, indices_[static_cast<std::size_t>(local)]);
+        velocity_change_[number] = velocity_change_[number] + body.mass_inverse * impulse;
+        momentum_change_[number] = momentum_change_[number] + cross(arm, impulse);
     };
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         const Vector impulse = half * records_[c].force;
@@ -112,8 +109,8 @@ void SoftContacts::kick(Spheres& spheres, const StepRules& rules, bool at_start,
 }
 
 void SoftContacts::add_overlap(Overlap overlap, const Spheres& spheres) {
-    const std::uint32_t first = lasting_sphere(spheres, overlap.first);
-    if (!overlap.is_with_surface() && lasting_sphere(spheres, overlap.second) < first) {
+    const std::uint32_t first = lasting(spheres, overlap.first);
+    if (!overlap.is_with_surface() && lasting(spheres, overlap.second) < first) {
         std::swap(overlap.first, overlap.second);
         std::swap(overlap.first_body, overlap.second_body);
         overlap.apart = -1.0 * overlap.apart;
@@ -143,8 +140,8 @@ void SoftContacts::add_plates(const Spheres& spheres, const PlateMotion& plates,
 
 void SoftContacts::sort_overlaps(const Spheres& spheres) {
     const auto key = [&](const Overlap& o) {
-        return std::tuple(lasting_sphere(spheres, o.first),
-                          o.is_with_surface() ? o.second : lasting_sphere(spheres, o.second), o.apart.x, o.apart.y);
+        return std::tuple(lasting(spheres, o.first), o.is_with_surface() ? o.second : lasting(spheres, o.second),
+                          o.apart.x, o.apart.y);
     };
     std::ranges::sort(overlaps_, [&](const Overlap& a, const Overlap& b) { return key(a) < key(b); });
 }
@@ -159,18 +156,18 @@ const SoftRecord* SoftContacts::previous_of(const SoftRecord& record) const {
 }
 
 ImpactBody SoftContacts::predicted(const Spheres& spheres, std::size_t local) const {
-    const std::uint32_t lasting = lasting_body(spheres, indices_[local]);
+    const std::uint32_t number = lasting(spheres, indices_[local]);
     ImpactBody body = bodies_[local];
-    body.velocity = body.velocity + velocity_change_[lasting];
-    body.spin = body.spin + spin_change(body, momentum_change_[lasting]);
+    body.velocity = body.velocity + velocity_change_[number];
+    body.spin = body.spin + spin_change(body, momentum_change_[number]);
     return body;
 }
 
 SoftRecord SoftContacts::record_of(const Overlap& overlap, const Spheres& spheres, const PlateState& base) const {
     const bool surface = overlap.is_with_surface();
     const double distance = surface ? dot(overlap.apart, overlap.normal) : length(overlap.apart);
-    SoftRecord record{.first = lasting_sphere(spheres, overlap.first),
-                      .second = surface ? overlap.second : lasting_sphere(spheres, overlap.second),
+    SoftRecord record{.first = lasting(spheres, overlap.first),
+                      .second = surface ? overlap.second : lasting(spheres, overlap.second),
                       .overlap = overlap.reach - distance,
                       .normal = surface ? overlap.normal : 1.0 / distance * overlap.apart};
     // Both bodies feel the force in the middle of the overlap: angular momentum is conserved.

@@ -341,17 +341,6 @@ void run_trials(const io::Scene& scene, const StoredTrials& stored, const Calibr
     outcome.crashed = needed.crashed();
 }
 
-/// Whether all wanted quantities have a value and an error.
-bool has_result(const calibrate::TrialSet& trial_set) {
-    if (!trial_set.measurement()) return false;
-    const std::vector<calibrate::Quantity>& quantities = trial_set.assay().quantities;
-    for (std::size_t q = 0; q < quantities.size(); ++q)
-        if (const measure::Estimate& found = trial_set.measurement()->estimates[q];
-            quantities[q].wanted && (!found.error || !std::isfinite(found.mean)))
-            return false;
-    return true;
-}
-
 /// For wanted numbers: the layout of the assays that they need and of those that have trials in the folder, without a
 /// goal for each.
 CalibrationLayout layout_for(const io::Scene& scene, const CalibrationOptions& options) {
@@ -384,7 +373,7 @@ void count_ended(const std::vector<calibrate::TrialSet>& trial_sets, Calibration
     outcome.unfinished = outcome.failed = outcome.unmet_targets = 0;
     for (const calibrate::TrialSet& one : trial_sets) {
         if (!one.ended()) ++outcome.unfinished;
-        else if (!has_result(one)) ++outcome.failed;
+        else if (!one.has_result()) ++outcome.failed;
         else if (!one.measurement()->reached) ++outcome.unmet_targets;
     }
 }

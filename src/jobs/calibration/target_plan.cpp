@@ -225,11 +225,7 @@ void TargetPlan::add_for_missing(const std::vector<UnitProgress>& units, std::ve
     };
     bool all_complete = true, all_ended = true;
     for (std::size_t u = 0; u < units.size(); ++u) {
-        const auto& quantities = layout_.assays[layout_.units[u].assay].quantities;
-        bool is_complete = ended_[u].measurement().has_value();
-        for (std::size_t q = 0; is_complete && q < quantities.size(); ++q)
-            if (const measure::Estimate& found = ended_[u].measurement()->estimates[q]; quantities[q].wanted)
-                is_complete = found.error && std::isfinite(found.mean);
+        const bool is_complete = ended_[u].has_result();
         const bool waits = units[u].given > units[u].trials->count();
         all_complete = all_complete && (is_complete || !needs(u));
         all_ended = all_ended && !waits;

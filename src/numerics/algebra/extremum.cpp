@@ -58,4 +58,10 @@ Line fit_line(std::span<const double> x, std::span<const double> y, std::span<co
     return line;
 }
 
+Line fit_line_of_times(std::span<const double> x, std::span<const double> y) {
+    std::vector<double> weights;
+    for (const double one : x) weights.push_back(1.0 / (one * one));
+    return fit_line(x, y, weights);
+}
+
 }  // namespace drover::numerics

@@ -66,5 +66,7 @@ struct Line {
 /// The line that minimises sum weights (y - at_zero - slope x)^2; points with weight 0 are ignored.  NaN where the
 /// line is not unique.  x, y and weights have the same length.
 Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights);
+/// As fit_line, with the weights 1/x^2: y scatters in proportion to x, as displacements in a time do.
+Line fit_line_of_times(std::span<const double> x, std::span<const double> y);
 
 }  // namespace drover::numerics
