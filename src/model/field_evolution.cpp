@@ -320,6 +320,8 @@ numerics::ErrorEquations FieldEvolution::watched() const {
 void FieldEvolution::set_reference(int reference_level) {
     reference_level_ = reference_level;
     split_ = split(at_level(reference_level), grid_, what_.kept_degree, threads_, followed_);
+    split_.system.noise_path =
+        2 * static_cast<std::uint64_t>(std::abs(reference_level)) + (reference_level < 0 ? 1 : 0);
     stepper_.set_system(split_.system, equations_on_grid(reference_level));
 }
 

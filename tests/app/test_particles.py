@@ -120,6 +120,21 @@ def test_another_run_starts_from_a_frame(ran, tmp_path):
             assert numpy.array_equal(before[:, :2], after[:, :2]), name
 
 
+def test_a_run_from_a_frame_of_another_does_not_repeat_its_kicks(tmp_path):
+    """200 rods alone: of independent kicks the turns correlate by 1/sqrt(200) = 0.07; of the same ones by 0.4."""
+    changes = {"cell.lx": 400.0, "cell.ly": 400.0, "rods.count": 200, "kick.strength": 0.015, "plates.amplitude": 0.05,
+               "plates.gap": 1.268, "time.end": 1.0, "output.frame_every": 0.02, "output.sample_every": 0.1}
+    turns = []
+    for name, more in (("one", {}), ("two", {"packing.kind": "file", "packing.file": "one.h5"})):
+        write_tiny(tmp_path, {**changes, **more}, f"{name}.toml", base={"run.seed": 7})
+        drover(tmp_path, "run", f"{name}.toml", "--quiet")
+        with h5py.File(tmp_path / f"{name}.h5") as run:
+            axis = run["bodies/rods/axis/value"][:]
+        angles = numpy.unwrap(numpy.arctan2(axis[..., 1], axis[..., 0]), axis=0)
+        turns.append(angles[-1] - angles[0])
+    assert abs(numpy.corrcoef(*turns)[0, 1]) < 0.28  # four standard deviations
+
+
 def test_a_packing_of_other_bodies_is_rejected(ran, tmp_path):
     given = {"packing.kind": "file", "packing.file": str(ran / "tiny.h5")}
     for changes, says in (({"beads.count": 23}, "other bodies"), ({"rods.count": 5}, "other bodies"),

@@ -99,6 +99,29 @@ io::Scene scene_of_100_seconds() {
 }
 }  // namespace
 
+TEST(StepLadders, have_the_first_order_of_noise_that_multiplies_fields_and_the_second_of_other_noise) {
+    for (const bool multiplies : {false, true}) {
+        const std::string toml = text(R"(
+[[field]]
+symbol = "u"
+[[white_noise]]
+symbol = "xi"
+[equations]
+u = "lap u - u + {}"
+[grid]
+nx = 16
+ny = 16
+[time]
+dt = 0.1
+end = 1.0
+)",
+                                      multiplies ? "u xi" : "xi");
+        const std::vector<StepLadder> ladders = step_ladders(io::parse_scene(toml, "own.toml", {}));
+        ASSERT_FALSE(ladders.empty());
+        for (const StepLadder& ladder : ladders) EXPECT_EQ(ladder.order, multiplies ? 1.0 : 2.0) << ladder.method;
+    }
+}
+
 TEST(TradeFront, of_definite_runs_adds_biases_and_multiplies_costs) {
     const Findings found = synthetic(false);
     const std::vector<Candidate> front = front_of(found, scene_of_100_seconds());

@@ -40,13 +40,46 @@ struct Modes {
 Modes increments(NoisePath& path, const System& system, const NoiseInterval& interval) {
     path.compute(interval);
     const DistinctWavenumbers wavenumbers = distinct_wavenumbers(system.grid, system.degree);
+    const std::size_t numbers = 2 * static_cast<std::size_t>(components(system.layout));
     Modes result;
     for (std::size_t row = 0; row < static_cast<std::size_t>(system.grid.ny); ++row) {
         const double* values = path.row(interval.level, row);
         const std::size_t kept = kept_in_row(system.grid, wavenumbers, row);
-        result.values.insert(result.values.end(), values, values + 12 * kept);
+        result.values.insert(result.values.end(), values, values + numbers * kept);
     }
     return result;
+}
+
+/// A field that decays at this rate at every wavenumber.
+System decaying(double rate, std::uint64_t path) {
+    System system{
+        .grid = {64, 64, 5.0, 5.0}, .layout = scalars_and_vectors(1, 0), .linear = {}, .nonlinear = {}, .noise = {}};
+    const auto blocks = [](double value) {
+        IsotropicBlocks result{Block(1), Block(0)};
+        result.even(0, 0) = value;
+        return result;
+    };
+    system.linear = [=](double) { return blocks(-rate); };
+    system.noise = [=](double) { return blocks(1.0); };
+    system.noise_path = path;
+    return system;
+}
+
+TEST(NoisePath,
+     of_another_law_in_the_middle_of_an_interval_is_not_correlated_with_what_has_been_if_its_number_differs) {
+    // Of one path, the halves of 16 s by these laws have the correlation 0.52.
+    Threads threads(1);
+    const auto correlation = [&](std::uint64_t after) {
+        const System one = decaying(0.01, 0), other = decaying(0.2, after);
+        NoisePath before_change(one, 1.0, 7, threads), after_change(other, 1.0, 7, threads);
+        const Modes first = increments(before_change, one, {1, 0}), second = increments(after_change, other, {1, 1});
+        double product = 0.0;
+        for (std::size_t k = 0; k < first.values.size(); ++k) product += first.values[k] * second.values[k];
+        return product / static_cast<double>(first.values.size()) / (first.size() * second.size());
+    };
+    const double certain = 4.0 / 64.0;  // of some 4096 numbers
+    EXPECT_NEAR(correlation(0), 0.52, certain);
+    EXPECT_LT(std::abs(correlation(1)), certain);
 }
 
 TEST(NoisePath, the_halves_of_an_interval_compose_to_its_own_increment) {

@@ -70,6 +70,9 @@ struct Bodies {
     std::vector<Shape> shapes;
     std::vector<Bead> beads;
     std::vector<Rod> rods;
+    /// Number of the first kick of each rod among those of the seed, a multiple of 32: bodies of another run do not
+    /// repeat its kicks.
+    std::int64_t first_kick = 0;
 };
 
 /// The bodies that a setup asks for, at rest at the origin; a packing places them.  The diameters of a mixture are

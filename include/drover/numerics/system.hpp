@@ -61,6 +61,9 @@ struct System {
     std::shared_ptr<const ProductNoise> product_noise = {};
     /// Degree of the highest product in N: modes |k| >= N/(degree + 1) on an axis are zero.  1 when linear.
     int degree = 1;
+    /// Which of independent noise paths of one seed, below 2^31.  A system that takes the place of another with another
+    /// L in the middle of a run has another: what is left of the path of the other law depends on what has been.
+    std::uint64_t noise_path = 0;
     bool is_timed = false;  ///< N depends on t beside the state: no step may be longer than dt, which resolves that
 };
 

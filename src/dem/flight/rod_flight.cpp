@@ -68,10 +68,10 @@ void remove_plate_overlaps(Rod& rod, const RodKind& kind, const Vector& accelera
             const double rise = a * shift / shape.inertia_across;  // of the axis, across itself
             const Vector axis = rod.axis + rise * (upright - nz * rod.axis);
             // The angular momentum turns with the axis, which keeps the energy.
-            const double size = length(rod.angular_momentum);
-            const Vector turned = rod.angular_momentum + cross(rise * cross(rod.axis, upright), rod.angular_momentum);
+            const Vector before = rod.axis, l = rod.angular_momentum;
             rod.axis = 1.0 / length(axis) * axis;
-            if (size > 0.0) rod.angular_momentum = size / length(turned) * turned;
+            const Vector turn = cross(before, rod.axis), change = cross(turn, l);
+            rod.angular_momentum = l + change + 1.0 / (1.0 + dot(before, rod.axis)) * cross(turn, change);
         }
         if (!any) return;
     }
@@ -108,15 +108,16 @@ void kick_spin(ImpactBody& rod, double size, PlateMemory& memory, std::uint64_t 
 }
 
 namespace {
-/// The impact of all contacts that are closed now.
+/// The impact of all contacts that are closed now, and of those that overlapped: removing an overlap leaves a gap.
 void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind,
                           const StepRules& rules, const PlateState& base, FlightSpace& space, EnergyBalance& balance,
                           Counts& counts) {
     space.contacts.clear();
     space.approach.clear();
     bool any = false;
-    for (const PlateGap& gap : space.gaps) {
-        if (gap.gap > rules.simultaneity_gap) continue;
+    for (std::size_t n = 0; n < space.gaps.size(); ++n) {
+        const PlateGap& gap = space.gaps[n];
+        if (gap.gap > rules.simultaneity_gap && space.overlapped[n] == 0) continue;
         space.contacts.push_back(plate_contact(rod, kind, gap.sphere, gap.side, base));
         space.approach.push_back(-gap.speed);
         any = any || gap.speed < 0.0;
@@ -180,8 +181,13 @@ void fly_rod(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind&
             now += next;
             base = plates.base(now);
         }
-        remove_plate_overlaps(rod, kind, acceleration, plates, base, balance);
         find_gaps(rod, kind, acceleration.z, plates, base, space.gaps);
+        space.overlapped.clear();
+        for (const PlateGap& gap : space.gaps) space.overlapped.push_back(gap.gap < 0.0 ? 1 : 0);
+        if (std::ranges::count(space.overlapped, 1) > 0) {
+            remove_plate_overlaps(rod, kind, acceleration, plates, base, balance);
+            find_gaps(rod, kind, acceleration.z, plates, base, space.gaps);
+        }
         resolve_plate_impact(rod, memory, number, kind, rules, base, space, balance, counts);
         memory.since_impact = 0.0;
     }

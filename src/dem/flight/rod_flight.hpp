@@ -23,7 +23,7 @@ RodKind make_rod_kind(const Shape& shape, double restitution, double friction, b
 
 /// State of a rod that comes from its impacts on the plates.
 struct PlateMemory {
-    std::int64_t hits = 0;      ///< since the start: the number of the next kick
+    std::int64_t hits = 0;      ///< the number of the next kick
     std::uint32_t signs = 0;    ///< of the kicks of this block of 32 hits
     double since_impact = 1.0;  ///< time since the last impact [s]
 };
@@ -56,6 +56,7 @@ struct FlightSpace {
     std::vector<PlateGap> gaps;
     std::vector<RodPlateOverlap> overlaps;
     std::vector<Contact> contacts;
+    std::vector<char> overlapped;  ///< by gap: its overlap was removed
     std::vector<double> approach;
 };
 

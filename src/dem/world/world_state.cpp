@@ -37,7 +37,7 @@ Spheres make_spheres(const Setup& setup, const std::vector<Shape>& shapes, const
         const double size = length(rod.axis);
         require(size != 0.0, {}, "the axis of rod {} is of length 0; expected 1", r);
         if (std::abs(size - 1.0) > 1e-9) rods.rod.back().axis = 1.0 / size * rod.axis;  // else to the same bits
-        rods.memory.push_back({});
+        rods.memory.push_back({.hits = bodies.first_kick});
         rods.kind.push_back(rod.shape);
         rods.image.push_back({0, 0});
         rods.first.push_back(static_cast<std::uint32_t>(spheres.position.size()));

@@ -140,8 +140,10 @@ std::vector<StepLadder> step_ladders(const io::Scene& scene) {
         for (const std::string method : {"etdrk4-krogstad", "cvode-bdf"})
             if (method != given || scene.time.tolerance == 0.0)
                 ladders.push_back(tolerance_ladder(scene, method, io::longest_step(scene), 1e-1, 1e-3));
+    const bool has_products = noisy && run::equations_of(scene).has_product_noise();
     for (StepLadder& ladder : ladders)
-        if (!noisy && ladder.shorter == 2.0) ladder.order = numerics::time_method(ladder.method).order;
+        if (has_products) ladder.order = 1.0;
+        else if (!noisy && ladder.shorter == 2.0) ladder.order = numerics::time_method(ladder.method).order;
     std::erase_if(ladders, [](const StepLadder& ladder) { return ladder.levels.empty(); });
     return ladders;
 }

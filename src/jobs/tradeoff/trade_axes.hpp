@@ -23,7 +23,7 @@ struct StepLadder {
     std::string method;
     std::vector<AxisLevel>
         levels;            ///< coarsest first; each has half the step, or a tenth of the tolerance, of the one before
-    double order = 2.0;    ///< of the bias of means, with noise where there is noise
+    double order = 2.0;    ///< of the bias of means; with noise 2, or 1 where it multiplies fields
     double shorter = 2.0;  ///< ratio of the steps of two levels
 };
 

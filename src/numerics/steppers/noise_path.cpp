@@ -47,6 +47,7 @@ System noises_of_products(const System& system) {
     System result{.grid = system.grid, .layout = noise.layout, .linear = noise.linear};
     result.noise = noise.noise;
     result.degree = system.degree;
+    result.noise_path = system.noise_path;
     return result;
 }
 }  // namespace
@@ -149,7 +150,7 @@ void NoisePath::for_modes(const RandomKey* key, Body body) {
 
 void NoisePath::draw_root(std::uint64_t index) {
     Level& root = levels_.front();
-    const RandomKey key{.seed = seed_, .stream = stream_, .step = index, .substep = 0};
+    const RandomKey key{.seed = seed_, .stream = stream_, .step = index, .substep = system_.noise_path << 32u};
     for_modes(&key, [&](const auto& kernel, const Mode& mode) {
         auto sum = zero_parts(kernel);
         add_blocks(kernel, root.draw.data() + mode.wavenumber * kernel.entries, load_parts(kernel, mode.normal), sum);
@@ -166,7 +167,7 @@ void NoisePath::draw_first_half(int level, std::uint64_t index) {
     const RandomKey key{.seed = seed_,
                         .stream = stream_,
                         .step = index >> level,
-                        .substep = ((std::uint64_t{1} << level) + in_root) >> 1};
+                        .substep = (system_.noise_path << 32u) + (((std::uint64_t{1} << level) + in_root) >> 1)};
     for_modes(&key, [&](const auto& kernel, const Mode& mode) {
         auto sum = zero_parts(kernel);
         const double* matrix = now.draw.data() + mode.wavenumber * 2 * kernel.entries;

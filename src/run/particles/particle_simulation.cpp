@@ -9,6 +9,7 @@
 #include "dem/contact/contact_law.hpp"
 #include "dem/packing/packing.hpp"
 #include "drover/dem/world.hpp"
+#include "files/bytes.hpp"
 #include "io/scene_text.hpp"
 #include "io/trajectory.hpp"
 #include "measure/particles.hpp"
@@ -65,6 +66,12 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
     };
     std::ranges::for_each(bodies.beads, move);
     std::ranges::for_each(bodies.rods, move);
+    std::vector<double> places;  // of the frame: other kicks than those of its run, and of a run that went on from it
+    for (const dem::Rod& rod : bodies.rods) places.insert(places.end(), {rod.position.x, rod.position.y});
+    constexpr std::uint64_t blocks = 1u << 20u;
+    constexpr std::int64_t longest = std::int64_t{1} << 40;  // number of kicks of one rod in one run
+    bodies.first_kick =
+        longest * static_cast<std::int64_t>(1 + files::checksum(std::as_bytes(std::span(places))) % blocks);
     return bodies;
 }
 
