@@ -68,7 +68,7 @@ TINY = {
     "calibrate.scattering.cell": 12.0,
     "calibrate.scattering.max_duration": 0.05,
     "calibrate.scattering.warm_up": 0.05,
-    "calibrate.scattering.time": 0.8,
+    "calibrate.scattering.time": 1.6,
     "calibrate.scattering.frame": 0.005,
 }
 UNITS = 2 * 9 + 2 * 2 * 2  # drag and alignment depend on rods

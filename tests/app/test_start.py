@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 from rejection import rejected
-from support import drover, drover_json, scene_text
+from support import drover, drover_json, scene_text, write_scene
 
 GRID = {"grid.nx": 32, "grid.ny": 32, "grid.lx": 32.0, "grid.ly": 32.0, "relaxation.rate": 1.0,
         "relaxation.saturation": 1.0, "time.end": 0.1, "initial.kind": "formula"}  # cubic: modes below 8 are kept
@@ -214,3 +214,13 @@ def test_a_file_that_a_run_starts_from_is_checked_with_the_scene(tmp_path):
     rejected(tmp_path, ["check", "start.toml"], ["initial.file", "has another cell"])
     drover(tmp_path, "run", "wave.toml", "--quiet", "--overwrite", "--set", "grid.lx=32.0")
     drover(tmp_path, "check", "start.toml")
+
+
+def test_a_start_from_a_run_with_the_same_noise_is_reported(tmp_path):
+    write_scene(tmp_path, {"noise.order": 0.1, "time.end": 1.0})
+    drover(tmp_path, "run", "flock.toml", "-o", "first.h5", "--quiet")
+    start = ["run", "flock.toml", "-o", "next.h5", "--overwrite", "--quiet", "--set", "initial.kind=file", "--set",
+             "initial.file=first.h5", "--set"]
+    assert "choose another run.seed" in drover(tmp_path, *start, "run.seed=7").stderr
+    assert "run.seed" not in drover(tmp_path, *start, "run.seed=8").stderr
+    assert "run.seed" not in drover(tmp_path, *start, "noise.order=0", "--set", "noise.rods=0").stderr

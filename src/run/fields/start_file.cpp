@@ -8,7 +8,6 @@
 #include "drover/base/threads.hpp"
 #include "drover/numerics/transform.hpp"
 #include "files/archive_reader.hpp"
-#include "io/scene_text.hpp"
 #include "numerics/steppers/coarse_error.hpp"
 #include "run/loop/scene_support.hpp"
 
@@ -129,13 +128,14 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
 
 numerics::Fields frame_of_file(const io::Scene& scene, const std::vector<FrameField>& fields, int degree) {
     const files::ArchiveReader archive = named_archive(scene, "initial.file", scene.initial.file);
-    if (io::has_noise(scene) &&
-        io::parse_scene(archive.text_attribute("scene"), scene.initial.file).run.seed == scene.run.seed)
+    numerics::Fields frame = frame_of(archive, scene, fields, degree);
+    const files::Attribute same{"seed", std::int64_t{scene.run.seed}};
+    if (io::has_noise(scene) && std::ranges::count(archive.attributes(), same) > 0)
         log_warning(
             "initial.file = \"{}\" is of a run with the same run.seed = {}: with the same time.dt this run has the "
             "noise of that one again, and is no independent sample; choose another run.seed",
             scene.initial.file, scene.run.seed);
-    return frame_of(archive, scene, fields, degree);
+    return frame;
 }
 
 }  // namespace drover::run
