@@ -287,6 +287,12 @@ def test_ctrl_c_stops_between_two_steps_and_the_run_goes_on():
     assert run.advance(steps=5).rod_density.tobytes() == other.advance(steps=5).rod_density.tobytes()
 
 
+def words_printed_by(code):
+    """Of a Python of its own, which ends with the status 0."""
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, env=environment(),
+                          check=True).stdout.split()
+
+
 def test_a_scene_with_a_function_is_dropped_without_a_leak_or_a_crash():
     code = ("import drover, gc, weakref\n"
             "def tilt(order_x, order_y): return -order_y, order_x\n"
@@ -295,9 +301,7 @@ def test_a_scene_with_a_function_is_dropped_without_a_leak_or_a_crash():
             ".term('order', tilt)\n"
             "run = scene.start(); run.advance(steps=2); theory = scene.stability()\n"
             "del scene, run, theory, tilt; gc.collect(); print(kept() is None)\n")
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, env=environment(),
-                           check=True)
-    assert ended.stdout.strip() == "True"
+    assert words_printed_by(code) == ["True"]
 
 
 def test_thread_states_of_calls_do_not_accumulate_and_a_forked_child_makes_its_own():
@@ -323,9 +327,7 @@ def test_thread_states_of_calls_do_not_accumulate_and_a_forked_child_makes_its_o
             "    os._exit(0)\n"
             "print(max(counts), os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
             "run()\n")
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, env=environment(),
-                           check=True)
-    most, status = ended.stdout.split()
+    most, status = words_printed_by(code)
     # That of the program, those of a run in its thread with two helpers, and as many of the run before.
     assert int(most) <= 7 and status == "0"
 
