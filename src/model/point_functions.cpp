@@ -139,18 +139,13 @@ std::shared_ptr<const CompiledEquations> with_forces_as_outputs(const CompiledEq
 TransformCount transforms_of(const CompiledEquations& equations) {
     const TransformPlan plan = transform_plan(equations);
     TransformCount count{static_cast<int>(plan.inputs.size()), static_cast<int>(plan.values.size())};
-    std::set<int> orders;
-    for (const LinearForm& input : plan.inputs)
-        for (const auto& [derivative, coefficient] : input) orders.insert(derivative.order.x + derivative.order.y);
-    const auto add = [&](const CompiledEquations& others) {
+    const auto add = [&count](const CompiledEquations& others) {
         const TransformCount more = transforms_of(others);
         count.inverse += more.inverse;
         count.forward += more.forward;
-        if (more.inverse > 0) orders.insert({more.min_order, more.max_order});
     };
     if (!equations.forces.empty()) add(*with_forces_as_outputs(equations));
     for (const NoiseProducts& one : equations.products) add(*one.equations);
-    if (!orders.empty()) count.min_order = *orders.begin(), count.max_order = *orders.rbegin();
     return count;
 }
 

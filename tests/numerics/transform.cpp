@@ -227,6 +227,51 @@ TEST(Transform, the_bytes_of_products_do_not_depend_on_the_number_of_threads_for
     for (const int team : {2, 3, 5}) EXPECT_EQ(run(team), expected);
 }
 
+// Arrays of very different size in one call, as a dilute tracer beside a dense bed, or high derivatives beside fields:
+// each has the digits it has alone, and the bytes are those of a new transform whatever was transformed before.
+TEST(Transform, arrays_of_very_different_size_keep_their_own_digits) {
+    const Grid grid{36, 50, 1, 1};
+    Threads threads(2);
+    Fields random = random_fields(grid, 5);
+    const Transform transform(grid, 2, threads);
+    Spectra from(grid, 5);
+    transform.forward(random, from);
+    const std::array<double, 5> sizes{1.0, 1e-12, 1e-25, 3.0, 1e-13};
+    const auto squares = [&](const Transform& by, const Spectra& state) {
+        Spectra to(grid, 5);
+        std::vector<const Complex*> sources;
+        std::vector<Complex*> made;
+        for (int c = 0; c < 5; ++c) sources.push_back(state[c].data());
+        for (int c = 0; c < 5; ++c) made.push_back(to[c].data());
+        by.products(sources, made, [&](const Strip& strip) {
+            for (std::size_t c = 0; c < 5; ++c)
+                for (std::size_t i = 0; i < strip.size; ++i) strip.out[c][i] = strip.in[c][i] * strip.in[c][i];
+        });
+        return to;
+    };
+    const Spectra expected = squares(transform, from);
+    Spectra scaled = from;
+    Fields values(grid, 5), scaled_values(grid, 5);
+    Spectra again(grid, 5);
+    for (int c = 0; c < 5; ++c)
+        for (Complex& mode : scaled[c]) mode *= sizes[static_cast<std::size_t>(c)];
+    transform.backward(from, values);
+    transform.backward(scaled, scaled_values);
+    transform.forward(scaled_values, again);
+    const Spectra found = squares(transform, scaled);
+    for (int c = 0; c < 5; ++c) {
+        const double size = sizes[static_cast<std::size_t>(c)];
+        for (std::size_t m = 0; m < from.size; ++m) {
+            // Modes of random fields are of size 1/42: rounding of 1800 numbers, as above.
+            EXPECT_NEAR(std::abs(found[c][m] / (size * size) - expected[c][m]), 0.0, 1e-15) << c;
+            EXPECT_NEAR(std::abs(again[c][m] / size - from[c][m]), 0.0, 1e-15) << c;
+        }
+        for (std::size_t i = 0; i < values.size; ++i) EXPECT_NEAR(scaled_values[c][i] / size, values[c][i], 1e-14) << c;
+    }
+    EXPECT_EQ(squares(transform, from).values, expected.values);
+    EXPECT_EQ(squares(Transform(grid, 2, threads), scaled).values, found.values);
+}
+
 TEST(Transform, an_invalid_grid_is_rejected) {
     Threads threads(1);
     for (const Grid grid : {Grid{2, 8, 1, 1}, Grid{7, 8, 1, 1}, Grid{8, 8, 0, 1}, Grid{8, 8, 1, -1}})

@@ -39,8 +39,7 @@ struct TermSummary {
 
 /// Transforms of one evaluation of the explicit part.
 struct TransformCount {
-    int inverse = 0, forward = 0;      ///< to the grid, and from it
-    int min_order = 0, max_order = 0;  ///< of the derivatives that are transformed to the grid
+    int inverse = 0, forward = 0;  ///< to the grid, and from it
 };
 
 }  // namespace drover::model

@@ -4,13 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <numeric>
 #include <optional>
 #include <tuple>
 
-#include "base/constants.hpp"
 #include "measure/fields.hpp"
 #include "model/start.hpp"
 #include "numerics/fields/wavenumbers.hpp"
@@ -383,66 +380,6 @@ void add_standstill(const files::ArchiveReader& archive, const io::Scene& scene,
              scene.time.dt, joined(far)));
 }
 
-/// The root mean square of a field over the cell, at each sample.
-std::vector<double> sizes_of(const files::ArchiveReader& archive, const model::PlacedField& placed,
-                             const std::vector<model::UniformState>& means) {
-    std::vector<double> sizes = series_of(archive, "variance_" + placed.field.name);
-    if (sizes.size() != means.size()) return {};
-    for (std::size_t i = 0; i < sizes.size(); ++i) {
-        for (std::size_t k = 0; k < static_cast<std::size_t>(model::components(placed.field)); ++k)
-            sizes[i] += std::pow(means[i][placed.first + k], 2);
-        sizes[i] = std::sqrt(sizes[i]);
-    }
-    return sizes;
-}
-
-/// Products take the transforms of two real fields, or of their derivatives, as that of one complex field: of the
-/// smaller, rounding leaves the digits that it shares with the larger.
-void add_lost_digits(const files::ArchiveReader& archive, const io::Scene& scene, const model::Equations& equations,
-                     std::vector<std::string>& warnings) {
-    constexpr double max_ratio = 1e10;
-    const model::TransformCount transforms = equations.transforms();
-    if (transforms.inverse == 0) return;  // without products
-    const auto lost = [](double ratio) { return std::min(1.0, std::numeric_limits<double>::epsilon() * ratio); };
-    const std::vector<model::UniformState> means = sampled_means(
-        equations, [&](const std::string& name) { return series_of(archive, name); }, 0);
-    struct Size {
-        std::string name;
-        std::vector<double> values;
-    };
-    std::vector<Size> sizes;
-    for (const model::PlacedField& placed : model::placed_fields(equations.model()))
-        if (std::vector<double> values = sizes_of(archive, placed, means); !values.empty() && values.front() > 0.0)
-            sizes.push_back({placed.field.name, std::move(values)});  // what starts at 0 may be rounding later
-    for (const Size& small : sizes)
-        for (const Size& large : sizes) {
-            double ratio = infinite;  // the smallest of all samples: fields may decay
-            for (std::size_t i = 0; i < small.values.size(); ++i)
-                ratio = std::min(ratio, large.values[i] / small.values[i]);
-            if (ratio <= max_ratio || !std::isfinite(ratio)) continue;
-            warnings.push_back(
-                text("{} is {:.1g} times as large as {} throughout: in products {} may have errors of {:.1g} of itself "
-                     "by rounding; expected fields that differ by less than {:.0e}: choose a unit of {} of about its "
-                     "size",
-                     large.name, ratio, small.name, small.name, lost(ratio), max_ratio, small.name));
-        }
-    double longest = infinite, shortest = 0.0;  // waves, by their wavenumbers
-    for (const auto& [points, length] : {std::pair{scene.grid.nx, scene.grid.lx}, {scene.grid.ny, scene.grid.ly}})
-        if (points > 1) {
-            longest = std::min(longest, 2.0 * std::numbers::pi / length);
-            shortest = std::max(shortest, std::numbers::pi * points / length);
-        }
-    if (shortest == 0.0) return;
-    const int orders = transforms.max_order - transforms.min_order;
-    const double ratio = std::pow(std::max(longest, 1.0 / shortest), orders);
-    if (ratio > max_ratio)
-        warnings.push_back(
-            text("the waves of the grid have wavenumbers of {:.2g} to {:.2g}: fields and their derivatives in products "
-                 "differ by {:.1g} or more, and these may have errors of {:.1g} by rounding; expected at most {:.0e}: "
-                 "choose a unit of length of about the size of the patterns",
-                 longest, shortest, ratio, lost(ratio), max_ratio));
-}
-
 }  // namespace
 
 std::vector<std::string> field_warnings(const files::ArchiveReader& archive, const io::Scene& scene,
@@ -453,7 +390,6 @@ std::vector<std::string> field_warnings(const files::ArchiveReader& archive, con
     add_density_warnings(archive, scene, what, warnings);
     add_few_particles(archive, scene, what, warnings);
     add_step_error(archive, scene, what.equations.has_product_noise(), warnings);
-    add_lost_digits(archive, scene, what.equations, warnings);
     add_late_order(archive, scene, what, warnings);
     add_standstill(archive, scene, what, warnings);
     return warnings;
