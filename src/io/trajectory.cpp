@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dem/bodies/rotation.hpp"
 #include "dem/bodies/walls.hpp"
 
 namespace drover::io {
@@ -50,7 +49,7 @@ Row rod_row(const Setup&, const Bodies& bodies) {
         put(rod.position, row[0]);
         put(rod.velocity, row[1]);
         put(rod.axis, row[2]);
-        put(spin_of(rod, bodies.shapes[rod.shape]), row[3]);
+        put(angular_velocity(rod, bodies.shapes[rod.shape]), row[3]);
     }
     return row;
 }
@@ -208,10 +207,6 @@ std::array<double, 3> wrap(Vector& position, const Box& box) {
         }
     }
     return images;
-}
-
-Vector spin_of(const dem::Rod& rod, const dem::Shape& shape) {
-    return dem::angular_velocity(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across);
 }
 
 std::size_t sphere_count(const Bodies& bodies) {

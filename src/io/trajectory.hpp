@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "drover/dem/bodies.hpp"
+#include "dem/bodies/rotation.hpp"
 #include "files/archive.hpp"
 
 namespace drover::io {
@@ -29,9 +29,6 @@ struct BodyRecording {
 /// The recordings of spheres, beads and rods, without empty ones.
 std::vector<BodyRecording> trajectory_recordings(const dem::Setup& setup, const dem::Bodies& bodies);
 
-/// The angular velocity of a rod.
-dem::Vector spin_of(const dem::Rod& rod, const dem::Shape& shape);
-
 /// One sphere of a body.
 struct Sphere {
     dem::Vector position, velocity;
@@ -48,7 +45,7 @@ void for_spheres(const dem::Bodies& bodies, Visit visit) {
         visit(Sphere{bead.position, bead.velocity, bodies.shapes[bead.shape].radius.front(), false, body++});
     for (const dem::Rod& rod : bodies.rods) {
         const dem::Shape& shape = bodies.shapes[rod.shape];
-        const dem::Vector spin = spin_of(rod, shape);
+        const dem::Vector spin = angular_velocity(rod, shape);
         for (std::size_t s = 0; s < shape.at.size(); ++s) {
             const dem::Vector arm = shape.at[s] * rod.axis;
             visit(Sphere{rod.position + arm, rod.velocity + cross(spin, arm), shape.radius[s], true, body});

@@ -52,7 +52,7 @@ std::string body_lines(const dem::Bodies& bodies, const Box& box) {
         add(of_bead, bead, 2.0 * bodies.shapes[bead.shape].radius.front(), {}, bead.spin);
     for (const dem::Rod& rod : bodies.rods) {
         const dem::Shape& shape = bodies.shapes[rod.shape];
-        add(of_rod, rod, shape.head - shape.tail, rod.axis, spin_of(rod, shape));
+        add(of_rod, rod, shape.head - shape.tail, rod.axis, angular_velocity(rod, shape));
     }
     return out;
 }

@@ -85,8 +85,7 @@ RodMeans rod_means(const ParticleSetting& setting, const dem::Bodies& bodies) {
         const dem::Shape& shape = bodies.shapes[rod.shape];
         const double x = rod.velocity.x - mean.velocity_x, y = rod.velocity.y - mean.velocity_y,
                      z = rod.velocity.z - velocity_z;
-        const double turning =
-            dem::angular_velocity(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across).z;
+        const double turning = dem::angular_velocity(rod, shape).z;
         mean.temperature_horizontal += 0.5 * weight * shape.mass * (x * x + y * y);
         mean.temperature_vertical += weight * shape.mass * z * z;
         mean.temperature_turning += weight * shape.inertia_across * turning * turning;

@@ -11,14 +11,15 @@ namespace {
 const Shape rod = make_rod({1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 1.1, 0.88, 0.88, 0.88, 0.72, 0.72, 0.72}, 4.5, 8.7);
 const Vector start{0.48, 0.64, 0.6};
 
+Rod turning(const Vector& axis, const Vector& momentum) { return {.axis = axis, .angular_momentum = momentum}; }
+
 TEST(FreeTop, conserves_energy_and_the_tilt_of_its_axis_over_a_million_steps) {
     // L is what is stored, and stays to the last bit.  Rounding of the axis: a walk of 1e6 steps of 1e-16 is 1e-13.
     const Vector momentum{300.0, -120.0, 900.0};
     Vector axis = start;
-    const double energy = rotation_energy(momentum, axis, rod.inertia_along, rod.inertia_across),
-                 tilt = dot(momentum, axis);
+    const double energy = rotation_energy(turning(axis, momentum), rod), tilt = dot(momentum, axis);
     for (int n = 0; n < 1000000; ++n) axis = turned_freely(axis, momentum, rod.inertia_across, 1e-4 * (1 + n % 3));
-    EXPECT_NEAR(rotation_energy(momentum, axis, rod.inertia_along, rod.inertia_across) / energy, 1.0, 1e-11);
+    EXPECT_NEAR(rotation_energy(turning(axis, momentum), rod) / energy, 1.0, 1e-11);
     EXPECT_NEAR(dot(momentum, axis) / tilt, 1.0, 1e-11);
     EXPECT_NEAR(length(axis), 1.0, 1e-15);
 }
@@ -30,7 +31,7 @@ TEST(FreeTop, rotates_with_its_angular_velocity) {
     const Vector rate = 0.5 / dt *
                         (turned_freely(start, momentum, rod.inertia_across, dt) -
                          turned_freely(start, momentum, rod.inertia_across, -dt));
-    const Vector expected = cross(angular_velocity(momentum, start, rod.inertia_along, rod.inertia_across), start);
+    const Vector expected = cross(angular_velocity(turning(start, momentum), rod), start);
     EXPECT_LT(length(rate - expected), 1e-7 * length(expected));
 }
 
@@ -50,10 +51,8 @@ TEST(FreeTop, at_rest_stays_at_rest) {
 
 TEST(AngularVelocity, of_a_body_across_and_along_its_axis_is_momentum_over_inertia) {
     const Vector axis{1.0, 0.0, 0.0};
-    EXPECT_NEAR(angular_velocity({3.0, 0.0, 0.0}, axis, rod.inertia_along, rod.inertia_across).x,
-                3.0 / rod.inertia_along, 1e-15);
-    EXPECT_NEAR(angular_velocity({0.0, 3.0, 0.0}, axis, rod.inertia_along, rod.inertia_across).y,
-                3.0 / rod.inertia_across, 1e-15);
+    EXPECT_NEAR(angular_velocity(turning(axis, {3.0, 0.0, 0.0}), rod).x, 3.0 / rod.inertia_along, 1e-15);
+    EXPECT_NEAR(angular_velocity(turning(axis, {0.0, 3.0, 0.0}), rod).y, 3.0 / rod.inertia_across, 1e-15);
 }
 
 }  // namespace

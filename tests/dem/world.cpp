@@ -24,8 +24,7 @@ double kinetic(const Bodies& bodies) {
     }
     for (const Rod& rod : bodies.rods) {
         const Shape& shape = bodies.shapes[rod.shape];
-        total += 0.5 * shape.mass * dot(rod.velocity, rod.velocity) +
-                 rotation_energy(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across);
+        total += 0.5 * shape.mass * dot(rod.velocity, rod.velocity) + rotation_energy(rod, shape);
     }
     return total;
 }

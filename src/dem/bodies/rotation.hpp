@@ -8,11 +8,16 @@ namespace drover::dem {
 
 /// Angular velocity [rad/s] of a body of revolution of axis n (length 1) and angular momentum L [mg mm^2/s]:
 /// omega = L/I_across + (1/I_along - 1/I_across) (L.n) n.
-Vector angular_velocity(const Vector& angular_momentum, const Vector& axis, double inertia_along,
-                        double inertia_across);
+inline Vector angular_velocity(const Rod& rod, const Shape& shape) {
+    const double spin = dot(rod.angular_momentum, rod.axis);
+    return 1.0 / shape.inertia_across * rod.angular_momentum +
+           (1.0 / shape.inertia_along - 1.0 / shape.inertia_across) * spin * rod.axis;
+}
 
 /// Kinetic energy of rotation, omega.L/2 [mg mm^2/s^2].
-double rotation_energy(const Vector& angular_momentum, const Vector& axis, double inertia_along, double inertia_across);
+inline double rotation_energy(const Rod& rod, const Shape& shape) {
+    return 0.5 * dot(rod.angular_momentum, angular_velocity(rod, shape));
+}
 
 /// The axis after a time of free rotation, exact for any time: L is constant, and the axis precesses about it at
 /// |L|/I_across.  (The rotation about the axis itself moves no sphere on it.)

@@ -142,6 +142,13 @@ double reach_of_flower(const Cell& cell, double direction) {
     }
     return reach;
 }
+
+/// Half the extent of a cell of this side along two opposite directions.
+double half_size(const Cell& cell, double side, double forwards, double backwards) {
+    if (cell.shape == CellShape::circle) return cell.radius;
+    if (cell.shape != CellShape::flower) return 0.5 * side;
+    return std::max(reach_of_flower(cell, forwards), reach_of_flower(cell, backwards));
+}
 }  // namespace
 
 Walls::Walls(const Cell& cell) : cell_(cell) {
@@ -156,17 +163,8 @@ int Walls::near(double x, double y, double radius, WallPoint (&found)[4]) const 
     return nearest.count;
 }
 
-double half_width(const Cell& cell) {
-    if (cell.shape == CellShape::circle) return cell.radius;
-    if (cell.shape == CellShape::flower) return std::max(reach_of_flower(cell, 0.0), reach_of_flower(cell, pi));
-    return 0.5 * cell.lx;
-}
+double half_width(const Cell& cell) { return half_size(cell, cell.lx, 0.0, pi); }
 
-double half_height(const Cell& cell) {
-    if (cell.shape == CellShape::circle) return cell.radius;
-    if (cell.shape == CellShape::flower)
-        return std::max(reach_of_flower(cell, 0.5 * pi), reach_of_flower(cell, -0.5 * pi));
-    return 0.5 * cell.ly;
-}
+double half_height(const Cell& cell) { return half_size(cell, cell.ly, 0.5 * pi, -0.5 * pi); }
 
 }  // namespace drover::dem

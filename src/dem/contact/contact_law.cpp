@@ -6,12 +6,6 @@ namespace drover::dem {
 namespace {
 constexpr double min_steps = 20.0;  // of dt within the shortest contact
 
-/// Calls visit with a null pointer to each alternative.
-template <class... Law, class Visit>
-void for_laws(const std::variant<Law...>*, const Visit& visit) {
-    (visit(static_cast<Law*>(nullptr)), ...);
-}
-
 /// Largest change of the normal velocity at a contact of a body per normal impulse [1/mg].
 double max_response(const Shape& shape) {
     double response = 0.0;
@@ -37,10 +31,6 @@ void check_restitution(const Setup& setup, const Locate& locate) {
 }
 }  // namespace
 
-bool ImpactLaw::is_chosen(const ContactControl& control) {
-    return control.model == model && !PairwiseLaw::is_chosen(control);
-}
-
 ImpactLaw ImpactLaw::from(const ContactControl& control) {
     return {.group = control.law,
             .restitution = control.restitution,
@@ -55,21 +45,14 @@ PairwiseLaw PairwiseLaw::from(const ContactControl& control) {
     return law;
 }
 
-std::string contact_models_doc() {
-    std::string words;
-    for_laws(static_cast<ContactLaw*>(nullptr), [&]<class Law>(Law*) {
-        if constexpr (requires { Law::doc; })
-            words += text("{}{}: {}", words.empty() ? "contact law: " : "; ", Law::model, Law::doc);
-    });
-    return words;
-}
-
 ContactLaw contact_law(const ContactControl& control) {
-    ContactLaw law;
-    for_laws(&law, [&]<class Law>(Law*) {
-        if (Law::is_chosen(control)) law = Law::from(control);
-    });
-    return law;
+    switch (control.model) {
+        case ContactModel::spring_dashpot: return SpringDashpot::from(control);
+        case ContactModel::repulsive_spring: return RepulsiveSpring::from(control);
+        case ContactModel::impulse: break;
+    }
+    if (PairwiseLaw::is_chosen(control)) return PairwiseLaw::from(control);
+    return ImpactLaw::from(control);
 }
 
 void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, double dt, const Locate& locate) {

@@ -1,12 +1,12 @@
 // dem/contact/contact_law.hpp: the contact laws. A law is a parameter struct; a soft law is also a pure function from
-// the state of a contact to its force. To add a soft law: here its struct and one alternative of ContactLaw, its
-// name in ContactModel (setup.hpp), and its own keys, if it has any, in [contacts] (setup.hpp, setup_schema.cpp).
+// the state of a contact to its force. To add a soft law: here its struct and one alternative of ContactLaw, which
+// contact_law() makes, its name in ContactModel (setup.hpp), and its own keys, if it has any, in [contacts] (setup.hpp,
+// setup_schema.cpp).
 #pragma once
 #include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <numbers>
-#include <string>
 #include <variant>
 #include <vector>
 
@@ -41,7 +41,6 @@ struct SoftForce {
 /// What a soft law provides.
 template <class Law>
 concept SoftLaw = requires(const Law& law, const SoftContact& contact, const ContactControl& control) {
-    { Law::model } -> std::convertible_to<ContactModel>;
     { Law::from(control) } -> std::same_as<Law>;
     { law.contact_time(1.0) } -> std::same_as<double>;  // of an elastic collision of this reduced mass [mg], in s
     { law(contact) } -> std::same_as<SoftForce>;
@@ -81,12 +80,6 @@ struct Springs {
 /// elastic part of the normal force, whose impulse over a collision equals that of the total: a collision that slides
 /// throughout has the tangential impulse mu (1 + e) m |u_n| of the impulse law.
 struct SpringDashpot : Springs {
-    static constexpr ContactModel model = ContactModel::spring_dashpot;
-    static constexpr const char* doc =
-        "bodies are soft, and contacts are linear springs with damping and friction (an independent check, with far "
-        "smaller time steps)";
-    static bool is_chosen(const ContactControl& control) { return control.model == model; }
-
     static SpringDashpot from(const ContactControl& control) { return {Springs(control)}; }
 
     SoftForce operator()(const SoftContact& contact) const {
@@ -105,10 +98,6 @@ struct SpringDashpot : Springs {
 ///     ln e = -2 zeta arccos(zeta)/sqrt(1 - zeta^2)
 /// (beyond zeta = 1, where e = exp(-2), arcosh(zeta)/sqrt(zeta^2 - 1)).
 struct RepulsiveSpring : Springs {
-    static constexpr ContactModel model = ContactModel::repulsive_spring;
-    static bool is_chosen(const ContactControl& control) { return control.model == model; }
-    static constexpr const char* doc = "as spring-dashpot, with contacts that never pull";
-
     static RepulsiveSpring from(const ContactControl& control) { return {Springs(control)}; }
 
     /// zeta of a restitution 0 < e <= 1.
@@ -178,10 +167,9 @@ struct Decoupled {
 /// changes the energy by its loss along the normal and by friction, less J_n J_t K_nt.  No impulse creates energy:
 /// where it would, friction is reduced to the largest value that does not (Counts::limited).
 struct PairwiseLaw {
-    static constexpr ContactModel model = ContactModel::impulse;
     static PairwiseLaw from(const ContactControl& control);
     static bool is_chosen(const ContactControl& control) {
-        return control.model == model && control.law == GroupLaw::pairwise;
+        return control.model == ContactModel::impulse && control.law == GroupLaw::pairwise;
     }
 
     std::variant<StopOrSlide, Decoupled> friction;
@@ -194,9 +182,6 @@ struct PairwiseLaw {
 };
 
 using ContactLaw = std::variant<ImpactLaw, PairwiseLaw, SpringDashpot, RepulsiveSpring>;
-
-/// The meanings of the values of contacts.model.
-std::string contact_models_doc();
 
 /// The law that contacts.model and contacts.law name, with its parameters.
 ContactLaw contact_law(const ContactControl& control);

@@ -6,7 +6,6 @@
 
 #include "dem/contact/body_access.hpp"
 #include "dem/contact/coefficients.hpp"
-#include "dem/impact/sphere_impact.hpp"
 
 namespace drover::dem {
 
@@ -89,43 +88,18 @@ bool presses_on_plate(const Overlap& overlap, const Spheres& spheres, const Step
 }
 
 void resolve_beads(Overlap& overlap, Spheres& spheres, const StepRules& rules, ContactReport& report) {
-    BeadArrays& beads = spheres.beads;
-    Vec4d &va = beads.velocity[overlap.first], &vb = beads.velocity[overlap.second];
-    Vec4d &wa = beads.spin[overlap.first], &wb = beads.spin[overlap.second];
+    const Vec4d &va = spheres.beads.velocity[overlap.first], &vb = spheres.beads.velocity[overlap.second];
     const Vector apart = vector_of(va) - vector_of(vb);
     if (dot(apart, overlap.apart) >= 0.0) return;
     trace_back_to_contact(overlap, apart, rules.dt);
-    const Vector& n = overlap.normal;
-    const double ra = spheres.position[overlap.first][3], rb = spheres.position[overlap.second][3];
-    const double opening = dot(apart, n), mass_inverse = va[3] + vb[3];
-    if (opening >= 0.0) return;
-    const Vector u = apart - cross(ra * vector_of(wa) + rb * vector_of(wb), n);
-    const Vector slip = u - opening * n;
-    const double size = length(slip);
-    const SphereImpact impact =
-        sphere_impact(opening, size, {.denominator = mass_inverse}, mass_inverse + ra * ra * wa[3] + rb * rb * wb[3],
-                      rules.restitution.bead_bead, rules.friction.bead_bead);
-    if (!std::isfinite(impact.normal + impact.friction_work)) {
-        if (report.failure.empty())
-            report.failure =
-                describe_impact(overlap, spheres, rules.restitution.bead_bead, rules.friction.bead_bead, 1);
-        return;
-    }
-    const Vector along = size > 0.0 ? -impact.tangential / size * slip : Vector{};
-    const Vector impulse = impact.normal * n + along, turn = cross(n, along);
-    const Vector da = va[3] * impulse, db = -vb[3] * impulse;
-    set_vector(va, vector_of(va) + da);
-    set_vector(vb, vector_of(vb) + db);
-    set_vector(wa, vector_of(wa) - ra * wa[3] * turn);
-    set_vector(wb, vector_of(wb) - rb * wb[3] * turn);
     Vec4d &pa = spheres.position[overlap.first], &pb = spheres.position[overlap.second];
+    const auto impulse = bounce_beads(overlap, apart, overlap.normal, pa[3], pb[3], spheres, rules, report);
+    if (!impulse) return;
+    const Vector da = va[3] * *impulse, db = -vb[3] * *impulse;
     set_vector(pa, vector_of(pa) + overlap.since * da);
     set_vector(pb, vector_of(pb) + overlap.since * db);
     // The weights cancel in the position correction; the work of other forces on it is of no impulse.
     report.balance.plates -= overlap.since * dot(rules.bead_force, da + db);
-    report.balance.impact += 0.5 * impact.normal * (opening + opening + mass_inverse * impact.normal);
-    report.balance.friction += impact.friction_work;
-    if (opening < -counted_speed) ++report.counts.bead_bead;
 }
 
 /// Resolves any group.

@@ -10,7 +10,6 @@
 #include "dem/contact/coefficients.hpp"
 #include "dem/impact/closing_time.hpp"
 #include "dem/impact/impact_increment.hpp"
-#include "dem/impact/sphere_impact.hpp"
 #include "drover/base/random.hpp"
 
 namespace drover::dem {
@@ -143,30 +142,12 @@ void bounce_rod(const FrictionLaw& friction, Spheres& spheres, std::size_t numbe
 
 /// The contact of two beads that overlap, without a frame.
 void resolve_beads(const Overlap& overlap, Spheres& spheres, const StepRules& rules, ContactReport& report) {
-    BeadArrays& beads = spheres.beads;
-    Vec4d &va = beads.velocity[overlap.first], &vb = beads.velocity[overlap.second];
-    Vec4d &wa = beads.spin[overlap.first], &wb = beads.spin[overlap.second];
-    const Vector apart = vector_of(va) - vector_of(vb);
+    const Vector apart =
+        vector_of(spheres.beads.velocity[overlap.first]) - vector_of(spheres.beads.velocity[overlap.second]);
     if (dot(apart, overlap.apart) >= 0.0) return;
     const double distance = length(overlap.apart), half = 0.5 * (overlap.reach - distance);
-    const Vector n = 1.0 / distance * overlap.apart;
     const double ra = spheres.position[overlap.first][3] - half, rb = spheres.position[overlap.second][3] - half;
-    const double opening = dot(apart, n), mass_inverse = va[3] + vb[3];
-    const Vector u = apart - cross(ra * vector_of(wa) + rb * vector_of(wb), n);
-    const Vector slip = u - opening * n;
-    const double size = length(slip);
-    const SphereImpact impact =
-        sphere_impact(opening, size, {.denominator = mass_inverse}, mass_inverse + ra * ra * wa[3] + rb * rb * wb[3],
-                      rules.restitution.bead_bead, rules.friction.bead_bead);
-    const Vector along = size > 0.0 ? -impact.tangential / size * slip : Vector{};
-    const Vector impulse = impact.normal * n + along, turn = cross(n, along);
-    set_vector(va, vector_of(va) + va[3] * impulse);
-    set_vector(vb, vector_of(vb) - vb[3] * impulse);
-    set_vector(wa, vector_of(wa) - ra * wa[3] * turn);
-    set_vector(wb, vector_of(wb) - rb * wb[3] * turn);
-    report.balance.impact += 0.5 * impact.normal * (opening + opening + mass_inverse * impact.normal);
-    report.balance.friction += impact.friction_work;
-    if (opening < -counted_speed) ++report.counts.bead_bead;
+    bounce_beads(overlap, apart, 1.0 / distance * overlap.apart, ra, rb, spheres, rules, report);
 }
 
 /// A contact with a rod or a side wall.

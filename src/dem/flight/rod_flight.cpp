@@ -80,7 +80,7 @@ void remove_plate_overlaps(Rod& rod, const RodKind& kind, const Vector& accelera
 
 ImpactBody impact_body_of(const Rod& rod, const Shape& shape) {
     return {.velocity = rod.velocity,
-            .spin = angular_velocity(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across),
+            .spin = angular_velocity(rod, shape),
             .axis = rod.axis,
             .mass_inverse = 1.0 / shape.mass,
             .across_inverse = 1.0 / shape.inertia_across,

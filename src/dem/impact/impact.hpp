@@ -30,13 +30,10 @@ struct Contact {
 };
 
 struct ImpactLaw {
-    static constexpr ContactModel model = ContactModel::impulse;
-    static constexpr const char* doc = "bodies are rigid and impacts take no time";
     /// Allowed error of the relative velocity by one increment of the impact of a single contact, relative to its
     /// approach.  The whole impact has ten or so that count, each with a third of that error or less.
     static constexpr double increment_error = 1e-4;
     static ImpactLaw from(const ContactControl& control);
-    static bool is_chosen(const ContactControl& control);
 
     GroupLaw group = GroupLaw::simultaneous;
     RestitutionKind restitution = RestitutionKind::energetic;  ///< `simultaneous` groups are always energetic

@@ -1,12 +1,11 @@
 // dem/impact/impact_remainder.cpp: a frictionless inelastic impact of a group, by an active set.
-#include "dem/impact/impact_remainder.hpp"
-
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <memory_resource>
 
 #include "dem/impact/impact_couplings.hpp"
+#include "dem/impact/impact_group.hpp"
 
 namespace drover::dem {
 

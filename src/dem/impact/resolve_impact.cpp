@@ -8,7 +8,6 @@
 
 #include "dem/impact/impact_group.hpp"
 #include "dem/impact/impact_increment.hpp"
-#include "dem/impact/impact_remainder.hpp"
 #include "dem/impact/sphere_impact.hpp"
 
 namespace drover::dem {

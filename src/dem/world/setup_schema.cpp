@@ -1,5 +1,4 @@
 // dem/world/setup_schema.cpp: the input keys of each section of a particle world.
-#include "dem/contact/contact_law.hpp"
 #include "drover/dem/setup.hpp"
 
 namespace drover::dem {
@@ -138,7 +137,10 @@ Rows<BodyForces> BodyForces::rows() {
 
 Rows<ContactControl> ContactControl::rows() {
     return Rows<ContactControl>{
-        {"model", &ContactControl::model, contact_models_doc()},
+        {"model", &ContactControl::model,
+         "contact law: impulse: bodies are rigid and impacts take no time; spring-dashpot: bodies are soft, and "
+         "contacts are linear springs with damping and friction (an independent check, with far smaller time steps); "
+         "repulsive-spring: as spring-dashpot, with contacts that never pull"},
         {"law", &ContactControl::law,
          "impulse: how contacts of one group share an impact: simultaneously, or one after another, starting with "
          "the fastest approach, the first or the last contact; pairwise: time steps without groups, in which each "

@@ -72,10 +72,9 @@ void for_numbers(Spheres& spheres, Visit visit) {
         for (auto& place : *listed)
             for (double& coordinate : place) visit(coordinate);
 }
-}  // namespace
 
 template <class Visit>
-static void for_numbers(SoftRecord& record, Visit visit) {
+void for_numbers(SoftRecord& record, Visit visit) {
     visit(record.first);
     visit(record.second);
     for (Vector* v : {&record.normal, &record.arm_first, &record.arm_second, &record.surface_velocity, &record.force,
@@ -84,22 +83,22 @@ static void for_numbers(SoftRecord& record, Visit visit) {
     for (double* number : {&record.overlap, &record.damping, &record.stored, &record.ahead}) visit(*number);
 }
 
-/// The state without soft contacts.
-template <class Visit>
-static void for_state(Spheres& spheres, EnergyBalance& balance, Counts& counts, OverlapRecord& overlap, double& start,
-                      Visit visit) {
-    for_numbers(spheres, visit);
-    for_numbers(balance, visit);
-    for_numbers(counts, visit);
-    for_numbers(overlap, visit);
-    visit(start);
+/// The state of a world, without soft contacts.
+template <class State, class Visit>
+void for_state(State& state, Visit visit) {
+    for_numbers(state.spheres, visit);
+    for_numbers(state.balance, visit);
+    for_numbers(state.counts, visit);
+    for_numbers(state.worst_overlap, visit);
+    visit(state.bead_potential_start);
 }
+}  // namespace
 
 std::vector<double> World::save() const {
     std::vector<double> numbers;
     State& s = *state_;
     const auto write = [&](const auto& number) { numbers.push_back(static_cast<double>(number)); };
-    for_state(s.spheres, s.balance, s.counts, s.worst_overlap, s.bead_potential_start, write);
+    for_state(s, write);
     for (SoftRecord& record : s.soft_contacts.records()) for_numbers(record, write);
     return numbers;
 }
@@ -108,7 +107,7 @@ void World::restore(std::span<const double> numbers) {
     State& s = *state_;
     std::size_t fixed = 0, each = 0;
     SoftRecord blank;
-    for_state(s.spheres, s.balance, s.counts, s.worst_overlap, s.bead_potential_start, [&](const auto&) { ++fixed; });
+    for_state(s, [&](const auto&) { ++fixed; });
     for_numbers(blank, [&](const auto&) { ++each; });
     const bool soft = std::visit([]<class Law>(const Law&) { return SoftLaw<Law>; }, s.law);
     const std::size_t records = soft && numbers.size() > fixed ? (numbers.size() - fixed) / each : 0;
@@ -121,7 +120,7 @@ void World::restore(std::span<const double> numbers) {
     const auto read = [&](auto& number) {
         number = static_cast<std::remove_reference_t<decltype(number)>>(numbers[next++]);
     };
-    for_state(s.spheres, s.balance, s.counts, s.worst_overlap, s.bead_potential_start, read);
+    for_state(s, read);
     s.soft_contacts.records().assign(records, {});
     for (SoftRecord& record : s.soft_contacts.records()) for_numbers(record, read);
     for (std::size_t r = 0; r < s.spheres.rods.size(); ++r) set_rod_spheres(s.spheres, r);

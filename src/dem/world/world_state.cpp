@@ -75,6 +75,15 @@ void check_same_shapes(const Bodies& given, const Bodies& expected) {
     check("bead", given.beads, expected.beads);
     check("rod", given.rods, expected.rods);
 }
+
+/// Adds a change of velocity in the plane; returns its work.
+double add_velocity(Vec4d& velocity, const Vec4d& change) {
+    const double mass = 1.0 / velocity[3];
+    const double work =
+        mass * (change[0] * (velocity[0] + 0.5 * change[0]) + change[1] * (velocity[1] + 0.5 * change[1]));
+    velocity += change;
+    return work;
+}
 }  // namespace
 
 double counted_plate_speed(const Setup& setup) {
@@ -242,25 +251,11 @@ void World::State::turn_rods() {
     for (std::size_t r = 0; r < spheres.rods.size(); ++r) {
         Rod& rod = spheres.rods.rod[r];
         const Shape& shape = spheres.shape_of_rod(r);
-        const auto energy = [&] {
-            return rotation_energy(rod.angular_momentum, rod.axis, shape.inertia_along, shape.inertia_across);
-        };
-        const double before = energy();
+        const double before = rotation_energy(rod, shape);
         rod.angular_momentum = rod.angular_momentum + setup.forces.torque * dt * cross(rod.axis, field);
-        balance.forces += energy() - before;
+        balance.forces += rotation_energy(rod, shape) - before;
     }
 }
-
-namespace {
-/// Adds a change of velocity in the plane; returns its work.
-double add_velocity(Vec4d& velocity, const Vec4d& change) {
-    const double mass = 1.0 / velocity[3];
-    const double work =
-        mass * (change[0] * (velocity[0] + 0.5 * change[0]) + change[1] * (velocity[1] + 0.5 * change[1]));
-    velocity += change;
-    return work;
-}
-}  // namespace
 
 /// Adds to all beads the velocity that their mean lacks, or the part of it that the wave has at their position.
 void World::State::hold_beads() {

@@ -25,7 +25,7 @@ AxisLevel dt_level(const io::Scene& scene, const std::string& method, double dt)
         const double factor = dt / scene.time.dt;
         if (dem::PairwiseLaw::is_chosen(contacts))
             level.overrides.push_back(set("contacts.rod_step", factor * contacts.rod_step));
-        else if (dem::ImpactLaw::is_chosen(contacts))
+        else if (contacts.model == dem::ContactModel::impulse)
             level.overrides.push_back(set("contacts.substep", factor * contacts.substep));
         return level;
     }
