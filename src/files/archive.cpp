@@ -4,17 +4,16 @@
 #include <fcntl.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <future>
 
+#include "base/mapped.hpp"
 #include "files/archive_contents.hpp"
 #include "files/archive_netcdf.hpp"
 #include "files/bytes.hpp"
 #include "files/hdf5_file.hpp"
 #include "files/new_file.hpp"
 #include "files/packed_chunk.hpp"
-#include "files/run_id.hpp"
 #include "files/system_calls.hpp"
 
 namespace drover::files {
@@ -45,6 +44,9 @@ struct Archive::File {
     }
     File(const File&) = delete;
     File& operator=(const File&) = delete;
+
+    /// Writes the frame that is being compressed, if there is one.
+    void write_pending();
 
     std::unique_ptr<Hdf5File> hdf5;
     std::vector<OpenRecording> recordings;  // their datasets are closed before the file
@@ -120,9 +122,7 @@ std::future<Chunks> packed(std::span<const std::span<const double>> arrays) {
         numbers += array.size();
     }
     const auto pack = [copies = std::move(copies)] {
-        Chunks chunks;
-        for (const std::vector<double>& copy : copies) chunks.push_back(packed_chunk(copy));
-        return chunks;
+        return mapped(copies, [](const std::vector<double>& copy) { return packed_chunk(copy); });
     };
     constexpr std::size_t few = 16384;
     if (numbers <= few) return std::async(std::launch::deferred, pack);
@@ -183,9 +183,7 @@ Descriptor lock_new(const std::filesystem::path& file, bool overwrite) {
 }
 
 std::string shape_text(const std::vector<std::size_t>& shape) {
-    std::vector<std::string> sizes;
-    for (const std::size_t size : shape) sizes.push_back(std::to_string(size));
-    return "(" + joined(sizes) + ")";
+    return "(" + joined(mapped(shape, [](std::size_t size) { return std::to_string(size); })) + ")";
 }
 
 /// Throws an input Error unless the dataset has these sizes, apart from rows, and at least `rows` rows.  Returns the
@@ -326,34 +324,24 @@ Archive Archive::resume(const std::filesystem::path& name, const std::vector<Rec
     throw opening_failure(name, cause);
 }
 
-std::vector<std::size_t> Archive::rows() const {
-    std::vector<std::size_t> result;
-    for (const OpenRecording& recording : file_->recordings) result.push_back(recording.rows);
-    return result;
-}
+std::vector<std::size_t> Archive::rows() const { return mapped(file_->recordings, &OpenRecording::rows); }
 
 std::vector<std::uint64_t> Archive::row_checksums() const {
-    std::vector<std::uint64_t> result;
-    for (const OpenRecording& recording : file_->recordings) result.push_back(recording.checksum);
-    return result;
+    return mapped(file_->recordings, &OpenRecording::checksum);
 }
 
-namespace {
-/// Writes the frame that is being compressed, if there is one.
-template <class File>
-void write_pending(File& file) {
-    if (!file.pending) return;
-    PendingFrame frame = std::move(*file.pending);
-    file.pending.reset();
-    const OpenRecording& recording = file.recordings[frame.recording];
+void Archive::File::write_pending() {
+    if (!pending) return;
+    PendingFrame frame = std::move(*pending);
+    pending.reset();
+    const OpenRecording& recording = recordings[frame.recording];
     const Chunks chunks = frame.chunks.get();
     for (std::size_t i = 0; i < chunks.size(); ++i) {
         std::vector<hsize_t> corner(recording.about.quantities[i].axes.size() + 1, 0);
         corner[0] = frame.row;
-        write_chunk(recording.datasets.quantities[i], corner, chunks[i], file.hdf5->errors);
+        write_chunk(recording.datasets.quantities[i], corner, chunks[i], hdf5->errors);
     }
 }
-}  // namespace
 
 void Archive::append(std::size_t recording, double time, std::span<const std::span<const double>> arrays,
                      std::int64_t step) {
@@ -361,7 +349,7 @@ void Archive::append(std::size_t recording, double time, std::span<const std::sp
     const Hdf5Errors& errors = file_->hdf5->errors;
     OpenRecording& into = file_->recordings[recording];
     const Recording& about = into.about;
-    if (is_frame(about)) write_pending(*file_);
+    if (is_frame(about)) file_->write_pending();
     set_rows(into, into.rows + 1, errors);
     write_row(into.datasets.time, into.rows, {}, {&time, 1}, errors);
     const auto steps = static_cast<double>(step);  // exact: far below 2^53
@@ -406,13 +394,21 @@ bool Archive::is_compressing() const {
 
 void Archive::commit() {
     const QuietErrors quiet(&file_->hdf5->failure);
-    write_pending(*file_);
+    file_->write_pending();
     files::commit(*file_->hdf5);
 }
 
 void Archive::remove() {
     const Overlay& overlay = *file_->hdf5->overlay;
     if (named(overlay.file, overlay.path) == Named::this_file) remove_if_exists(overlay.path);
+}
+
+void leave_hdf5_open() { H5dont_atexit(); }
+
+std::string archive_library() {
+    unsigned major = 0, minor = 0, release = 0;
+    H5get_libversion(&major, &minor, &release);
+    return text("HDF5 {}.{}.{}", major, minor, release);
 }
 
 void write_archive(const std::filesystem::path& name, const std::vector<Recording>& recordings,

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "base/mapped.hpp"
+
 namespace drover::files {
 
 bool leads_to(hid_t file, const std::string& path, H5O_type_t type, const Hdf5Errors& errors) {
@@ -91,9 +93,7 @@ std::vector<std::string> names_in(hid_t file, const std::string& group, std::siz
     require(is_cut == 0 && group.size() <= max_path, {errors.file},
             "has more than {} objects; expected at most that many: drover wrote fewer", max_objects);
     std::ranges::sort(names.found);
-    std::vector<std::string> sorted;
-    for (auto& [order, name] : names.found) sorted.push_back(std::move(name));
-    return sorted;
+    return mapped(names.found, &std::pair<std::int64_t, std::string>::second);
 }
 
 void add_objects(hid_t file, const std::string& group, Objects& to, const Hdf5Errors& errors) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "base/mapped.hpp"
 #include "drover/base/version.hpp"
 #include "files/archive_netcdf.hpp"
 
@@ -11,14 +12,10 @@ namespace {
 
 constexpr std::array<std::int64_t, 2> h5md_version{1, 1};
 
-/// Creates the missing parents of a path: "/a" and "/a/b" of "/a/b/c".
-void make_parents(hid_t file, const std::string& path, const Hdf5Errors& errors) {
+/// Creates a group with its missing parents: "/a" and "/a/b" of "/a/b/c".
+Handle make_path(hid_t file, const std::string& path, const Hdf5Errors& errors) {
     for (std::size_t slash = path.find('/', 1); slash != std::string::npos; slash = path.find('/', slash + 1))
         group_handle(file, path.substr(0, slash), true, errors);
-}
-
-Handle make_path(hid_t file, const std::string& path, const Hdf5Errors& errors) {
-    make_parents(file, path, errors);
     return group_handle(file, path, true, errors);
 }
 
@@ -50,9 +47,8 @@ void write_fixed(hid_t group, const FixedArray& array, const Hdf5Errors& errors)
 void make_box(hid_t file, const Recording& recording, const Hdf5Errors& errors) {
     const Handle box = make_path(file, path_in(recording.group, "box"), errors);
     write_attribute(box, {"dimension", std::int64_t{3}}, errors);
-    std::vector<std::string> boundary;
-    for (const bool periodic : recording.trajectory->periodic) boundary.emplace_back(periodic ? "periodic" : "none");
-    write_list(box, "boundary", boundary, errors);
+    const auto word = [](bool periodic) { return std::string(periodic ? "periodic" : "none"); };
+    write_list(box, "boundary", mapped(recording.trajectory->periodic, word), errors);
 }
 
 void link(hid_t file, const std::string& from, const std::string& to, const Hdf5Errors& errors) {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <set>
 
+#include "base/mapped.hpp"
+
 namespace drover::files {
 namespace {
 
@@ -68,8 +70,7 @@ void write_uses(hid_t scale, const std::vector<ScaleUse>& uses, const Hdf5Errors
 }
 
 void write_axes_of(hid_t dataset, std::vector<hobj_ref_t> scales, const Hdf5Errors& errors) {
-    std::vector<hvl_t> lists;
-    for (hobj_ref_t& scale : scales) lists.push_back({1, &scale});
+    const auto lists = mapped(scales, [](hobj_ref_t& scale) { return hvl_t{1, &scale}; });
     const Handle type = errors.own(H5Tvlen_create(H5T_STD_REF_OBJ), H5Tclose, "creating a type");
     const Handle space = line_space(lists.size(), errors);
     write_raw(dataset, "DIMENSION_LIST", type, space, lists.data(), errors);
@@ -81,8 +82,7 @@ void attach_scales(hid_t group, const Recording& recording, const std::vector<Ha
     std::vector<std::string> names;
     if (recording.rows_per_chunk > 0) names.emplace_back("time");
     for (const Axis& axis : recording.axes) names.push_back(axis.name);
-    std::vector<hobj_ref_t> references;
-    for (const std::string& name : names) references.push_back(reference_to(group, name, errors));
+    const auto references = mapped(names, [&](const auto& name) { return reference_to(group, name, errors); });
     std::vector<std::vector<ScaleUse>> uses(names.size());
     for (std::size_t k = 0; k < recording.quantities.size(); ++k) {
         const Quantity& quantity = recording.quantities[k];

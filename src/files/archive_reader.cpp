@@ -4,7 +4,6 @@
 #include <fcntl.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <limits>
 #include <tuple>
@@ -336,5 +335,7 @@ Array ArchiveReader::read_row(const std::string& dataset, std::size_t row) const
 Array ArchiveReader::read(const std::string& dataset, std::size_t first, std::size_t count) const {
     return file_->steady([&](const View& view) { return read_part(view, dataset, {{first, count}}); });
 }
+
+std::string run_id_of(const ArchiveReader& archive) { return text_in(archive.attributes(), run_id_name); }
 
 }  // namespace drover::files

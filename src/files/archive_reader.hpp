@@ -81,4 +81,7 @@ private:
     std::unique_ptr<File> file_;
 };
 
+/// Of the run that made an archive; "" if that was an earlier version of drover.
+std::string run_id_of(const ArchiveReader& archive);
+
 }  // namespace drover::files

@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -15,7 +14,6 @@
 #include "base/clock.hpp"
 #include "files/bytes.hpp"
 #include "files/input_file.hpp"
-#include "files/run_id.hpp"
 #include "files/system_calls.hpp"
 
 namespace drover::files {

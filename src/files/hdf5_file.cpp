@@ -130,6 +130,12 @@ bool has_signature(const Overlay& overlay) {
     return false;
 }
 
+std::unique_ptr<Hdf5File> opened(std::unique_ptr<Hdf5File> hdf5, unsigned flags) {
+    hdf5->file =
+        hdf5->errors.own(H5Fopen(hdf5->errors.file.c_str(), flags, hdf5->access), H5Fclose, "opening the file");
+    return hdf5;
+}
+
 }  // namespace
 
 Hdf5File::Hdf5File(Overlay opened, const std::string& name, Fault fault)
@@ -159,19 +165,15 @@ std::unique_ptr<Hdf5File> create_hdf5(Descriptor empty, const std::filesystem::p
 }
 
 std::unique_ptr<Hdf5File> open_for_writing(Descriptor locked, const std::filesystem::path& path) {
-    auto opened = std::make_unique<Hdf5File>(written_overlay(std::move(locked), path), path.string(), Fault::input);
-    allow_writing(opened->access, opened->errors);
-    opened->file =
-        opened->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDWR, opened->access), H5Fclose, "opening the file");
-    return opened;
+    auto file = std::make_unique<Hdf5File>(written_overlay(std::move(locked), path), path.string(), Fault::input);
+    allow_writing(file->access, file->errors);
+    return opened(std::move(file), H5F_ACC_RDWR);
 }
 
 std::unique_ptr<Hdf5File> open_for_reading(const std::filesystem::path& path) {
-    auto opened = std::make_unique<Hdf5File>(recovered_overlay(path), path.string(), Fault::input);
-    require(has_signature(*opened->overlay), {path.string()}, "is not an HDF5 file; expected an archive of drover");
-    opened->file =
-        opened->errors.own(H5Fopen(path.c_str(), H5F_ACC_RDONLY, opened->access), H5Fclose, "opening the file");
-    return opened;
+    auto file = std::make_unique<Hdf5File>(recovered_overlay(path), path.string(), Fault::input);
+    require(has_signature(*file->overlay), {path.string()}, "is not an HDF5 file; expected an archive of drover");
+    return opened(std::move(file), H5F_ACC_RDONLY);
 }
 
 void commit(Hdf5File& hdf5) {

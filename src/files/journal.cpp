@@ -5,11 +5,8 @@
 #include "files/bytes.hpp"
 
 namespace drover::files {
-namespace {
 
-constexpr std::uint64_t journal_magic = 0x326c6e726a767264;  // "drvjrnl2"
-
-}  // namespace
+std::filesystem::path journal_of(const std::filesystem::path& file) { return file.string() + ".journal"; }
 
 std::string text_at(const Descriptor& file, std::uint64_t offset, std::size_t size) {
     std::string found(size, '\0');
@@ -23,6 +20,8 @@ std::uint64_t head_of(const Descriptor& file) {
 }
 
 namespace {
+
+constexpr std::uint64_t journal_magic = 0x326c6e726a767264;  // "drvjrnl2"
 
 /// The file holds the commit before the journal's, that commit, or a part of it.
 void require_for(const Journal& journal, const Descriptor& open, const std::filesystem::path& file) {
@@ -39,11 +38,6 @@ void require_for(const Journal& journal, const Descriptor& open, const std::file
             file.string());
 }
 
-}  // namespace
-
-std::filesystem::path journal_of(const std::filesystem::path& file) { return file.string() + ".journal"; }
-
-namespace {
 /// The members in their order in a file, without the patches, for a ByteWriter and a ByteReader.
 template <class Order, class Of>
 void members(Order& order, Of& journal) {

@@ -8,7 +8,6 @@
 
 #include "files/bytes.hpp"
 #include "files/record_bytes.hpp"
-#include "files/run_id.hpp"
 
 namespace drover::files {
 

@@ -6,9 +6,9 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdlib>
-#include <string>
 #include <thread>
 
 #include "base/clock.hpp"
@@ -287,6 +287,14 @@ CommitLock::CommitLock(const Descriptor& file, Side side, std::chrono::milliseco
 CommitLock::~CommitLock() {
     struct flock byte = range(F_UNLCK, commit_byte, 1);
     if (is_held_) ::fcntl(file_, F_OFD_SETLK, &byte);
+}
+
+std::string draw_run_id() {
+    std::array<unsigned char, 16> bits{};
+    if (::getentropy(bits.data(), bits.size()) < 0) fail_call("drawing random bits", errno);
+    std::string digits;
+    for (const unsigned char byte : bits) digits += text("{:02x}", byte);
+    return digits;
 }
 
 Fault fault_of(const std::system_error& cause) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -140,6 +141,10 @@ private:
     int file_;
     bool is_held_ = false;
 };
+
+/// 128 random bits of the kernel as hexadecimal digits.  A run id is drawn once for each archive that a run creates; a
+/// restart keeps it.
+std::string draw_run_id();
 
 /// The kind of the Error for a failed call: unavailable where another name, folder or permission would help, else
 /// environment.

@@ -1,17 +1,16 @@
 // io/scene_calibrated.cpp: the table that a scene names, into its model.
-#include "io/scene_calibrated.hpp"
-
 #include <algorithm>
 #include <iterator>
 
+#include "base/mapped.hpp"
 #include "io/calibration.hpp"
+#include "io/scene.hpp"
+#include "io/scene_parts.hpp"
 
 namespace drover::io {
 
 namespace {
 bool is_given(const Scene& scene, const std::string& key) { return scene.places.contains(key); }
-
-calibrate::Table table_of(const Scene& scene) { return read_calibration(beside(scene.file, scene.calibrated.table)); }
 
 /// With one of the numbers of the mean field from the scene it is not that of the table.
 bool has_mean_field_of_table(const Scene& scene, const std::vector<std::string>& missing) {
@@ -30,6 +29,15 @@ calibrate::StatePoint point_of(const Scene& scene, const calibrate::Table& table
                                               "calibrated.varied", locate(scene, "calibrated.varied")),
             .outside = plan.outside};
 }
+
+/// use(table, point) of a scene.  A table is a file of its own; what it has not, this scene asked for.
+template <class Use>
+auto with_table(const Scene& scene, Use use) try {
+    const calibrate::Table table = read_calibration(beside(scene.file, scene.calibrated.table));
+    return use(table, point_of(scene, table));
+} catch (const Error& error) {
+    throw Error(error.fault(), locate(scene, "calibrated.table"), error.what());
+}
 }  // namespace
 
 bool is_from_table(const Scene& scene, const std::string& key) {
@@ -39,20 +47,15 @@ bool is_from_table(const Scene& scene, const std::string& key) {
 std::vector<physics::ModelValues> drawn_models(const Scene& scene, int count) {
     if (scene.found.filled.empty())
         return std::vector<physics::ModelValues>(static_cast<std::size_t>(count), scene.model);
-    std::vector<std::string> keys;
-    for (const calibrate::FilledNumber& one : scene.found.filled) keys.push_back(one.key);
-    const SourceLocation where = locate(scene, "calibrated.table");
     require(
-        std::filesystem::exists(beside(scene.file, scene.calibrated.table)), where,
+        std::filesystem::exists(beside(scene.file, scene.calibrated.table)), locate(scene, "calibrated.table"),
         "no file {}; expected the table of the calibrated numbers, from which their errors are drawn: put it there, "
         "or leave the errors out by boundary.draws = 0",
         scene.calibrated.table);
-    try {
-        const calibrate::Table table = table_of(scene);
-        return calibrate::redrawn_models(table, point_of(scene, table), keys, scene.model, count);
-    } catch (const Error& error) {
-        throw Error(error.fault(), where, error.what());
-    }
+    const auto keys = mapped(scene.found.filled, &calibrate::FilledNumber::key);
+    return with_table(scene, [&](const calibrate::Table& table, const calibrate::StatePoint& point) {
+        return calibrate::redrawn_models(table, point, keys, scene.model, count);
+    });
 }
 
 void fill_from_table(Scene& scene) {
@@ -66,16 +69,11 @@ void fill_from_table(Scene& scene) {
         calibrate::missing_keys(scene.model, plan.coefficients == CoefficientsOf::local,
                                 [&](const std::string& key) { return is_given(scene, key); });
     if (missing.empty()) return;
-    try {
-        const calibrate::Table table = table_of(scene);
-        const calibrate::StatePoint point = point_of(scene, table);
+    with_table(scene, [&](const calibrate::Table& table, const calibrate::StatePoint& point) {
         std::ranges::move(calibrate::fill_model(table, point, missing, scene.model),
                           std::back_inserter(scene.found.filled));
         if (has_mean_field_of_table(scene, missing)) scene.found.expected = calibrate::expected_texts(table, point);
-    } catch (const Error& error) {
-        // A table is a file of its own; what it has not, this scene asked for.
-        throw Error(error.fault(), locate(scene, "calibrated.table"), error.what());
-    }
+    });
 }
 
 Rows<CalibratedPlan> CalibratedPlan::rows() {

@@ -1,6 +1,8 @@
-// io/scene_parts.hpp: the parts of a scene between TOML tables and values: its model, of a file or declared, its start.
+// io/scene_parts.hpp: the parts of a scene between TOML tables and values: its model, of a file
+// or declared, its start, and the whole.
 #pragma once
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -84,5 +86,22 @@ void check_unread(const model::Start& start, FormulasOf of, const Locate& locate
 
 /// Throws an input Error for a stationary start without noise, with the keys of the noise of rods and beads.
 void check_noise_of_start(const model::Start& start, const model::Equations& equations, const Locate& locate);
+
+// ---- A scene from its tables
+
+struct Scene;
+
+/// The tables of a scene or of a model in TOML; messages call the text `file`.  Throws an input Error at its place for
+/// a text that is not TOML, or has what no scene has.
+LocatedTables read_tables(const std::string& toml, const std::string& file);
+
+/// Tables with "section.key=value" of each override as a scene, not yet filled from a calibrated table, nor checked.
+/// Where an override changes what such a table has to give, the numbers that it gave before are left out.
+Scene scene_of(LocatedTables tables, const std::string& name, std::span<const std::string> overrides);
+
+/// Gives the model those numbers of the table that the scene does not give itself, and notes them in Scene::found.
+/// A scene that gives all of them, such as a resolved one, needs no file.  Throws an input Error at its place for a
+/// table or a state that will not do.
+void fill_from_table(Scene& scene);
 
 }  // namespace drover::io

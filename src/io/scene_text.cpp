@@ -1,14 +1,13 @@
 // io/scene_text.cpp: scenes from their text and the files that it names: a model, a table of coefficients.
 #include "io/scene_text.hpp"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 
 #include "files/archive_reader.hpp"
 #include "files/input_file.hpp"
-#include "files/installed_models.hpp"
-#include "io/scene_calibrated.hpp"
 #include "io/scene_parts.hpp"
-#include "io/scene_toml.hpp"
 #include "physics/program_functions.hpp"
 
 namespace drover::io {
@@ -16,12 +15,31 @@ namespace drover::io {
 namespace {
 constexpr std::uint64_t max_scene_bytes = 1 << 20;
 
+/// The folder share/drover/models below the prefix of this program or module, or models of the source tree in which it
+/// was built; empty: neither is there.
+std::filesystem::path installed_models() {
+    namespace fs = std::filesystem;
+    Dl_info here{};
+    if (dladdr(reinterpret_cast<const void*>(&installed_models), &here) == 0 || here.dli_fname == nullptr) return {};
+    std::error_code none;
+    fs::path code = here.dli_fname;  // of a program it may be the name by which it was called
+    if (code.is_relative()) code = fs::read_symlink("/proc/self/exe", none);
+    constexpr int levels = 5;  // a Python module is four folders below the prefix
+    fs::path folder = fs::weakly_canonical(code, none).parent_path();
+    for (int level = 0; level < levels; ++level, folder = folder.parent_path()) {
+        const fs::path installed = folder / "share" / "drover" / "models";
+        if (fs::is_directory(installed, none)) return installed;
+        if (fs::exists(folder / "src" / "physics" / "rod_bead.toml", none)) return folder / "models";
+    }
+    return {};
+}
+
 /// The file that model.file names: in the folder of the scene, else among the installed models.
 std::filesystem::path place_of_model(const std::string& file, const std::string& scene) {
     const std::filesystem::path beside = std::filesystem::path(scene).parent_path() / file;
     std::error_code none;
     if (std::filesystem::exists(beside, none)) return beside;
-    const std::filesystem::path installed = files::installed_models();
+    const std::filesystem::path installed = installed_models();
     return !installed.empty() && std::filesystem::exists(installed / file, none) ? installed / file : beside;
 }
 
@@ -35,7 +53,7 @@ LocatedTables model_file(const LocatedValue& named, const std::string& scene) {
     try {
         content = files::read_text(path, "a model: [[field]], [equations], [define], [coefficients]", max_scene_bytes);
     } catch (const Error& error) {
-        const std::filesystem::path installed = files::installed_models();
+        const std::filesystem::path installed = installed_models();
         throw Error(error.fault(), named.where,
                     text("model.file: {}{}", error.what(),
                          installed.empty() ? "" : "; nor is it among the installed models, " + installed.string()));

@@ -1,10 +1,10 @@
 // io/scene_toml.cpp: TOML text as the tables of a scene, and settings of its keys.
-#include "io/scene_toml.hpp"
-
 #include <toml++/toml.h>
 
 #include <algorithm>
 
+#include "base/mapped.hpp"
+#include "io/scene.hpp"
 #include "io/scene_parts.hpp"
 
 namespace drover::io {
@@ -170,8 +170,7 @@ void require_declared(const Setting& setting, const LocatedTables& tables) {
     require(table != tables.end(), setting.where, "the scene has no [{}]; expected one of its own sections",
             setting.section);
     if (setting.section != "coefficients" || table->second.values.contains(setting.key)) return;
-    std::vector<std::string> names;
-    for (const auto& [name, value] : table->second.values) names.push_back(name);
+    const std::vector<std::string> names = mapped(table->second.values, [](const auto& one) { return one.first; });
     require(!names.empty(), setting.where, "the scene has no coefficient {}, nor any other; add it to [coefficients]",
             setting.key);
     fail_input(setting.where, "the scene has no coefficient {}; {}", setting.key,
@@ -242,8 +241,7 @@ LocatedTables read_tables(const std::string& toml, const std::string& file) {
 }
 
 Scene scene_of(LocatedTables tables, const std::string& name, std::span<const std::string> overrides) {
-    std::vector<Setting> settings;
-    for (const std::string& written : overrides) settings.push_back(read_setting(written));
+    const std::vector<Setting> settings = mapped(overrides, read_setting);
     if (std::ranges::any_of(settings, invalidates_filled)) remove_filled(tables);
     for (const Setting& setting : settings) apply_setting(setting, tables);
     Scene scene = scene_of(tables, name);

@@ -10,7 +10,6 @@
 #include "base/memory.hpp"
 #include "files/checkpoint.hpp"
 #include "files/new_file.hpp"
-#include "files/run_id.hpp"
 #include "io/scene_text.hpp"
 #include "run/fields/field_problem.hpp"
 #include "run/fields/field_simulation.hpp"

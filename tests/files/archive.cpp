@@ -6,8 +6,8 @@
 #include <unistd.h>
 #include <csignal>
 
-#include "files/run_id.hpp"
 #include "files/support.hpp"
+#include "files/system_calls.hpp"
 
 namespace drover::files::archive_tests {
 namespace {

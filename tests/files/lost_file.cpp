@@ -3,7 +3,6 @@
 
 #include "files/checkpoint.hpp"
 #include "files/journal.hpp"
-#include "files/run_id.hpp"
 #include "files/support.hpp"
 
 namespace drover::files::lost_file_tests {

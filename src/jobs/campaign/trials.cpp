@@ -5,9 +5,9 @@
 
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
+#include "files/archive_reader.hpp"
 #include "files/bytes.hpp"
 #include "files/checkpoint.hpp"
-#include "files/run_id.hpp"
 #include "run/loop/same_run.hpp"
 #include "run/loop/signals.hpp"
 

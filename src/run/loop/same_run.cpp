@@ -1,7 +1,7 @@
 // run/loop/same_run.cpp: compares run ids, resolved scenes and versions.
 #include "run/loop/same_run.hpp"
 
-#include "files/run_id.hpp"
+#include "files/archive_reader.hpp"
 #include "io/scene_text.hpp"
 #include "run/loop/provenance.hpp"
 
