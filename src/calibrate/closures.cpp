@@ -8,36 +8,6 @@
 
 namespace drover::calibrate {
 
-const char* row_name(Input input) {
-    static constexpr std::array<const char*, input_count> names{"bead_area",
-                                                                "rod_area",
-                                                                "bead_mass",
-                                                                "relaxation_rate",
-                                                                "weathercock",
-                                                                "drag",
-                                                                "drag_cubic",
-                                                                "response_time",
-                                                                "propulsion",
-                                                                "damping_rate",
-                                                                "viscosity_kinematic",
-                                                                "stiffness",
-                                                                "contact_alignment",
-                                                                "contact_scattering",
-                                                                "scattering_second",
-                                                                "scattering_excitation",
-                                                                "scattering_saturation"};
-    return names[input];
-}
-
-const std::vector<std::string>& input_rows() {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> all;
-        for (std::size_t input = 0; input < input_count; ++input) all.emplace_back(row_name(static_cast<Input>(input)));
-        return all;
-    }();
-    return names;
-}
-
 namespace {
 using M = const ClosureNumbers&;
 
@@ -263,7 +233,7 @@ Closure scaled(Closure closure, const std::vector<Input>& scale_of, const Formul
 std::string divisor_refusal(Input input, double value, double error) {
     constexpr double errors_from_zero = 3.0;
     if (std::abs(value) > errors_from_zero * error) return "";
-    return text("the divisor {} = {:.3g} +- {:.2g} is not significantly different from 0", row_name(input), value,
+    return text("the divisor {} = {:.3g} +- {:.2g} is not significantly different from 0", name_of(input), value,
                 error);
 }
 

@@ -33,10 +33,26 @@ enum Input {
     scattered_excitation,
     scattered_saturation
 };
-constexpr std::size_t input_count = 17;
-const char* row_name(Input input);
-/// The names of all.
-const std::vector<std::string>& input_rows();
+constexpr auto names_of(Input) {
+    return std::array{"bead_area",
+                      "rod_area",
+                      "bead_mass",
+                      "relaxation_rate",
+                      "weathercock",
+                      "drag",
+                      "drag_cubic",
+                      "response_time",
+                      "propulsion",
+                      "damping_rate",
+                      "viscosity_kinematic",
+                      "stiffness",
+                      "contact_alignment",
+                      "contact_scattering",
+                      "scattering_second",
+                      "scattering_excitation",
+                      "scattering_saturation"};
+}
+constexpr std::size_t input_count = names_of(Input{}).size();
 
 /// The numbers that one closure needs at one point; others are zero.
 struct ClosureNumbers {

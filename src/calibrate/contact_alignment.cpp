@@ -21,7 +21,7 @@ struct Point {
         const TableEntry& entry = row->entries[entry_index(table, *row, varied, bead, rod)];
         return entry.origin == Origin::missing ? nullptr : &entry;
     }
-    double rate() const { return at(row_name(relaxation))->value; }
+    double rate() const { return at(name_of(relaxation))->value; }
 };
 
 /// 2 c sigma = a g - 2 lambda alpha/Gamma, and its error without those of a and lambda, which is its weight.
@@ -43,7 +43,7 @@ double combined_error(const TableEntry& constant, const TableEntry& slope, const
 std::optional<Estimate> of_free_beads(const Point& point) {
     const TableEntry *steady = point.at("alignment_steady"), *drift = point.at("alignment_drift"),
                      *referred = point.at("alignment_reference"), *straight = point.at(straight_drag),
-                     *flow = straight ? straight : point.at(row_name(drag)), *turn = point.at(row_name(weathercock));
+                     *flow = straight ? straight : point.at(name_of(drag)), *turn = point.at(name_of(weathercock));
     if (!steady || !drift || !referred || !flow || !turn) return std::nullopt;
     const double a = point.rate(), turning = single_rod_factor * turn->value;
     const double error = combined_error(*steady, *drift, *referred, reference_time, 1.0 / a);
@@ -97,9 +97,9 @@ TableEntry excess_at(const Point& point) {
 }  // namespace
 
 const std::vector<std::string>& contact_rows() {
-    static const std::vector<std::string> rows{"alignment_steady", "alignment_drift",    "alignment_reference",
-                                               row_name(drag),     row_name(relaxation), "contact_steady",
-                                               "contact_slope",    "contact_reference",  row_name(weathercock),
+    static const std::vector<std::string> rows{"alignment_steady", "alignment_drift",   "alignment_reference",
+                                               name_of(drag),      name_of(relaxation), "contact_steady",
+                                               "contact_slope",    "contact_reference", name_of(weathercock),
                                                straight_drag};
     return rows;
 }
@@ -112,13 +112,13 @@ double twice_covariance(const TableEntry& constant, const TableEntry& slope, con
 }
 
 bool has_contact_rows(const Table& table) {
-    return find_row(table, row_name(rod_area)) && find_row(table, row_name(relaxation)) &&
+    return find_row(table, name_of(rod_area)) && find_row(table, name_of(relaxation)) &&
            (find_row(table, "contact_steady") || find_row(table, "alignment_steady"));
 }
 
 void add_contact_alignment(Table& table) {
-    if (find_row(table, row_name(contact)) != nullptr) return;
-    TableRow c{.name = row_name(contact), .unit = "mm^2/s", .formula = "c: rods that touch align, a -> a - c sigma"};
+    if (find_row(table, name_of(contact)) != nullptr) return;
+    TableRow c{.name = name_of(contact), .unit = "mm^2/s", .formula = "c: rods that touch align, a -> a - c sigma"};
     const bool has_held = find_row(table, "contact_steady") != nullptr,
                has_total = find_row(table, "alignment_steady") != nullptr;
     if (!has_contact_rows(table)) {
@@ -131,12 +131,12 @@ void add_contact_alignment(Table& table) {
                     .unit = "1",
                     .formula = "g_total - g_held - lambda_s alpha/(Gamma D_r): 0 if flow and contacts add",
                     .by_rods = true};
-    const TableRow& areas = *find_row(table, row_name(rod_area));
-    const TableEntry no_rate = missing(text("{} is missing", row_name(relaxation)));
+    const TableRow& areas = *find_row(table, name_of(rod_area));
+    const TableEntry no_rate = missing(text("{} is missing", name_of(relaxation)));
     for (std::size_t varied = 0; varied < table.varied.size(); ++varied)
         for (std::size_t bead = 0; bead < table.bead_fractions.size(); ++bead) {
             Point point{.table = table, .varied = varied, .bead = bead};
-            const bool has_rate = point.at(row_name(relaxation)) != nullptr;
+            const bool has_rate = point.at(name_of(relaxation)) != nullptr;
             c.entries.push_back(has_rate ? pooled(point, areas.entries[c.entries.size()].value) : no_rate);
             for (; point.rod < table.rod_fractions.size(); ++point.rod)
                 excess.entries.push_back(has_rate ? excess_at(point) : no_rate);

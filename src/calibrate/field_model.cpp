@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/draws.hpp"
+#include "base/mapped.hpp"
 #include "calibrate/alignment.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
@@ -24,8 +25,8 @@ class Interpolated {
 public:
     Interpolated(const Table& table, const std::vector<Input>& of, const StatePoint& point) {
         for (const Input input : of)
-            if (!may_be_absent(input) || find_row(table, row_name(input)) != nullptr)
-                rows_.emplace_back(input, SmoothCoefficient(table, row_name(input), point.varied, point.outside));
+            if (!may_be_absent(input) || find_row(table, name_of(input)) != nullptr)
+                rows_.emplace_back(input, SmoothCoefficient(table, name_of(input), point.varied, point.outside));
     }
     ClosureNumbers at(double bead_fraction, double rod_fraction) const {
         ClosureNumbers measured{.bead_fraction = bead_fraction, .rod_fraction = rod_fraction};
@@ -74,7 +75,7 @@ Origin origin_of(const Closure& closure, const Table& table, const ClosureNumber
     if (!closure.of.empty() && closure.value(measured) == 0.0) return Origin::set;
     bool all_set = !closure.of.empty(), any_short = false;
     for (const Input input : closure.of) {
-        const TableRow* found = find_row(table, row_name(input));
+        const TableRow* found = find_row(table, name_of(input));
         if (may_be_absent(input) && found == nullptr) continue;
         const TableRow& row = *found;
         all_set = all_set && row.entries.front().origin == Origin::set;
@@ -89,16 +90,11 @@ Origin origin_of(const Closure& closure, const Table& table, const ClosureNumber
 class DrawnInputs {
 public:
     DrawnInputs(const Table& table, const std::vector<Input>& of, const StatePoint& point) {
-        std::vector<std::string> rows;
-        for (const Input input : of) rows.emplace_back(row_name(input));
+        const auto rows = mapped(of, [](Input input) { return std::string(name_of(input)); });
         for (const Table& redrawn : redrawn_tables(table, rows, error_draws))
             drawn_.push_back(Interpolated(redrawn, of, point).at(point.bead_fraction, point.rod_fraction));
     }
-    double error_of(const Formula& formula) const {
-        std::vector<double> values;
-        for (const ClosureNumbers& one : drawn_) values.push_back(formula(one));
-        return half_width(std::move(values));
-    }
+    double error_of(const Formula& formula) const { return half_width(mapped(drawn_, formula)); }
 
 private:
     std::vector<ClosureNumbers> drawn_;
@@ -121,9 +117,7 @@ std::vector<Input> inputs_of(const std::vector<Closure>& closures) {
 }
 
 std::vector<Closure> closures_for(const std::vector<std::string>& keys, OrderKind kind) {
-    std::vector<Closure> found;
-    for (const std::string& key : keys) found.push_back(closure_for(key, kind));
-    return found;
+    return mapped(keys, [&](const std::string& key) { return closure_for(key, kind); });
 }
 }  // namespace
 
@@ -142,9 +136,7 @@ std::vector<double> field_values(const Table& table, const std::vector<std::stri
     const std::vector<Closure> wanted = closures_for(keys, kind);
     const ClosureNumbers measured =
         Interpolated(table, inputs_of(wanted), point).at(point.bead_fraction, point.rod_fraction);
-    std::vector<double> values;
-    for (const Closure& closure : wanted) values.push_back(closure.value(measured));
-    return values;
+    return mapped(wanted, [&](const Closure& closure) { return closure.value(measured); });
 }
 
 std::vector<FieldNumber> field_numbers(const Table& table, const std::vector<std::string>& keys,
@@ -154,11 +146,10 @@ std::vector<FieldNumber> field_numbers(const Table& table, const std::vector<std
     const ClosureNumbers measured = Interpolated(table, inputs, point).at(point.bead_fraction, point.rod_fraction);
     for (std::size_t i = 0; i < keys.size(); ++i) check_divisors(measured, wanted[i].under, keys[i], keys[i]);
     const DrawnInputs drawn(table, inputs, point);
-    std::vector<FieldNumber> numbers;
-    for (const Closure& closure : wanted)
-        numbers.push_back({.number = {.value = closure.value(measured), .error = drawn.error_of(closure.value)},
-                           .origin = origin_of(closure, table, measured, point)});
-    return numbers;
+    return mapped(wanted, [&](const Closure& closure) {
+        return FieldNumber{.number = {.value = closure.value(measured), .error = drawn.error_of(closure.value)},
+                           .origin = origin_of(closure, table, measured, point)};
+    });
 }
 
 namespace {
@@ -182,9 +173,7 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
     const Interpolated rows(table, inputs_of(wanted), point);
     const auto values_at = [&](double bead, double rod) {
         const ClosureNumbers measured = rows.at(bead, rod);
-        std::vector<double> values;
-        for (const Closure& closure : wanted) values.push_back(closure.value(measured));
-        return values;
+        return mapped(wanted, [&](const Closure& closure) { return closure.value(measured); });
     };
     physics::TableData data;
     for (const double bead : table.bead_fractions)
@@ -225,7 +214,7 @@ MeanField mean_field(const Table& table, const StatePoint& point) {
 
 CellPrediction predict_cell(const Table& table, const StatePoint& point, double cell_area) {
     const double area =
-        SmoothCoefficient(table, row_name(rod_area), point.varied, point.outside).at(point.bead_fraction, 0.0).value;
+        SmoothCoefficient(table, name_of(rod_area), point.varied, point.outside).at(point.bead_fraction, 0.0).value;
     const int rods = static_cast<int>(std::lround(point.rod_fraction * cell_area / area));
     require(rods >= 2, {}, "a cell of {} mm^2 holds {} rods at the rod area fraction {}; expected at least 2",
             cell_area, rods, point.rod_fraction);

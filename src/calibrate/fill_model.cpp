@@ -122,7 +122,7 @@ std::vector<physics::ModelValues> redrawn_models(const Table& table, const State
     std::erase_if(numbers, [&](const std::string& key) { return !is_of_table(key); });
     const bool has_nodes = std::ranges::find(keys, all_nodes) != keys.end() && has_nodes_of(table, point, model);
     std::vector<physics::ModelValues> models;
-    for (const Table& redrawn : redrawn_tables(table, input_rows(), count)) try {
+    for (const Table& redrawn : redrawn_tables(table, all_names<Input>(), count)) try {
             physics::ModelValues one = model;
             const std::vector<double> values = field_values(redrawn, numbers, point, order_kind(model));
             for (std::size_t i = 0; i < numbers.size(); ++i)

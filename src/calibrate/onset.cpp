@@ -7,6 +7,7 @@
 
 #include "base/constants.hpp"
 #include "base/draws.hpp"
+#include "base/mapped.hpp"
 #include "calibrate/closures.hpp"
 #include "numerics/algebra/bracket.hpp"
 
@@ -89,9 +90,7 @@ std::vector<Crossing> crossings_of(const Coefficients& coefficients, const std::
 
 /// The excess in all draws.
 std::vector<double> excesses(const std::vector<Coefficients>& drawn, double bead, double rod, Convention convention) {
-    std::vector<double> values;
-    for (const Coefficients& one : drawn) values.push_back(one.excess(bead, rod, convention));
-    return values;
+    return mapped(drawn, [&](const Coefficients& one) { return one.excess(bead, rod, convention); });
 }
 
 /// The ends of the error band around each crossing.
@@ -191,8 +190,8 @@ Onset find_onset(const Table& table, std::size_t varied, int subdivisions, int d
             "{} subdivisions of an interval, {} draws; expected at least 1 and at least 0", subdivisions, draws);
     check_axes(table);
     const Coefficients measured(table, varied);
-    std::vector<Coefficients> drawn;
-    for (const Table& one : redrawn_tables(table, {rows.begin(), rows.end()}, draws)) drawn.emplace_back(one, varied);
+    const std::vector<Coefficients> drawn = mapped(redrawn_tables(table, {rows.begin(), rows.end()}, draws),
+                                                   [&](const Table& one) { return Coefficients(one, varied); });
     Onset onset{.draws = draws, .bead_fractions = refined(table.bead_fractions, subdivisions)};
     const auto point_of = [&](double rod) {
         OnsetCurve point{.rod_fraction = rod};
@@ -205,9 +204,7 @@ Onset find_onset(const Table& table, std::size_t varied, int subdivisions, int d
         OnsetCurve curve = point_of(rod);
         for (const double bead : onset.bead_fractions) {
             const auto with_error = [&](auto value_in) {
-                std::vector<double> values;
-                for (const Coefficients& one : drawn) values.push_back(value_in(one));
-                return Uncertain{.value = value_in(measured), .error = half_width(std::move(values))};
+                return Uncertain{.value = value_in(measured), .error = half_width(mapped(drawn, value_in))};
             };
             curve.drag.push_back(
                 with_error([&](const Coefficients& in) { return in.drag.table().at(bead, rod).value; }));

@@ -42,9 +42,7 @@ void correlate(const Line& line, const Table& table, std::size_t entry, std::vec
 }
 }  // namespace
 
-bool is_input(const std::string& row) {
-    return std::ranges::count(input_rows(), row) + std::ranges::count(contact_rows(), row) > 0;
-}
+bool is_input(const std::string& row) { return value_named<Input>(row) || std::ranges::count(contact_rows(), row) > 0; }
 
 Table slim(Table table, const std::vector<std::string>& rows) {
     std::erase_if(table.rows, [&](const TableRow& row) { return std::ranges::count(rows, row.name) == 0; });
@@ -57,15 +55,6 @@ Table slim(Table table, const std::vector<std::string>& rows) {
     return table;
 }
 
-namespace {
-/// A drawn number has no error; but between response times the interpolation may fall below zero.
-void clear_errors(Table& table) {
-    constexpr double least = 0.05;  // of the error, the smallest that is drawn
-    for (TableRow& row : table.rows)
-        for (TableEntry& entry : row.entries) entry.error *= row.name == row_name(response) ? least : 0.0;
-}
-}  // namespace
-
 std::vector<double> deviations(const Table& table, const TableRow& row, std::size_t entry, std::size_t count) {
     std::vector<double> found = scores(row, entry, count);
     if (row.entries[entry].ranks.empty())
@@ -76,6 +65,13 @@ std::vector<double> deviations(const Table& table, const TableRow& row, std::siz
 }
 
 namespace {
+/// A drawn number has no error; but between response times the interpolation may fall below zero.
+void clear_errors(Table& table) {
+    constexpr double least = 0.05;  // of the error, the smallest that is drawn
+    for (TableRow& row : table.rows)
+        for (TableEntry& entry : row.entries) entry.error *= row.name == name_of(response) ? least : 0.0;
+}
+
 /// An entry that is drawn anew, and its deviations().
 struct DrawnEntry {
     std::size_t row, entry;
@@ -94,14 +90,14 @@ std::vector<DrawnEntry> drawn_entries(const Table& few, const Table& whole, std:
 void move(TableRow& row, std::size_t i, double by) {
     TableEntry& entry = row.entries[i];
     const double time = std::max(entry.value, entry.error);  // as put() replaces it
-    entry.value = row.name == row_name(response) ? time * std::exp(by / time) : entry.value + by;
+    entry.value = row.name == name_of(response) ? time * std::exp(by / time) : entry.value + by;
 }
 }  // namespace
 
 void for_redrawn_tables(const Table& table, std::vector<std::string> rows, int count,
                         const std::function<void(Table&)>& visit) {
     const auto draws = static_cast<std::size_t>(count);
-    const std::string contacts = row_name(contact);
+    const std::string contacts = name_of(contact);
     const TableRow* measured = find_row(table, contacts);
     const bool derives_contacts =
         measured && std::ranges::find(rows, contacts) != rows.end() && has_contact_rows(table) &&
@@ -109,7 +105,7 @@ void for_redrawn_tables(const Table& table, std::vector<std::string> rows, int c
     if (derives_contacts) {
         std::erase(rows, contacts);
         rows.insert(rows.end(), contact_rows().begin(), contact_rows().end());
-        rows.emplace_back(row_name(rod_area));
+        rows.emplace_back(name_of(rod_area));
     }
     const Table few = slim(table, rows);
     const std::vector<DrawnEntry> drawn = drawn_entries(few, table, draws);

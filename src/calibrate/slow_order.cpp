@@ -27,14 +27,9 @@ public:
     explicit RightSides(const physics::Equations& equations)
         : equations_(right_sides(equations)), rest_(equations_.reference()) {
         for (const auto& [field, first] : model::placed_fields(equations_.model()))
-            for (auto& [symbol, place] : places_)
-                if (field.symbol == symbol) place = static_cast<int>(first);
+            for (const auto& [symbol, place] : {std::pair{"rho", &rho}, {"sigma", &sigma}, {"v", &v}, {"p", &p}})
+                if (field.symbol == symbol) *place = static_cast<int>(first);
     }
-
-    int rho() const { return places_[0].second; }  ///< -1: not a field
-    int sigma() const { return places_[1].second; }
-    int v() const { return places_[2].second; }
-    int p() const { return places_[3].second; }
 
     /// About the state at rest, but for one component.
     model::LinearisedAt about(int component = -1, double value = 0.0) const {
@@ -43,10 +38,11 @@ public:
         return {equations_, state};
     }
 
+    int rho = -1, sigma = -1, v = -1, p = -1;  ///< places of the fields; -1: not a field
+
 private:
     model::Equations equations_;
     model::UniformState rest_;
-    std::pair<const char*, int> places_[4]{{"rho", -1}, {"sigma", -1}, {"v", -1}, {"p", -1}};
 };
 
 /// The factor of (i q_x)^x (i q_y)^y of one component in the right side of another; 0 where one is absent.
@@ -71,16 +67,16 @@ SlowValues values_at(const RightSides& of, const model::LinearisedAt& at) {
     // In the columns of the densities the linearisation about a small v or p is a slope times it: a power of two, whose
     // square is below rounding.
     constexpr double small = 0x1p-30;
-    const model::LinearisedAt by_velocity = of.about(of.v(), small), by_order = of.about(of.p(), small);
+    const model::LinearisedAt by_velocity = of.about(of.v, small), by_order = of.about(of.p, small);
     const auto values = [&](int row, int column, const model::LinearisedAt& slopes, double sign) {
         return Dependence{.value = sign * factor(at, 0, 0, row, column),
-                          .by_beads = sign * factor(slopes, 0, 0, row, of.rho()) / small,
-                          .by_rods = sign * factor(slopes, 0, 0, row, of.sigma()) / small};
+                          .by_beads = sign * factor(slopes, 0, 0, row, of.rho) / small,
+                          .by_rods = sign * factor(slopes, 0, 0, row, of.sigma) / small};
     };
-    return {.a = values(of.p(), of.p(), by_order, -1.0),
-            .drag = values(of.v(), of.v(), by_velocity, -1.0),
-            .driving = values(of.v(), of.p(), by_order, 1.0),
-            .weathercock = values(of.p(), of.v(), by_velocity, 1.0)};
+    return {.a = values(of.p, of.p, by_order, -1.0),
+            .drag = values(of.v, of.v, by_velocity, -1.0),
+            .driving = values(of.v, of.p, by_order, 1.0),
+            .weathercock = values(of.p, of.v, by_velocity, 1.0)};
 }
 
 /// The mass that moves with the beads per area; 0 where they have no inertia.
@@ -104,11 +100,11 @@ double add_flow(const physics::Equations& e, const RightSides& of, const model::
     };
     r.relaxation_by_beads -= slope(c.weathercock.by_beads, c.driving.by_beads, c.drag.by_beads);
     r.relaxation_by_rods -= slope(c.weathercock.by_rods, c.driving.by_rods, c.drag.by_rods);
-    r.pressure_beads += over_drag(c.weathercock.value * (0.0 - factor(at, 1, 0, of.v(), of.rho())));
-    r.pressure_rods += over_drag(c.weathercock.value * (0.0 - factor(at, 1, 0, of.v(), of.sigma())));
-    r.stiffness_across += over_drag(gain * factor(at, 2, 0, of.v() + 1, of.v() + 1));
-    r.stiffness_along += over_drag(gain * factor(at, 2, 0, of.v(), of.v()));
-    return of.rho() < 0 ? 0.0 : over_drag(number(e.model, "uniform.bead_density") * c.driving.value);
+    r.pressure_beads += over_drag(c.weathercock.value * (0.0 - factor(at, 1, 0, of.v, of.rho)));
+    r.pressure_rods += over_drag(c.weathercock.value * (0.0 - factor(at, 1, 0, of.v, of.sigma)));
+    r.stiffness_across += over_drag(gain * factor(at, 2, 0, of.v + 1, of.v + 1));
+    r.stiffness_along += over_drag(gain * factor(at, 2, 0, of.v, of.v));
+    return of.rho < 0 ? 0.0 : over_drag(number(e.model, "uniform.bead_density") * c.driving.value);
 }
 }  // namespace
 
@@ -117,24 +113,24 @@ SlowOrder slow_order(const physics::Equations& e) {
     const RightSides of(e);
     const model::LinearisedAt at = of.about();
     const SlowValues c = values_at(of, at);
-    const int p_x = of.p(), p_y = p_x + 1;
+    const int p_x = of.p, p_y = p_x + 1;
     const double stiffness = factor(at, 2, 0, p_y, p_y);  // K3
     SlowOrder r{.relaxation = c.a.value,
                 .relaxation_by_beads = c.a.by_beads,
                 .relaxation_by_rods = c.a.by_rods,
-                .pressure_beads = 0.0 - factor(at, 1, 0, p_x, of.rho()),
-                .pressure_rods = 0.0 - factor(at, 1, 0, p_x, of.sigma()),
+                .pressure_beads = 0.0 - factor(at, 1, 0, p_x, of.rho),
+                .pressure_rods = 0.0 - factor(at, 1, 0, p_x, of.sigma),
                 .stiffness_across = stiffness,
                 .stiffness_along = factor(at, 2, 0, p_x, p_x)};
     // eta and Gamma of the order across q: (Gamma + eta q^2)(a + K3 q^2) = lambda alpha where it neither grows nor
     // decays.
-    const bool flows = of.v() >= 0;
+    const bool flows = of.v >= 0;
     const double beads_carried = flows ? add_flow(e, of, at, c, r) : 0.0;
-    const double rods_carried = of.sigma() < 0 ? 0.0 : 0.0 - factor(at, 1, 0, of.sigma(), p_x);
+    const double rods_carried = of.sigma < 0 ? 0.0 : 0.0 - factor(at, 1, 0, of.sigma, p_x);
     r.sound_stiffness = rods_carried * r.pressure_rods + beads_carried * r.pressure_beads;
     // eta K3 Q^2 + (Gamma K3 + eta a) Q + Gamma abar = 0 for Q = q^2: the form of the root that survives eta = 0.
     // Order that beads do not turn is independent of their flow.
-    const double drag = flows ? c.drag.value : 1.0, shear = flows ? factor(at, 2, 0, of.v() + 1, of.v() + 1) : 0.0;
+    const double drag = flows ? c.drag.value : 1.0, shear = flows ? factor(at, 2, 0, of.v + 1, of.v + 1) : 0.0;
     const double product = flows ? c.weathercock.value * c.driving.value : 0.0;
     const double middle = drag * stiffness + shear * c.a.value;
     const double under = middle * middle - 4.0 * shear * stiffness * drag * r.relaxation;

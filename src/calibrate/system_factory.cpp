@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/mapped.hpp"
 #include "dem/packing/packing.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/calibrate/assay.hpp"
@@ -28,10 +29,9 @@ public:
     }
 
     std::vector<RodPose> rods() const override {
-        std::vector<RodPose> poses;
-        for (const dem::Rod& rod : bodies_.rods)
-            poses.push_back({.x = rod.position.x, .y = rod.position.y, .angle = std::atan2(rod.axis.y, rod.axis.x)});
-        return poses;
+        return mapped(bodies_.rods, [](const dem::Rod& rod) {
+            return RodPose{rod.position.x, rod.position.y, std::atan2(rod.axis.y, rod.axis.x)};
+        });
     }
 
     BeadMotion beads() const override {
@@ -42,9 +42,7 @@ public:
     }
 
     std::vector<Position> bead_positions() const override {
-        std::vector<Position> positions;
-        for (const dem::Bead& bead : bodies_.beads) positions.push_back({.x = bead.position.x, .y = bead.position.y});
-        return positions;
+        return mapped(bodies_.beads, [](const dem::Bead& bead) { return Position{bead.position.x, bead.position.y}; });
     }
 
     double shear_wave(int waves) const override {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/mapped.hpp"
+
 namespace drover::calibrate {
 
 std::size_t count_of(const Table& table, bool by_rods) {
@@ -30,8 +32,7 @@ std::size_t varied_index(const Table& table, const std::optional<double>& value,
         require(!value, where, "{} = {}, but the table varies no key; expected no {}", name, value.value_or(0.0), name);
         return 0;
     }
-    std::vector<std::string> values;
-    for (const double one : table.varied) values.push_back(text("{}", one));
+    const std::vector<std::string> values = mapped(table.varied, [](double one) { return text("{}", one); });
     require(value.has_value(), where, "the table also varies {}; expected {} with one of {}", table.varied_key, name,
             joined(values));
     const auto found = std::ranges::find(table.varied, *value);
@@ -39,11 +40,6 @@ std::size_t varied_index(const Table& table, const std::optional<double>& value,
             "{} = {}; the table varies {}: expected one of {} (there is no interpolation between them)", name, *value,
             table.varied_key, joined(values));
     return static_cast<std::size_t>(found - table.varied.begin());
-}
-
-const TableRow* find_row(const Table& table, const std::string& name) {
-    const auto found = std::ranges::find_if(table.rows, [&](const TableRow& row) { return row.name == name; });
-    return found == table.rows.end() ? nullptr : &*found;
 }
 
 namespace {
@@ -82,8 +78,7 @@ void check(const Table& table, const SourceLocation& where) {
 
 namespace {
 const TableRow& complete_row(const Table& table, const std::string& name, std::size_t varied) {
-    std::vector<std::string> names;
-    for (const TableRow& row : table.rows) names.push_back(row.name);
+    const std::vector<std::string> names = mapped(table.rows, &TableRow::name);
     const TableRow* row = find_row(table, name);
     if (row == nullptr)
         fail_input({}, "the table has no coefficient {}; {}", name,

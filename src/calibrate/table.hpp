@@ -6,6 +6,7 @@
 
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"
+#include "drover/measure/statistics.hpp"
 #include "numerics/algebra/spline_table.hpp"
 
 namespace drover::calibrate {
@@ -69,7 +70,9 @@ std::string point_text(const Table& table, bool by_rods, std::size_t entry);
 std::size_t varied_index(const Table& table, const std::optional<double>& value, const std::string& name,
                          const SourceLocation& where);
 
-const TableRow* find_row(const Table& table, const std::string& name);
+inline const TableRow* find_row(const Table& table, const std::string& name) {
+    return measure::find_row(table.rows, name);
+}
 
 /// Throws an input Error at `where` unless area fractions ascend between 0 and 1, rows have the right length, entries
 /// that are not missing are finite, and errors are not negative.

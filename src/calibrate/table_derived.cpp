@@ -4,6 +4,7 @@
 #include <span>
 
 #include "base/draws.hpp"
+#include "base/mapped.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/redraw.hpp"
 
@@ -20,7 +21,7 @@ TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>
     TableEntry result{.origin = closure.origin};
     for (std::size_t i = 0; i < of.size(); ++i) {
         const TableEntry& one = *inputs[i];
-        const char* name = row_name(of[i]);
+        const char* name = name_of(of[i]);
         if (one.origin == Origin::missing) return missing(text("{} is missing", name));
         if (std::ranges::find(under, of[i]) != under.end())
             if (std::string why = divisor_refusal(of[i], one.value, one.error); !why.empty()) return missing(why);
@@ -47,7 +48,7 @@ TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>
 bool make_row(const Closure& closure, const Table& table, TableRow& row) {
     std::vector<const TableRow*> from;
     for (const Input input : closure.of) {
-        from.push_back(find_row(table, row_name(input)));
+        from.push_back(find_row(table, name_of(input)));
         if (from.back() == nullptr) return false;
         row.by_rods = row.by_rods || from.back()->by_rods || input == rod_area;
     }
@@ -55,8 +56,8 @@ bool make_row(const Closure& closure, const Table& table, TableRow& row) {
     const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1;
     for (std::size_t point = 0; point < count_of(table, row.by_rods); ++point) {
         const std::size_t bead = point / rods;
-        std::vector<const TableEntry*> inputs;
-        for (const TableRow* one : from) inputs.push_back(&one->entries[one->by_rods ? point : bead]);
+        const auto inputs =
+            mapped(from, [&](const TableRow* one) { return &one->entries[one->by_rods ? point : bead]; });
         const std::size_t beads = table.bead_fractions.size();
         const ClosureNumbers at{.bead_fraction = table.bead_fractions[bead % beads],
                                 .rod_fraction = row.by_rods ? table.rod_fractions[point % rods] : 0.0};
@@ -84,7 +85,7 @@ bool lacks_input(const Table& table, const TableRow& row, std::size_t entry) {
     for (const Closure& closure : closures()) {
         if (closure.row != row.name) continue;
         for (const Input input : closure_of_row(closure).of)
-            if (const TableRow* from = find_row(table, row_name(input));
+            if (const TableRow* from = find_row(table, name_of(input));
                 from != nullptr && from->entries[from->by_rods ? entry : bead].origin == Origin::missing)
                 return true;
     }
@@ -92,9 +93,9 @@ bool lacks_input(const Table& table, const TableRow& row, std::size_t entry) {
 }
 
 void add_derived_values(Table& table) {
-    set_to_zero(table, row_name(stiffness), "mg mm^2/s^2", "E = 0: not measured");
-    if (find_row(table, row_name(drag)) != nullptr)
-        set_to_zero(table, row_name(cubic), "mm/s", "alpha_3/Gamma = 0: drag is that of a straight line");
+    set_to_zero(table, name_of(stiffness), "mg mm^2/s^2", "E = 0: not measured");
+    if (find_row(table, name_of(drag)) != nullptr)
+        set_to_zero(table, name_of(cubic), "mm/s", "alpha_3/Gamma = 0: drag is that of a straight line");
     add_contact_alignment(table);
     std::vector<TableRow> rows;
     for (const Closure& closure : closures()) {
@@ -111,7 +112,7 @@ void add_derived(Table& table) {
     const std::span<TableRow> derived = std::span(table.rows).subspan(given);
     std::vector<std::vector<std::vector<double>>> values(derived.size());  // [row][entry][draw]
     for (std::size_t r = 0; r < derived.size(); ++r) values[r].resize(derived[r].entries.size());
-    for_redrawn_tables(table, input_rows(), error_draws, [&](Table& drawn) {
+    for_redrawn_tables(table, all_names<Input>(), error_draws, [&](Table& drawn) {
         add_derived_values(drawn);
         for (std::size_t r = 0; r < derived.size(); ++r)
             if (const TableRow* row = find_row(drawn, derived[r].name))

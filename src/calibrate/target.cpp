@@ -134,7 +134,7 @@ std::vector<double> variances_by_disagreement(const std::vector<TableTarget>& ta
                                               Table few) {
     std::vector<double> variances(targets.size(), 0.0);
     add_contact_alignment(few);
-    for (TableEntry& entry : std::ranges::find(few.rows, row_name(contact), &TableRow::name)->entries) {
+    for (TableEntry& entry : std::ranges::find(few.rows, name_of(contact), &TableRow::name)->entries) {
         const std::vector<double> slopes = slopes_by(entry, targets, centre, few);
         for (std::size_t k = 0; k < targets.size(); ++k) variances[k] += std::pow(slopes[k] * entry.error, 2);
     }
@@ -183,7 +183,7 @@ std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, cons
     }
     Table whole = measured;
     add_contact_alignment(whole);
-    rows.emplace_back(row_name(contact));
+    rows.emplace_back(name_of(contact));
     std::vector<std::vector<Value>> redrawn;
     for_redrawn_tables(whole, rows, error_draws,
                        [&](const Table& one) { redrawn.push_back(values_or_none(targets, one)); });
@@ -209,14 +209,14 @@ namespace {
 /// The inputs of the row of a target.
 std::vector<Input> closure_inputs(const TableTarget& target, std::vector<std::string> names) {
     if (is_onset(target)) return {drag, relaxation, weathercock, contact};
-    if (target.row == row_name(contact)) return {contact};
+    if (target.row == name_of(contact)) return {contact};
     for (const Closure& closure : closures()) {
         if (closure.row.empty()) continue;
         if (closure.row == target.row)
             return scaled(closure, {rod_area, speed}, [](const ClosureNumbers&) { return 1.0; }).of;
         names.push_back(closure.row);
     }
-    names.insert(names.end(), {"onset", row_name(contact)});
+    names.insert(names.end(), {"onset", name_of(contact)});
     fail_input({}, "a calibration has no number {}; {}expected onset, alignment or another row of its table",
                target.row, suggestion(target.row, names, "", "did you mean {}? "));
 }
@@ -235,8 +235,8 @@ std::vector<std::string> inputs_of(const TableTarget& target, const std::vector<
                 for (const std::string& row : contact_rows())
                     if (is_measured(row)) rows.push_back(row);
         } else if (const bool is_zero = input == stiffness || input == cubic;
-                   !is_of_setup && (!is_zero || is_measured(row_name(input)))) {
-            rows.push_back(row_name(input));
+                   !is_of_setup && (!is_zero || is_measured(name_of(input)))) {
+            rows.push_back(name_of(input));
         }
     }
     for (const std::string& row : rows)

@@ -126,9 +126,7 @@ Assay damping(const DampingPlan& plan) {
             .trial = std::bind_front(release, plan),
             .estimator =
                 [plan](std::span<const Trial> trials) {
-                    return [plan, range = fit_range(plan, trials)](std::span<const double> means) {
-                        return estimates_of(plan, range, means);
-                    };
+                    return std::bind_front(estimates_of, plan, fit_range(plan, trials));
                 },
             .conclude = [plan](std::vector<measure::Estimate>& estimates) { return conclude(plan, estimates); }};
 }

@@ -53,8 +53,7 @@ struct BodyPath {
 
 std::vector<double> rod_displacements(const DiffusionPlan& plan, const SystemFactory& make, const dem::Setup& given,
                                       std::uint64_t seed) {
-    dem::Setup setup = with_rods(given, false);
-    const std::vector<std::vector<RodPose>> rods = rod_frames(plan, make, setup, seed);
+    const std::vector<std::vector<RodPose>> rods = rod_frames(plan, make, with_rods(given, false), seed);
     const Lags lags = lags_of(plan);
     const std::size_t frames = rods.size() - 1;
     std::vector<BodyPath> paths(rods.front().size());

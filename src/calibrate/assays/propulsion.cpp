@@ -10,25 +10,18 @@ namespace drover::calibrate {
 namespace {
 /// Means over rods and frames of the speed along n and of n(0).n(frame), and the mean square of the rods' mean speeds.
 Trial follow(const PropulsionPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
-    dem::Setup setup = with_rods(given, false);
-    const auto system = make(setup, seed);
-    double time = plan.warm_up;
-    system->advance_to(time);
-    const std::size_t frames = frames_in(plan.time, plan.frame);
-    std::vector<RodPose> before = system->rods();
-    const double rods = static_cast<double>(before.size()), samples = static_cast<double>(frames);
-    std::vector<double> speeds(before.size(), 0.0);
+    const std::vector<std::vector<RodPose>> frames = rod_frames(plan, make, with_rods(given, false), seed);
+    const double rods = static_cast<double>(frames[0].size()), samples = static_cast<double>(frames.size() - 1);
+    std::vector<double> speeds(frames[0].size(), 0.0);
     double turned = 0.0;
-    for (std::size_t frame = 0; frame < frames; ++frame) {
-        system->advance_to(time += plan.frame);
-        const std::vector<RodPose> now = system->rods();
+    for (std::size_t frame = 1; frame < frames.size(); ++frame) {
+        const std::vector<RodPose>&before = frames[frame - 1], &now = frames[frame];
         for (std::size_t r = 0; r < now.size(); ++r) {
             const double along = (now[r].x - before[r].x) * std::cos(before[r].angle) +
                                  (now[r].y - before[r].y) * std::sin(before[r].angle);
             speeds[r] += along / (plan.frame * samples);
             turned += std::cos(now[r].angle - before[r].angle) / (samples * rods);
         }
-        before = now;
     }
     Trial trial{0.0, turned, 0.0};
     for (const double speed : speeds) trial[0] += speed / rods, trial[2] += speed * speed / rods;

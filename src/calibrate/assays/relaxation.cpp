@@ -70,8 +70,7 @@ Trial correlation(const std::vector<std::vector<double>>& angles, std::size_t la
 
 Trial angle_correlation(const RelaxationPlan& plan, const SystemFactory& make, const dem::Setup& given,
                         std::uint64_t seed) {
-    dem::Setup setup = with_rods(given, false);
-    const std::vector<std::vector<RodPose>> frames = rod_frames(plan, make, setup, seed);
+    const std::vector<std::vector<RodPose>> frames = rod_frames(plan, make, with_rods(given, false), seed);
     std::vector<std::vector<double>> angles(frames.front().size());
     for (const std::vector<RodPose>& rods : frames)
         for (std::size_t r = 0; r < rods.size(); ++r) angles[r].push_back(rods[r].angle);

@@ -10,8 +10,7 @@ namespace drover::calibrate {
 namespace {
 /// The mean-square angle at each lag.
 Trial follow(const RotationPlan& plan, const SystemFactory& make, const dem::Setup& given, std::uint64_t seed) {
-    dem::Setup setup = with_rods(given, false);
-    const std::vector<std::vector<RodPose>> frames = rod_frames(plan, make, setup, seed);
+    const std::vector<std::vector<RodPose>> frames = rod_frames(plan, make, with_rods(given, false), seed);
     const std::size_t rods = frames.front().size();
     std::vector<Path> angles(rods, {0.0});
     for (std::size_t frame = 1; frame < frames.size(); ++frame)

@@ -105,9 +105,7 @@ Assay shear(const ShearPlan& plan) {
             .trial = std::bind_front(release, plan),
             .estimator =
                 [plan](std::span<const Trial> trials) {
-                    return [plan, ends = ends_of(plan, trials)](std::span<const double> means) {
-                        return estimates_of(plan, ends, means);
-                    };
+                    return std::bind_front(estimates_of, plan, ends_of(plan, trials));
                 },
             .conclude = conclude};
 }
