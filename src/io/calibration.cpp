@@ -8,6 +8,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "base/mapped.hpp"
 #include "io/scene.hpp"
 
 namespace drover::io {
@@ -117,9 +118,7 @@ std::vector<double> read_shaped(const files::ArchiveReader& archive, const Sourc
             "{} is missing; expected a complete table written by drover calibrate", path_of(archive, name));
     files::Array array = archive.read(path_of(archive, name));
     const auto sizes = [](const std::vector<std::size_t>& of) {
-        std::vector<std::string> words;
-        for (const std::size_t size : of) words.push_back(text("{}", size));
-        return joined(words, " by ");
+        return joined(mapped(of, [](std::size_t size) { return text("{}", size); }), " by ");
     };
     require(array.shape == shape, where, "{} has {} numbers; expected {}, the sizes of the axes",
             path_of(archive, name), sizes(array.shape), sizes(shape));

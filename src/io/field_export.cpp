@@ -4,6 +4,7 @@
 #include <bit>
 #include <cctype>
 
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "files/new_file.hpp"
 #include "io/export.hpp"
@@ -118,8 +119,7 @@ std::string csv_head(const Source& source) {
 }
 
 std::string csv_text(const Source& source, std::size_t frame) {
-    std::vector<std::vector<double>> rows;
-    for (const Column& column : source.columns) rows.push_back(source.row(column.name, frame));
+    const auto rows = mapped(source.columns, [&](const Column& column) { return source.row(column.name, frame); });
     std::string out;
     for (std::size_t j = 0; j < source.y.size(); ++j)
         for (std::size_t i = 0; i < source.x.size(); ++i) {

@@ -6,6 +6,8 @@
 #include <charconv>
 #include <utility>
 
+#include "base/mapped.hpp"
+
 namespace drover::io {
 
 namespace {
@@ -64,9 +66,7 @@ std::vector<std::string> without_effect(const DeclaredModel& model) {
             return is_there;
         });
     }
-    std::vector<std::string> places;
-    for (DeclaredName& one : idle) places.push_back(std::move(one.place));
-    return places;
+    return mapped(idle, &DeclaredName::place);
 }
 
 }  // namespace drover::io

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <tuple>
 
+#include "base/mapped.hpp"
 #include "io/scene_parts.hpp"
 #include "physics/integrated.hpp"
 #include "physics/model_values.hpp"
@@ -77,8 +78,9 @@ std::vector<Description> found_keys(const std::string& section, const Found& fou
                  .default_value = found.step.pilot,
                  .doc = "written by drover: the error and the pilot runs from which dt was chosen"}};
     if (section != "calibrated") return {};
-    std::vector<std::string> filled;
-    for (const auto& [key, origin] : found.filled) filled.push_back(origin.empty() ? key : key + ": " + origin);
+    const std::vector<std::string> filled = mapped(found.filled, [](const calibrate::FilledNumber& one) {
+        return one.origin.empty() ? one.key : one.key + ": " + one.origin;
+    });
     return {{.name = "filled",
              .default_value = filled,
              .doc = "written by drover: what came from the table, its origin and its error; leave it out"},
@@ -360,8 +362,8 @@ std::string resolved_text(const Scene& scene) { return text_of(written_scene(sce
 std::vector<SectionDescription> scene_schema(const physics::ModelFile& file) {
     std::vector<SectionDescription> sections;
     for (const physics::ModelSection& section : physics::model_sections(file)) {
-        sections.push_back({section.name, section.doc, {}, {SceneKind::fields}});
-        for (const physics::ModelKey& key : section.keys) sections.back().rows.push_back(key.description);
+        const auto rows = mapped(section.keys, &physics::ModelKey::description);
+        sections.push_back({section.name, section.doc, rows, {SceneKind::fields}});
     }
     for (auto& [name, doc, rows] : std::vector<std::tuple<const char*, const char*, std::vector<Description>>>{
              {"model", "A model of one's own: its fields and equations.", descriptions<DeclaredModel>()},

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/mapped.hpp"
 #include "base/memory.hpp"
 #include "calibrate/counterterm.hpp"
 #include "dem/contact/contact_law.hpp"
@@ -212,8 +213,7 @@ void check(const Scene& scene) {
 }
 
 Rows<TimeControl> TimeControl::rows() {
-    std::vector<std::string> steppers;
-    for (const numerics::TimeMethod& method : numerics::time_methods()) steppers.push_back(method.name);
+    const std::vector<std::string> steppers = mapped(numerics::time_methods(), &numerics::TimeMethod::name);
     return {{"dt", &TimeControl::dt,
              "time step; linear terms and noise of fields are exact for any step, nonlinear terms are not; 0, or left "
              "out: drover run finds a step for which the error is below time.max_error; particles: the default is "
@@ -381,8 +381,7 @@ Rows<BoundaryPlan> BoundaryPlan::rows() {
 
 Rows<CalibrationPlan> CalibrationPlan::rows() {
     constexpr Range fraction{.min = 0.0, .max = 0.95, .min_open = true};
-    std::vector<std::string> names;
-    for (const calibrate::Assay& assay : calibrate::make_assays()) names.push_back(assay.name);
+    const std::vector<std::string> names = mapped(calibrate::make_assays(), &calibrate::Assay::name);
     return {{"bead_area_fractions", &CalibrationPlan::bead_area_fractions,
              "Phi_b, ascending: replaces beads.area_fraction; every assay runs at each value", "", fraction},
             {"rod_area_fractions", &CalibrationPlan::rod_area_fractions,

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/mapped.hpp"
 #include "drover/base/expression.hpp"
 #include "io/scene_parts.hpp"
 #include "numerics/algebra/spline_table.hpp"
@@ -82,8 +83,7 @@ int spin_of_field(const DeclaredModel& declared, std::size_t n) {
 
 /// Each field has an equation, and each equation a field.
 void check_equations(const DeclaredModel& declared) {
-    std::vector<std::string> symbols;
-    for (const DeclaredField& field : declared.fields) symbols.push_back(field.symbol);
+    const std::vector<std::string> symbols = mapped(declared.fields, &DeclaredField::symbol);
     for (const auto& [symbol, equation] : declared.equations) {
         if (std::ranges::find(symbols, symbol) != symbols.end()) continue;
         fail_input(equation.where, "equations.{} is the equation of no field; {}", symbol,
@@ -100,8 +100,7 @@ void check_equations(const DeclaredModel& declared) {
 /// Components are datasets of an archive, beside its own, and keys of [initial].
 void check_dataset_names(const model::Model& model, const DeclaredModel& declared) {
     std::vector<std::string> taken{"time", "x", "y", "observables", "summary", "step_bias"};
-    std::vector<std::string> keys;
-    for (const Description& row : descriptions<model::Start>()) keys.push_back(row.name);
+    const std::vector<std::string> keys = mapped(descriptions<model::Start>(), &Description::name);
     std::size_t n = 0;
     for (std::size_t k = 0; k < model.fields.size(); n += model.fields[k++].part != model::Part::real)
         for (const std::string& name : model::dataset_names(model.fields[k])) {

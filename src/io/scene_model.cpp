@@ -1,7 +1,7 @@
 // io/scene_model.cpp: model sections and text terms between TOML tables and a Model.
 #include <algorithm>
-#include <charconv>
 
+#include "base/mapped.hpp"
 #include "io/scene_parts.hpp"
 #include "physics/model_keys.hpp"
 
@@ -81,16 +81,10 @@ void read_terms(const LocatedTables& tables, physics::ModelValues& model,
     }
 }
 
-std::vector<std::string> words_of(const std::vector<model::Text>& texts) {
-    std::vector<std::string> words;
-    for (const auto& one : texts) words.push_back(one.text);
-    return words;
-}
-
 WrittenTable written_term(const TextTerm& term, const std::string& name) {
     WrittenTable table{.name = name, .values = {{"of", term.of}}};
-    if (!term.value.empty()) table.values.emplace_back("value", words_of(term.value));
-    if (!term.flux.empty()) table.values.emplace_back("flux", words_of(term.flux));
+    if (!term.value.empty()) table.values.emplace_back("value", mapped(term.value, &model::Text::text));
+    if (!term.flux.empty()) table.values.emplace_back("flux", mapped(term.flux, &model::Text::text));
     if (!term.function.empty())
         table.values.insert(table.values.end(), {{"function", term.function},
                                                  {"arguments", term.arguments},
@@ -107,9 +101,7 @@ void read_model(const LocatedTables& tables, physics::ModelValues& model,
     for (const physics::ModelSection& section : physics::model_sections()) {
         const auto table = tables.find(section.name);
         if (table == tables.end()) continue;
-        std::vector<Description> rows;
-        for (const physics::ModelKey& key : section.keys) rows.push_back(key.description);
-        reject_unknown_keys(table->second, section.name, rows);
+        reject_unknown_keys(table->second, section.name, mapped(section.keys, &physics::ModelKey::description));
         for (const physics::ModelKey& key : section.keys)
             if (const auto found = table->second.values.find(key.description.name);
                 found != table->second.values.end()) {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/mapped.hpp"
 #include "drover/base/text.hpp"
 #include "measure/particles.hpp"
 #include "measure/shared_rows.hpp"
@@ -172,9 +173,8 @@ void add_numbers(const ParticleSetting& setting, ParticleRows& rows) {
     if (setting.boxes.empty()) return;
     const auto of = [](auto dem::Bodies::*bodies) {
         return [bodies](const ParticleMoment& moment) {
-            std::vector<dem::Vector> positions;
-            for (const auto& body : moment.bodies.*bodies) positions.push_back(body.position);
-            return box_variances(moment.setting, positions);
+            const auto position = [](const auto& body) { return body.position; };
+            return box_variances(moment.setting, mapped(moment.bodies.*bodies, position));
         };
     };
     if (setting.rods > 0) add_number_variance(rows, "rod", "", "square box", box_axis(setting), of(&dem::Bodies::rods));

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "measure/jackknife.hpp"
 #include "measure/trajectories.hpp"
@@ -74,8 +75,7 @@ Estimate relaxation_time_of(const Estimate& diffusion) {
 
 RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlation, const RotationFit& fit) {
     RotationalDiffusion result;
-    std::vector<double> means;
-    for (const Estimate& value : correlation.values) means.push_back(value.mean);
+    const std::vector<double> means = mapped(correlation.values, &Estimate::mean);
     const Lags lags = lags_to_fit(correlation, means, fit);
     result.lags = lags.end - lags.first;
     if (result.lags < 2) {
@@ -89,9 +89,8 @@ RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlatio
     }
     const std::span<const double> times = std::span(correlation.times).subspan(lags.first, result.lags);
     const auto line = [&](std::span<const double> values) {
-        std::vector<double> y;
-        for (const double value : values.subspan(lags.first, result.lags)) y.push_back(-std::log(value));
-        return numerics::fit_line_of_times(times, y);
+        const auto fitted = values.subspan(lags.first, result.lags);
+        return numerics::fit_line_of_times(times, mapped(fitted, [](double value) { return -std::log(value); }));
     };
     result.diffusion = jackknife(correlation.groups, [&](auto values) { return line(values).slope; });
     result.fast = -std::expm1(-line(means).at_zero);

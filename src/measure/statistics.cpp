@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 
 namespace drover::measure {
@@ -106,9 +107,7 @@ std::optional<std::string> too_short(std::size_t n, double tau, double spacing, 
 }
 
 std::vector<double> means_of(const Series& series) {
-    std::vector<double> means;
-    for (const auto& values : series) means.push_back(mean_of(values));
-    return means;
+    return mapped(series, [](std::span<const double> values) { return mean_of(values); });
 }
 
 /// The function of the means with each of the blocks left out in turn.  Series of blocks * length samples.
@@ -315,8 +314,7 @@ std::size_t warm_up_length(std::span<const double> values) {
     // So what is before it is left out only where it differs: an oscillation that decays does so by its squares.
     const std::span<const double> rest = values.subspan(length);
     const double mean = mean_of(rest), time = autocorrelation_time(rest);
-    std::vector<double> squares;
-    for (const double value : values) squares.push_back((value - mean) * (value - mean));
+    const auto squares = mapped(values, [&](double value) { return (value - mean) * (value - mean); });
     constexpr double errors_of_mean = 4.0, errors_of_squares = 6.0;  // of which few values decide
     const std::vector<bool> by_mean = agreeing(values, length, time, errors_of_mean),
                             by_squares = agreeing(squares, length, time, errors_of_squares);

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "base/formula.hpp"
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "drover/model/evolution.hpp"
 #include "drover/theory/theory.hpp"
@@ -179,9 +180,7 @@ void bind_model(py::module_& module) {
         .def("mode_rates",
              [](const model::Equations& e, const model::UniformState& about, const std::vector<Wave>& waves) {
                  const model::LinearisedAt at(e, about);
-                 std::vector<Eigen::VectorXcd> rates;
-                 for (const auto& [qx, qy] : waves) rates.push_back(theory::mode_rates(at, {qx, qy}));
-                 return rates;
+                 return mapped(waves, [&](const Wave& q) { return theory::mode_rates(at, {q.first, q.second}); });
              })
         .def("covariances",
              [](const model::Equations& e, const model::UniformState& about, const std::vector<Wave>& waves) {
@@ -199,11 +198,8 @@ void bind_model(py::module_& module) {
                  return matrices;
              })
         .def("latex", &model::Equations::latex)
-        .def("noise_strengths", [](const model::Equations& e) {
-            std::vector<double> strengths;
-            for (const model::Field& field : e.model().fields) strengths.push_back(field.noise);
-            return strengths;
-        });
+        .def("noise_strengths",
+             [](const model::Equations& e) { return mapped(e.model().fields, &model::Field::noise); });
     module.def("latex_of_name", &latex_of_name);
     module.def("latex_of", [](const std::string& formula, const std::map<std::string, std::string>& names) {
         return latex_of(parse_formula(FormulaText(formula, {}), model::equation_notation()), [&](const std::string& n) {

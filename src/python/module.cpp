@@ -15,6 +15,7 @@
 #include "analysis/wave_fit.hpp"
 #include "base/duration.hpp"
 #include "base/log.hpp"
+#include "base/mapped.hpp"
 #include "drover/base/version.hpp"
 #include "files/archive.hpp"
 #include "io/export.hpp"
@@ -179,8 +180,7 @@ void bind_theory(py::module_& module) {
         "lagged_waves",
         [](const io::Scene& scene, const std::map<std::string, double>& means, const std::string& component,
            const std::vector<std::pair<double, double>>& waves, double interval, std::size_t lags) {
-            std::vector<numerics::Wavevector> at;
-            for (const auto& [x, y] : waves) at.push_back({x, y});
+            const auto at = mapped(waves, [](const auto& q) { return numerics::Wavevector{q.first, q.second}; });
             const analysis::LaggedWaves found =
                 interruptibly([&] { return analysis::lagged_waves(scene, means, component, at, interval, lags); });
             const std::size_t rows = lags == 0 ? 0 : found.values.size() / lags;
@@ -306,10 +306,9 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
                       const std::vector<std::string>& want, const std::string& budget, bool quiet) {
     require(budget.empty() || !want.empty(), {}, "budget = \"{}\" without want; expected both, or neither", budget);
     require(1 <= share && share <= shares, {}, "share = ({}, {}); expected (i, n) with i from 1 to n", share, shares);
-    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);
     jobs::CalibrationOptions options{
         {.folder = folder, .share = {.number = share, .count = shares}, .collect = collect, .quiet = quiet},
-        std::move(targets)};
+        jobs::parse_accuracy_targets(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     const jobs::CalibrationOutcome outcome = jobs::run_calibration(scene, options);
     nlohmann::json result{{"file", outcome.file.string()},
@@ -332,9 +331,8 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
                      const std::filesystem::path& folder, int workers, bool collect, bool quiet) {
     const double seconds = seconds_of(budget, "budget");
-    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);
     const jobs::TradeoffOptions options{{.folder = folder, .workers = workers, .collect = collect, .quiet = quiet},
-                                        std::move(targets),
+                                        jobs::parse_accuracy_targets(want),
                                         seconds,
                                         seconds};
     const jobs::Tradeoff found = jobs::study_tradeoff(scene, options);
@@ -369,8 +367,7 @@ std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, i
 
 std::string calibration_status(const io::Scene& scene, const std::filesystem::path& folder,
                                const std::vector<std::string>& want, const std::string& budget) {
-    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);
-    jobs::CalibrationOptions options{{.folder = folder}, std::move(targets)};
+    jobs::CalibrationOptions options{{.folder = folder}, jobs::parse_accuracy_targets(want)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     return jobs::calibration_status(scene, options);
 }
