@@ -82,7 +82,7 @@ double concentration_of_order(double order) {
 }
 
 namespace {
-/// The density of |P| without alignment and field, as its logarithm without the part that is proportional to N.
+/// The density of |P| without alignment, as its logarithm without the part that is proportional to N.
 struct OrderNode {
     double order, log_weight, entropy;  ///< entropy: per rod
 };
@@ -102,15 +102,14 @@ const std::vector<OrderNode>& order_nodes() {
 }
 }  // namespace
 
-RodsOrder order_of_rods(int rods, double alignment, double field, double cubic) {
+RodsOrder order_of_rods(int rods, double alignment, double cubic) {
     require(rods >= 2, {}, "the order of {} rods; expected at least 2", rods);
     const double n = rods;
     const std::vector<OrderNode>& nodes = order_nodes();
     std::vector<double> logs;
     for (const OrderNode& node : nodes) {
         const double square = node.order * node.order;
-        logs.push_back(node.log_weight + n * (node.entropy + (0.5 * alignment + 0.25 * cubic * square) * square) +
-                       log_bessel(n * std::abs(field) * node.order));
+        logs.push_back(node.log_weight + n * (node.entropy + (0.5 * alignment + 0.25 * cubic * square) * square));
     }
     const double max_log = *std::ranges::max_element(logs);
     double norm = 0.0, square = 0.0;
@@ -120,10 +119,8 @@ RodsOrder order_of_rods(int rods, double alignment, double field, double cubic) 
         norm += weight;
         result.mean += weight * order;
         square += weight * order * order;
-        result.along += weight * order * bessel_ratio(n * std::abs(field) * order);
     }
     result.mean /= norm;
-    result.along = std::copysign(result.along / norm, field);
     result.deviation = std::sqrt(std::max(square / norm - result.mean * result.mean, 0.0));
     return result;
 }

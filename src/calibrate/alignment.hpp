@@ -25,15 +25,13 @@ inline constexpr double reference_rate = 0.1;
 /// Order of finitely many rods.
 struct RodsOrder {
     double mean = 0.0;       ///< <|P|>
-    double along = 0.0;      ///< <P.h>/|h|; 0 without a field
     double deviation = 0.0;  ///< standard deviation of |P|
 };
 
-/// N rods with the weight exp(g N P^2/2 + g3 N P^4/4 + N h.P) on their directions: each turns as if all others, and a
-/// field h, held it, which is the mean field above for N -> infinity.  Without alignment <|P|> is about
-/// sqrt(pi/N)/2.  The density of the mean of N unit vectors is that of a saddle point, normalised (0.4 % of <|P|> at N
-/// = 25).  h is in the units of kappa: torque times mobility over D_r.
+/// N rods with the weight exp(g N P^2/2 + g3 N P^4/4) on their directions: each turns as if all others held it, which
+/// is the mean field above for N -> infinity.  Without alignment <|P|> is about sqrt(pi/N)/2.  The density of the mean
+/// of N unit vectors is that of a saddle point, normalised (0.4 % of <|P|> at N = 25).
 /// Source: the stationary distribution of that weight; H. E. Daniels, Ann. Math. Stat. 25, 631 (1954).
-RodsOrder order_of_rods(int rods, double alignment, double field = 0.0, double cubic = 0.0);
+RodsOrder order_of_rods(int rods, double alignment, double cubic = 0.0);
 
 }  // namespace drover::calibrate

@@ -220,9 +220,7 @@ CellPrediction predict_cell(const Table& table, const StatePoint& point, double 
             cell_area, rods, point.rod_fraction);
     const MeanField field = mean_field(table, point);
     const Uncertain g = field.alignment;
-    const auto order_at = [&](double alignment) {
-        return order_of_rods(rods, alignment, 0.0, field.alignment_cubic.value);
-    };
+    const auto order_at = [&](double alignment) { return order_of_rods(rods, alignment, field.alignment_cubic.value); };
     const RodsOrder order = order_at(g.value);
     return {.rods = rods,
             .alignment = g,

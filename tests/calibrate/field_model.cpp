@@ -101,7 +101,7 @@ TEST(FieldModel, of_a_flow_that_bends_has_the_flock_of_the_mean_field) {
     const MeanField field = mean_field(table, dense);
     EXPECT_NEAR(field.order.value, order, 1e-9);
     EXPECT_NEAR(field.bead_velocity.value, (3.0 + 0.8 * order * order) * order, 1e-9);
-    EXPECT_NEAR(predict_cell(table, dense, 2000.0).order, order_of_rods(50, g, 0.0, cubic).mean, 1e-9);
+    EXPECT_NEAR(predict_cell(table, dense, 2000.0).order, order_of_rods(50, g, cubic).mean, 1e-9);
     // The uniform flock of the equations: -a p + lambda v - b p^3 = 0 with v = (alpha + alpha_3 p^2) p/Gamma.
     const double flow = (number("driving.strength").value + number("driving.cubic").value * order * order) / gamma;
     EXPECT_NEAR(a + number("relaxation.saturation").value * order * order, lambda * flow, 1e-9);
