@@ -16,6 +16,43 @@ namespace {
 using numerics::Complex;
 using FieldRows = Observables<FieldMoment>;
 
+Axis shell_axis(const FieldSetting& setting) {
+    return {"wavenumber", "mm-1", "mean |q| of the shell", setting.shells.q};
+}
+
+Axis sector_axis(const FieldSetting& setting) {
+    Axis axis{"direction", "degree", "angle of q from x; q and -q are equivalent", {}};
+    for (int s = 0; s < setting.sectors.count; ++s) axis.values.push_back(180.0 / setting.sectors.count * s);
+    return axis;
+}
+
+Axis separation_axis(const FieldSetting& setting) {
+    return {"separation", "mm", "mean distance in the bin", setting.separations};
+}
+
+Axis term_axis(const FieldSetting& setting) {
+    Axis axis{"term", "1", "number of the term: 0, 1, ... for " + joined(*setting.terms), {}};
+    for (std::size_t i = 0; i < setting.terms->size(); ++i) axis.values.push_back(static_cast<double>(i));
+    return axis;
+}
+
+Axis family_axis(const BoxFamily& family, const FieldSetting& setting) {
+    const double cell = cell_width(setting) * cell_height(setting);
+    if (family.along_x == family.along_y && setting.grid.ny == 1) {
+        Axis axis = box_axis(setting.*family.sides, cell);
+        for (double& side : axis.values) side = std::sqrt(side * std::sqrt(cell));  // segments: area ~ cells
+        return axis;
+    }
+    if (family.along_x == family.along_y) return box_axis(setting.*family.sides, cell);
+    Axis axis{"long_box_side",
+              "mm",
+              setting.grid.ny == 1 ? "length of a segment of the line, or a quarter of it"
+                                   : "shorter side, in cells as wide as along x, of a box with the aspect ratio 4",
+              {}};
+    for (const int cells : setting.*family.sides) axis.values.push_back(cell_width(setting) * cells);
+    return axis;
+}
+
 /// Calls see(mode, column, row) for each stored mode.
 template <class See>
 void for_stored_modes(const numerics::Grid& grid, See see) {

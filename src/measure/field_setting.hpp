@@ -63,6 +63,8 @@ struct FieldSetting {
     int in_balance = 0;                             ///< components in balance
     std::optional<BodyVector> order, flow;          ///< of bodies; the flow is a velocity
 };
+inline double cell_width(const FieldSetting& setting) { return setting.grid.lx / setting.grid.nx; }
+inline double cell_height(const FieldSetting& setting) { return setting.grid.ly / setting.grid.ny; }
 FieldSetting make_field_setting(const model::Equations& equations, const numerics::Grid& grid, int degree);
 
 /// The name of the field of a vector of bodies; "": there is none.
@@ -79,12 +81,6 @@ struct BoxFamily {
 /// of a flock.
 std::span<const BoxFamily> box_families();
 
-/// The axes of the observables.
-Axis shell_axis(const FieldSetting& setting);
-Axis sector_axis(const FieldSetting& setting);
-Axis separation_axis(const FieldSetting& setting);
-Axis term_axis(const FieldSetting& setting);
-Axis family_axis(const BoxFamily& family, const FieldSetting& setting);
 /// For people: "square box" where cells are square.
 std::string shape_of(const BoxFamily& family, const FieldSetting& setting);
 

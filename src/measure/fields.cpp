@@ -6,16 +6,12 @@
 #include <utility>
 
 #include "drover/base/text.hpp"
-#include "measure/shared_rows.hpp"
 #include "measure/unit_product.hpp"
 #include "model/start.hpp"
 
 namespace drover::measure {
 
 namespace {
-
-double cell_width(const FieldSetting& setting) { return setting.grid.lx / setting.grid.nx; }
-double cell_height(const FieldSetting& setting) { return setting.grid.ly / setting.grid.ny; }
 
 /// Bins displacements on the grid by length, a cell wide, up to half the shorter side; r = 0 always has a bin.
 void bin_separations(FieldSetting& setting) {
@@ -168,26 +164,6 @@ std::span<const BoxFamily> box_families() {
     return families;
 }
 
-Axis shell_axis(const FieldSetting& setting) {
-    return {"wavenumber", "mm-1", "mean |q| of the shell", setting.shells.q};
-}
-
-Axis sector_axis(const FieldSetting& setting) {
-    Axis axis{"direction", "degree", "angle of q from x; q and -q are equivalent", {}};
-    for (int s = 0; s < setting.sectors.count; ++s) axis.values.push_back(180.0 / setting.sectors.count * s);
-    return axis;
-}
-
-Axis separation_axis(const FieldSetting& setting) {
-    return {"separation", "mm", "mean distance in the bin", setting.separations};
-}
-
-Axis term_axis(const FieldSetting& setting) {
-    Axis axis{"term", "1", "number of the term: 0, 1, ... for " + joined(*setting.terms), {}};
-    for (std::size_t i = 0; i < setting.terms->size(); ++i) axis.values.push_back(static_cast<double>(i));
-    return axis;
-}
-
 std::string shape_of(const BoxFamily& family, const FieldSetting& setting) {
     if (setting.grid.ny == 1)
         return family.along_x > family.along_y   ? "segment of the line, four times as long as long_box_side"
@@ -195,23 +171,6 @@ std::string shape_of(const BoxFamily& family, const FieldSetting& setting) {
                                                  : "segment of the line";
     if (family.along_x != family.along_y) return family.shape;
     return cell_width(setting) == cell_height(setting) ? "square box" : family.shape;
-}
-
-Axis family_axis(const BoxFamily& family, const FieldSetting& setting) {
-    const double cell = cell_width(setting) * cell_height(setting);
-    if (family.along_x == family.along_y && setting.grid.ny == 1) {
-        Axis axis = box_axis(setting.*family.sides, cell);
-        for (double& side : axis.values) side = std::sqrt(side * std::sqrt(cell));  // segments: area ~ cells
-        return axis;
-    }
-    if (family.along_x == family.along_y) return box_axis(setting.*family.sides, cell);
-    Axis axis{"long_box_side",
-              "mm",
-              setting.grid.ny == 1 ? "length of a segment of the line, or a quarter of it"
-                                   : "shorter side, in cells as wide as along x, of a box with the aspect ratio 4",
-              {}};
-    for (const int cells : setting.*family.sides) axis.values.push_back(cell_width(setting) * cells);
-    return axis;
 }
 
 /// Whether a mean has forgotten its start, and does not wander, as that of a growing interface: then what is left after

@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "dem/neighbours/bins.hpp"
-#include "dem/neighbours/nearest_image.hpp"
 #include "measure/particles.hpp"
 #include "measure/quasirandom_subset.hpp"
 

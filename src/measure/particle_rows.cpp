@@ -22,6 +22,38 @@ using ParticleRows = Observables<ParticleMoment>;
 
 const std::string at_one_phase = "; at one phase of the plates when samples are whole periods of the plates apart";
 
+std::vector<double> bin_centres(const Bins& bins) {
+    std::vector<double> values(bins.count);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = (static_cast<double>(i) + 0.5) * bins.width;
+    return values;
+}
+
+std::vector<double> mesh_centres(const ParticleSetting& setting) {
+    std::vector<double> values;
+    for (int i = 0; i < setting.mesh; ++i) values.push_back((i - 0.5 * (setting.mesh - 1)) * setting.mesh_width);
+    return values;
+}
+
+Axis bead_separation_axis(const ParticleSetting& setting) {
+    return {"bead_separation", "mm", "distance of two beads in the plane, middle of the bin",
+            bin_centres(setting.bead_separations)};
+}
+
+Axis rod_separation_axis(const ParticleSetting& setting) {
+    return {"rod_separation", "mm", "distance of the centres of mass of two rods in the plane, middle of the bin",
+            bin_centres(setting.rod_separations)};
+}
+
+Axis along_axis(const ParticleSetting& setting) {
+    return {"along_rod", "mm", "position relative to the centre of mass of a rod along its n, tail to head",
+            mesh_centres(setting)};
+}
+
+Axis across_axis(const ParticleSetting& setting) {
+    return {"across_rod", "mm", "position relative to the centre of mass of a rod along its n turned by +90 degrees",
+            mesh_centres(setting)};
+}
+
 auto beads(double BeadMeans::*mean) {
     return [mean](const ParticleMoment& moment) { return moment.beads.*mean; };
 }
@@ -177,9 +209,9 @@ void add_numbers(const ParticleSetting& setting, ParticleRows& rows) {
             return box_variances(moment.setting, mapped(moment.bodies.*bodies, position));
         };
     };
-    if (setting.rods > 0) add_number_variance(rows, "rod", "", "square box", box_axis(setting), of(&dem::Bodies::rods));
-    if (setting.beads > 0)
-        add_number_variance(rows, "bead", "", "square box", box_axis(setting), of(&dem::Bodies::beads));
+    const Axis sides = box_axis(setting.boxes, setting.cell.lx / setting.fine_x * (setting.cell.ly / setting.fine_y));
+    if (setting.rods > 0) add_number_variance(rows, "rod", "", "square box", sides, of(&dem::Bodies::rods));
+    if (setting.beads > 0) add_number_variance(rows, "bead", "", "square box", sides, of(&dem::Bodies::beads));
 }
 
 void add_energy(ParticleRows& rows) {

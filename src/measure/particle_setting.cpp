@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "measure/particles.hpp"
-#include "measure/shared_rows.hpp"
 
 namespace drover::measure {
 
@@ -37,18 +36,6 @@ void add_boxes(ParticleSetting& setting) {
     }
 }
 
-std::vector<double> bin_centres(const Bins& bins) {
-    std::vector<double> values(bins.count);
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = (static_cast<double>(i) + 0.5) * bins.width;
-    return values;
-}
-
-std::vector<double> mesh_centres(const ParticleSetting& setting) {
-    std::vector<double> values;
-    for (int i = 0; i < setting.mesh; ++i) values.push_back((i - 0.5 * (setting.mesh - 1)) * setting.mesh_width);
-    return values;
-}
-
 }  // namespace
 
 ParticleSetting make_particle_setting(const dem::Setup& setup, const dem::Bodies& at_start) {
@@ -79,30 +66,6 @@ ParticleSetting make_particle_setting(const dem::Setup& setup, const dem::Bodies
         setting.mesh_width = 2.0 * std::min(flow_reach * setting.rod_length, half / std::sqrt(2.0)) / flow_mesh;
     }
     return setting;
-}
-
-Axis bead_separation_axis(const ParticleSetting& setting) {
-    return {"bead_separation", "mm", "distance of two beads in the plane, middle of the bin",
-            bin_centres(setting.bead_separations)};
-}
-
-Axis rod_separation_axis(const ParticleSetting& setting) {
-    return {"rod_separation", "mm", "distance of the centres of mass of two rods in the plane, middle of the bin",
-            bin_centres(setting.rod_separations)};
-}
-
-Axis box_axis(const ParticleSetting& setting) {
-    return box_axis(setting.boxes, setting.cell.lx / setting.fine_x * (setting.cell.ly / setting.fine_y));
-}
-
-Axis along_axis(const ParticleSetting& setting) {
-    return {"along_rod", "mm", "position relative to the centre of mass of a rod along its n, tail to head",
-            mesh_centres(setting)};
-}
-
-Axis across_axis(const ParticleSetting& setting) {
-    return {"across_rod", "mm", "position relative to the centre of mass of a rod along its n turned by +90 degrees",
-            mesh_centres(setting)};
 }
 
 }  // namespace drover::measure

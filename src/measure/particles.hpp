@@ -35,13 +35,6 @@ struct ParticleSetting {
 /// Uses the shapes and numbers of `at_start`, not the positions.
 ParticleSetting make_particle_setting(const dem::Setup& setup, const dem::Bodies& at_start);
 
-/// The axes of the observables.
-Axis bead_separation_axis(const ParticleSetting& setting);
-Axis rod_separation_axis(const ParticleSetting& setting);
-Axis box_axis(const ParticleSetting& setting);
-Axis along_axis(const ParticleSetting& setting);
-Axis across_axis(const ParticleSetting& setting);
-
 /// Means over the beads at one moment, in the plane except where noted.  Radial and azimuthal (counter-clockwise) about
 /// the origin.
 struct BeadMeans {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "dem/neighbours/bins.hpp"
-#include "dem/neighbours/nearest_image.hpp"
 #include "measure/particles_support.hpp"
 
 namespace drover::measure::particles_pairs_tests {

@@ -138,7 +138,7 @@ def jackknife(units, function):
 
 
 def rotational_diffusion(paths, spacing, drop=0.5):
-    """D_r with its error from angles of several starts: the fit of src/measure/rotational_diffusion.cpp."""
+    """D_r with its error from angles of several starts: the fit of src/measure/trajectories.cpp."""
     most = (min(map(len, paths)) - 1) // 2
     if most < 2:
         return math.nan, math.nan
